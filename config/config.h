@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Robot, experiment and deployment files: the structs they become, and their loaders.
+ *
+ * Files are YAML; every number that has a unit has it in its key (`outer_diameter_mm`), and this room is the only place
+ * where units are converted. Every error is a config::Error that names file, line, column and key, what was found and
+ * what was expected.
+ */
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "control/parameters.h"
+#include "kinematics/concentric_tube.h"
+#include "planning/trajectory.h"
+#include "safety/budgets.h"
+#include "safety/limits.h"
+
+namespace tandem::config {
+
+/** Where and why a file is refused; what() is "FILE:LINE:COLUMN: KEY: MESSAGE" (1-based; 0:0 where no place applies). */
+class Error : public std::runtime_error {
+ public:
+  Error(std::string file, int line, int column, std::string key, const std::string& message);
+  const std::string& file() const { return file_; }
+  int line() const { return line_; }
+  int column() const { return column_; }
+  const std::string& key() const { return key_; }
+
+ private:
+  std::string file_;
+  int line_;
+  int column_;
+  std::string key_;
+};
+
+/** One arm of a robot file. */
+struct Arm {
+  std::string name;                     ///< topic name, e.g. arm_a
+  kinematics::ConcentricTubeArm model;  ///< tubes, base, tool
+  safety::ArmLimits limits;
+  Eigen::VectorXd home;                 ///< joint vector, m and rad, inside the limits
+};
+
+/** A robot file. */
+struct Robot {
+  std::string name;
+  bool hardware = false;                 ///< refused without finite rotation limits
+  std::vector<Arm> arms;
+  control::MethodParameters parameters;  ///< defaults for this robot
+  std::vector<std::string> warnings;     ///< "FILE:LINE:COLUMN: KEY: ...", e.g. Poisson's ratio above 0.5
+  std::filesystem::path file;
+};
+
+/** A start configuration of an experiment: joint vectors of all arms in the robot's order, m and rad. */
+struct Configuration {
+  std::string name;  ///< "1", "2", "3" in Table 2
+  std::vector<Eigen::VectorXd> joints;
+};
+
+/** One published figure to stand beside ours (a row of Table 3), m. NaN where not published. */
+struct PublishedRow {
+  std::string trajectory;
+  std::string method;
+  double iterations = 0.0;
+  double rms_ab = 0.0, std_ab = 0.0, max_ab = 0.0;
+  double rms_a = 0.0, std_a = 0.0, max_a = 0.0;
+};
+
+/** A trajectory that is run from certain configurations. */
+struct ExperimentTrajectory {
+  planning::TrajectorySpec spec;
+  std::vector<std::string> configurations;  ///< names; the same shape name may appear with other parameters for others
+};
+
+/** An experiment file. */
+struct Experiment {
+  std::string name;
+  std::filesystem::path robot;  ///< resolved against the experiment file's folder
+  std::vector<Configuration> configurations;
+  std::vector<ExperimentTrajectory> trajectories;
+  std::vector<control::Method> methods;
+  double relative_gain = 5.0;   ///< lambda_AB, 1/s
+  double tip_gain = 3.0;        ///< lambda_A, 1/s
+  std::vector<PublishedRow> published;
+  std::filesystem::path file;
+};
+
+/** One process of a deployment. */
+struct Process {
+  std::string name;                    ///< sim, control, planning
+  std::string executable;              ///< tandem-sim ...
+  std::vector<std::string> arguments;  ///< appended to those that tandem up gives
+};
+
+enum class ClockMode {
+  kRealTime,  ///< periodic on an absolute monotonic timer
+  kLockStep,  ///< deterministic: state k, reference k, command k, state k+1
+};
+
+/** A deployment file. */
+struct Deployment {
+  std::string name;
+  std::filesystem::path robot;    ///< resolved against the deployment file's folder
+  std::string prefix = "tandem";  ///< topic prefix, the robot's name on the wire: rt/<prefix>/...
+  int domain = 0;                 ///< DDS domain, 0..232
+  std::string interface_address = "127.0.0.1";  ///< the only interface used
+  std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers; no multicast
+  ClockMode clock = ClockMode::kRealTime;
+  double control_period = 0.1;    ///< s
+  double sim_period = 1e-3;       ///< s, plant and bus period
+  double status_period = 0.05;    ///< s, of hal/status, control/status to people, arm_x/...
+  int realtime_priority = 0;      ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
+  bool lock_memory = false;
+  safety::Budgets budgets;
+  control::Method method = control::Method::kNspqp;
+  double relative_gain = 5.0;     ///< lambda_AB, 1/s
+  double tip_gain = 3.0;          ///< lambda_A, 1/s
+  std::vector<Process> processes;
+  std::filesystem::path file;
+};
+
+Robot loadRobot(const std::filesystem::path& file);
+Experiment loadExperiment(const std::filesystem::path& file);
+Deployment loadDeployment(const std::filesystem::path& file);
+
+/** A trajectory given as YAML text (planning/request, `tandem run`), `origin` names it in errors. */
+planning::TrajectorySpec parseTrajectory(const std::string& yaml, const std::string& origin,
+                                         const std::filesystem::path& folder);
+
+/** What kind of file it is by its first key (`tandem: robot/1`), fully loaded and checked, as one line for people.
+ * @throw Error as the loaders do. */
+struct Summary {
+  std::string kind;  ///< robot, experiment, deployment, trajectory
+  std::string text;
+  std::vector<std::string> warnings;
+};
+Summary validate(const std::filesystem::path& file);
+
+/** Finds a preset by bare name ("ark2024"): as a path if it is one, else in the folders given by TANDEM_CONFIG_PATH
+ * (colon-separated), else beside the executable (../share/tandem, ../../../config/presets).
+ * @throw Error that lists the presets there are. */
+std::filesystem::path findFile(const std::string& name_or_path, const std::string& kind);
+
+}  // namespace tandem::config

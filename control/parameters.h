@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What a user can choose about redundancy resolution. */
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace tandem::control {
+
+/** Redundancy-resolution methods. Equation numbers: Alsaka et al. 2024. */
+enum class Method {
+  kNsp,          ///< (3), damped pseudoinverse and null-space projection, no limits
+  kNspwln,       ///< (6), weighted least norm, as printed
+  kNspwlnJoint,  ///< the corrected law: one weighted inverse over all joints
+  kNspqp,        ///< (7), null-space projection as a constrained QP
+  kSnsqp,        ///< (8), saturation in the null space as a sequence of constrained QPs
+};
+inline constexpr int kMethodCount = 5;
+
+/** Who solves the quadratic programmes. */
+enum class Backend { kActiveSet, kIpopt };
+
+/** How equation (1) becomes bounds on velocities. */
+enum class BoundsKind {
+  kCoupled,  ///< rows over both tubes' velocities: exact
+  kFrozen,   ///< per-tube intervals with the neighbours held at their present position: the paper's formula, literally
+};
+
+std::string_view name(Method method);
+std::string_view name(Backend backend);
+std::string_view name(BoundsKind kind);
+std::optional<Method> methodFromName(std::string_view name);
+std::optional<Backend> backendFromName(std::string_view name);
+std::optional<BoundsKind> boundsFromName(std::string_view name);
+
+/** Parameters of all methods; each method reads its own. SI units (m, rad). */
+struct MethodParameters {
+  double period = 0.1;                   ///< T, s: control sampling time
+  BoundsKind bounds = BoundsKind::kCoupled;
+  Backend backend = Backend::kActiveSet;
+  double nsp_damping = 1e-4;             ///< damping of the pseudoinverses of (3), m
+  double track_weight = 1e8;             ///< W_track of (4)
+  double translation_weight = 30.0;      ///< lambda_t
+  double rotation_weight = 1e-3;         ///< lambda_r
+  double nspqp_zeta = 1e-6;              ///< zeta of (7)
+  double snsqp_zeta = 3e-2;              ///< zeta of (8)
+  double snsqp_rotation_velocity = 0.5;  ///< rad/s, bound on every rotation in (8); without it the optimum spins the tubes
+};
+
+}  // namespace tandem::control

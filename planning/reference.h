@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What planning asks of control: a short list of tasks in order of priority. */
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+
+namespace tandem::planning {
+
+enum class TaskKind : std::uint8_t {
+  kNone = 0,
+  kRelativePosition = 1,  ///< x_AB = tip of `arm` minus tip of `other_arm`, robot base frame
+  kTipPosition = 2,       ///< tip of `arm`, robot base frame
+};
+
+/** One task: where a tip, or the difference of two tips, shall be. */
+struct TaskReference {
+  TaskKind kind = TaskKind::kNone;
+  int arm = 0;
+  int other_arm = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();      ///< m, robot base frame
+  Eigen::Vector3d feed_forward = Eigen::Vector3d::Zero();  ///< m/s
+};
+
+inline constexpr int kMaxTasks = 4;
+
+/** Tasks of one control step, highest priority first. */
+struct Reference {
+  int task_count = 0;
+  std::array<TaskReference, kMaxTasks> tasks{};
+};
+
+}  // namespace tandem::planning

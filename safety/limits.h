@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Joint limits of one arm: a box per joint and linear rows A q <= b that couple joints. */
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "safety/dimensions.h"
+
+namespace tandem::safety {
+
+inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+
+/** What one joint may do. SI: m and m/s for translations, rad and rad/s for rotations; kUnlimited = none. */
+struct JointLimit {
+  double lower = -kUnlimited;                    ///< smallest position
+  double upper = kUnlimited;                     ///< largest position
+  double velocity = kUnlimited;                  ///< largest speed
+  double approach_acceleration = kUnlimited;     ///< A_max of Alsaka et al. 2024, (7): shapes the approach to a limit
+  double slew_limit = kUnlimited;                ///< largest change of the commanded velocity per second, held by the gate
+  double stop_deceleration = kUnlimited;         ///< deceleration of the stop ramp
+  double max_step = kUnlimited;                  ///< a command farther than this from the last setpoint is an integrity fault
+};
+
+/** What a linear row stands for; it decides how the row is named to people. */
+enum class RowKind {
+  kCarriageSpacing,   ///< beta_{i-1} - beta_i <= -spacing: carriages in order (Alsaka 2024, (1), proximal side)
+  kMinimumExtension,  ///< beta_i + l_i + extension <= beta_{i-1} + l_{i-1}: inner tube ends ahead of the outer one ((1), distal side)
+};
+
+/** One row a^T q <= b over the joints of one arm. */
+struct LinearRow {
+  ArmVector a;                                ///< coefficients, one per joint of the arm
+  double b = 0.0;                             ///< bound, m
+  RowKind kind = RowKind::kCarriageSpacing;
+  int inner_joint = 0;                        ///< joint index of tube i-1
+  int outer_joint = 0;                        ///< joint index of tube i
+  double approach_acceleration = kUnlimited;  ///< as JointLimit::approach_acceleration, for the gap b - a^T q
+};
+
+/** All limits of one arm. Read-only after configuration. */
+struct ArmLimits {
+  std::vector<JointLimit> joints;
+  std::vector<LinearRow> rows;
+
+  int jointCount() const { return static_cast<int>(joints.size()); }
+};
+
+/** Largest amount by which q leaves the boxes and rows, in m or rad; negative or zero inside. */
+double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q);
+
+/** The interval in which joint i may be while all other joints stand at q: its box cut by the rows (the
+ * beta_min,i and beta_max,i of Alsaka et al. 2024, (1), frozen at the present position). */
+struct Interval {
+  double lower;
+  double upper;
+};
+Interval frozenInterval(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q, int joint);
+
+/** "tube 2 against tube 1 (carriage spacing)". */
+std::string describe(const LinearRow& row);
+
+/** What makes the limits of a concentric tube arm. All lengths in m, index 0 = tube 1, the innermost and longest. */
+struct TubeLimitSpec {
+  std::vector<double> tube_length;         ///< l_i, straight plus curved
+  std::vector<double> carriage_spacing;    ///< n-1 margins of the proximal rows (Fig. 2's "spacing between the motors")
+  std::vector<double> minimum_extension;   ///< n-1 margins of the distal rows (Fig. 2's "minimum segment length")
+  std::vector<double> stage_minimum;       ///< per tube: smallest beta that the linear stage reaches, -l_i at the least
+  std::vector<double> stage_maximum;       ///< per tube: largest beta, 0 at the most
+  JointLimit translation;                  ///< velocity, accelerations, max_step of every translation (box ignored)
+  JointLimit rotation;                     ///< box, velocity, accelerations, max_step of every rotation
+};
+
+/** Limits for q = [beta_1..beta_n, alpha_1..alpha_n]: equation (1) of Alsaka et al. 2024 as boxes and coupled rows,
+ * with margins.
+ * @throw std::invalid_argument where sizes differ or the limits leave no room. */
+ArmLimits makeTubeLimits(const TubeLimitSpec& spec);
+
+}  // namespace tandem::safety

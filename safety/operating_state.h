@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The operating states of CRTK and which command leads where.
+ *
+ * A deliberate deviation from CRTK: in FAULT only `disable` is accepted; it clears a fault whose cause is gone and leads
+ * to DISABLED. Nothing moves until a new `enable` and a fresh stream.
+ */
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "safety/faults.h"
+
+namespace tandem::safety {
+
+enum class OperatingState : std::uint8_t { kDisabled = 0, kEnabled, kPaused, kFault };
+enum class StateCommand : std::uint8_t { kEnable = 0, kDisable, kPause, kResume, kHome, kUnhome };
+
+std::string_view name(OperatingState state);    ///< "DISABLED" ...
+std::string_view name(StateCommand command);    ///< "enable" ...
+std::optional<StateCommand> stateCommandFromName(std::string_view name);
+
+/** State after a command, or nothing where the table forbids it. */
+std::optional<OperatingState> transition(OperatingState state, StateCommand command);
+
+/** Operating state of one arm with its latched faults. */
+class StateMachine {
+ public:
+  OperatingState state() const { return state_; }
+  FaultMask faults() const { return faults_; }
+  bool mayMove() const { return state_ == OperatingState::kEnabled; }
+
+  /// Applies a command; `present` are the faults whose cause still stands (they keep FAULT on `disable`).
+  /// @return false where the table forbids it, or a cause still stands.
+  bool command(StateCommand command, FaultMask present = 0);
+
+  /// Latches faults; any of them leads to FAULT.
+  void latch(FaultMask faults);
+
+ private:
+  OperatingState state_ = OperatingState::kDisabled;
+  FaultMask faults_ = 0;
+};
+
+}  // namespace tandem::safety

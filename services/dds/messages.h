@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What crosses the wire, as plain structs. Generated DDS types stay behind converters in this folder.
+ *
+ * Arrays over joints are indexed arm * kMaxJointsPerArm + joint. Stamps are ns on the publisher's monotonic clock, or simulated time in
+ * lock-step; only the process that wrote a stamp may compare it with a clock.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "safety/dimensions.h"
+
+namespace tandem::dds {
+
+using JointArray = std::array<double, safety::kMaxJoints>;
+template <class T>
+using PerArm = std::array<T, safety::kMaxArms>;
+
+/// actuation/state, hal or sim -> all. tandem_msgs/ActuationState
+struct ActuationState {
+  std::uint64_t session = 0;   ///< random, new with every start of hal or sim
+  std::uint64_t sequence = 0;  ///< counts from 1 within the session
+  std::int64_t stamp = 0;      ///< ns
+  std::uint64_t answers_command = 0;  ///< sequence of the last command taken
+  std::uint8_t lock_step = 0;
+  std::uint8_t arm_count = 0;
+  PerArm<std::uint8_t> joint_count{};
+  PerArm<std::uint8_t> valid{};            ///< 1: positions and velocities of this arm are measured and good
+  PerArm<std::uint8_t> operating_state{};  ///< safety::OperatingState of the drives
+  PerArm<std::uint32_t> faults{};          ///< latched safety::Fault bits
+  JointArray position{};                   ///< m, rad
+  JointArray velocity{};                   ///< m/s, rad/s
+  JointArray setpoint{};                   ///< last setpoint past the gate, m, rad
+};
+
+/// actuation/command, control -> hal or sim. tandem_msgs/ActuationCommand
+struct ActuationCommand {
+  std::uint64_t control_session = 0;  ///< random, new with every start of control
+  std::uint64_t sequence = 0;
+  std::uint64_t state_session = 0;    ///< whose state is answered
+  std::uint64_t answers_state = 0;    ///< sequence of that state
+  std::int64_t stamp = 0;
+  std::uint8_t advance = 0;           ///< lock-step: 1 = the plant takes one step of one control period with this command
+  std::uint8_t arm_count = 0;
+  PerArm<std::uint8_t> request{};     ///< safety::DriveRequest: keep, disable, enable, pause, resume
+  PerArm<std::uint8_t> moving{};      ///< 1: velocity and position count; 0: hold the present setpoint
+  JointArray velocity{};              ///< m/s, rad/s over the next control period
+  JointArray position{};              ///< setpoint at the end of that period, m, rad
+};
+
+/// actuation/limits, control -> all. tandem_msgs/ActuationLimits
+struct ActuationLimits {
+  std::uint64_t sequence = 0;
+  std::uint64_t answers_state = 0;
+  std::int64_t stamp = 0;
+  std::uint8_t arm_count = 0;
+  PerArm<std::uint8_t> joint_count{};
+  JointArray lower{};            ///< moving lower bound of each joint with its neighbours at their present position
+  JointArray upper{};
+  JointArray velocity_lower{};   ///< m/s, rad/s
+  JointArray velocity_upper{};
+  std::array<std::uint8_t, safety::kMaxJoints> active{};  ///< 1: the solution stands at a bound or row of this joint
+};
+
+/// One task of a reference. tandem_msgs/TaskReference
+struct TaskReference {
+  std::uint8_t kind = 0;  ///< planning::TaskKind
+  std::uint8_t arm = 0;
+  std::uint8_t other_arm = 0;
+  std::array<double, 3> position{};
+  std::array<double, 4> orientation{0, 0, 0, 1};  ///< x y z w
+  std::array<double, 6> feed_forward{};           ///< linear, angular
+};
+
+/// planning/reference, planning -> control. tandem_msgs/PlanningReference
+struct PlanningReference {
+  std::uint64_t sequence = 0;
+  std::uint64_t state_session = 0;
+  std::uint64_t answers_state = 0;
+  std::uint64_t answers_control = 0;  ///< sequence of the last control/status seen: freshness on control's own clock
+  std::int64_t stamp = 0;
+  std::uint32_t trajectory_id = 0;
+  std::uint32_t point = 0;            ///< counts from 1; 0 = none
+  std::uint32_t point_count = 0;
+  std::uint32_t iteration = 0;        ///< within the point, counts from 1
+  std::uint32_t total_iterations = 0;
+  std::uint8_t phase = 0;             ///< planning::Phase: idle, running, paused, finished, failed
+  double tolerance = 0.0;             ///< m
+  double gain_scale = 1.0;            ///< 1: the gains of the controller
+  std::uint8_t task_count = 0;
+  std::array<TaskReference, 4> tasks{};
+};
+
+/// planning/request, clients -> planning. tandem_msgs/PlanningRequest
+struct PlanningRequest {
+  std::uint64_t client = 0;
+  std::uint64_t request = 0;
+  std::uint8_t kind = 0;   ///< 1 start, 2 pause, 3 resume, 4 stop
+  std::string trajectory;  ///< start: the trajectory as YAML text
+};
+
+/// planning/reply and sim/reply and control/reply. tandem_msgs/Reply
+struct Reply {
+  std::uint64_t client = 0;
+  std::uint64_t request = 0;
+  std::uint8_t accepted = 0;
+  std::uint16_t code = 0;   ///< dds::ReplyCode
+  std::string reason;       ///< for people; what to do next
+  std::uint32_t value = 0;  ///< planning: trajectory id
+};
+
+/// control/status, control -> all. tandem_msgs/ControlStatus
+struct ControlStatus {
+  std::uint64_t session = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t answers_state = 0;
+  std::uint64_t answers_reference = 0;
+  std::int64_t stamp = 0;
+  std::uint8_t method = 0;         ///< control::Method
+  std::uint8_t backend = 0;        ///< control::Backend
+  std::uint8_t bounds = 0;         ///< control::BoundsKind
+  std::uint8_t solve_status = 0;   ///< control::SolveStatus
+  std::uint8_t arm_count = 0;
+  PerArm<std::uint8_t> operating_state{};
+  PerArm<std::uint8_t> homed{};
+  PerArm<std::uint8_t> busy{};
+  PerArm<std::uint32_t> faults{};
+  std::uint64_t lease_holder = 0;  ///< client id, 0 = free
+  std::uint8_t task_count = 0;
+  std::array<double, 4> task_error{};     ///< m, norm per task
+  std::array<double, 4> task_scale{};     ///< 0..1
+  std::array<double, 4> task_residual{};  ///< m/s, |J qdot - s v|
+  std::uint32_t iterations = 0;           ///< of the solver
+  double kkt_residual = 0.0;
+  double solve_time = 0.0;                ///< s
+  double cycle_time = 0.0;                ///< s, of the last cycle
+  double period = 0.0;                    ///< s
+  double jitter_max = 0.0;                ///< s, largest lateness of a wake-up
+  double cycle_time_max = 0.0;            ///< s
+  std::uint64_t cycles = 0;
+  std::uint64_t overruns = 0;
+  std::uint32_t active_limits = 0;        ///< how many bounds and rows the solution stands at
+};
+
+/// control/request, clients -> control. tandem_msgs/ControlRequest
+struct ControlRequest {
+  std::uint64_t client = 0;
+  std::uint64_t request = 0;
+  std::uint8_t kind = 0;        ///< dds::ControlKind
+  std::uint8_t arm = 255;       ///< 255 = all arms
+  std::string text;             ///< method name; "backend", "bounds" or parameter name
+  std::string value;            ///< parameter value; state command
+  std::uint8_t joint_count = 0;
+  std::array<double, safety::kMaxJointsPerArm> joints{};  ///< move_jp: m, rad; jog: m/s, rad/s
+};
+
+/// stop, everyone -> hal, sim, control. tandem_msgs/Stop
+struct Stop {
+  std::uint64_t client = 0;
+  std::uint64_t sequence = 0;
+  std::string reason;
+};
+
+/// sim/request, clients -> sim. tandem_msgs/SimRequest
+struct SimRequest {
+  std::uint64_t client = 0;
+  std::uint64_t request = 0;
+  std::uint8_t kind = 0;     ///< 1 reset to joints, 2 step, 3 inject fault
+  std::uint8_t arm_count = 0;
+  JointArray joints{};
+  std::uint32_t steps = 0;
+  std::uint8_t arm = 0;
+  std::uint8_t joint = 0;
+  std::string fault;         ///< off, stuck, garbage, invalid, none
+};
+
+/// hal/status, hal or sim -> all. tandem_msgs/HalStatus
+struct HalStatus {
+  std::uint64_t session = 0;
+  std::uint64_t sequence = 0;
+  std::int64_t stamp = 0;
+  std::uint8_t arm_count = 0;
+  PerArm<std::uint8_t> operating_state{};
+  PerArm<std::uint32_t> faults{};
+  std::array<std::uint64_t, 16> guard_count{};  ///< interventions per safety::Guard since start
+  std::array<double, 16> guard_largest{};       ///< largest amount per guard, SI
+  std::array<std::uint8_t, 16> guard_arm{};     ///< arm and joint of the last intervention
+  std::array<std::uint8_t, 16> guard_joint{};
+  double period = 0.0;
+  double jitter_max = 0.0;
+  std::uint64_t cycles = 0;
+  std::uint64_t overruns = 0;
+  double bus_load = 0.0;                        ///< 0..1
+};
+
+/// arm_x/shape, control -> all: backbone for drawing. tandem_msgs/Shape (unbounded sequence)
+struct Shape {
+  std::int64_t stamp = 0;
+  std::string frame;
+  std::vector<float> points;           ///< x y z per point, m, robot base frame
+  std::vector<std::uint8_t> tubes;     ///< per point: outermost tube there, counts from 1
+  std::vector<float> outer_radius;     ///< per point, m
+};
+
+/// Standard ROS messages, as far as Tandem uses them.
+struct Stamp {
+  std::int64_t nanoseconds = 0;
+};
+/// sensor_msgs/JointState
+struct JointState {
+  std::int64_t stamp = 0;
+  std::string frame;
+  std::vector<std::string> name;
+  std::vector<double> position, velocity, effort;
+};
+/// geometry_msgs/PoseStamped
+struct PoseStamped {
+  std::int64_t stamp = 0;
+  std::string frame;
+  std::array<double, 3> position{};
+  std::array<double, 4> orientation{0, 0, 0, 1};
+};
+/// nav_msgs/Path (frame and positions)
+struct Path {
+  std::int64_t stamp = 0;
+  std::string frame;
+  std::vector<PoseStamped> poses;
+};
+/// crtk_msgs/OperatingState
+struct OperatingState {
+  std::int64_t stamp = 0;
+  std::string frame;
+  std::string state;
+  bool is_homed = false;
+  bool is_busy = false;
+};
+/// crtk_msgs/StringStamped
+struct StringStamped {
+  std::int64_t stamp = 0;
+  std::string frame;
+  std::string text;
+};
+/// diagnostic_msgs/DiagnosticArray
+struct DiagnosticStatus {
+  std::uint8_t level = 0;  ///< 0 ok, 1 warn, 2 error, 3 stale
+  std::string name, message, hardware_id;
+  std::vector<std::pair<std::string, std::string>> values;
+};
+struct DiagnosticArray {
+  std::int64_t stamp = 0;
+  std::string frame;
+  std::vector<DiagnosticStatus> status;
+};
+
+enum class ReplyCode : std::uint16_t { kOk = 0, kMalformed, kNotLeaseHolder, kLeaseTaken, kWrongState, kOutsideLimits, kUnknown, kBusy, kFailed };
+enum class ControlKind : std::uint8_t { kAcquireLease = 1, kReleaseLease, kKeepLease, kStateCommand, kSetMethod, kSetParameter, kMoveJp, kJog, kHome, kHold };
+
+}  // namespace tandem::dds
