@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The diagonal of W_act.lim of the weighted least norm methods. */
+#pragma once
+
+#include "control/parameters.h"
+#include "control/step_problem.h"
+
+namespace tandem::control {
+
+/** How H sees the limits of equation (1). */
+struct LimitView {
+  bool both_neighbours;  ///< false: as printed, tube i's interval knows tube i-1 alone; true: tube i+1 as well
+  double nearest;        ///< m: a limit nearer than this counts as this near, because H is infinite at the limit
+};
+
+/// Equation (1) as printed.
+inline constexpr LimitView kAsPrinted{false, 1e-6};
+/// What the corrected law needs: a tube that feels the tube outside it too, and weights that leave a way back from the limit.
+inline constexpr LimitView kCorrected{true, 2e-3};
+
+/** Weights per joint, Alsaka et al. 2024, section 2.1: lambda_r for rotations, lambda_t w_i for translations, with
+ *
+ *   w_i = 1 + |dH/dbeta_i|,
+ *   dH/dbeta_i = (max - min)^2 (2 beta - max - min) / (4 (max - beta)^2 (beta - min)^2)      (Chan & Dubey 1995)
+ *
+ * beta in mm inside H, without Chan and Dubey's switch (a joint that leaves its limit stays as heavy as one that approaches
+ * it). */
+RobotVector limitWeights(const StepProblem& problem, const MethodParameters& parameters, LimitView view) noexcept;
+
+}  // namespace tandem::control

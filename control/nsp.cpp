@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Cholesky>
+
+#include "control/methods.h"
+
+namespace tandem::control {
+namespace {
+
+/** Null-space projection, Alsaka et al. 2024, (3), with damped pseudoinverses:
+ *
+ *   qdot = J_1# v_1 + (I - J_1# J_1) J_2# v_2,   J# = J^T (J J^T + d^2 I)^-1.
+ *
+ * No limits: where the paper starts from. Further tasks are projected behind the first in the same way. */
+class Nsp final : public Resolver {
+ public:
+  explicit Nsp(const MethodParameters& parameters) : Resolver(parameters) {}
+  Method method() const override { return Method::kNsp; }
+
+ private:
+  /// J# r.
+  RobotVector dampedInverse(const TaskJacobian& J, const TaskVector& r) const {
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, kMaxTaskRows> gram =
+        J.lazyProduct(J.transpose());
+    gram.diagonal().array() += parameters_.nsp_damping * parameters_.nsp_damping;
+    const TaskVector y = gram.llt().solve(r);
+    return J.transpose().lazyProduct(y);
+  }
+
+  SolveStatus resolve(const StepProblem& problem, Solution& solution) noexcept override {
+    for (int k = 0; k < problem.task_count; ++k) {
+      RobotVector add = dampedInverse(problem.task[k].jacobian, problem.task[k].velocity);
+      if (k > 0) {
+        const TaskJacobian& first = problem.task[0].jacobian;
+        const TaskVector moved = first.lazyProduct(add);
+        add -= dampedInverse(first, moved);
+      }
+      solution.velocity += add;
+      solution.scale[k] = 1.0;
+    }
+    return SolveStatus::kSolved;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Resolver> makeNsp(const MethodParameters& parameters) { return std::make_unique<Nsp>(parameters); }
+
+}  // namespace tandem::control

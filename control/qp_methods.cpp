@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "control/qp_methods.h"
+
+namespace tandem::control {
+
+void addLimits(const StepProblem& problem, const VelocityBounds& bounds, QuadraticProgram& qp) noexcept {
+  qp.lower.head(problem.joint_count) = bounds.lower;
+  qp.upper.head(problem.joint_count) = bounds.upper;
+  for (int i = 0; i < bounds.row_count; ++i) {
+    qp.A(i, problem.row[i].first) = problem.row[i].a_first;
+    qp.A(i, problem.row[i].second) = problem.row[i].a_second;
+    qp.b[i] = bounds.row_rate[i];
+  }
+}
+
+SolveStatus statusOf(QpStatus status) noexcept {
+  switch (status) {
+    case QpStatus::kSolved: return SolveStatus::kSolved;
+    case QpStatus::kInfeasible: return SolveStatus::kInfeasible;
+    case QpStatus::kIterationLimit: return SolveStatus::kIterationLimit;
+    case QpStatus::kNotFinite: return SolveStatus::kNotFinite;
+    default: return SolveStatus::kFailed;
+  }
+}
+
+}  // namespace tandem::control

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the two QP methods share: limits as constraints, outcomes as statuses. */
+#pragma once
+
+#include "control/quadratic_program.h"
+#include "control/solution.h"
+#include "control/velocity_bounds.h"
+
+namespace tandem::control {
+
+/// Bounds and coupled rows of one step into a QP whose first joint_count variables are the joint velocities.
+void addLimits(const StepProblem& problem, const VelocityBounds& bounds, QuadraticProgram& qp) noexcept;
+
+/// What the outcome of a QP means for the step.
+SolveStatus statusOf(QpStatus status) noexcept;
+
+}  // namespace tandem::control

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Dense convex quadratic programmes, their solutions and who solves them. */
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <string_view>
+
+#include "control/parameters.h"
+#include "control/step_problem.h"
+
+namespace tandem::control {
+
+inline constexpr int kMaxVariables = safety::kMaxJoints + 1;  ///< joint velocities and one task scale
+inline constexpr int kMaxEqualities = kMaxTasks * kMaxTaskRows;
+
+using QpMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
+using QpVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxVariables, 1>;
+using EqualityMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxEqualities, kMaxVariables>;
+using EqualityVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxEqualities, 1>;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxVariables>;
+using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows, 1>;
+
+/**   min 1/2 x^T H x + g^T x   s.t.   E x = e,   lower <= x <= upper,   A x <= b
+ *
+ * with H symmetric positive definite. Bounds may be infinite, or equal. */
+struct QuadraticProgram {
+  QpMatrix H;
+  QpVector g;
+  EqualityMatrix E;
+  EqualityVector e;
+  QpVector lower;
+  QpVector upper;
+  RowMatrix A;
+  RowVector b;
+
+  int variables() const { return static_cast<int>(g.size()); }
+  int equalities() const { return static_cast<int>(e.size()); }
+  int rows() const { return static_cast<int>(b.size()); }
+  /// Sets all sizes; matrices are zeroed, bounds infinite.
+  void resize(int variables, int equalities, int rows);
+};
+
+enum class QpStatus {
+  kSolved,
+  kInfeasible,      ///< no x satisfies the constraints
+  kIterationLimit,
+  kNotConvex,       ///< H is not positive definite
+  kNotFinite,       ///< a number in the problem is not finite
+  kFailed,          ///< the backend gave up
+};
+std::string_view describe(QpStatus status);
+
+/** Solution and multipliers: H x + g + E^T y + z_upper - z_lower + A^T w = 0, z, w >= 0. */
+struct QpSolution {
+  QpStatus status = QpStatus::kFailed;
+  QpVector x;
+  EqualityVector y;
+  QpVector z;    ///< z_upper - z_lower per variable
+  RowVector w;
+  int iterations = 0;
+};
+
+/** Largest violation of the optimality conditions: stationarity relative to its largest term, primal feasibility relative to
+ * the largest variable, signs of multipliers and complementarity relative to the largest multiplier. Dimensionless. */
+double kktResidual(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
+
+/** A solver of quadratic programmes. Not thread-safe; one per thread. */
+class QpBackend {
+ public:
+  virtual ~QpBackend() = default;
+  virtual void solve(const QuadraticProgram& qp, QpSolution& solution) noexcept = 0;
+  /// Forgets what it knows of former problems.
+  virtual void reset() noexcept {}
+};
+
+/** active-set: our own, allocation-free; ipopt: interior point, the judge (allocates; not for the periodic path). */
+std::unique_ptr<QpBackend> makeQpBackend(Backend backend);
+
+}  // namespace tandem::control

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "control/methods.h"
+#include "control/qp_methods.h"
+
+namespace tandem::control {
+namespace {
+
+/** Saturation in the null space as a sequence of QPs, Alsaka et al. 2024, (8). For k = 1, 2, ..., with qdot_0 = 0:
+ *
+ *   min over qdot, s_k   1/2 qdot^T (zeta I) qdot + 1/zeta (1 - s_k)^2
+ *   s.t.   J_k qdot = J_k qdot_{k-1} + s_k (v_k - J_k qdot_{k-1}),
+ *          J_i qdot = J_i qdot_{k-1}  for all i < k,   0 <= s_k <= 1,
+ *          lower <= qdot <= upper,   a_i^T qdot <= rate_i  (coupled rows; none with frozen bounds).
+ *
+ * At k = 1 the first line is J_1 qdot = s_1 v_1, as printed. Behind it the printed J_k qdot = s_k v_k is often infeasible
+ * under limits, whereas here s_k = 0 is always allowed: qdot_{k-1} is a feasible point of level k. Rotations are bounded by
+ * snsqp_rotation_velocity: without a bound the optimum buys the last per mille of s with any number of turns. */
+class Snsqp final : public Resolver {
+ public:
+  explicit Snsqp(const MethodParameters& parameters) : Resolver(parameters) {
+    for (auto& backend : backend_) backend = makeQpBackend(parameters.backend);
+  }
+  Method method() const override { return Method::kSnsqp; }
+  void reset() noexcept override {
+    for (auto& backend : backend_) backend->reset();
+  }
+
+ private:
+  void boundRotations(const StepProblem& problem, VelocityBounds& bounds) const {
+    for (int j = 0; j < problem.joint_count; ++j) {
+      if (problem.joint[j].kind != JointKind::kRotation) continue;
+      bounds.lower[j] = std::max(bounds.lower[j], -parameters_.snsqp_rotation_velocity);
+      bounds.upper[j] = std::min(bounds.upper[j], parameters_.snsqp_rotation_velocity);
+    }
+  }
+
+  /// Level k over the variables [qdot, s_k].
+  void setLevel(const StepProblem& problem, int k, const Solution& solution) {
+    const int n = problem.joint_count;
+    const double zeta = parameters_.snsqp_zeta;
+    int equalities = 0;
+    for (int i = 0; i <= k; ++i) equalities += static_cast<int>(problem.task[i].velocity.size());
+    qp_.resize(n + 1, equalities, solution.bounds.row_count);
+    addLimits(problem, solution.bounds, qp_);
+    qp_.H.diagonal().head(n).setConstant(zeta);
+    qp_.H(n, n) = 2.0 / zeta;
+    qp_.g[n] = -2.0 / zeta;
+    qp_.lower[n] = 0.0;
+    qp_.upper[n] = 1.0;
+    for (int i = 0, row = 0; i <= k; ++i) {
+      const Task& task = problem.task[i];
+      const int size = static_cast<int>(task.velocity.size());
+      const TaskVector done = task.jacobian.lazyProduct(solution.velocity);
+      qp_.E.block(row, 0, size, n) = task.jacobian;
+      qp_.e.segment(row, size) = done;
+      if (i == k) qp_.E.block(row, n, size, 1) = done - task.velocity;
+      row += size;
+    }
+  }
+
+  SolveStatus resolve(const StepProblem& problem, Solution& solution) noexcept override {
+    velocityBounds(problem, parameters_.bounds, parameters_.period, solution.bounds);
+    boundRotations(problem, solution.bounds);
+    for (int k = 0; k < problem.task_count; ++k) {
+      setLevel(problem, k, solution);
+      backend_[k]->solve(qp_, qp_solution_);
+      solution.iterations += qp_solution_.iterations;
+      if (qp_solution_.status != QpStatus::kSolved) return statusOf(qp_solution_.status);
+      solution.kkt_residual = std::max(solution.kkt_residual, kktResidual(qp_, qp_solution_));
+      solution.velocity = qp_solution_.x.head(problem.joint_count);
+      solution.scale[k] = qp_solution_.x[problem.joint_count];
+    }
+    return SolveStatus::kSolved;
+  }
+
+  std::array<std::unique_ptr<QpBackend>, kMaxTasks> backend_;  ///< one per level: each is warm-started by itself
+  QuadraticProgram qp_;
+  QpSolution qp_solution_;
+};
+
+}  // namespace
+
+std::unique_ptr<Resolver> makeSnsqp(const MethodParameters& parameters) { return std::make_unique<Snsqp>(parameters); }
+
+}  // namespace tandem::control

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file One control step as numbers: stacked Jacobians, desired velocities and limits. No arm type, no time, no I/O. */
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+
+#include "safety/limits.h"
+
+namespace tandem::control {
+
+using safety::RobotVector;
+
+inline constexpr int kMaxTasks = 4;
+inline constexpr int kMaxTaskRows = 6;
+/// Most coupled rows of a robot: two per pair of neighbouring tubes.
+inline constexpr int kMaxRows = 2 * 3 * safety::kMaxArms;
+
+using TaskJacobian =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, safety::kMaxJoints>;
+using TaskVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxTaskRows, 1>;
+
+/** J qdot = v, wanted. */
+struct Task {
+  TaskJacobian jacobian;  ///< rows x joints of the robot
+  TaskVector velocity;    ///< v, m/s (rad/s)
+};
+
+enum class JointKind : std::uint8_t { kTranslation, kRotation };
+
+/** One joint as the methods see it. SI. */
+struct JointState {
+  JointKind kind = JointKind::kTranslation;
+  double position = 0.0;
+  double lower = -safety::kUnlimited;         ///< box
+  double upper = safety::kUnlimited;
+  double frozen_lower = -safety::kUnlimited;  ///< beta_min, beta_max of equation (1), the inner neighbour standing still
+  double frozen_upper = safety::kUnlimited;
+  double moving_lower = -safety::kUnlimited;  ///< the same with both neighbours standing still: what a plot shows
+  double moving_upper = safety::kUnlimited;
+  double velocity = safety::kUnlimited;       ///< V_max
+  double approach_acceleration = safety::kUnlimited;  ///< A_max
+};
+
+/** gap = b - a^T q >= 0 is to be kept; a has at most two entries, `first` and `second`. */
+struct CoupledRow {
+  int first = 0;
+  int second = 0;
+  double a_first = 0.0;
+  double a_second = 0.0;
+  double gap = 0.0;                                   ///< b - a^T q at the present position, m
+  double approach_acceleration = safety::kUnlimited;
+};
+
+/** Everything that a redundancy-resolution method needs for one step. Reused from step to step: no allocation. */
+struct StepProblem {
+  int joint_count = 0;
+  int arm_count = 0;
+  std::array<int, safety::kMaxArms + 1> arm_offset{};  ///< joints of arm k are arm_offset[k] .. arm_offset[k+1]-1
+  std::array<JointState, safety::kMaxJoints> joint{};
+  int row_count = 0;
+  std::array<CoupledRow, kMaxRows> row{};
+  int task_count = 0;
+  std::array<Task, kMaxTasks> task{};                  ///< highest priority first
+
+  /// Lays out the arms and their limits; tasks are left empty. Call once, then setPosition() each step.
+  void setLimits(const safety::ArmLimits* const* limits, int count);
+  /// Takes over the joint positions (all arms stacked) and refreshes gaps and frozen intervals.
+  void setPosition(const RobotVector& q);
+
+ private:
+  std::array<double, kMaxRows> row_bound_{};  ///< b
+};
+
+/** Bounds on velocities of one step. */
+struct VelocityBounds {
+  RobotVector lower;
+  RobotVector upper;
+  int row_count = 0;                       ///< 0 for frozen bounds
+  std::array<double, kMaxRows> row_rate{};  ///< a^T qdot <= row_rate
+};
+
+}  // namespace tandem::control

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file From limits on positions to bounds on velocities. */
+#pragma once
+
+#include "control/parameters.h"
+#include "control/step_problem.h"
+
+namespace tandem::control {
+
+/** Bounds on qdot for one step of T seconds: Alsaka et al. 2024, below (7), after Flacco et al. 2015,
+ *
+ *   lower_i = max{ (q_min,i - q_i) / T, -V_i, -sqrt(2 A_i (q_i - q_min,i)) },
+ *   upper_i = min{ (q_max,i - q_i) / T,  V_i,  sqrt(2 A_i (q_max,i - q_i)) }.
+ *
+ * Frozen: q_min, q_max are the intervals of equation (1) with the inner neighbour standing still, as printed.
+ * Coupled: q_min, q_max are the boxes, and every row a^T q <= b of equation (1) becomes
+ *   a^T qdot <= min{ gap / T, sqrt(2 A gap) },  gap = b - a^T q.
+ * A joint or gap outside its limit is not driven farther out: that side's bound is zero.
+ * @param period  T, s, positive. */
+void velocityBounds(const StepProblem& problem, BoundsKind kind, double period, VelocityBounds& bounds) noexcept;
+
+}  // namespace tandem::control

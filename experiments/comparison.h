@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Our figures beside published ones. */
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "experiments/run_record.h"
+
+namespace tandem::experiments {
+
+/** Average of a method's runs over all configurations of one trajectory, as the paper prints its rows; errors in m. */
+struct ComparisonRow {
+  std::string trajectory;
+  control::Method method = control::Method::kNspqp;
+  int runs = 0;
+  int points = 0;
+  int converged = 0;
+  double iterations = 0.0;
+  ErrorStatistics ab, a;                     ///< each the mean over the runs
+  int limit_violations = 0;
+  std::uint64_t gate_actions = 0;
+  const config::PublishedRow* published = nullptr;  ///< nullptr where there is none
+};
+
+/// Rows in the order in which trajectories and methods first appear in `runs`.
+std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<const config::PublishedRow> published);
+
+/// The table for people: ours, and below each row the paper's.
+std::string formatTable(std::span<const ComparisonRow> rows);
+
+}  // namespace tandem::experiments

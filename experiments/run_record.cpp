@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "experiments/run_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tandem::experiments {
+
+std::string RunKey::name() const {
+  return trajectory + "-" + configuration + "-" + std::string(control::name(method));
+}
+
+RobotModel::RobotModel(const config::Robot& robot, const std::string& model) {
+  offset_.push_back(0);
+  for (const config::Arm& arm : robot.arms) {
+    owned_.push_back(kinematics::makeArmModel(model, arm.model));
+    owned_limits_.push_back(arm.limits);
+    offset_.push_back(offset_.back() + arm.model.jointCount());
+  }
+  for (const auto& owned : owned_) models_.push_back(owned.get());
+  for (const safety::ArmLimits& limits : owned_limits_) limits_.push_back(&limits);
+}
+
+safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) const {
+  if (static_cast<int>(arms.size()) != armCount()) {
+    throw std::invalid_argument("found joints of " + std::to_string(arms.size()) + " arms, expected " +
+                                std::to_string(armCount()));
+  }
+  safety::RobotVector q(jointCount());
+  for (int k = 0; k < armCount(); ++k) {
+    const Eigen::VectorXd& joints = arms[static_cast<std::size_t>(k)];
+    if (joints.size() != size(k)) throw std::invalid_argument("arm " + std::to_string(k) + ": wrong number of joints");
+    q.segment(offset(k), size(k)) = joints;
+  }
+  return q;
+}
+
+Eigen::Vector3d RobotModel::tip(int arm, const safety::RobotVector& q) const {
+  kinematics::Tip tip;
+  const auto status = models_[static_cast<std::size_t>(arm)]->tip(q.segment(offset(arm), size(arm)), tip);
+  if (status != kinematics::ModelStatus::kOk) throw std::domain_error(std::string(kinematics::describe(status)));
+  return tip.pose.translation();
+}
+
+RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance)
+    : key_(std::move(key)), robot_(robot), point_count_(point_count), tolerance_(tolerance) {
+  limits_.setLimits(robot.limits().data(), robot.armCount());
+}
+
+void RunRecord::add(const StepFacts& facts) {
+  Row row;
+  row.facts = facts;
+  const planning::TaskReference& relative = facts.reference.tasks[0];
+  const planning::TaskReference& tip = facts.reference.tasks[1];
+  const Eigen::Vector3d a = robot_.tip(relative.arm, facts.position);
+  const Eigen::Vector3d b = robot_.tip(relative.other_arm, facts.position);
+  row.error_ab = (relative.position - (a - b)).norm();
+  row.error_a = (tip.position - a).norm();
+  limits_.setPosition(facts.position);
+  row.lower.resize(robot_.jointCount());
+  row.upper.resize(robot_.jointCount());
+  for (int j = 0; j < robot_.jointCount(); ++j) {
+    row.lower[j] = limits_.joint[j].moving_lower;
+    row.upper[j] = limits_.joint[j].moving_upper;
+  }
+  row.violation = -safety::kUnlimited;
+  for (int k = 0; k < robot_.armCount(); ++k) {
+    const Eigen::VectorXd q = facts.position.segment(robot_.offset(k), robot_.size(k));
+    row.violation = std::max(row.violation, safety::largestViolation(*robot_.limits()[static_cast<std::size_t>(k)], q));
+  }
+  rows_.push_back(std::move(row));
+}
+
+namespace {
+
+/** Sums in the order of the points: the same digits wherever the rows come from. */
+class Accumulator {
+ public:
+  void add(double error) {
+    ++count_;
+    sum_ += error;
+    squares_ += error * error;
+    max_ = std::max(max_, error);
+  }
+  ErrorStatistics statistics() const {
+    if (count_ == 0) return {};
+    const double mean = sum_ / count_, mean_square = squares_ / count_;
+    return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max_};
+  }
+
+ private:
+  int count_ = 0;
+  double sum_ = 0.0, squares_ = 0.0, max_ = 0.0;
+};
+
+}  // namespace
+
+RunSummary RunRecord::summary() const {
+  RunSummary summary;
+  summary.key = key_;
+  summary.points = point_count_;
+  summary.iterations = static_cast<int>(rows_.size());
+  Accumulator ab, a;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    summary.gate_actions += row.facts.gate_actions;
+    summary.limit_violations += row.violation > kViolation ? 1 : 0;
+    const bool last = i + 1 == rows_.size() || rows_[i + 1].facts.point != row.facts.point;
+    if (!last) continue;
+    ab.add(row.error_ab);
+    a.add(row.error_a);
+    summary.converged += row.error_ab <= tolerance_ && row.error_a <= tolerance_ ? 1 : 0;
+  }
+  summary.ab = ab.statistics();
+  summary.a = a.statistics();
+  return summary;
+}
+
+}  // namespace tandem::experiments

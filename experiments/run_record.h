@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What one run of an experiment leaves behind: a row per iteration, and its statistics. */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "control/step_problem.h"
+#include "kinematics/arm_model.h"
+#include "planning/reference.h"
+
+namespace tandem::experiments {
+
+/** Which run. */
+struct RunKey {
+  std::string trajectory;
+  std::string configuration;
+  control::Method method = control::Method::kNspqp;
+
+  /// "rectangle-1-nspqp"
+  std::string name() const;
+};
+
+/** What was known when a reference was answered and the robot had moved. */
+struct StepFacts {
+  int point = 0;
+  int iteration = 0;
+  planning::Reference reference;             ///< the one that was answered: relative position, then tip
+  safety::RobotVector position;              ///< of all joints after the step, m and rad
+  std::array<double, 2> scale{};             ///< task scales of the solution
+  std::uint32_t solver_iterations = 0;
+  std::uint32_t active_limits = 0;
+  std::uint64_t gate_actions = 0;            ///< interventions of the gate in this step
+};
+
+/** One row: the facts and what follows from them with the robot's model. */
+struct Row {
+  StepFacts facts;
+  double error_ab = 0.0;                     ///< m, after the step
+  double error_a = 0.0;                      ///< m, after the step
+  double violation = 0.0;                    ///< largest excess over boxes and rows, m or rad; not above zero inside
+  safety::RobotVector lower, upper;          ///< moving limits of every joint after the step
+};
+
+/** RMS, standard deviation and maximum of errors, m. */
+struct ErrorStatistics {
+  double rms = 0.0;
+  double deviation = 0.0;
+  double max = 0.0;
+};
+
+/** A line of summary.csv. */
+struct RunSummary {
+  RunKey key;
+  int points = 0;
+  int converged = 0;
+  int iterations = 0;
+  ErrorStatistics ab, a;                     ///< over each point's last iteration
+  int limit_violations = 0;                  ///< iterations after which a joint stood outside equation (1) by more than kViolation
+  std::uint64_t gate_actions = 0;
+};
+
+/// Excess over a limit that counts as violation: rounding is below it, m or rad.
+inline constexpr double kViolation = 1e-9;
+
+/** A robot's models and limits, built once from its file. */
+class RobotModel {
+ public:
+  /// @throw std::invalid_argument as kinematics::makeArmModel() does.
+  explicit RobotModel(const config::Robot& robot, const std::string& model = "rigid");
+
+  const std::vector<const kinematics::ArmModel*>& models() const { return models_; }
+  const std::vector<const safety::ArmLimits*>& limits() const { return limits_; }
+  int armCount() const { return static_cast<int>(models_.size()); }
+  int jointCount() const { return offset_.back(); }
+  int offset(int arm) const { return offset_[static_cast<std::size_t>(arm)]; }
+  int size(int arm) const { return offset(arm + 1) - offset(arm); }
+  /// Joints of all arms in one vector.
+  safety::RobotVector stack(const std::vector<Eigen::VectorXd>& arms) const;
+  /// Tip position of an arm, m, robot base frame. @throw std::domain_error where the model cannot answer.
+  Eigen::Vector3d tip(int arm, const safety::RobotVector& q) const;
+
+ private:
+  std::vector<std::unique_ptr<kinematics::ArmModel>> owned_;
+  std::vector<safety::ArmLimits> owned_limits_;
+  std::vector<const kinematics::ArmModel*> models_;
+  std::vector<const safety::ArmLimits*> limits_;
+  std::vector<int> offset_;
+};
+
+/** Collects the rows of one run. */
+class RunRecord {
+ public:
+  RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance);
+
+  /// Adds a row; errors, violation and moving limits are computed here, so that every source of facts gives the same digits.
+  void add(const StepFacts& facts);
+
+  const RunKey& key() const { return key_; }
+  const std::vector<Row>& rows() const { return rows_; }
+  RunSummary summary() const;
+
+ private:
+  RunKey key_;
+  const RobotModel& robot_;
+  control::StepProblem limits_;
+  int point_count_;
+  double tolerance_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace tandem::experiments

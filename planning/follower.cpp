@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/follower.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::planning {
+namespace {
+
+/// Distance travelled and speed after t seconds of a trapezoidal speed profile over `length`.
+struct Profile {
+  double length, speed, acceleration;
+
+  double peak() const { return std::min(speed, std::sqrt(length * acceleration)); }
+  double duration() const { return length / peak() + peak() / acceleration; }
+  double distance(double t) const {
+    const double v = peak(), ramp = v / acceleration, end = duration();
+    if (t <= 0.0) return 0.0;
+    if (t >= end) return length;
+    if (t < ramp) return 0.5 * acceleration * t * t;
+    if (t > end - ramp) return length - 0.5 * acceleration * (end - t) * (end - t);
+    return v * (t - 0.5 * ramp);
+  }
+};
+
+}  // namespace
+
+std::string_view name(Phase phase) {
+  switch (phase) {
+    case Phase::kIdle: return "idle";
+    case Phase::kRunning: return "running";
+    case Phase::kPaused: return "paused";
+    case Phase::kFinished: return "finished";
+    case Phase::kFailed: return "failed";
+  }
+  return "unknown";
+}
+
+void Follower::start(const TrajectorySpec& spec, const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) {
+  std::vector<TrajectoryPoint> points = sample(spec, tip, relative);
+  spec_ = spec;
+  points_ = std::move(points);
+  points_.insert(points_.begin(), {tip, relative});
+  arc_length_.assign(points_.size(), 0.0);
+  for (std::size_t i = 1; i < points_.size(); ++i) {
+    arc_length_[i] = arc_length_[i - 1] + (points_[i].tip - points_[i - 1].tip).norm();
+  }
+  path_time_ = 0.0;
+  periods_at_end_ = 0;
+  progress_ = Progress{};
+  progress_.phase = Phase::kRunning;
+  progress_.point_count = spec.point_count;
+}
+
+void Follower::stop() { progress_.phase = Phase::kIdle; }
+
+void Follower::pause() {
+  if (progress_.phase == Phase::kRunning) progress_.phase = Phase::kPaused;
+}
+
+void Follower::resume() {
+  if (progress_.phase == Phase::kPaused) progress_.phase = Phase::kRunning;
+}
+
+bool Follower::update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept {
+  if (progress_.phase != Phase::kRunning && progress_.phase != Phase::kPaused) return false;
+  if (progress_.total_iterations > 0) {
+    progress_.tip_error = (reference_.tasks[1].position - tip).norm();
+    progress_.relative_error = (reference_.tasks[0].position - relative).norm();
+  }
+  if (progress_.phase == Phase::kPaused) {
+    if (progress_.total_iterations == 0) ask(points_.front(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    for (TaskReference& task : reference_.tasks) task.feed_forward.setZero();
+    reference = reference_;
+    return true;
+  }
+  const bool running = spec_.following == Following::kPointByPoint ? nextPoint() : nextInstant();
+  if (running) {
+    ++progress_.total_iterations;
+    reference = reference_;
+  }
+  return running;
+}
+
+bool Follower::nextPoint() noexcept {
+  const bool within = progress_.tip_error <= spec_.tolerance && progress_.relative_error <= spec_.tolerance;
+  const bool started = progress_.point > 0;
+  if (started && !within && progress_.iteration < spec_.max_iterations) {
+    ++progress_.iteration;
+    for (TaskReference& task : reference_.tasks) task.feed_forward.setZero();
+    return true;
+  }
+  if (started && within) ++progress_.converged_points;
+  if (progress_.point == progress_.point_count) {
+    progress_.phase = progress_.converged_points == progress_.point_count ? Phase::kFinished : Phase::kFailed;
+    return false;
+  }
+  ++progress_.point;
+  progress_.iteration = 1;
+  const TrajectoryPoint& from = points_[progress_.point - 1];
+  const TrajectoryPoint& to = points_[progress_.point];
+  ask(to, (to.tip - from.tip) / spec_.point_duration, (to.relative - from.relative) / spec_.point_duration);
+  return true;
+}
+
+TrajectoryPoint Follower::along(double s) const noexcept {
+  const auto above = std::upper_bound(arc_length_.begin() + 1, arc_length_.end() - 1, s);
+  const auto i = static_cast<std::size_t>(above - arc_length_.begin());
+  const double piece = arc_length_[i] - arc_length_[i - 1];
+  const double share = piece > 0.0 ? std::clamp((s - arc_length_[i - 1]) / piece, 0.0, 1.0) : 1.0;
+  return {points_[i - 1].tip + share * (points_[i].tip - points_[i - 1].tip),
+          points_[i - 1].relative + share * (points_[i].relative - points_[i - 1].relative)};
+}
+
+bool Follower::nextInstant() noexcept {
+  const Profile profile{arc_length_.back(), spec_.speed, spec_.acceleration};
+  const double end = profile.duration();
+  if (path_time_ >= end) {
+    const bool within = progress_.tip_error <= spec_.tolerance && progress_.relative_error <= spec_.tolerance;
+    if (within || periods_at_end_ >= spec_.max_iterations) {
+      progress_.phase = within ? Phase::kFinished : Phase::kFailed;
+      progress_.converged_points = within ? progress_.point_count : progress_.converged_points;
+      return false;
+    }
+    ++periods_at_end_;
+  }
+  // Where the reference is now, and the mean velocity with which it gets to where it will be at the next update.
+  const double s = profile.distance(path_time_), s_next = profile.distance(path_time_ + period_);
+  const TrajectoryPoint now = along(s), next = along(s_next);
+  path_time_ = std::min(path_time_ + period_, end);
+  ask(now, (next.tip - now.tip) / period_, (next.relative - now.relative) / period_);
+  progress_.point = static_cast<int>(std::upper_bound(arc_length_.begin(), arc_length_.end(), s) - arc_length_.begin());
+  progress_.point = std::clamp(progress_.point, 1, progress_.point_count);
+  ++progress_.iteration;
+  return true;
+}
+
+void Follower::ask(const TrajectoryPoint& at, const Eigen::Vector3d& tip_velocity,
+                   const Eigen::Vector3d& relative_velocity) noexcept {
+  reference_ = Reference{};
+  reference_.task_count = 2;
+  reference_.tasks[0] = {TaskKind::kRelativePosition, spec_.arm, spec_.other_arm, at.relative, relative_velocity};
+  reference_.tasks[1] = {TaskKind::kTipPosition, spec_.arm, 0, at.tip, tip_velocity};
+}
+
+}  // namespace tandem::planning

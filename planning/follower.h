@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Runs a sampled trajectory: which reference answers which measured state. */
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "planning/reference.h"
+#include "planning/trajectory.h"
+
+namespace tandem::planning {
+
+enum class Phase : std::uint8_t { kIdle = 0, kRunning, kPaused, kFinished, kFailed };
+std::string_view name(Phase phase);
+
+/** Where a run stands. */
+struct Progress {
+  Phase phase = Phase::kIdle;
+  int point = 0;             ///< counts from 1
+  int point_count = 0;
+  int iteration = 0;         ///< within the point, counts from 1
+  int total_iterations = 0;
+  int converged_points = 0;
+  double tip_error = 0.0;       ///< m, at the last update, against the reference given before
+  double relative_error = 0.0;  ///< m
+};
+
+/** Walks along a trajectory, one update per control period.
+ *
+ * kPointByPoint (Alsaka et al. 2024, section 3): a point is done when both errors are within the tolerance, or after
+ * max_iterations; then the next one is asked for. The feed-forward, spacing / point_duration along the path, acts in the
+ * first iteration of a point only: held through the point it would offset the tip by feed_forward / lambda_A.
+ * kTimed: the reference moves along the polyline with trapezoidal speed, with its velocity as feed-forward; the run is
+ * finished when the end is reached within the tolerance, failed when it is not after max_iterations more periods.
+ * A kPointByPoint run that left a point unconverged ends as kFailed, after having tried all points. */
+class Follower {
+ public:
+  /// @param period  control period, s.
+  explicit Follower(double period) : period_(period) {}
+
+  /// Starts at the measured tip and relative position. @throw std::invalid_argument as sample() does.
+  void start(const TrajectorySpec& spec, const Eigen::Vector3d& tip, const Eigen::Vector3d& relative);
+  void stop();
+  void pause();
+  void resume();
+
+  /// Judges the measured state against the last reference and says what to do next.
+  /// @return true with a new reference while running; while paused the last reference is held without feed-forward.
+  bool update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept;
+
+  const Progress& progress() const { return progress_; }
+  const TrajectorySpec& spec() const { return spec_; }
+  const std::vector<TrajectoryPoint>& points() const { return points_; }
+
+ private:
+  bool nextPoint() noexcept;
+  bool nextInstant() noexcept;
+  void ask(const TrajectoryPoint& at, const Eigen::Vector3d& tip_velocity, const Eigen::Vector3d& relative_velocity) noexcept;
+  TrajectoryPoint along(double s) const noexcept;
+
+  double period_;
+  TrajectorySpec spec_;
+  std::vector<TrajectoryPoint> points_;   ///< the start itself in front
+  std::vector<double> arc_length_;        ///< of the tip at each point, m
+  double path_time_ = 0.0;                ///< s, timed following
+  int periods_at_end_ = 0;
+  Progress progress_;
+  Reference reference_;
+};
+
+}  // namespace tandem::planning

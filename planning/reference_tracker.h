@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file One control step of the cooperating arms: from joint positions and a reference to joint velocities. */
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "control/resolver.h"
+#include "kinematics/arm_model.h"
+#include "planning/reference.h"
+#include "safety/limits.h"
+
+namespace tandem::planning {
+
+/** Gains of v = lambda (x_d - x) + xdot_d per task kind, 1/s (Alsaka et al. 2024, below (3)). */
+struct Gains {
+  double relative = 5.0;  ///< lambda_AB
+  double tip = 3.0;       ///< lambda_A
+};
+
+enum class TrackStatus : std::uint8_t {
+  kOk = 0,
+  kModel,         ///< a kinematic model cannot answer for these joints
+  kReference,     ///< the reference names an arm that there is not, or holds a number that is not finite
+  kSolver,        ///< see Solution::status
+};
+
+/** Result of one step. Reused from step to step. */
+struct TrackResult {
+  TrackStatus status = TrackStatus::kOk;
+  kinematics::ModelStatus model = kinematics::ModelStatus::kOk;
+  int model_arm = 0;                                        ///< whose model could not answer
+  control::Solution solution;                               ///< velocity is zero unless status is kOk
+  std::array<double, kMaxTasks> error{};                    ///< |x_d - x| per task, m
+  std::array<kinematics::Tip, safety::kMaxArms> tip{};      ///< at the joint positions given
+};
+
+/** Follows references with a redundancy-resolution method. step() allocates nothing and throws nothing with the active-set backend.
+ * The relative Jacobian of tip A minus tip B is J_AB = [J_A, -J_B] in the common base frame (eq. (2)). */
+class ReferenceTracker {
+ public:
+  /// Arms in the robot's order; models and limits must outlive the tracker.
+  ReferenceTracker(std::vector<const kinematics::ArmModel*> models, std::vector<const safety::ArmLimits*> limits,
+                   control::Method method, const control::MethodParameters& parameters, Gains gains);
+
+  /// Tips, errors and joint velocities at q (all arms stacked).
+  void step(const safety::RobotVector& q, const Reference& reference, TrackResult& result) noexcept;
+
+  /// Tips alone. @return false where a model cannot answer; then result.model and model_arm say why.
+  bool computeTips(const safety::RobotVector& q, TrackResult& result) const noexcept;
+
+  /// Limits and bounds at q as the last step saw them.
+  const control::StepProblem& problem() const { return problem_; }
+  control::Method method() const { return resolver_->method(); }
+  int jointCount() const { return problem_.joint_count; }
+
+ private:
+  bool setTask(const TaskReference& reference, const TrackResult& result, control::Task& task, double& error) noexcept;
+
+  std::vector<const kinematics::ArmModel*> models_;
+  std::unique_ptr<control::Resolver> resolver_;
+  Gains gains_;
+  control::StepProblem problem_;
+};
+
+}  // namespace tandem::planning
