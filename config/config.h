@@ -20,7 +20,8 @@
 
 namespace tandem::config {
 
-/** Where and why a file is refused; what() is "FILE:LINE:COLUMN: KEY: MESSAGE" (1-based; 0:0 where no place applies). */
+/** Where and why a file is refused; what() is "FILE:LINE:COLUMN: KEY: MESSAGE" (1-based; 0:0 where no place applies).
+ */
 class Error : public std::runtime_error {
  public:
   Error(std::string file, int line, int column, std::string key, const std::string& message);
@@ -41,13 +42,13 @@ struct Arm {
   std::string name;                     ///< topic name, e.g. arm_a
   kinematics::ConcentricTubeArm model;  ///< tubes, base, tool
   safety::ArmLimits limits;
-  Eigen::VectorXd home;                 ///< joint vector, m and rad, inside the limits
+  Eigen::VectorXd home;  ///< joint vector, m and rad, inside the limits
 };
 
 /** A robot file. */
 struct Robot {
   std::string name;
-  bool hardware = false;                 ///< refused without finite rotation limits
+  bool hardware = false;  ///< refused without finite rotation limits
   std::vector<Arm> arms;
   control::MethodParameters parameters;  ///< defaults for this robot
   std::vector<std::string> warnings;     ///< "FILE:LINE:COLUMN: KEY: ...", e.g. Poisson's ratio above 0.5
@@ -82,8 +83,8 @@ struct Experiment {
   std::vector<Configuration> configurations;
   std::vector<ExperimentTrajectory> trajectories;
   std::vector<control::Method> methods;
-  double relative_gain = 5.0;   ///< lambda_AB, 1/s
-  double tip_gain = 3.0;        ///< lambda_A, 1/s
+  double relative_gain = 5.0;  ///< lambda_AB, 1/s
+  double tip_gain = 3.0;       ///< lambda_A, 1/s
   std::vector<PublishedRow> published;
   std::filesystem::path file;
 };
@@ -103,22 +104,23 @@ enum class ClockMode {
 /** A deployment file. */
 struct Deployment {
   std::string name;
-  std::filesystem::path robot;    ///< resolved against the deployment file's folder
-  std::string prefix = "tandem";  ///< topic prefix, the robot's name on the wire: rt/<prefix>/...
-  int domain = 0;                 ///< DDS domain, 0..232
+  std::filesystem::path robot;                  ///< resolved against the deployment file's folder
+  std::string prefix = "tandem";                ///< topic prefix, the robot's name on the wire: rt/<prefix>/...
+  int domain = 0;                               ///< DDS domain, 0..232
   std::string interface_address = "127.0.0.1";  ///< the only interface used
   std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers; no multicast
   ClockMode clock = ClockMode::kRealTime;
-  double control_period = 0.1;    ///< s
-  double sim_period = 1e-3;       ///< s, plant and bus period
-  double status_period = 0.05;    ///< s, of hal/status, control/status to people, arm_x/...
-  int realtime_priority = 0;      ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
+  double control_period = 0.1;  ///< s
+  double sim_period = 1e-3;     ///< s, plant and bus period
+  double status_period = 0.05;  ///< s, of hal/status, control/status to people, arm_x/...
+  int realtime_priority = 0;    ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
   bool lock_memory = false;
   safety::Budgets budgets;
   control::Method method = control::Method::kNspqp;
-  double relative_gain = 5.0;     ///< lambda_AB, 1/s
-  double tip_gain = 3.0;          ///< lambda_A, 1/s
+  double relative_gain = 5.0;  ///< lambda_AB, 1/s
+  double tip_gain = 3.0;       ///< lambda_A, 1/s
   std::vector<Process> processes;
+  std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default
   std::filesystem::path file;
 };
 
@@ -126,9 +128,18 @@ Robot loadRobot(const std::filesystem::path& file);
 Experiment loadExperiment(const std::filesystem::path& file);
 Deployment loadDeployment(const std::filesystem::path& file);
 
-/** A trajectory given as YAML text (planning/request, `tandem run`), `origin` names it in errors. */
-planning::TrajectorySpec parseTrajectory(const std::string& yaml, const std::string& origin,
+/** A trajectory given as YAML text (planning/request, `tandem run`), `origin` names it in errors. CSV paths are
+ * relative to `folder`; an empty folder refuses them, as texts from the wire must not name files. */
+planning::TrajectorySpec parseTrajectory(const std::string& yaml,
+                                         const std::string& origin,
                                          const std::filesystem::path& folder);
+
+/** A trajectory file; CSV paths are relative to its folder. */
+planning::TrajectorySpec loadTrajectory(const std::filesystem::path& file);
+
+/** A trajectory as YAML text in SI units that parseTrajectory reads back, without references to other files: what
+ * planning/request carries. */
+std::string formatTrajectory(const planning::TrajectorySpec& spec);
 
 /** What kind of file it is by its first key (`tandem: robot/1`), fully loaded and checked, as one line for people.
  * @throw Error as the loaders do. */
@@ -140,7 +151,9 @@ struct Summary {
 Summary validate(const std::filesystem::path& file);
 
 /** Finds a preset by bare name ("ark2024"): as a path if it is one, else in the folders given by TANDEM_CONFIG_PATH
- * (colon-separated), else beside the executable (../share/tandem, ../../../config/presets).
+ * (colon-separated), else beside the executable or module (../share/tandem), else, from a build tree, in its source
+ * tree.
+ * @param kind "robot", "experiment", "deployment", "trajectory", or empty for any
  * @throw Error that lists the presets there are. */
 std::filesystem::path findFile(const std::string& name_or_path, const std::string& kind);
 

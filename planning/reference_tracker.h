@@ -49,7 +49,10 @@ class ReferenceTracker {
   /// Tips alone. @return false where a model cannot answer; then result.model and model_arm say why.
   bool computeTips(const safety::RobotVector& q, TrackResult& result) const noexcept;
 
-  /// Limits and bounds at q as the last step saw them.
+  /// Refreshes problem()'s moving limits without a step.
+  void observe(const safety::RobotVector& q) noexcept { problem_.setPosition(q); }
+
+  /// Limits and bounds at q as the last step or observe() saw them.
   const control::StepProblem& problem() const { return problem_; }
   control::Method method() const { return resolver_->method(); }
   int jointCount() const { return problem_.joint_count; }

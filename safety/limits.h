@@ -47,6 +47,10 @@ struct ArmLimits {
   int jointCount() const { return static_cast<int>(joints.size()); }
 };
 
+/** a^T q, summed in the order of the joints: rounding is the same wherever a row is evaluated, and it is monotone in
+ * every joint. m. */
+double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
+
 /** Largest amount by which q leaves the boxes and rows, in m or rad; negative or zero inside. */
 double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q);
 

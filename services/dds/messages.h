@@ -132,7 +132,7 @@ struct ControlStatus {
   std::uint8_t task_count = 0;
   std::array<double, 4> task_error{};     ///< m, norm per task
   std::array<double, 4> task_scale{};     ///< 0..1
-  std::array<double, 4> task_residual{};  ///< m/s, |J qdot - s v|
+  std::array<double, 4> task_residual{};  ///< m/s, |J qdot - v|
   std::uint32_t iterations = 0;           ///< of the solver
   double kkt_residual = 0.0;
   double solve_time = 0.0;                ///< s

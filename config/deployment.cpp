@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+safety::Budgets readBudgets(const Map& map) {
+  const safety::Budgets defaults;
+  const auto read = [&map](const std::string& key, double usual) {
+    const double value = map.number(key);
+    if (value > usual) {
+      map.warn(key, "found " + map.inUnit(key, value) + ", expected at most the default of " + map.inUnit(key, usual) +
+                        "; a larger budget needs a reason in docs/safety.md");
+    }
+    return value;
+  };
+  safety::Budgets budgets;
+  budgets.minimum_age = read("minimum_age", defaults.minimum_age);
+  budgets.age_periods = read("age_periods", defaults.age_periods);
+  budgets.planning_reference = read("planning_reference", defaults.planning_reference);
+  budgets.teleoperation = read("teleoperation", defaults.teleoperation);
+  budgets.drive_heartbeat = read("drive_heartbeat", defaults.drive_heartbeat);
+  budgets.lease = read("lease", defaults.lease);
+  return budgets;
+}
+
+std::vector<Process> readProcesses(const Map& map) {
+  std::vector<Process> processes;
+  for (const Map& entry : map.maps("processes")) {
+    processes.push_back({entry.text("name"), entry.text("executable"), entry.texts("arguments")});
+    for (std::size_t i = 0; i + 1 < processes.size(); ++i) {
+      if (processes[i].name == processes.back().name) {
+        entry.fail("name", "found '" + processes[i].name + "' a second time, expected another name");
+      }
+    }
+  }
+  return processes;
+}
+
+void readTiming(const Map& map, Deployment& deployment) {
+  deployment.clock = map.text("clock") == "lock_step" ? ClockMode::kLockStep : ClockMode::kRealTime;
+  deployment.control_period = map.number("control_period");
+  deployment.sim_period = map.number("sim_period");
+  deployment.status_period = map.number("status_period");
+  deployment.realtime_priority = map.integer("realtime_priority");
+  deployment.lock_memory = map.flag("lock_memory");
+  if (deployment.sim_period > deployment.control_period) {
+    map.fail(map.has("sim_period") ? "sim_period" : "control_period",
+             "found a sim_period of " + formatNumber(deployment.sim_period) + " s and a control_period of " +
+                 formatNumber(deployment.control_period) + " s, expected a sim_period of at most the control_period");
+  }
+}
+
+}  // namespace
+
+Deployment loadDeployment(const std::filesystem::path& file) {
+  Document document(file.string(), readFile(file));
+  const Map map = document.check(deploymentTable());
+  map.text("tandem");
+  Deployment deployment;
+  deployment.file = file;
+  deployment.name = map.text("name");
+  deployment.robot = robotPath(map, file);
+  deployment.prefix = map.text("prefix");
+  deployment.domain = map.integer("domain");
+  deployment.interface_address = map.text("interface_address");
+  if (map.has("peers"))
+    deployment.peers = map.texts("peers");
+  readTiming(map, deployment);
+  deployment.budgets = readBudgets(map.map("budgets"));
+  deployment.method = control::methodFromName(map.text("method")).value();
+  deployment.relative_gain = map.number("relative_gain");
+  deployment.tip_gain = map.number("tip_gain");
+  deployment.processes = readProcesses(map);
+  document.finish();
+  deployment.warnings = document.warnings();
+  return deployment;
+}
+
+}  // namespace tandem::config

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+std::vector<std::string> armNames(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Arm& arm : robot.arms)
+    names.push_back(arm.name);
+  return names;
+}
+
+Configuration readConfiguration(const Map& map, const Robot& robot) {
+  Configuration configuration{map.text("name"), std::vector<Eigen::VectorXd>(robot.arms.size())};
+  const std::vector<std::string> names = armNames(robot);
+  for (const Map& joints : map.maps("joints")) {
+    const std::string name = joints.text("arm");
+    const auto index = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    if (index == names.size())
+      joints.fail("arm", "found '" + name + "', expected an arm of the robot: " + join(names));
+    if (configuration.joints[index].size() > 0)
+      joints.fail("arm", "found '" + name + "' a second time, expected it once");
+    configuration.joints[index] = readJoints(joints, robot.arms[index].limits);
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (configuration.joints[i].size() == 0)
+      map.fail("joints", "found no entry for '" + names[i] + "', expected one");
+  }
+  return configuration;
+}
+
+std::vector<Configuration> readConfigurations(const Map& map, const Robot& robot) {
+  std::vector<Configuration> all;
+  for (const Map& entry : map.maps("configurations")) {
+    Configuration next = readConfiguration(entry, robot);
+    if (std::any_of(all.begin(), all.end(), [&](const Configuration& c) { return c.name == next.name; })) {
+      entry.fail("name", "found '" + next.name + "' a second time, expected another name");
+    }
+    all.push_back(std::move(next));
+  }
+  return all;
+}
+
+/// Names of the trajectory's configurations; all where none are named.
+std::vector<std::string> readStarts(const Map& map, const std::vector<Configuration>& configurations) {
+  std::vector<std::string> known;
+  for (const Configuration& configuration : configurations)
+    known.push_back(configuration.name);
+  if (!map.has("configurations"))
+    return known;
+  const std::vector<std::string> names = map.texts("configurations");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::find(known.begin(), known.end(), names[i]) == known.end()) {
+      map.fail("configurations", "found '" + names[i] + "', expected one of " + join(known), static_cast<int>(i));
+    }
+  }
+  return names;
+}
+
+void checkArms(const Map& map, const planning::TrajectorySpec& spec, std::size_t arm_count) {
+  for (const auto& [key, arm] : {std::pair{"arm", spec.arm}, {"other_arm", spec.other_arm}}) {
+    if (static_cast<std::size_t>(arm) >= arm_count) {
+      map.fail(key, "found arm " + std::to_string(arm) + ", expected less than the robot's " +
+                        std::to_string(arm_count) + " arms (counted from 0)");
+    }
+  }
+}
+
+ExperimentTrajectory readRun(const Map& map, const Experiment& experiment, std::size_t arm_count) {
+  ExperimentTrajectory run{readTrajectory(map, experiment.file.has_parent_path() ? experiment.file.parent_path() : "."),
+                           readStarts(map, experiment.configurations)};
+  checkArms(map, run.spec, arm_count);
+  for (const ExperimentTrajectory& earlier : experiment.trajectories) {
+    if (earlier.spec.name != run.spec.name)
+      continue;
+    for (const std::string& start : run.configurations) {
+      if (std::find(earlier.configurations.begin(), earlier.configurations.end(), start) !=
+          earlier.configurations.end()) {
+        map.fail("name", "found '" + run.spec.name + "' from configuration " + start +
+                             " a second time, expected another name or other configurations");
+      }
+    }
+  }
+  return run;
+}
+
+PublishedRow readPublished(const Map& map, const std::vector<ExperimentTrajectory>& trajectories) {
+  PublishedRow row;
+  row.trajectory = map.text("trajectory");
+  const bool known = std::any_of(trajectories.begin(), trajectories.end(),
+                                 [&](const ExperimentTrajectory& t) { return t.spec.name == row.trajectory; });
+  if (!known)
+    map.fail("trajectory", "found '" + row.trajectory + "', expected the name of one of the trajectories");
+  row.method = map.text("method");
+  row.iterations = map.number("iterations");
+  const Map relative = map.map("relative");
+  row.rms_ab = relative.number("rms");
+  row.std_ab = relative.number("std");
+  row.max_ab = relative.number("max");
+  const Map tip = map.map("tip");
+  row.rms_a = tip.number("rms");
+  row.std_a = tip.number("std");
+  row.max_a = tip.number("max");
+  return row;
+}
+
+}  // namespace
+
+Experiment loadExperiment(const std::filesystem::path& file) {
+  Document document(file.string(), readFile(file));
+  const Map map = document.check(experimentTable());
+  map.text("tandem");
+  Experiment experiment;
+  experiment.file = file;
+  experiment.name = map.text("name");
+  experiment.robot = robotPath(map, file);
+  const Robot robot = loadRobot(experiment.robot);
+  for (const std::string& method : map.texts("methods")) {
+    experiment.methods.push_back(control::methodFromName(method).value());
+  }
+  experiment.relative_gain = map.number("relative_gain");
+  experiment.tip_gain = map.number("tip_gain");
+  experiment.configurations = readConfigurations(map, robot);
+  for (const Map& entry : map.maps("trajectories")) {
+    experiment.trajectories.push_back(readRun(entry, experiment, robot.arms.size()));
+  }
+  for (const Map& entry : map.maps("published")) {
+    experiment.published.push_back(readPublished(entry, experiment.trajectories));
+  }
+  document.finish();
+  return experiment;
+}
+
+}  // namespace tandem::config

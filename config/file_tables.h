@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The key tables of the four kinds of file, and what is generated from them. */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/key_table.h"
+
+namespace tandem::config {
+
+const Mapping& robotTable();
+const Mapping& experimentTable();
+const Mapping& deploymentTable();
+const Mapping& trajectoryTable();
+
+/// "robot", "experiment", "deployment", "trajectory".
+const std::vector<std::string>& kinds();
+
+/// The table of a kind. @throw std::invalid_argument for an unknown kind.
+const Mapping& tableOf(const std::string& kind);
+
+/// JSON Schema (draft 2020-12) of a kind of file: the text of config/schemas/KIND.schema.json.
+std::string schema(const std::string& kind);
+
+/// The keys of a kind of file as Markdown tables, one per mapping: a section of docs/configuration.md.
+std::string keyTables(const std::string& kind);
+
+/// The keys of a trajectory without the `tandem` line, for the files that embed trajectories.
+std::vector<Field> trajectoryFields();
+
+}  // namespace tandem::config

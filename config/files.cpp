@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+namespace fs = std::filesystem;
+
+void addListed(std::vector<fs::path>& folders, const char* list) {
+  const std::string text = list ? list : "";
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(':', begin), text.size());
+    if (end > begin)
+      folders.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+}
+
+/// Source tree of a CMake build tree, empty where the folder is none.
+fs::path sourceOf(const fs::path& build) {
+  std::ifstream cache(build / "CMakeCache.txt");
+  const std::string key = "CMAKE_HOME_DIRECTORY:INTERNAL=";
+  for (std::string line; std::getline(cache, line);) {
+    if (line.starts_with(key))
+      return line.substr(key.size());
+  }
+  return {};
+}
+
+/// Beside an installed program or module, and in the source tree of a build tree.
+void addBeside(std::vector<fs::path>& folders, const fs::path& binary) {
+  fs::path folder = binary.parent_path();
+  folders.push_back(folder / "../share/tandem");
+  // build/bin, build/tests, build/preset/bin: the cache is not far above.
+  for (int level = 0; level < 4 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
+    const fs::path source = sourceOf(folder);
+    if (!source.empty())
+      folders.push_back(source / "config/presets");
+  }
+}
+
+std::vector<fs::path> searchFolders() {
+  std::vector<fs::path> folders;
+  addListed(folders, std::getenv("TANDEM_CONFIG_PATH"));
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  if (!program.empty())
+    addBeside(folders, program);
+  // The code may live in a module that a foreign program has loaded.
+  Dl_info here{};
+  if (dladdr(reinterpret_cast<void*>(&searchFolders), &here) != 0 && here.dli_fname) {
+    const fs::path module = fs::weakly_canonical(here.dli_fname, ignored);
+    if (!module.empty() && module != program)
+      addBeside(folders, module);
+  }
+  return folders;
+}
+
+/// "robots", "trajectories".
+std::string folderOf(const std::string& kind) {
+  return kind.ends_with('y') ? kind.substr(0, kind.size() - 1) + "ies" : kind + "s";
+}
+
+std::vector<std::string> foldersOf(const std::string& kind) {
+  if (!kind.empty())
+    return {folderOf(kind)};
+  std::vector<std::string> all;
+  for (const std::string& known : kinds())
+    all.push_back(folderOf(known));
+  return all;
+}
+
+std::string presetNames(const std::string& kind) {
+  std::set<std::string> names;
+  for (const fs::path& folder : searchFolders()) {
+    for (const std::string& sub : foldersOf(kind)) {
+      std::error_code error;
+      for (fs::directory_iterator entry(folder / sub, error), end; !error && entry != end; entry.increment(error)) {
+        if (entry->path().extension() == ".yaml")
+          names.insert(entry->path().stem().string());
+      }
+    }
+  }
+  return names.empty() ? "none found" : join({names.begin(), names.end()});
+}
+
+bool isFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+}  // namespace
+
+std::string readFile(const fs::path& file) {
+  if (!isFile(file))
+    throw Error(file.string(), 0, 0, "", "found no such file, expected a readable YAML file");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw Error(file.string(), 0, 0, "", "found a file that cannot be opened, expected a readable YAML file");
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+fs::path findPreset(const std::string& name, const std::string& kind) {
+  const std::string file = name.ends_with(".yaml") ? name : name + ".yaml";
+  for (const fs::path& folder : searchFolders()) {
+    if (name.empty())
+      break;
+    for (const std::string& sub : foldersOf(kind)) {
+      if (isFile(folder / sub / file))
+        return (folder / sub / file).lexically_normal();
+    }
+    if (isFile(folder / file))
+      return (folder / file).lexically_normal();
+  }
+  throw Error(name, 0, 0, kind,
+              "found neither a file nor a preset of this name, expected a path or one of: " + presetNames(kind));
+}
+
+fs::path findFile(const std::string& name_or_path, const std::string& kind) {
+  return isFile(name_or_path) ? fs::path(name_or_path) : findPreset(name_or_path, kind);
+}
+
+fs::path robotPath(const Map& map, const fs::path& file) {
+  const std::string name = map.text("robot");
+  const fs::path beside = (file.parent_path() / name).lexically_normal();
+  if (isFile(beside))
+    return beside;
+  if (name.find('/') == std::string::npos) {
+    try {
+      return findPreset(name, "robot");
+    } catch (const Error&) {
+      // Told below, with the place of the key.
+    }
+  }
+  map.fail("robot", "found '" + name + "', expected a file relative to this one's folder or one of the presets: " +
+                        presetNames("robot"));
+}
+
+}  // namespace tandem::config

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What to say about a key that a table does not know. */
+#pragma once
+
+#include <string>
+
+#include "config/key_table.h"
+
+namespace tandem::config {
+
+/// Number of insertions, deletions, replacements and swaps of neighbours that lead from one text to the other.
+int editDistance(const std::string& a, const std::string& b);
+
+/// "a key without its unit; expected outer_diameter_mm or ...", "unknown key; did you mean ...?", "unknown key; known
+/// keys: ...".
+std::string explainUnknownKey(const std::string& key, const Mapping& table);
+
+}  // namespace tandem::config

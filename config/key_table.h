@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Tables of the keys that a file may have. The loaders check files against these tables, and the JSON Schemas
+ * and the key tables of docs/configuration.md are generated from them.
+ */
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/units.h"
+
+namespace tandem::config {
+
+struct Mapping;
+
+enum class Type { kBool, kInteger, kNumber, kText, kMapping };
+
+/** Allowed values, in SI. */
+struct Range {
+  double minimum = -std::numeric_limits<double>::infinity();
+  double maximum = std::numeric_limits<double>::infinity();
+  bool exclusive_minimum = false;
+};
+
+/** One key of a mapping. Built by the functions below and refined by the chained ones. */
+struct Field {
+  std::string name;  ///< without unit
+  std::string description;
+  Type type = Type::kText;
+  Quantity quantity = Quantity::kNone;
+  bool is_required = false;
+  bool is_list = false;
+  bool or_scalar = false;     ///< a list, or one value for all
+  bool is_unique = false;     ///< no value of the list twice
+  bool numeric_text = false;  ///< text that may be written as a bare integer
+  int min_size = 0;           ///< of the list
+  int max_size = 0;
+  int row_size = 0;  ///< > 0: the list's elements are lists of so many numbers
+  Range range;
+  std::vector<std::string> words;        ///< the only texts allowed, or words allowed in place of a number or mapping
+  std::string pattern;                   ///< ECMAScript regular expression of a text
+  std::string pattern_meaning;           ///< the pattern for people
+  const Mapping* mapping = nullptr;      ///< of kMapping
+  std::optional<double> default_number;  ///< SI; of every element of a list; 0 and 1 for kBool
+  std::optional<std::string> default_text;
+  std::string default_note;  ///< for people, where the default is computed
+
+  Field required() const;
+  Field list(int minimum, int maximum) const;
+  Field vector3() const { return list(3, 3); }
+  Field orScalar() const;
+  Field unique() const;
+  Field rows(int size) const;
+  Field above(double minimum) const;    ///< exclusive
+  Field atLeast(double minimum) const;  ///< inclusive
+  Field within(double minimum, double maximum) const;
+  Field orUnlimited() const;  ///< the word "unlimited" stands for infinity
+  Field oneOf(std::vector<std::string> allowed) const;
+  Field matching(const std::string& regular_expression, const std::string& meaning) const;
+  Field orInteger() const;
+  Field defaultsTo(double value) const;
+  Field defaultsTo(const std::string& value) const;
+  Field defaultNote(const std::string& note) const;
+
+  /// Every way to write the key: ("outer_diameter_mm", mm), ("outer_diameter_m", m); the unit is null for plain keys.
+  std::vector<std::pair<std::string, const Unit*>> keys() const;
+  /// The preferred way.
+  std::string key() const { return keys().front().first; }
+  /// "outer_diameter_mm or outer_diameter_m".
+  std::string keysForPeople() const;
+};
+
+/** Keys of one mapping. */
+struct Mapping {
+  std::string name;  ///< of the definition in the schema
+  std::string description;
+  std::vector<Field> fields;
+  bool exactly_one = false;  ///< of the fields must be present
+
+  /// @throw std::logic_error for a name that is not in the table.
+  const Field& field(const std::string& field_name) const;
+};
+
+Field flag(const std::string& name, const std::string& description);
+Field integer(const std::string& name, const std::string& description);
+Field number(const std::string& name, Quantity quantity, const std::string& description);
+Field text(const std::string& name, const std::string& description);
+Field mapping(const std::string& name, const Mapping& keys, const std::string& description);
+
+/// Shortest decimal text of a number, to 12 digits: "0.88", "1e+08"; "unlimited" for infinities.
+std::string formatNumber(double value);
+
+/// What a value of this field has to be, in the unit of its key: "a length more than 0, in mm".
+/// @param element of an element of the list instead of the whole
+std::string expectation(const Field& field, const Unit* unit, bool element = false);
+
+/// "tubes[2]" of "tubes" and 2.
+std::string indexed(std::string path, std::size_t index);
+
+/// "a, b, c".
+std::string join(const std::vector<std::string>& words, const std::string& separator = ", ");
+
+}  // namespace tandem::config

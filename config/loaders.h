@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the loaders of this room share. */
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "config/config.h"
+#include "config/yaml_reader.h"
+
+namespace tandem::config {
+
+/// The whole file. @throw Error 0:0 where it cannot be read.
+std::string readFile(const std::filesystem::path& file);
+
+/// A preset in the search folders only, never a path. @throw Error that lists the presets there are.
+std::filesystem::path findPreset(const std::string& name, const std::string& kind);
+
+/// The `robot` key: relative to the folder of the file, else a preset. @throw Error at the key.
+std::filesystem::path robotPath(const Map& map, const std::filesystem::path& file);
+
+/// [beta_1..beta_n, alpha_1..alpha_n] from the keys `beta` and `alpha`, inside the limits.
+/// @throw Error at the element that is outside.
+Eigen::VectorXd readJoints(const Map& map, const safety::ArmLimits& limits);
+
+/// A trajectory without its `tandem` line. @param folder that CSV paths start from; empty: CSV files are refused.
+planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder);
+
+/// Points of a CSV file: lines `x,y,z` in m. @throw Error that names FILE:LINE.
+std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file);
+
+}  // namespace tandem::config

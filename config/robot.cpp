@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+using kinematics::Tube;
+using safety::JointLimit;
+
+/// Strain that superelastic nitinol recovers.
+constexpr double kRecoverableStrain = 0.04;
+/// Poisson's ratio of an incompressible isotropic material.
+constexpr double kLargestPoissonRatio = 0.5;
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll).
+Eigen::Isometry3d readPose(const Map& map) {
+  const Eigen::Vector3d rpy = map.vector3("rpy");
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() =
+      (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
+  pose.translation() = map.vector3("position");
+  return pose;
+}
+
+Tube readTube(const Map& map) {
+  Tube tube;
+  tube.outer_diameter = map.number("outer_diameter");
+  tube.inner_diameter = map.number("inner_diameter");
+  tube.youngs_modulus = map.number("youngs_modulus");
+  tube.poisson_ratio = map.number("poisson_ratio");
+  tube.straight_length = map.number("straight_length");
+  tube.curved_length = map.number("curved_length");
+  tube.curvature = map.number("curvature");
+  if (tube.inner_diameter >= tube.outer_diameter) {
+    map.fail("inner_diameter", "found " + map.inUnit("inner_diameter", tube.inner_diameter) +
+                                   ", expected less than the outer diameter of " +
+                                   map.inUnit("inner_diameter", tube.outer_diameter));
+  }
+  if (tube.poisson_ratio > kLargestPoissonRatio) {
+    map.warn("poisson_ratio", "found " + formatNumber(tube.poisson_ratio) +
+                                  ", expected at most 0.5; it serves only in G = E / (2 (1 + nu))");
+  }
+  const double strain = std::abs(tube.curvature) * tube.outer_diameter / 2.0;
+  if (strain > kRecoverableStrain) {
+    map.warn("curvature", "found " + map.inUnit("curvature", tube.curvature) + ", which strains the wall by " +
+                              formatNumber(std::round(strain * 1e3) / 10.0) + " %, expected at most 4 %");
+  }
+  return tube;
+}
+
+/// Tube i runs inside tube i + 1 and is longer.
+void checkNesting(const Map& map, const Tube& inner, const Tube& tube) {
+  if (inner.outer_diameter >= tube.inner_diameter) {
+    map.fail("inner_diameter", "found " + map.inUnit("inner_diameter", tube.inner_diameter) +
+                                   ", expected more than the outer diameter of the tube before, " +
+                                   map.inUnit("inner_diameter", inner.outer_diameter) + "; swapped tubes?");
+  }
+  if (tube.length() >= inner.length()) {
+    map.fail("straight_length", "found a tube of " + map.inUnit("straight_length", tube.length()) +
+                                    ", expected less than the length of the tube before, " +
+                                    map.inUnit("straight_length", inner.length()) + "; swapped tubes?");
+  }
+}
+
+std::vector<Tube> readTubes(const Map& arm) {
+  std::vector<Tube> tubes;
+  for (const Map& map : arm.maps("tubes")) {
+    const Tube tube = readTube(map);
+    if (!tubes.empty())
+      checkNesting(map, tubes.back(), tube);
+    tubes.push_back(tube);
+  }
+  return tubes;
+}
+
+void readMotion(const Map& map, JointLimit& limit) {
+  limit.velocity = map.number("velocity");
+  limit.approach_acceleration = map.number("approach_acceleration");
+  limit.slew_limit = map.number("slew_limit");
+  limit.stop_deceleration = map.number("stop_deceleration");
+  limit.max_step = map.number("max_step");
+}
+
+JointLimit readRotation(const Map& map, bool hardware) {
+  JointLimit limit;
+  // The word `unlimited` reads as plus infinity at either end.
+  const double lower = map.number("lower");
+  limit.lower = std::isinf(lower) ? -safety::kUnlimited : lower;
+  limit.upper = map.number("upper");
+  readMotion(map, limit);
+  if (!(limit.lower < limit.upper)) {
+    map.fail("lower", "found " + map.inUnit("lower", limit.lower) + ", expected less than " + map.keyOf("upper") +
+                          ", " + map.inUnit("lower", limit.upper));
+  }
+  for (const auto& [key, value] :
+       {std::pair{"lower", limit.lower}, {"upper", limit.upper}, {"velocity", limit.velocity}}) {
+    if (hardware && std::isinf(value))
+      map.fail(key, "found no limit, expected a finite one where `hardware: true`");
+  }
+  return limit;
+}
+
+JointLimit readTranslation(const Map& map, bool hardware) {
+  JointLimit limit;
+  readMotion(map, limit);
+  if (hardware && std::isinf(limit.velocity)) {
+    map.fail("velocity", "found no limit, expected a finite one where `hardware: true`");
+  }
+  return limit;
+}
+
+/// One end of the linear stages' travel: inside [-l_i, 0], which equation (1) allows.
+std::vector<double> readStage(const Map& map,
+                              const std::string& key,
+                              const std::vector<double>& lengths,
+                              bool minimum) {
+  std::vector<double> ends;
+  for (const double length : lengths)
+    ends.push_back(minimum ? -length : 0.0);
+  if (!map.has(key))
+    return ends;
+  const std::vector<double> read = map.numbers(key, static_cast<int>(lengths.size()));
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    if (read[i] < -lengths[i] || read[i] > 0.0) {
+      map.fail(key,
+               "found " + map.inUnit(key, read[i]) + ", expected " + map.inUnit(key, -lengths[i]) +
+                   " (minus the tube's length) to " + map.inUnit(key, 0.0),
+               static_cast<int>(i));
+    }
+  }
+  return read;
+}
+
+safety::ArmLimits readLimits(const Map& arm, const std::vector<Tube>& tubes, bool hardware) {
+  const Map map = arm.map("limits");
+  const int n = static_cast<int>(tubes.size());
+  safety::TubeLimitSpec spec;
+  for (const Tube& tube : tubes)
+    spec.tube_length.push_back(tube.length());
+  spec.carriage_spacing = map.numbers("carriage_spacing", n - 1);
+  spec.minimum_extension = map.numbers("minimum_extension", n - 1);
+  spec.stage_minimum = readStage(map, "stage_minimum", spec.tube_length, true);
+  spec.stage_maximum = readStage(map, "stage_maximum", spec.tube_length, false);
+  spec.translation = readTranslation(map.map("translation"), hardware);
+  spec.rotation = readRotation(map.map("rotation"), hardware);
+  try {
+    return safety::makeTubeLimits(spec);
+  } catch (const std::invalid_argument& error) {
+    arm.fail("limits", "found limits that no position satisfies, expected some room: " + std::string(error.what()));
+  }
+}
+
+/// The middle of what equation (1) and the stages leave, tube by tube from the innermost; without margins every tube is
+/// half extended. Every choice leaves room for the tubes that follow.
+Eigen::VectorXd middleOf(const safety::ArmLimits& limits) {
+  const int n = limits.jointCount() / 2;
+  std::vector<safety::Interval> room(n);    // of beta_i, with all outer tubes inside their limits
+  std::vector<safety::Interval> offset(n);  // of beta_i - beta_{i-1}
+  for (int i = 0; i < n; ++i)
+    room[i] = {limits.joints[i].lower, limits.joints[i].upper};
+  for (int i = 1; i < n; ++i)
+    offset[i] = {-safety::kUnlimited, safety::kUnlimited};
+  for (const safety::LinearRow& row : limits.rows) {
+    safety::Interval& step = offset[row.outer_joint];
+    if (row.kind == safety::RowKind::kCarriageSpacing)
+      step.lower = std::max(step.lower, -row.b);
+    if (row.kind == safety::RowKind::kMinimumExtension)
+      step.upper = std::min(step.upper, row.b);
+  }
+  for (int i = n - 1; i > 0; --i) {
+    room[i - 1] = {std::max(room[i - 1].lower, room[i].lower - offset[i].upper),
+                   std::min(room[i - 1].upper, room[i].upper - offset[i].lower)};
+  }
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(2 * n);
+  for (int i = 0; i < n; ++i) {
+    const double lower = i == 0 ? room[0].lower : std::max(room[i].lower, q[i - 1] + offset[i].lower);
+    const double upper = i == 0 ? room[0].upper : std::min(room[i].upper, q[i - 1] + offset[i].upper);
+    q[i] = (lower + upper) / 2.0;
+    q[n + i] = std::clamp(0.0, limits.joints[n + i].lower, limits.joints[n + i].upper);
+  }
+  return q;
+}
+
+Arm readArm(const Map& map, bool hardware) {
+  Arm arm;
+  arm.name = map.text("name");
+  map.text("type");
+  arm.model.base = readPose(map.map("base"));
+  arm.model.tool = readPose(map.map("tool"));
+  arm.model.tubes = readTubes(map);
+  arm.limits = readLimits(map, arm.model.tubes, hardware);
+  arm.home = map.has("home") ? readJoints(map.map("home"), arm.limits) : middleOf(arm.limits);
+  return arm;
+}
+
+control::MethodParameters readParameters(const Map& map) {
+  control::MethodParameters parameters;
+  parameters.period = map.number("period");
+  parameters.bounds = control::boundsFromName(map.text("bounds")).value();
+  parameters.backend = control::backendFromName(map.text("backend")).value();
+  parameters.nsp_damping = map.number("nsp_damping");
+  parameters.track_weight = map.number("track_weight");
+  parameters.translation_weight = map.number("translation_weight");
+  parameters.rotation_weight = map.number("rotation_weight");
+  parameters.nspqp_zeta = map.number("nspqp_zeta");
+  parameters.snsqp_zeta = map.number("snsqp_zeta");
+  parameters.snsqp_rotation_velocity = map.number("snsqp_rotation_velocity");
+  return parameters;
+}
+
+}  // namespace
+
+Robot loadRobot(const std::filesystem::path& file) {
+  Document document(file.string(), readFile(file));
+  const Map map = document.check(robotTable());
+  Robot robot;
+  robot.file = file;
+  map.text("tandem");
+  robot.name = map.text("name");
+  robot.hardware = map.flag("hardware");
+  for (const Map& arm : map.maps("arms")) {
+    robot.arms.push_back(readArm(arm, robot.hardware));
+    for (std::size_t i = 0; i + 1 < robot.arms.size(); ++i) {
+      if (robot.arms[i].name == robot.arms.back().name) {
+        arm.fail("name", "found '" + robot.arms[i].name + "' a second time, expected another name");
+      }
+    }
+  }
+  robot.parameters = readParameters(map.map("control"));
+  document.finish();
+  robot.warnings = document.warnings();
+  return robot;
+}
+
+}  // namespace tandem::config

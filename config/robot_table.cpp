@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/file_tables.h"
+#include "control/parameters.h"
+#include "safety/dimensions.h"
+#include "safety/limits.h"
+
+namespace tandem::config {
+namespace {
+
+using enum Quantity;
+constexpr double kUnlimited = safety::kUnlimited;
+
+const Mapping& poseTable() {
+  static const Mapping table{
+      "pose",
+      "A frame in its parent.",
+      {
+          number("position", kLength, "[x, y, z]").vector3().defaultsTo(0.0),
+          number("rpy", kAngle, "[roll, pitch, yaw]: R = Rz(yaw) Ry(pitch) Rx(roll)").vector3().defaultsTo(0.0),
+      }};
+  return table;
+}
+
+const Mapping& tubeTable() {
+  static const Mapping table{
+      "tube",
+      "One tube: a straight part, then a part of constant precurvature.",
+      {
+          number("outer_diameter", kLength, "outer diameter, smaller than the next tube's inner one")
+              .required()
+              .above(0),
+          number("inner_diameter", kLength, "inner diameter, smaller than the outer one; 0 for a wire")
+              .required()
+              .atLeast(0),
+          number("youngs_modulus", kModulus, "E").required().above(0),
+          number("poisson_ratio", kNone, "nu; serves only in G = E / (2 (1 + nu)); above 0.5 with a warning")
+              .required()
+              .above(-1),
+          number("straight_length", kLength, "L_s, from the proximal end").required().above(0),
+          number("curved_length", kLength, "L_c, at the tip; each tube is longer than the next").required().above(0),
+          number("curvature", kCurvature, "kappa; positive bends toward +x of the arm's base at alpha = 0").required(),
+      }};
+  return table;
+}
+
+Field speedLimit(Quantity quantity) {
+  return number("velocity", quantity, "largest speed; finite for hardware")
+      .above(0)
+      .orUnlimited()
+      .defaultsTo(kUnlimited);
+}
+
+std::vector<Field> accelerationLimits(Quantity quantity, double stop_default) {
+  return {
+      number("approach_acceleration", quantity,
+             "A_max: shapes the approach to a limit, does not bound the command's jumps")
+          .above(0)
+          .orUnlimited()
+          .defaultsTo(kUnlimited),
+      number("slew_limit", quantity, "largest change of the commanded velocity per second, held by the gate")
+          .above(0)
+          .orUnlimited()
+          .defaultsTo(kUnlimited),
+      number("stop_deceleration", quantity, "deceleration of the stop ramp").above(0).defaultsTo(stop_default),
+  };
+}
+
+Field stepLimit(Quantity quantity) {
+  return number("max_step", quantity, "a setpoint farther than this from the last one is an integrity fault")
+      .above(0)
+      .orUnlimited()
+      .defaultsTo(kUnlimited);
+}
+
+const Mapping& translationTable() {
+  static const Mapping table = [] {
+    Mapping limits{"translation_limits", "Limits of every linear stage.", {speedLimit(kSpeed)}};
+    for (const Field& field : accelerationLimits(kAcceleration, 0.1))
+      limits.fields.push_back(field);
+    limits.fields.push_back(stepLimit(kLength));
+    return limits;
+  }();
+  return table;
+}
+
+const Mapping& rotationTable() {
+  static const Mapping table = [] {
+    Mapping limits{"rotation_limits", "Limits of every rotation.", {}};
+    limits.fields.push_back(
+        number("lower", kAngle, "smallest angle; finite for hardware").orUnlimited().defaultsTo(-kUnlimited));
+    limits.fields.push_back(
+        number("upper", kAngle, "largest angle; finite for hardware").orUnlimited().defaultsTo(kUnlimited));
+    limits.fields.push_back(speedLimit(kAngularSpeed));
+    for (const Field& field : accelerationLimits(kAngularAcceleration, 20.0))
+      limits.fields.push_back(field);
+    limits.fields.push_back(stepLimit(kAngle));
+    return limits;
+  }();
+  return table;
+}
+
+const Mapping& limitsTable() {
+  static const Mapping table{
+      "limits",
+      "Equation (1) of Alsaka et al. 2024 with margins, and what each joint may do. n = number of tubes.",
+      {
+          number("carriage_spacing", kLength, "smallest distance of neighbouring carriages; one value or n - 1")
+              .list(1, 3)
+              .orScalar()
+              .atLeast(0)
+              .defaultsTo(0.0),
+          number("minimum_extension", kLength,
+                 "smallest length by which a tube's tip stays ahead of the next one's; one value or n - 1")
+              .list(1, 3)
+              .orScalar()
+              .atLeast(0)
+              .defaultsTo(0.0),
+          number("stage_minimum", kLength, "smallest beta that each linear stage reaches; n values")
+              .list(2, 4)
+              .defaultNote("-l_i, the tube's length"),
+          number("stage_maximum", kLength, "largest beta that each linear stage reaches; n values")
+              .list(2, 4)
+              .defaultNote("0"),
+          mapping("translation", translationTable(), "limits of every linear stage"),
+          mapping("rotation", rotationTable(), "limits of every rotation"),
+      }};
+  return table;
+}
+
+const Mapping& homeTable() {
+  static const Mapping table{"home",
+                             "A joint vector inside the limits, tube 1 (innermost) first.",
+                             {
+                                 number("beta", kLength, "translations, n values, not positive").required().list(2, 4),
+                                 number("alpha", kAngle, "rotations, n values").required().list(2, 4),
+                             }};
+  return table;
+}
+
+const Mapping& armTable() {
+  static const Mapping table{
+      "arm",
+      "One arm of concentric tubes.",
+      {
+          text("name", "topic name, unique in the file")
+              .required()
+              .matching("^[a-z][a-z0-9_]*$", "a name of small letters, digits and _, a letter first"),
+          text("type", "kind of arm").required().oneOf({"concentric_tubes"}),
+          mapping("base", poseTable(), "arm base (entry point, z into the body) in the robot base frame"),
+          mapping("tool", poseTable(), "tool tip in the end frame of tube 1"),
+          mapping("tubes", tubeTable(), "from the innermost, longest tube outwards").required().list(2, 4),
+          mapping("limits", limitsTable(), "joint limits"),
+          mapping("home", homeTable(), "home position")
+              .defaultNote("the middle of equation (1), alpha = 0 where allowed"),
+      }};
+  return table;
+}
+
+const Mapping& controlTable() {
+  const control::MethodParameters defaults;
+  static const Mapping table{
+      "control",
+      "Default parameters of the redundancy-resolution methods; weights in SI (m, rad).",
+      {
+          number("period", kTime, "T, control sampling time").above(0).defaultsTo(defaults.period),
+          text("bounds", "how equation (1) becomes bounds on velocities")
+              .oneOf({"coupled", "frozen"})
+              .defaultsTo(std::string(name(defaults.bounds))),
+          text("backend", "who solves the quadratic programmes")
+              .oneOf({"active-set", "ipopt"})
+              .defaultsTo(std::string(name(defaults.backend))),
+          number("nsp_damping", kLength, "damping of the pseudoinverses of (3)")
+              .atLeast(0)
+              .defaultsTo(defaults.nsp_damping),
+          number("track_weight", kNone, "W_track of (4)").above(0).defaultsTo(defaults.track_weight),
+          number("translation_weight", kNone, "lambda_t").above(0).defaultsTo(defaults.translation_weight),
+          number("rotation_weight", kNone, "lambda_r").above(0).defaultsTo(defaults.rotation_weight),
+          number("nspqp_zeta", kNone, "zeta of (7)").above(0).defaultsTo(defaults.nspqp_zeta),
+          number("snsqp_zeta", kNone, "zeta of (8)").above(0).defaultsTo(defaults.snsqp_zeta),
+          number("snsqp_rotation_velocity", kAngularSpeed, "bound on every rotation in (8)")
+              .above(0)
+              .defaultsTo(defaults.snsqp_rotation_velocity),
+      }};
+  return table;
+}
+
+}  // namespace
+
+const Mapping& robotTable() {
+  static const Mapping table{
+      "robot",
+      "A robot: its arms, their limits, and the default parameters of its controller.",
+      {
+          text("tandem", "kind and version of the file; the first key").required().oneOf({"robot/1"}),
+          text("name", "name of the robot").required(),
+          flag("hardware", "true: a real robot; refused without finite velocity and rotation limits").defaultsTo(0.0),
+          mapping("arms", armTable(), "the arms, in the order of all joint vectors")
+              .required()
+              .list(1, safety::kMaxArms),
+          mapping("control", controlTable(), "default parameters of the methods"),
+      }};
+  return table;
+}
+
+}  // namespace tandem::config

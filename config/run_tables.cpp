@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "config/config.h"
+#include "config/file_tables.h"
+
+namespace tandem::config {
+namespace {
+
+using enum Quantity;
+const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"};
+constexpr const char* kIpv4 =
+    "^((25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])\\.){3}(25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])$";
+constexpr int kMostEntries = 1000;
+
+Field kind(const std::string& value) {
+  return text("tandem", "kind and version of the file; the first key").required().oneOf({value});
+}
+
+Field robotPath() {
+  return text("robot", "robot file, relative to the folder of this file, or the name of a preset").required();
+}
+
+Field relativeGain(double value) {
+  return number("relative_gain", kGain, "lambda_AB, of the relative position").above(0).defaultsTo(value);
+}
+
+Field tipGain(double value) {
+  return number("tip_gain", kGain, "lambda_A, of the tip position").above(0).defaultsTo(value);
+}
+
+const Mapping& jointsTable() {
+  static const Mapping table{"joints",
+                             "Where one arm starts; tube 1 (innermost) first.",
+                             {
+                                 text("arm", "name of the arm in the robot file").required(),
+                                 number("beta", kLength, "translations").required().list(2, 4),
+                                 number("alpha", kAngle, "rotations").required().list(2, 4),
+                             }};
+  return table;
+}
+
+const Mapping& configurationTable() {
+  static const Mapping table{
+      "configuration",
+      "A start configuration: every arm of the robot, inside its limits.",
+      {
+          text("name", "unique in the file").required().orInteger(),
+          mapping("joints", jointsTable(), "one entry for every arm of the robot").required().list(1, safety::kMaxArms),
+      }};
+  return table;
+}
+
+const Mapping& experimentTrajectoryTable() {
+  static const Mapping table = [] {
+    Mapping trajectory{"experiment_trajectory", "A trajectory, and the configurations from which it is run.",
+                       trajectoryFields()};
+    trajectory.fields.push_back(text("configurations",
+                                     "names of configurations; the same trajectory name may appear again "
+                                     "with other parameters for others")
+                                    .list(1, kMostEntries)
+                                    .unique()
+                                    .orInteger()
+                                    .defaultNote("all"));
+    return trajectory;
+  }();
+  return table;
+}
+
+const Mapping& errorsTable() {
+  static const Mapping table{"errors",
+                             "Published error figures.",
+                             {
+                                 number("rms", kLength, "root mean square").atLeast(0).defaultNote("not published"),
+                                 number("std", kLength, "standard deviation").atLeast(0).defaultNote("not published"),
+                                 number("max", kLength, "largest").atLeast(0).defaultNote("not published"),
+                             }};
+  return table;
+}
+
+const Mapping& publishedTable() {
+  static const Mapping table{"published",
+                             "A published row to stand beside the measured one.",
+                             {
+                                 text("trajectory", "name of one of the trajectories").required(),
+                                 text("method", "name of the method").required().oneOf(kMethods),
+                                 number("iterations", kNone, "control steps over the whole trajectory")
+                                     .atLeast(0)
+                                     .defaultNote("not published"),
+                                 mapping("relative", errorsTable(), "epsilon_AB, of the relative position"),
+                                 mapping("tip", errorsTable(), "epsilon_A, of the tip position"),
+                             }};
+  return table;
+}
+
+const Mapping& budgetsTable() {
+  const safety::Budgets defaults;
+  static const Mapping table{
+      "budgets",
+      "How long each party may be silent; a warning for values above the defaults, which need a reason in "
+      "docs/safety.md.",
+      {
+          number("minimum_age", kTime, "floor of the age of a command or of a state")
+              .above(0)
+              .defaultsTo(defaults.minimum_age),
+          number("age_periods", kNone, "the age in control periods, whichever is larger")
+              .atLeast(1)
+              .defaultsTo(defaults.age_periods),
+          number("planning_reference", kTime, "age of planning's reference, judged by control")
+              .above(0)
+              .defaultsTo(defaults.planning_reference),
+          number("teleoperation", kTime, "age of an operator's stream, judged by control")
+              .above(0)
+              .defaultsTo(defaults.teleoperation),
+          number("drive_heartbeat", kTime, "the drives' budget for hal's heartbeat")
+              .above(0)
+              .defaultsTo(defaults.drive_heartbeat),
+          number("lease", kTime, "silence after which the control lease is lost").above(0).defaultsTo(defaults.lease),
+      }};
+  return table;
+}
+
+const Mapping& processTable() {
+  static const Mapping table{
+      "process",
+      "One process.",
+      {
+          text("name", "unique in the file")
+              .required()
+              .matching("^[a-z][a-z0-9_-]*$", "a name of small letters, digits, _ and -, a letter first"),
+          text("executable", "name on the search path or beside tandem, or a path").required(),
+          text("arguments", "appended to those that `tandem up` gives").list(0, 100).defaultNote("none"),
+      }};
+  return table;
+}
+
+}  // namespace
+
+const Mapping& experimentTable() {
+  const Experiment defaults;
+  static const Mapping table{
+      "experiment",
+      "An experiment: trajectories run from start configurations by several methods.",
+      {
+          kind("experiment/1"),
+          text("name", "name of the experiment").required(),
+          robotPath(),
+          text("methods", "methods to compare").required().oneOf(kMethods).list(1, 5).unique(),
+          relativeGain(defaults.relative_gain),
+          tipGain(defaults.tip_gain),
+          mapping("configurations", configurationTable(), "start configurations").required().list(1, kMostEntries),
+          mapping("trajectories", experimentTrajectoryTable(), "what is run").required().list(1, kMostEntries),
+          mapping("published", publishedTable(), "published rows").list(0, kMostEntries).defaultNote("none"),
+      }};
+  return table;
+}
+
+const Mapping& deploymentTable() {
+  const Deployment defaults;
+  static const Mapping table{
+      "deployment",
+      "Which processes run a robot, on which network, and how fast.",
+      {
+          kind("deployment/1"),
+          text("name", "name of the deployment").required(),
+          robotPath(),
+          text("prefix", "topic prefix, the robot's name on the wire: rt/PREFIX/...")
+              .matching("^[a-z][a-z0-9_]*$", "a name of small letters, digits and _, a letter first")
+              .defaultsTo(defaults.prefix),
+          integer("domain", "DDS domain").within(0, 232).defaultsTo(defaults.domain),
+          text("interface_address", "address of the only network interface used")
+              .matching(kIpv4, "an IPv4 address")
+              .defaultsTo(defaults.interface_address),
+          text("peers", "addresses that discovery asks; there is no multicast")
+              .matching(kIpv4, "an IPv4 address")
+              .list(1, 64)
+              .unique()
+              .defaultNote("127.0.0.1"),
+          text("clock", "absolute monotonic timer, or deterministic: state k, reference k, command k, state k + 1")
+              .oneOf({"real_time", "lock_step"})
+              .defaultsTo("real_time"),
+          number("control_period", kTime, "period of control and planning")
+              .above(0)
+              .defaultsTo(defaults.control_period),
+          number("sim_period", kTime, "period of plant and bus, not above control_period")
+              .above(0)
+              .defaultsTo(defaults.sim_period),
+          number("status_period", kTime, "of hal/status, control/status and the topics of each arm")
+              .above(0)
+              .defaultsTo(defaults.status_period),
+          integer("realtime_priority", "SCHED_FIFO priority of the periodic threads; 0: default scheduling")
+              .within(0, 99)
+              .defaultsTo(defaults.realtime_priority),
+          flag("lock_memory", "lock all memory pages").defaultsTo(defaults.lock_memory),
+          mapping("budgets", budgetsTable(), "time budgets"),
+          text("method", "method that control starts with")
+              .oneOf(kMethods)
+              .defaultsTo(std::string(control::name(defaults.method))),
+          relativeGain(defaults.relative_gain),
+          tipGain(defaults.tip_gain),
+          mapping("processes", processTable(), "what `tandem up` starts").required().list(1, 32),
+      }};
+  return table;
+}
+
+}  // namespace tandem::config

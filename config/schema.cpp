@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "config/file_tables.h"
+
+namespace tandem::config {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Whole numbers as integers, others to 12 digits: what a person would write.
+Json plainNumber(double value) {
+  if (value == std::round(value) && std::abs(value) < 1e15)
+    return static_cast<long long>(value);
+  return std::stod(formatNumber(value));
+}
+
+Json rangeOf(const Field& field, const Unit* unit, Json json) {
+  const auto in_unit = [unit](double value) { return plainNumber(unit ? unit->fromSi(value) : value); };
+  if (std::isfinite(field.range.minimum)) {
+    json[field.range.exclusive_minimum ? "exclusiveMinimum" : "minimum"] = in_unit(field.range.minimum);
+  }
+  if (std::isfinite(field.range.maximum))
+    json["maximum"] = in_unit(field.range.maximum);
+  return json;
+}
+
+Json wordsOf(const Field& field) {
+  Json words = Json::array();
+  for (const std::string& word : field.words) {
+    words.push_back(word);
+    // A bare integer is accepted beside the quoted one.
+    if (field.numeric_text && word[0] >= '0' && word[0] <= '9')
+      words.push_back(std::stoi(word));
+  }
+  return words;
+}
+
+Json textOf(const Field& field) {
+  if (!field.words.empty())
+    return {{"enum", wordsOf(field)}};
+  Json json{{"type", field.numeric_text ? Json{"string", "integer"} : Json("string")}};
+  if (field.pattern.empty()) {
+    json["minLength"] = 1;
+  } else {
+    json["pattern"] = field.pattern;
+  }
+  return json;
+}
+
+Json withWords(const Field& field, Json json) {
+  return field.words.empty() ? json : Json{{"anyOf", {json, Json{{"enum", wordsOf(field)}}}}};
+}
+
+Json elementOf(const Field& field, const Unit* unit) {
+  switch (field.type) {
+    case Type::kBool:
+      return {{"type", "boolean"}};
+    case Type::kInteger:
+      return rangeOf(field, unit, {{"type", "integer"}});
+    case Type::kNumber: {
+      const Json scalar = withWords(field, rangeOf(field, unit, {{"type", "number"}}));
+      if (field.row_size == 0)
+        return scalar;
+      return {{"type", "array"}, {"items", scalar}, {"minItems", field.row_size}, {"maxItems", field.row_size}};
+    }
+    case Type::kText:
+      return textOf(field);
+    case Type::kMapping:
+      return withWords(field, {{"$ref", "#/$defs/" + field.mapping->name}});
+  }
+  return {};
+}
+
+/// The default in the unit of the key, null where there is none that is a single value.
+Json defaultOf(const Field& field, const Unit* unit) {
+  if (field.default_text)
+    return *field.default_text;
+  if (!field.default_number || std::isnan(*field.default_number))
+    return nullptr;
+  if (field.type == Type::kBool)
+    return *field.default_number != 0.0;
+  if (std::isinf(*field.default_number))
+    return "unlimited";
+  const Json value = plainNumber(unit ? unit->fromSi(*field.default_number) : *field.default_number);
+  if (!field.is_list || field.or_scalar)
+    return value;
+  return std::vector<Json>(static_cast<std::size_t>(field.min_size), value);
+}
+
+Json propertyOf(const Field& field, const Unit* unit) {
+  Json json{{"description", field.description}};
+  const Json element = elementOf(field, unit);
+  if (field.is_list) {
+    Json list{{"type", "array"}, {"items", element}, {"minItems", field.min_size}, {"maxItems", field.max_size}};
+    if (field.is_unique)
+      list["uniqueItems"] = true;
+    if (field.or_scalar)
+      list = {{"anyOf", {element, list}}};
+    json.update(list);
+  } else {
+    json.update(element);
+  }
+  const Json fallback = defaultOf(field, unit);
+  if (!fallback.is_null())
+    json["default"] = fallback;
+  return json;
+}
+
+/// "One of the ways to write the key", or "at most one".
+Json choiceOf(const Field& field) {
+  Json each = Json::array();
+  Json all = Json::array();
+  for (const auto& [key, unit] : field.keys()) {
+    each.push_back({{"required", {key}}});
+    all.push_back(key);
+  }
+  return field.is_required ? Json{{"oneOf", each}} : Json{{"not", {{"required", all}}}};
+}
+
+Json objectOf(const Mapping& table) {
+  Json json{{"description", table.description}, {"type", "object"}, {"additionalProperties", false}};
+  Json required = Json::array();
+  Json choices = Json::array();
+  for (const Field& field : table.fields) {
+    const auto keys = field.keys();
+    for (const auto& [key, unit] : keys)
+      json["properties"][key] = propertyOf(field, unit);
+    if (keys.size() > 1) {
+      choices.push_back(choiceOf(field));
+    } else if (field.is_required) {
+      required.push_back(keys[0].first);
+    }
+  }
+  if (!required.empty())
+    json["required"] = required;
+  if (!choices.empty())
+    json["allOf"] = choices;
+  if (table.exactly_one)
+    json["minProperties"] = json["maxProperties"] = 1;
+  return json;
+}
+
+void collect(const Mapping& table, std::vector<const Mapping*>& all) {
+  for (const Field& field : table.fields) {
+    if (field.mapping && std::find(all.begin(), all.end(), field.mapping) == all.end()) {
+      all.push_back(field.mapping);
+      collect(*field.mapping, all);
+    }
+  }
+}
+
+std::vector<const Mapping*> nestedOf(const Mapping& table) {
+  std::vector<const Mapping*> all;
+  collect(table, all);
+  return all;
+}
+
+std::string defaultForPeople(const Field& field, bool is_choice) {
+  if (field.is_required)
+    return "required";
+  if (!field.default_note.empty())
+    return field.default_note;
+  const Unit* unit = field.keys().front().second;
+  const Json value = defaultOf(field, unit);
+  if (value.is_null())
+    return field.type == Type::kMapping ? (is_choice ? "" : "its defaults") : "none";
+  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  if (unit && value != Json("unlimited"))
+    text += " " + unit->forPeople();
+  return text;
+}
+
+std::string rowOf(const Field& field, bool is_choice) {
+  std::vector<std::string> keys;
+  for (const auto& [key, unit] : field.keys())
+    keys.push_back(std::string("`").append(key).append("`"));
+  // The ranges of both units are the same; the preferred one is shown.
+  const std::string expected = expectation(field, field.keys().front().second);
+  return "| " + join(keys, "<br>") + " | " + field.description + " | " + expected + " | " +
+         defaultForPeople(field, is_choice) + " |\n";
+}
+
+}  // namespace
+
+const std::vector<std::string>& kinds() {
+  static const std::vector<std::string> all{"robot", "experiment", "deployment", "trajectory"};
+  return all;
+}
+
+const Mapping& tableOf(const std::string& kind) {
+  if (kind == "robot")
+    return robotTable();
+  if (kind == "experiment")
+    return experimentTable();
+  if (kind == "deployment")
+    return deploymentTable();
+  if (kind == "trajectory")
+    return trajectoryTable();
+  throw std::invalid_argument("found the kind '" + kind + "', expected one of " + join(kinds()));
+}
+
+std::string schema(const std::string& kind) {
+  const Mapping& table = tableOf(kind);
+  Json json{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"$id", "urn:tandem:" + kind + ":1"},
+            {"$comment", "SPDX-License-Identifier: Apache-2.0; generated from the key tables of config/"},
+            {"title", "Tandem " + kind + " file"}};
+  json.update(objectOf(table));
+  for (const Mapping* nested : nestedOf(table))
+    json["$defs"][nested->name] = objectOf(*nested);
+  return json.dump(2) + "\n";
+}
+
+std::string keyTables(const std::string& kind) {
+  const Mapping& table = tableOf(kind);
+  std::vector<const Mapping*> all = nestedOf(table);
+  all.insert(all.begin(), &table);
+  std::string text;
+  for (const Mapping* mapping : all) {
+    text +=
+        (mapping == &table ? "" : "\n") + std::string("**") + mapping->name + "**: " + mapping->description + "\n\n";
+    text += "| key | meaning | value | default |\n|---|---|---|---|\n";
+    for (const Field& field : mapping->fields)
+      text += rowOf(field, mapping->exactly_one);
+  }
+  return text;
+}
+
+}  // namespace tandem::config

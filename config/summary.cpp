@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <variant>
+
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+std::string count(std::size_t number, const std::string& what, const std::string& plural) {
+  return std::to_string(number) + " " + (number == 1 ? what : plural);
+}
+
+std::string shapeName(const planning::Shape& shape) {
+  constexpr const char* kNames[] = {"rectangle", "lissajous", "circle", "line", "waypoints"};
+  return kNames[shape.index()];
+}
+
+Summary summarize(const Robot& robot) {
+  std::vector<std::string> arms;
+  for (const Arm& arm : robot.arms) {
+    arms.push_back(arm.name + ": " + count(arm.model.tubes.size(), "tube", "tubes") + ", " +
+                   count(arm.home.size(), "joint", "joints"));
+  }
+  return {"robot",
+          "robot " + robot.name + ": " + count(arms.size(), "arm", "arms") + " (" + join(arms, "; ") + ")" +
+              (robot.hardware ? ", hardware" : ", simulated"),
+          robot.warnings};
+}
+
+Summary summarize(const Experiment& experiment) {
+  std::vector<std::string> methods;
+  for (const control::Method method : experiment.methods)
+    methods.emplace_back(name(method));
+  std::size_t runs = 0;
+  for (const ExperimentTrajectory& trajectory : experiment.trajectories)
+    runs += trajectory.configurations.size();
+  const Robot robot = loadRobot(experiment.robot);
+  return {"experiment",
+          "experiment " + experiment.name + ": robot " + robot.name + ", " +
+              count(experiment.configurations.size(), "configuration", "configurations") + ", " +
+              count(experiment.trajectories.size(), "trajectory", "trajectories") + ", " +
+              count(methods.size(), "method", "methods") + " (" + join(methods) + "), " +
+              count(runs * methods.size(), "run", "runs"),
+          robot.warnings};
+}
+
+Summary summarize(const Deployment& deployment) {
+  const Robot robot = loadRobot(deployment.robot);
+  std::vector<std::string> processes;
+  for (const Process& process : deployment.processes)
+    processes.push_back(process.name);
+  std::vector<std::string> warnings = robot.warnings;
+  warnings.insert(warnings.end(), deployment.warnings.begin(), deployment.warnings.end());
+  return {"deployment",
+          "deployment " + deployment.name + ": robot " + robot.name + ", " +
+              (deployment.clock == ClockMode::kLockStep ? "lock-step" : "real time") + ", control period " +
+              formatNumber(deployment.control_period * 1e3) + " ms, " + std::string(name(deployment.method)) + ", " +
+              count(processes.size(), "process", "processes") + " (" + join(processes) + ")",
+          warnings};
+}
+
+Summary summarize(const planning::TrajectorySpec& spec) {
+  return {"trajectory",
+          "trajectory " + spec.name + ": " + shapeName(spec.shape) + " of arm " + std::to_string(spec.arm) + ", " +
+              count(static_cast<std::size_t>(spec.point_count), "point", "points") + ", relative position to arm " +
+              std::to_string(spec.other_arm) + " " + (spec.relative.empty() ? "held" : "moved"),
+          {}};
+}
+
+}  // namespace
+
+Summary validate(const std::filesystem::path& file) {
+  const std::string kind = Document(file.string(), readFile(file)).kind();
+  if (kind == "robot")
+    return summarize(loadRobot(file));
+  if (kind == "experiment")
+    return summarize(loadExperiment(file));
+  if (kind == "deployment")
+    return summarize(loadDeployment(file));
+  return summarize(loadTrajectory(file));
+}
+
+}  // namespace tandem::config

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+/// Larger deviations from a right angle are mistakes, smaller ones are decimals; the latter are taken out.
+constexpr double kPerpendicular = 1e-6;
+
+Eigen::Vector3d nonZero(const Map& map, const std::string& key) {
+  const Eigen::Vector3d value = map.vector3(key);
+  if (value.norm() == 0.0)
+    map.fail(key, "found [0, 0, 0], expected a vector with a length");
+  return value;
+}
+
+planning::Rectangle readRectangle(const Map& map) { return {nonZero(map, "first"), nonZero(map, "second")}; }
+
+planning::Lissajous readLissajous(const Map& map) {
+  const planning::Lissajous shape{map.vector3("amplitude"), map.vector3("cycles"), map.vector3("phase")};
+  if (shape.amplitude.cwiseProduct(shape.cycles).norm() == 0.0) {
+    map.fail("amplitude", "found no axis that moves, expected one with both amplitude and cycles");
+  }
+  return shape;
+}
+
+planning::Circle readCircle(const Map& map) {
+  planning::Circle shape;
+  shape.center_offset = nonZero(map, "center_offset");
+  if (map.has("normal"))
+    shape.normal = nonZero(map, "normal").normalized();
+  shape.turns = map.number("turns");
+  if (shape.turns == 0.0)
+    map.fail("turns", "found 0, expected another number");
+  const Eigen::Vector3d radius = shape.center_offset.normalized();
+  const double cosine = shape.normal.dot(radius);
+  if (std::abs(cosine) > kPerpendicular) {
+    map.fail("normal", "found an angle of " + formatNumber(std::round(std::acos(cosine) * 1800.0 / M_PI) / 10.0) +
+                           " deg to " + map.keyOf("center_offset") + ", expected 90 deg");
+  }
+  shape.normal = (shape.normal - cosine * radius).normalized();
+  return shape;
+}
+
+planning::Waypoints readWaypoints(const Map& map) { return {map.points("points"), map.flag("absolute")}; }
+
+planning::Waypoints readCsv(const Map& map, const std::filesystem::path& folder) {
+  const std::string file = map.text("file");
+  if (folder.empty())
+    map.fail("file", "found a file, expected points: a text without a folder cannot refer to files");
+  if (!std::filesystem::is_regular_file(folder / file)) {
+    map.fail("file", "found no file " + (folder / file).string() + ", expected a path relative to this file's folder");
+  }
+  return {readPoints(folder / file), map.flag("absolute")};
+}
+
+planning::Shape readShape(const Map& map, const std::filesystem::path& folder) {
+  if (map.has("rectangle"))
+    return readRectangle(map.map("rectangle"));
+  if (map.has("lissajous"))
+    return readLissajous(map.map("lissajous"));
+  if (map.has("circle"))
+    return readCircle(map.map("circle"));
+  if (map.has("line"))
+    return planning::Line{nonZero(map.map("line"), "displacement")};
+  if (map.has("waypoints"))
+    return readWaypoints(map.map("waypoints"));
+  return readCsv(map.map("csv"), folder);
+}
+
+/// "b" and "1" are both 1.
+int armIndex(const std::string& text) { return text[0] >= 'a' ? text[0] - 'a' : text[0] - '0'; }
+
+/// One number between commas, blanks around it allowed.
+bool parseCell(const std::string& line, std::size_t begin, std::size_t end, double& value) {
+  while (begin < end && (line[begin] == ' ' || line[begin] == '\t'))
+    ++begin;
+  while (end > begin && (line[end - 1] == ' ' || line[end - 1] == '\t'))
+    --end;
+  const auto [stopped, status] = std::from_chars(line.data() + begin, line.data() + end, value);
+  return begin < end && status == std::errc{} && stopped == line.data() + end && std::isfinite(value);
+}
+
+Eigen::Vector3d parseRow(const std::string& line, const std::string& file, int number) {
+  Eigen::Vector3d point;
+  std::size_t begin = 0;
+  int column = 0;
+  while (begin <= line.size()) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    double value = 0.0;
+    if (column >= 3 || !parseCell(line, begin, end, value)) {
+      throw Error(file, number, static_cast<int>(begin) + 1, "",
+                  "found '" + line.substr(begin, std::min<std::size_t>(end - begin, 40)) + "' in column " +
+                      std::to_string(column + 1) + ", expected " +
+                      (column >= 3 ? "three columns" : "a finite number in m"));
+    }
+    point[column++] = value;
+    begin = end + 1;
+  }
+  if (column != 3) {
+    throw Error(file, number, 1, "", "found " + std::to_string(column) + " columns, expected three: x,y,z in m");
+  }
+  return point;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::vector<Eigen::Vector3d> points;
+  std::string line;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    if (!line.empty() && line.back() == '\r')
+      line.pop_back();
+    points.push_back(parseRow(line, file.string(), number));
+  }
+  if (points.empty())
+    throw Error(file.string(), 1, 1, "", "found no points, expected lines of x,y,z in m");
+  return points;
+}
+
+planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder) {
+  planning::TrajectorySpec spec;
+  spec.name = map.text("name");
+  spec.arm = armIndex(map.text("arm"));
+  spec.other_arm = armIndex(map.text("other_arm"));
+  if (spec.arm == spec.other_arm) {
+    map.fail(map.has("other_arm") ? "other_arm" : "arm", "found the same arm twice, expected two arms");
+  }
+  spec.shape = readShape(map.map("shape"), folder);
+  if (!map.isWord("relative"))
+    spec.relative.push_back(readShape(map.map("relative"), folder));
+  spec.point_count = map.integer("points");
+  spec.following = map.text("following") == "timed" ? planning::Following::kTimed : planning::Following::kPointByPoint;
+  spec.tolerance = map.number("tolerance");
+  spec.max_iterations = map.integer("max_iterations");
+  spec.point_duration = map.number("point_duration");
+  spec.speed = map.number("speed");
+  spec.acceleration = map.number("acceleration");
+  return spec;
+}
+
+planning::TrajectorySpec parseTrajectory(const std::string& yaml,
+                                         const std::string& origin,
+                                         const std::filesystem::path& folder) {
+  Document document(origin, yaml);
+  const Map map = document.check(trajectoryTable());
+  map.text("tandem");
+  planning::TrajectorySpec spec = readTrajectory(map, folder);
+  document.finish();
+  return spec;
+}
+
+planning::TrajectorySpec loadTrajectory(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  return parseTrajectory(readFile(file), file.string(), folder);
+}
+
+}  // namespace tandem::config

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "config/key_check.h"
+#include "config/yaml_reader.h"
+#include "config/yaml_scalar.h"
+
+namespace tandem::config {
+
+Map Map::checked(Document& document, const Mapping& table, std::string path, const YAML::Node& node) {
+  Map map(document, table, std::move(path), node.Mark());
+  if (!node.IsMap()) {
+    throw map.error(node.Mark(), map.path_,
+                    "found " + describeNode(node) + ", expected a mapping (" + table.name + ")");
+  }
+  for (const auto& item : node)
+    map.addEntry(item.first, item.second);
+  map.checkPresence();
+  for (const Entry& entry : map.entries_)
+    map.checkEntry(entry);
+  return map;
+}
+
+void Map::addEntry(const YAML::Node& key, const YAML::Node& value) {
+  if (!key.IsScalar())
+    throw error(key.Mark(), path_, "found " + describeNode(key) + ", expected a key");
+  const std::string& written = key.Scalar();
+  for (const Field& field : table_->fields) {
+    for (const auto& [known, unit] : field.keys()) {
+      if (known != written)
+        continue;
+      const auto earlier =
+          std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.field == &field; });
+      if (earlier != entries_.end()) {
+        throw error(key.Mark(), pathOf(written),
+                    earlier->key == written ? "the key appears twice; expected it once"
+                                            : "found besides " + earlier->key + "; expected one of the two");
+      }
+      // The mark of an empty value is the one of the token after it.
+      entries_.push_back({&field, unit, known, value, value.IsNull() ? key.Mark() : value.Mark()});
+      document_->present_.insert(&field);
+      return;
+    }
+  }
+  throw error(key.Mark(), pathOf(written), explainUnknownKey(written, *table_));
+}
+
+void Map::checkPresence() const {
+  if (table_->exactly_one && entries_.size() != 1) {
+    std::vector<std::string> names;
+    for (const Field& field : table_->fields)
+      names.push_back(field.name);
+    throw error(entries_.size() > 1 ? entries_[1].mark : mark_, path_,
+                "found " + std::to_string(entries_.size()) + " keys, expected exactly one of " + join(names));
+  }
+  for (const Field& field : table_->fields) {
+    const bool present =
+        std::any_of(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.field == &field; });
+    if (field.is_required && !present) {
+      const auto [key, unit] = field.keys().front();
+      throw error(mark_, pathOf(key),
+                  "found no such key, expected " + field.keysForPeople() + ": " + expectation(field, unit));
+    }
+  }
+}
+
+void Map::checkEntry(const Entry& entry) const {
+  const Field& field = *entry.field;
+  const std::string path = pathOf(entry.key);
+  if (!field.is_list || (field.or_scalar && entry.value.IsScalar()))
+    return checkElement(entry, entry.value, path);
+  const auto size = static_cast<int>(entry.value.size());
+  if (!entry.value.IsSequence() || size < field.min_size || size > field.max_size) {
+    unexpected(entry, entry.value, path, false);
+  }
+  std::size_t index = 0;
+  std::set<std::string> seen;
+  for (const YAML::Node& node : entry.value) {
+    const std::string element = indexed(path, index++);
+    checkElement(entry, node, element);
+    if (field.is_unique && !seen.insert(node.Scalar()).second) {
+      throw error(node.Mark(), element, "found '" + node.Scalar() + "' a second time, expected it once");
+    }
+  }
+}
+
+void Map::checkElement(const Entry& entry, const YAML::Node& node, const std::string& path) const {
+  const Field& field = *entry.field;
+  if (field.type == Type::kMapping) {
+    if (node.IsMap()) {
+      checked(*document_, *field.mapping, path, node);
+    } else if (!config::isWord(node, field)) {
+      unexpected(entry, node, path, true);
+    }
+    return;
+  }
+  if (field.row_size == 0)
+    return checkScalar(entry, node, path);
+  if (!node.IsSequence() || static_cast<int>(node.size()) != field.row_size)
+    unexpected(entry, node, path, true);
+  std::size_t index = 0;
+  for (const YAML::Node& value : node)
+    checkScalar(entry, value, indexed(path, index++));
+}
+
+void Map::checkScalar(const Entry& entry, const YAML::Node& node, const std::string& path) const {
+  const Field& field = *entry.field;
+  const bool good = (field.type == Type::kBool && readBool(node)) ||
+                    (field.type == Type::kInteger && readInteger(node, field)) ||
+                    (field.type == Type::kNumber && readNumber(node, field, entry.unit)) ||
+                    (field.type == Type::kText && readText(node, field));
+  if (!good)
+    unexpected(entry, node, path, true);
+}
+
+void Map::unexpected(const Entry& entry, const YAML::Node& node, const std::string& path, bool element) const {
+  throw error(node.IsNull() ? entry.mark : node.Mark(), path,
+              "found " + describeNode(node) + ", expected " + expectation(*entry.field, entry.unit, element));
+}
+
+}  // namespace tandem::config

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/yaml_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "config/file_tables.h"
+#include "config/yaml_scalar.h"
+
+namespace tandem::config {
+namespace {
+
+constexpr std::size_t kLargestText = 4u << 20;
+constexpr const char* kKindKey = "tandem";
+
+/// The one document of a text. A function, because a YAML::Node is better never assigned to: that rebinds other nodes
+/// too.
+YAML::Node parseOne(const std::string& origin, const std::string& text) {
+  if (text.size() > kLargestText) {
+    throw Error(origin, 1, 1, "", "found " + std::to_string(text.size()) + " bytes, expected at most 4 MiB");
+  }
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.empty() || documents[0].IsNull()) {
+      throw Error(origin, 1, 1, "", "found an empty file, expected `tandem: KIND/1` and more");
+    }
+    if (documents.size() > 1) {
+      throw Error(origin, std::max(documents[1].Mark().line, 0) + 1, std::max(documents[1].Mark().column, 0) + 1, "",
+                  "found " + std::to_string(documents.size()) + " YAML documents, expected one");
+    }
+    return documents[0];
+  } catch (const YAML::Exception& error) {
+    throw Error(origin, std::max(error.mark.line, 0) + 1, std::max(error.mark.column, 0) + 1, "",
+                "YAML syntax: " + error.msg);
+  }
+}
+
+std::string expectedKinds() {
+  std::vector<std::string> heads;
+  for (const std::string& kind : kinds())
+    heads.push_back(kind + "/1");
+  return join(heads, " or ");
+}
+
+}  // namespace
+
+Document::Document(std::string origin, const std::string& text)
+    : origin_(std::move(origin)), root_(parseOne(origin_, text)) {}
+
+std::string Document::kind() const {
+  const auto refuse = [this](YAML::Mark mark, const std::string& found) {
+    throw Error(origin_, std::max(mark.line, 0) + 1, std::max(mark.column, 0) + 1, kKindKey,
+                "found " + found + ", expected " + expectedKinds() + " as the value of the first key `tandem`");
+  };
+  if (!root_.IsMap())
+    refuse(root_.Mark(), describeNode(root_));
+  if (root_.begin() == root_.end())
+    refuse(root_.Mark(), "no key");
+  const YAML::Node key = root_.begin()->first;
+  const YAML::Node value = root_.begin()->second;
+  if (!key.IsScalar() || key.Scalar() != kKindKey)
+    refuse(key.Mark(), "the first key " + describeNode(key));
+  for (const std::string& kind : kinds()) {
+    if (value.IsScalar() && value.Scalar() == kind + "/1")
+      return kind;
+  }
+  refuse(value.IsNull() ? key.Mark() : value.Mark(), describeNode(value));
+  return "";
+}
+
+Map Document::check(const Mapping& table) {
+  const bool has_kind = !table.fields.empty() && table.fields[0].name == kKindKey;
+  const std::string expected = table.fields[0].words.empty() ? "" : table.fields[0].words[0];
+  if (has_kind && kind() + "/1" != expected) {
+    const YAML::Mark mark = root_.begin()->second.Mark();
+    throw Error(origin_, mark.line + 1, mark.column + 1, kKindKey, "found " + kind() + "/1, expected " + expected);
+  }
+  return Map::checked(*this, table, "", root_);
+}
+
+void Document::finish() const {
+  for (const Field* field : present_) {
+    if (!read_.contains(field))
+      throw std::logic_error("the loader ignores the key '" + field->name + "'");
+  }
+}
+
+bool Map::has(const std::string& name) const { return find(name) != nullptr; }
+
+bool Map::flag(const std::string& name) const {
+  if (const Entry* found = find(name))
+    return readBool(found->value).value();
+  return table_->field(name).default_number.value_or(0.0) != 0.0;
+}
+
+int Map::integer(const std::string& name) const {
+  if (const Entry* found = find(name))
+    return static_cast<int>(readInteger(found->value, *found->field).value());
+  return static_cast<int>(table_->field(name).default_number.value());
+}
+
+double Map::number(const std::string& name) const {
+  if (const Entry* found = find(name))
+    return readNumber(found->value, *found->field, found->unit).value();
+  return table_->field(name).default_number.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::string Map::text(const std::string& name) const {
+  if (const Entry* found = find(name))
+    return found->value.Scalar();
+  return table_->field(name).default_text.value();
+}
+
+std::vector<std::string> Map::texts(const std::string& name) const {
+  std::vector<std::string> values;
+  if (const Entry* found = find(name)) {
+    for (const YAML::Node& node : found->value)
+      values.push_back(node.Scalar());
+  }
+  return values;
+}
+
+Eigen::Vector3d Map::vector3(const std::string& name) const {
+  const std::vector<double> values = numbers(name, 3);
+  return {values[0], values[1], values[2]};
+}
+
+std::vector<double> Map::numbers(const std::string& name, int count) const {
+  const auto size = static_cast<std::size_t>(count);
+  const Entry* found = find(name);
+  if (!found || found->value.IsScalar())
+    return std::vector<double>(size, number(name));
+  if (found->value.size() != size) {
+    fail(name, "found " + describeNode(found->value) + ", expected a list of " + std::to_string(count));
+  }
+  std::vector<double> values;
+  for (const YAML::Node& node : found->value)
+    values.push_back(readNumber(node, *found->field, found->unit).value());
+  return values;
+}
+
+std::vector<Eigen::Vector3d> Map::points(const std::string& name) const {
+  std::vector<Eigen::Vector3d> rows;
+  const Entry* found = find(name);
+  if (!found)
+    return rows;
+  for (const YAML::Node& row : found->value) {
+    Eigen::Vector3d point;
+    int axis = 0;
+    for (const YAML::Node& node : row)
+      point[axis++] = readNumber(node, *found->field, found->unit).value();
+    rows.push_back(point);
+  }
+  return rows;
+}
+
+Map Map::map(const std::string& name) const {
+  const Mapping& keys = *table_->field(name).mapping;
+  const Entry* found = find(name);
+  if (found && found->value.IsMap())
+    return checked(*document_, keys, pathOf(found->key), found->value);
+  return Map(*document_, keys, pathOf(name), found ? found->mark : mark_);
+}
+
+std::vector<Map> Map::maps(const std::string& name) const {
+  std::vector<Map> all;
+  const Entry* found = find(name);
+  if (!found)
+    return all;
+  for (const YAML::Node& node : found->value) {
+    all.push_back(checked(*document_, *found->field->mapping, indexed(pathOf(found->key), all.size()), node));
+  }
+  return all;
+}
+
+bool Map::isWord(const std::string& name) const {
+  const Entry* found = find(name);
+  return found ? config::isWord(found->value, *found->field) : table_->field(name).default_text.has_value();
+}
+
+void Map::fail(const std::string& name, const std::string& message, int element) const {
+  throw errorAt(name, message, element);
+}
+
+void Map::warn(const std::string& name, const std::string& message) const {
+  document_->warnings_.push_back(errorAt(name, message, -1).what());
+}
+
+std::string Map::keyOf(const std::string& name) const {
+  const Entry* found = find(name);
+  return found ? found->key : table_->field(name).key();
+}
+
+std::string Map::inUnit(const std::string& name, double si) const {
+  const Entry* found = find(name);
+  const Unit* unit = found ? found->unit : table_->field(name).keys().front().second;
+  if (!unit)
+    return formatNumber(si);
+  return formatNumber(unit->fromSi(si)) + " " + unit->forPeople();
+}
+
+Map::Map(Document& document, const Mapping& table, std::string path, YAML::Mark mark)
+    : document_(&document), table_(&table), path_(std::move(path)), mark_(mark) {}
+
+const Map::Entry* Map::find(const std::string& name) const {
+  const Field& field = table_->field(name);
+  document_->read_.insert(&field);
+  for (const Entry& entry : entries_) {
+    if (entry.field == &field)
+      return &entry;
+  }
+  return nullptr;
+}
+
+std::string Map::pathOf(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+
+Error Map::error(YAML::Mark mark, const std::string& path, const std::string& message) const {
+  const YAML::Mark& place = mark.is_null() ? mark_ : mark;
+  return Error(document_->origin_, std::max(place.line, 0) + 1, std::max(place.column, 0) + 1, path, message);
+}
+
+Error Map::errorAt(const std::string& name, const std::string& message, int element) const {
+  const Entry* found = find(name);
+  if (!found)
+    return error(mark_, pathOf(table_->field(name).key()), message);
+  std::string path = pathOf(found->key);
+  YAML::Mark mark = found->mark;
+  if (element >= 0 && found->value.IsSequence() && static_cast<std::size_t>(element) < found->value.size()) {
+    const YAML::Node& list = found->value;
+    mark = list[element].Mark();
+    path = indexed(path, static_cast<std::size_t>(element));
+  }
+  return error(mark, path, message);
+}
+
+}  // namespace tandem::config

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What one YAML scalar says, more strictly than YAML: no yes/no booleans, no numbers in quotes, no NaN. */
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <optional>
+#include <string>
+
+#include "config/key_table.h"
+
+namespace tandem::config {
+
+/// "-1", `the text "abc"`, "a list of 3", "a mapping", "nothing": what was found, for messages.
+std::string describeNode(const YAML::Node& node);
+
+/// True for a scalar without quotes.
+bool isPlain(const YAML::Node& node);
+
+/// True where the scalar is one of the words of the field.
+bool isWord(const YAML::Node& node, const Field& field);
+
+/// A finite number in SI, or nothing where the scalar is none or leaves the field's range. Infinity for a word.
+std::optional<double> readNumber(const YAML::Node& node, const Field& field, const Unit* unit);
+
+/// An integer inside the field's range.
+std::optional<long long> readInteger(const YAML::Node& node, const Field& field);
+
+/// `true` or `false`, nothing else.
+std::optional<bool> readBool(const YAML::Node& node);
+
+/// Not empty, one of the words, matching the pattern; no bare number or boolean unless the field takes integers.
+std::optional<std::string> readText(const YAML::Node& node, const Field& field);
+
+}  // namespace tandem::config

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The drive side of one arm, without the drives: state machine, gate, interpolation, stop ramp and watchdog.
+ *
+ * hal and sim run the same object. It turns commands, which come once per control period, into a reference for the
+ * joints at the period of the bus, and it decides when there is none. */
+#pragma once
+
+#include <cstdint>
+
+#include "safety/budgets.h"
+#include "safety/gate.h"
+#include "safety/operating_state.h"
+#include "safety/stop_ramp.h"
+#include "safety/watchdog.h"
+
+namespace tandem::safety {
+
+/** How an arm is supervised. */
+struct SupervisorOptions {
+  double control_period = 0.1;  ///< T: each setpoint is meant to be reached this long after its command, s
+  Budgets budgets;
+  /// Lock-step with ideal joints: a hold after a finished period stands there and then, without a ramp.
+  bool immediate_hold = false;
+};
+
+/** What a command asks of one arm. */
+struct ArmRequest {
+  DriveRequest request = DriveRequest::kKeep;
+  bool moving = false;  ///< the setpoint of `motion` counts; otherwise the arm holds
+  GateCommand motion;   ///< `duration` is ignored: it is the control period
+};
+
+/** Supervisor of one arm. Nothing after construction allocates, locks or throws. Times are ns on the caller's clock. */
+class ArmSupervisor {
+ public:
+  /// The arm stands at `position` (m, rad), DISABLED.
+  ArmSupervisor(const ArmLimits& limits, const ArmVector& position, const SupervisorOptions& options);
+
+  /** Takes a command.
+   *
+   * A command that fails an integrity guard stops the arm and latches if the arm is ENABLED or PAUSED, and has no
+   * effect otherwise. Enabling sets the setpoint to `measured`; the motion in the same command is ignored, because it
+   * was computed before. Enabling waits until the arm stands.
+   * @param measured present position, m, rad
+   * @param present faults whose cause stands now; an attempt to enable latches them
+   * @return what the gate did. */
+  GateReport command(const ArmRequest& request,
+                     const ArmVector& measured,
+                     FaultMask present,
+                     std::int64_t now) noexcept;
+
+  /// Stops the arm with the ramp and latches; 0 does nothing.
+  void latch(FaultMask faults) noexcept;
+
+  /** An axis does not follow: the reference of that axis becomes where it is, the others stop with the ramp, and
+   * Fault::kDrive latches. @param position of that axis, m, rad. */
+  void latchAxisFailure(int joint, double position) noexcept;
+
+  /// Disables a standing arm, because another commander takes over.
+  void disableForNewSession() noexcept;
+
+  /// Goes on by dt, s: watchdog, interpolation, ramp.
+  void step(double dt, std::int64_t now) noexcept;
+
+  /// Puts a standing arm elsewhere. For simulated arms.
+  void place(const ArmVector& position) noexcept;
+
+  OperatingState state() const noexcept { return machine_.state(); }
+  FaultMask faults() const noexcept { return machine_.faults(); }
+  /// ENABLED or PAUSED: a failure has to stop this arm.
+  bool powered() const noexcept;
+  /// The reference stands still.
+  bool standing() const noexcept { return mode_ == Mode::kStanding; }
+  /// Where the joints shall be now, m, rad.
+  const ArmVector& reference() const noexcept { return reference_; }
+  /// How fast they shall move now, m/s, rad/s.
+  const ArmVector& referenceVelocity() const noexcept { return velocity_; }
+  /// The last setpoint past the gate, m, rad; the reference while the arm stops or stands.
+  const ArmVector& setpoint() const noexcept { return mode_ == Mode::kSegment ? target_ : reference_; }
+  const ArmLimits& limits() const noexcept { return gate_.limits(); }
+
+ private:
+  enum class Mode : std::uint8_t {
+    kStanding,
+    kSegment,  ///< on the way to target_
+    kArrived,  ///< at target_ with the speed of the segment; the next step begins a stop unless a command comes first
+    kRamp,
+  };
+
+  void applyRequest(DriveRequest request, const ArmVector& measured, FaultMask present) noexcept;
+  void enable(const ArmVector& measured, FaultMask present) noexcept;
+  void move(const ArmVector& setpoint) noexcept;
+  void hold() noexcept;
+  void stop() noexcept;
+  void stand() noexcept;
+  double advanceSegment(double dt) noexcept;
+
+  Gate gate_;
+  SupervisorOptions options_;
+  StateMachine machine_;
+  Watchdog watchdog_;
+  StopRamp ramp_;
+  Mode mode_ = Mode::kStanding;
+  ArmVector reference_;
+  ArmVector velocity_;
+  ArmVector start_;            ///< of the segment
+  ArmVector target_;           ///< of the segment
+  ArmVector commanded_speed_;  ///< of the last command, as it left the gate
+  double elapsed_ = 0.0;       ///< in the segment, s
+  double duration_ = 0.0;      ///< of the segment, s
+};
+
+}  // namespace tandem::safety

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "safety/operating_state.h"
+
+#include <array>
+
+namespace tandem::safety {
+namespace {
+
+constexpr std::array<std::string_view, 4> kStateNames{"DISABLED", "ENABLED", "PAUSED", "FAULT"};
+constexpr std::array<std::string_view, 6> kCommandNames{"enable", "disable", "pause", "resume", "home", "unhome"};
+
+}  // namespace
+
+std::string_view name(OperatingState state) {
+  const auto index = static_cast<std::size_t>(state);
+  return index < kStateNames.size() ? kStateNames[index] : "unknown";
+}
+
+std::string_view name(StateCommand command) {
+  const auto index = static_cast<std::size_t>(command);
+  return index < kCommandNames.size() ? kCommandNames[index] : "unknown";
+}
+
+std::optional<StateCommand> stateCommandFromName(std::string_view name) {
+  for (std::size_t i = 0; i < kCommandNames.size(); ++i) {
+    if (kCommandNames[i] == name)
+      return static_cast<StateCommand>(i);
+  }
+  return std::nullopt;
+}
+
+std::optional<OperatingState> transition(OperatingState state, StateCommand command) {
+  using State = OperatingState;
+  if (state == State::kFault) {
+    // The deviation from CRTK: no way out but `disable`.
+    return command == StateCommand::kDisable ? std::optional(State::kDisabled) : std::nullopt;
+  }
+  switch (command) {
+    case StateCommand::kEnable:
+      return state == State::kPaused ? std::nullopt : std::optional(State::kEnabled);
+    case StateCommand::kDisable:
+      return State::kDisabled;
+    case StateCommand::kPause:
+      return state == State::kDisabled ? std::nullopt : std::optional(State::kPaused);
+    case StateCommand::kResume:
+      return state == State::kPaused ? std::optional(State::kEnabled) : std::nullopt;
+    case StateCommand::kHome:
+      return state == State::kEnabled ? std::optional(state) : std::nullopt;
+    case StateCommand::kUnhome:
+      return state;
+  }
+  return std::nullopt;
+}
+
+bool StateMachine::command(StateCommand command, FaultMask present) {
+  const std::optional<OperatingState> next = transition(state_, command);
+  if (!next)
+    return false;
+  if (state_ == OperatingState::kFault) {
+    faults_ = present;  // whatever has no standing cause is cleared
+    if (faults_ != 0)
+      return false;
+  }
+  // Power or motion are not given while something is wrong.
+  if (*next == OperatingState::kEnabled && present != 0)
+    return false;
+  state_ = *next;
+  return true;
+}
+
+void StateMachine::latch(FaultMask faults) {
+  if (faults == 0)
+    return;
+  faults_ |= faults;
+  state_ = OperatingState::kFault;
+}
+
+}  // namespace tandem::safety

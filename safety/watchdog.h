@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Notices that somebody has been silent for too long. */
+#pragma once
+
+#include <cstdint>
+
+namespace tandem::safety {
+
+/** Holds a budget and when it was last fed. Reads no clock: times are ns on the caller's clock. */
+class Watchdog {
+ public:
+  /// @param budget longest silence, s.
+  explicit Watchdog(double budget) : budget_(static_cast<std::int64_t>(budget * 1e9 + 0.5)) {}
+
+  void feed(std::int64_t now) noexcept { fed_ = now; }
+  /// Silent for longer than the budget.
+  bool expired(std::int64_t now) const noexcept { return now - fed_ > budget_; }
+  /// Time since it was fed, s.
+  double silence(std::int64_t now) const noexcept { return 1e-9 * static_cast<double>(now - fed_); }
+
+ private:
+  std::int64_t budget_;
+  std::int64_t fed_ = 0;
+};
+
+}  // namespace tandem::safety

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the subcommands of `tandem` share: where output goes, how failures end. */
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <iosfwd>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace tandem::cli {
+
+/** Exit codes of `tandem`. */
+enum ExitCode : int {
+  kOk = 0,
+  kFailure = 1,   ///< it ran, and the answer is bad: rows refused, points not converged, a process died
+  kUsage = 2,     ///< the command line or a file is wrong
+};
+
+/** A failure to be told to people and to end with `code`. */
+class Failure : public std::runtime_error {
+ public:
+  Failure(int code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  int code() const { return code_; }
+
+ private:
+  int code_;
+};
+
+/** Registers a subcommand's options with `app`; the callback of the subcommand sets `exit_code`. */
+using Register = void(CLI::App& app, int& exit_code);
+Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
+    registerRobot, registerSchema;
+
+/// A file to read, or standard input for "-". @throw Failure(kUsage) where it can't be opened.
+std::shared_ptr<std::istream> openInput(const std::string& path);
+
+/// Runs a subcommand's body: prints failures to stderr, sets the exit code.
+void guarded(int& exit_code, const std::function<int()>& body);
+
+/// CSV field of a text: commas and line breaks become semicolons and spaces, so that `status` stays one column.
+std::string statusField(std::string text);
+
+/// Folder of installed or source-tree data (plotting script). @throw Failure where it is not found.
+std::string shareFile(const std::string& relative);
+
+}  // namespace tandem::cli

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/cli/client.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "safety/operating_state.h"
+#include "services/cli/arguments.h"
+
+namespace tandem::cli {
+namespace {
+
+constexpr double kAnswerTime = 5.0;    // s
+constexpr int kRecorderDepth = 4096;   // samples: nothing is lost between two looks
+
+}  // namespace
+
+Client::Client(const config::Deployment& deployment, Taps taps)
+    : id_(service::randomIdentity()), taps_(std::move(taps)), bus_(service::busOptions(deployment, "cli")) {
+  control_requests_ = bus_.writer(dds::kControlRequest);
+  planning_requests_ = bus_.writer(dds::kPlanningRequest);
+  sim_requests_ = bus_.writer(dds::kSimRequest);
+  stops_ = bus_.writer(dds::kStop);
+  const auto reply = [this](const dds::Reply& r) { onReply(r); };
+  control_replies_ = bus_.reader(dds::kControlReply, reply);
+  planning_replies_ = bus_.reader(dds::kPlanningReply, reply);
+  sim_replies_ = bus_.reader(dds::kSimReply, reply);
+  const auto heard = [this](auto Snapshot::* slot, std::uint64_t Snapshot::* count, const auto& message, const auto& tap) {
+    {
+      const std::lock_guard lock(mutex_);
+      snapshot_.*slot = message;
+      ++(snapshot_.*count);
+    }
+    if (tap) tap(message);
+    changed_.notify_all();
+  };
+  const dds::ReaderOptions deep{kRecorderDepth};
+  states_ = bus_.reader(
+      dds::kActuationState,
+      [this, heard](const auto& m) { heard(&Snapshot::state, &Snapshot::states, m, taps_.state); }, deep);
+  statuses_ = bus_.reader(
+      dds::kControlStatus,
+      [this, heard](const auto& m) { heard(&Snapshot::status, &Snapshot::statuses, m, taps_.status); }, deep);
+  references_ = bus_.reader(
+      dds::kPlanningReference,
+      [this, heard](const auto& m) { heard(&Snapshot::reference, &Snapshot::references, m, taps_.reference); }, deep);
+  hals_ = bus_.reader(
+      dds::kHalStatus, [this, heard](const auto& m) { heard(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); }, deep);
+  lease_keeper_ = std::thread([this, period = 0.2 * deployment.budgets.lease] {
+    while (!ending_) {
+      if (keep_lease_) {
+        dds::ControlRequest keep;
+        keep.client = id_;
+        keep.kind = static_cast<std::uint8_t>(dds::ControlKind::kKeepLease);
+        control_requests_.write(keep);
+      }
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, std::chrono::duration<double>(period), [this] { return ending_.load(); });
+    }
+  });
+}
+
+Client::~Client() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  lease_keeper_.join();
+}
+
+Snapshot Client::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_;
+}
+
+bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  std::unique_lock lock(mutex_);
+  while (!condition(snapshot_)) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= deadline || (interrupted_ && interrupted_())) return false;
+    changed_.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(
+                                  now + std::chrono::milliseconds(50),
+                                  std::chrono::time_point_cast<std::chrono::steady_clock::duration>(deadline)));
+  }
+  return true;
+}
+
+void Client::connect(double seconds) {
+  std::string silent;
+  const auto ready = [&](const Snapshot& s) {
+    silent.clear();
+    if (s.states == 0) silent += " sim (or hal)";
+    // Heard is not enough: each must have heard of the one before it, too.
+    if (s.statuses == 0 || s.status.answers_state == 0 || control_requests_.matched() == 0 || control_replies_.matched() == 0) silent += " control";
+    if (s.reference.answers_state == 0 || s.reference.answers_control == 0 || planning_requests_.matched() == 0 || planning_replies_.matched() == 0) silent += " planning";
+    return silent.empty();
+  };
+  if (!waitFor(seconds, ready)) {
+    throw Failure(kFailure, "no sign of life from:" + silent + " (domain " + std::to_string(bus_.options().domain) +
+                                ", prefix " + bus_.options().prefix + "); is `tandem up` running?");
+  }
+}
+
+void Client::onReply(const dds::Reply& reply) {
+  if (reply.client != id_ || reply.request == 0) return;
+  {
+    const std::lock_guard lock(mutex_);
+    replies_.push_back(reply);
+  }
+  changed_.notify_all();
+}
+
+template <class Request>
+dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, dds::Reader& replies, Request& request) {
+  if (!waitFor(kAnswerTime, [&](const Snapshot&) { return writer.matched() > 0 && replies.matched() > 0; })) {
+    throw Failure(kFailure, std::string(who) + " is not there");
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    request.client = id_;
+    request.request = next_request_++;
+  }
+  writer.write(request);
+  dds::Reply answer;
+  const bool answered = waitFor(kAnswerTime, [&](const Snapshot&) {
+    const auto found = std::find_if(replies_.begin(), replies_.end(),
+                                    [&](const dds::Reply& r) { return r.request == request.request; });
+    if (found == replies_.end()) return false;
+    answer = *found;
+    return true;
+  });
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(replies_, [&](const dds::Reply& r) { return r.request <= request.request; });
+  }
+  if (!answered) throw Failure(kFailure, std::string(who) + " did not answer");
+  if (answer.accepted == 0) throw Failure(kFailure, std::string(who) + " refused: " + answer.reason);
+  return answer;
+}
+
+dds::Reply Client::control(dds::ControlRequest request) {
+  return ask("control", control_requests_, control_replies_, request);
+}
+dds::Reply Client::planning(dds::PlanningRequest request) {
+  return ask("planning", planning_requests_, planning_replies_, request);
+}
+dds::Reply Client::sim(dds::SimRequest request) { return ask("sim", sim_requests_, sim_replies_, request); }
+
+void Client::stop(const std::string& reason) {
+  dds::Stop stop;
+  stop.client = id_;
+  stop.sequence = 1;
+  stop.reason = reason;
+  waitFor(1.0, [this](const Snapshot&) { return stops_.matched() > 0; });
+  stops_.write(stop);
+}
+
+void Client::acquireLease() {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kAcquireLease);
+  control(request);
+  keep_lease_ = true;
+  // Planning learns who holds the lease from control/status.
+  waitFor(kAnswerTime, [this](const Snapshot& s) { return s.status.lease_holder == id_; });
+}
+
+void Client::releaseLease() {
+  keep_lease_ = false;
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kReleaseLease);
+  control(request);
+}
+
+void Client::stateCommand(const std::string& command) {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
+  request.value = command;
+  control(request);
+  const auto wanted = command == "enable" || command == "resume" ? safety::OperatingState::kEnabled
+                      : command == "pause"                      ? safety::OperatingState::kPaused
+                                                                : safety::OperatingState::kDisabled;
+  const bool reached = waitFor(kAnswerTime, [&](const Snapshot& s) {
+    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
+      if (s.status.operating_state[k] != static_cast<std::uint8_t>(wanted)) return false;
+    }
+    return s.status.arm_count > 0;
+  });
+  if (!reached) throw Failure(kFailure, "'" + command + "' was accepted, but not all arms became " + std::string(name(wanted)));
+}
+
+void Client::setMethod(control::Method method) {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kSetMethod);
+  request.text = std::string(control::name(method));
+  control(request);
+}
+
+}  // namespace tandem::cli

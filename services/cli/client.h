@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A client of a running system: requests with answers, and what the topics last said. */
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "services/dds/bus.h"
+#include "services/setup/process.h"
+
+namespace tandem::cli {
+
+/** What was last heard of each topic. */
+struct Snapshot {
+  dds::ActuationState state;
+  dds::ControlStatus status;
+  dds::PlanningReference reference;
+  dds::HalStatus hal;
+  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0;  ///< samples heard
+};
+
+/** One participant of the console's side. While it holds the control lease it keeps it alive from a thread of its own. */
+class Client {
+ public:
+  /// Sees every sample in order, on DDS threads; empty functions are not called.
+  struct Taps {
+    std::function<void(const dds::ActuationState&)> state;
+    std::function<void(const dds::ControlStatus&)> status;
+    std::function<void(const dds::PlanningReference&)> reference;
+    std::function<void(const dds::HalStatus&)> hal;
+  };
+
+  explicit Client(const config::Deployment& deployment, Taps taps = {});
+  ~Client();
+
+  std::uint64_t id() const { return id_; }
+  Snapshot snapshot() const;
+
+  /// Waits until `condition` holds, judged at every sample. @return false at the deadline (s), or where `interrupted` says so.
+  bool waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const;
+  /// Asked about every 50 ms while waiting: true ends the wait.
+  void interruptBy(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }
+
+  /// Waits until sim (or hal), control and planning are heard and hear us. @throw Failure naming who is silent.
+  void connect(double seconds);
+
+  /// Requests; each waits up to 5 s for its answer. @throw Failure with the service's reason.
+  dds::Reply control(dds::ControlRequest request);
+  dds::Reply planning(dds::PlanningRequest request);
+  dds::Reply sim(dds::SimRequest request);
+  void stop(const std::string& reason);
+
+  void acquireLease();
+  void releaseLease();
+  /// "enable", "disable", ... for all arms; waits until all arms are in the state that follows.
+  void stateCommand(const std::string& command);
+  void setMethod(control::Method method);
+
+ private:
+  struct Pending;
+  template <class Request>
+  dds::Reply ask(const char* who, dds::Writer<Request>& writer, dds::Reader& replies, Request& request);
+  void onReply(const dds::Reply& reply);
+
+  std::uint64_t id_;
+  Taps taps_;
+  std::function<bool()> interrupted_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  Snapshot snapshot_;
+  std::uint64_t next_request_ = 1;
+  std::vector<dds::Reply> replies_;
+  dds::Bus bus_;
+  dds::Writer<dds::ControlRequest> control_requests_;
+  dds::Writer<dds::PlanningRequest> planning_requests_;
+  dds::Writer<dds::SimRequest> sim_requests_;
+  dds::Writer<dds::Stop> stops_;
+  dds::Reader control_replies_, planning_replies_, sim_replies_, states_, statuses_, references_, hals_;
+  std::atomic<bool> keep_lease_{false}, ending_{false};
+  std::thread lease_keeper_;
+};
+
+}  // namespace tandem::cli

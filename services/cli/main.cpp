@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem: the command line to the stack. */
+#include <CLI/CLI.hpp>
+
+#include "services/cli/arguments.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
+  app.require_subcommand(1);
+  app.footer(
+      "Start here:\n"
+      "  tandem experiment table3          reproduce Table 3 of Alsaka et al. 2024 over DDS\n"
+      "  tandem up laptop                  start simulator, control and planning in real time\n"
+      "  tandem robot run circle           ... and in another terminal: move\n"
+      "  tandem status                     ... and watch\n"
+      "Every subcommand has --help.");
+  int exit_code = tandem::cli::kOk;
+  using namespace tandem::cli;
+  for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerFk,
+                         registerSolve, registerValidate, registerSchema}) {
+    part(app, exit_code);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kOk : kUsage;
+  }
+  return exit_code;
+}

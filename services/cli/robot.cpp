@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem robot: commands to a running system, under the control lease. */
+#include <unistd.h>
+
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "planning/follower.h"
+#include "safety/faults.h"
+#include "services/cli/arguments.h"
+#include "services/cli/client.h"
+#include "services/common/stop_signal.h"
+
+namespace tandem::cli {
+namespace {
+
+struct Options {
+  std::string deployment = "laptop", trajectory, arm, method, name, value;
+  std::vector<double> joints;
+  bool json = false, keep_enabled = false;
+};
+
+/// A running system, with its lease if asked for.
+struct Session {
+  Session(const Options& options, bool lease)
+      : deployment(config::loadDeployment(config::findFile(options.deployment, "deployment"))),
+        robot(config::loadRobot(deployment.robot)),
+        client(deployment) {
+    client.interruptBy([this] { return stop.requested(); });
+    client.connect(10.0);
+    if (lease) client.acquireLease();
+  }
+  service::StopSignal stop;
+  config::Deployment deployment;
+  config::Robot robot;
+  Client client;
+};
+
+int done(const Options& options, const std::string& text, nlohmann::ordered_json json = nlohmann::ordered_json::object()) {
+  if (options.json) {
+    json["text"] = text;
+    std::cout << json.dump() << '\n';
+  } else {
+    std::cout << text << '\n';
+  }
+  return kOk;
+}
+
+int stateCommand(const Options& options, const std::string& command) {
+  const bool gives_power = command == "enable" || command == "resume";
+  Session session(options, gives_power);
+  session.client.stateCommand(command);
+  if (gives_power) session.client.releaseLease();
+  return done(options, "all arms: " + command + "d");
+}
+
+int stop(const Options& options) {
+  Session session(options, false);
+  session.client.stop("tandem robot stop");
+  const bool stopped = session.client.waitFor(2.0, [](const Snapshot& s) {
+    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
+      if (s.status.faults[k] == 0) return false;
+    }
+    return std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
+  });
+  if (!stopped) throw Failure(kFailure, "stop was sent, but the robot does not report standstill");
+  return done(options, "stopped; `tandem robot disable` clears the fault");
+}
+
+int moveJp(const Options& options) {
+  Session session(options, true);
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kMoveJp);
+  for (std::size_t k = 0; k < session.robot.arms.size(); ++k) {
+    const std::string& name = session.robot.arms[k].name;
+    if (name == options.arm || name == "arm_" + options.arm) request.arm = static_cast<std::uint8_t>(k);
+  }
+  if (request.arm == 255) throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
+  if (options.joints.size() > safety::kMaxJointsPerArm) throw Failure(kUsage, "too many joints");
+  request.joint_count = static_cast<std::uint8_t>(options.joints.size());
+  std::copy(options.joints.begin(), options.joints.end(), request.joints.begin());
+  session.client.control(request);
+  const std::size_t arm = request.arm;
+  const auto reached = [&](const Snapshot& s) {
+    if (s.status.faults[arm] != 0) return true;
+    for (std::size_t j = 0; j < options.joints.size(); ++j) {
+      const double error = s.state.position[arm * safety::kMaxJointsPerArm + j] - options.joints[j];
+      if (std::abs(error) > 1e-6) return false;
+    }
+    return s.status.busy[arm] == 0;
+  };
+  if (!session.client.waitFor(600.0, reached)) {
+    session.client.stateCommand("pause");
+    throw Failure(kFailure, "move_jp ended before the goal was reached; the arms are paused");
+  }
+  if (session.client.snapshot().status.faults[arm] != 0) throw Failure(kFailure, "the arm went into FAULT on the way");
+  session.client.releaseLease();
+  return done(options, "the arm is there");
+}
+
+int setMethod(const Options& options) {
+  Session session(options, true);
+  dds::ControlRequest request;
+  const bool parameter = !options.value.empty();
+  request.kind = static_cast<std::uint8_t>(parameter ? dds::ControlKind::kSetParameter : dds::ControlKind::kSetMethod);
+  request.text = options.name;
+  request.value = options.value;
+  session.client.control(request);
+  session.client.releaseLease();
+  return done(options, options.name + (parameter ? " = " + options.value : ""));
+}
+
+/// Text of a trajectory file; a shape from CSV is read here, so that planning needs no file of ours.
+std::string trajectoryText(const std::string& name) {
+  const auto file = config::findFile(name, "trajectory");
+  std::ifstream in(file);
+  std::stringstream text;
+  text << in.rdbuf();
+  return config::formatTrajectory(config::parseTrajectory(text.str(), file.string(), file.parent_path()));
+}
+
+int runTrajectory(const Options& options) {
+  const std::string text = trajectoryText(options.trajectory);
+  Session session(options, true);
+  Client& client = session.client;
+  if (!options.method.empty()) {
+    const auto method = control::methodFromName(options.method);
+    if (!method) throw Failure(kUsage, "--method: found '" + options.method + "'");
+    client.setMethod(*method);
+  }
+  client.stateCommand("enable");
+  const Snapshot enabled = client.snapshot();
+  client.waitFor(2.0, [&](const Snapshot& s) { return s.reference.answers_control >= enabled.status.sequence; });
+  dds::PlanningRequest request;
+  request.kind = 1;
+  request.trajectory = text;
+  const std::uint32_t id = client.planning(request).value;
+  const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
+  const auto ours = [&](const Snapshot& s) { return s.reference.trajectory_id == id; };
+  std::uint32_t shown = 0;
+  const bool ended = client.waitFor(24.0 * 3600.0, [&](const Snapshot& s) {
+    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
+      if (s.status.faults[k] != 0) return true;
+    }
+    if (terminal && ours(s) && s.reference.point != shown) {
+      shown = s.reference.point;
+      std::fprintf(stderr, "\rpoint %u of %u, errors %.3f and %.3f mm   ", s.reference.point, s.reference.point_count,
+                   1e3 * s.status.task_error[0], 1e3 * s.status.task_error[1]);
+    }
+    const auto phase = static_cast<planning::Phase>(s.reference.phase);
+    return ours(s) && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
+  });
+  if (terminal) std::fprintf(stderr, "\n");
+  const Snapshot last = client.snapshot();
+  if (!ended) {
+    client.interruptBy({});
+    client.stateCommand("pause");
+    throw Failure(kFailure, "interrupted; the arms are paused");
+  }
+  for (std::size_t k = 0; k < last.status.arm_count; ++k) {
+    if (last.status.faults[k] != 0) {
+      throw Failure(kFailure, session.robot.arms[k].name + " is in FAULT: " + safety::describeFaults(last.status.faults[k]));
+    }
+  }
+  if (!options.keep_enabled) client.stateCommand("disable");
+  client.releaseLease();
+  const auto phase = static_cast<planning::Phase>(last.reference.phase);
+  const nlohmann::ordered_json json{{"phase", planning::name(phase)},
+                                    {"points", last.reference.point_count},
+                                    {"iterations", last.reference.total_iterations}};
+  done(options, std::string(planning::name(phase)) + ": " + std::to_string(last.reference.point_count) + " points, " +
+                    std::to_string(last.reference.total_iterations) + " iterations",
+       json);
+  return phase == planning::Phase::kFinished ? kOk : kFailure;
+}
+
+}  // namespace
+
+void registerRobot(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* robot = app.add_subcommand("robot", "commands to a running system, under the control lease");
+  robot->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
+  robot->add_flag("--json", options->json, "JSON instead of text");
+  robot->require_subcommand(1);
+  robot->fallthrough();
+  const auto add = [&](const std::string& name, const std::string& text, std::function<int(const Options&)> body) {
+    CLI::App* command = robot->add_subcommand(name, text);
+    command->callback([options, body, &exit_code] { guarded(exit_code, [&] { return body(*options); }); });
+    return command;
+  };
+  for (const std::string name : {"enable", "disable", "pause", "resume"}) {
+    add(name, "CRTK state command '" + name + "' for all arms",
+        [name](const Options& o) { return stateCommand(o, name); });
+  }
+  add("stop", "soft stop of all arms; latches until `disable`", stop);
+  CLI::App* move = add("move-jp", "move one ENABLED arm to a joint vector along a straight line in joint space", moveJp);
+  move->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
+  move->add_option("joints", options->joints, "beta_1..beta_n alpha_1..alpha_n, m and rad; -- before negative numbers")
+      ->required();
+  CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);
+  method->add_option("name", options->name, "nsp, nspwln, nspwln-joint, nspqp or snsqp")->required();
+  CLI::App* set = add("set", "set a parameter of the method or a gain", setMethod);
+  set->add_option("name", options->name, "e.g. tip_gain, nspqp_zeta, bounds")->required();
+  set->add_option("value", options->value, "its value")->required();
+  CLI::App* run = add("run", "enable, follow a trajectory, disable", runTrajectory);
+  run->add_option("trajectory", options->trajectory, "trajectory file or preset: circle, line, rectangle, lissajous")
+      ->required();
+  run->add_option("-m,--method", options->method, "method (default: the one in force)");
+  run->add_flag("--keep-enabled", options->keep_enabled, "leave the arms ENABLED at the end");
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem status and tandem topics: what a running system says of itself, and where. */
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "planning/follower.h"
+#include "safety/operating_state.h"
+#include "services/cli/arguments.h"
+#include "services/cli/client.h"
+
+namespace tandem::cli {
+namespace {
+
+nlohmann::ordered_json armJson(const config::Robot& robot, const Snapshot& s, std::size_t k) {
+  nlohmann::ordered_json arm;
+  const auto state = static_cast<safety::OperatingState>(s.status.operating_state[k]);
+  arm["name"] = robot.arms[k].name;
+  arm["operating_state"] = safety::name(state);
+  arm["is_homed"] = s.status.homed[k] != 0;
+  arm["is_busy"] = s.status.busy[k] != 0;
+  arm["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
+  nlohmann::ordered_json joints = nlohmann::ordered_json::array();
+  for (std::size_t j = 0; j < s.state.joint_count[k]; ++j) {
+    joints.push_back(s.state.position[k * safety::kMaxJointsPerArm + j]);
+  }
+  arm["joints"] = joints;
+  return arm;
+}
+
+nlohmann::ordered_json statusJson(const config::Deployment& deployment, const config::Robot& robot, const Snapshot& s) {
+  nlohmann::ordered_json json;
+  json["deployment"] = deployment.name;
+  json["robot"] = robot.name;
+  json["method"] = control::name(static_cast<control::Method>(s.status.method));
+  json["lease_holder"] = s.status.lease_holder;
+  json["arms"] = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < std::min<std::size_t>(s.state.arm_count, robot.arms.size()); ++k) {
+    json["arms"].push_back(armJson(robot, s, k));
+  }
+  json["trajectory"] = {{"id", s.reference.trajectory_id},
+                        {"phase", planning::name(static_cast<planning::Phase>(s.reference.phase))},
+                        {"point", s.reference.point},
+                        {"points", s.reference.point_count},
+                        {"iterations", s.reference.total_iterations}};
+  json["errors_m"] = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < s.status.task_count; ++k) json["errors_m"].push_back(s.status.task_error[k]);
+  json["control"] = {{"period_s", s.status.period},         {"cycles", s.status.cycles},
+                     {"overruns", s.status.overruns},       {"jitter_max_s", s.status.jitter_max},
+                     {"solve_time_s", s.status.solve_time}, {"cycle_time_max_s", s.status.cycle_time_max}};
+  nlohmann::ordered_json guards;
+  for (int g = 0; g < safety::kGuardCount; ++g) {
+    guards[std::string(safety::name(static_cast<safety::Guard>(g)))] = s.hal.guard_count[static_cast<std::size_t>(g)];
+  }
+  json["guards"] = guards;
+  return json;
+}
+
+void printStatus(const nlohmann::ordered_json& json) {
+  std::cout << json["deployment"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
+            << json["method"].get<std::string>() << ", lease "
+            << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << '\n';
+  for (const auto& arm : json["arms"]) {
+    std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
+              << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")
+              << ", faults: " << arm["faults"].get<std::string>() << "\n    joints (m, rad):";
+    for (double q : arm["joints"]) std::printf(" %.5f", q);
+    std::fflush(stdout);
+    std::cout << '\n';
+  }
+  const auto& t = json["trajectory"];
+  std::cout << "  trajectory: " << t["phase"].get<std::string>() << ", point " << t["point"] << " of " << t["points"]
+            << ", " << t["iterations"] << " iterations\n";
+  const auto& c = json["control"];
+  std::printf("  control: period %.4g s, %llu cycles, %llu overruns, latest wake-up %.1f us late, longest cycle %.1f us\n",
+              c["period_s"].get<double>(), static_cast<unsigned long long>(c["cycles"].get<std::uint64_t>()),
+              static_cast<unsigned long long>(c["overruns"].get<std::uint64_t>()), 1e6 * c["jitter_max_s"].get<double>(),
+              1e6 * c["cycle_time_max_s"].get<double>());
+  std::printf("  guards:");
+  for (const auto& [name, count] : json["guards"].items()) {
+    if (count.get<std::uint64_t>() > 0) {
+      std::printf(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
+    }
+  }
+  std::printf("\n");
+}
+
+int runStatus(const std::string& name, bool as_json) {
+  const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
+  const config::Robot robot = config::loadRobot(deployment.robot);
+  Client client(deployment);
+  client.connect(5.0);
+  client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0; });
+  const auto json = statusJson(deployment, robot, client.snapshot());
+  if (as_json) {
+    std::cout << json.dump(2) << '\n';
+  } else {
+    printStatus(json);
+  }
+  return kOk;
+}
+
+int runTopics(const std::string& name, bool as_json) {
+  const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
+  const config::Robot robot = config::loadRobot(deployment.robot);
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const dds::TopicInfo& topic : dds::allTopics(service::armNames(robot))) {
+    const std::string ros = "/" + deployment.prefix + "/" + topic.name;
+    if (as_json) {
+      json.push_back({{"topic", ros},
+                      {"dds_topic", "rt" + ros},
+                      {"type", topic.type},
+                      {"dds_type", dds::ddsTypeName(topic.type)},
+                      {"profile", dds::name(topic.profile)},
+                      {"publisher", topic.publisher},
+                      {"description", topic.description}});
+    } else {
+      std::printf("%-36s %-38s %-9s %-14s %s\n", ros.c_str(), topic.type.c_str(), dds::name(topic.profile),
+                  topic.publisher.c_str(), topic.description.c_str());
+    }
+  }
+  if (as_json) std::cout << json.dump(2) << '\n';
+  return kOk;
+}
+
+CLI::App* add(CLI::App& app, int& exit_code, const std::string& name, const std::string& text,
+              int (*run)(const std::string&, bool)) {
+  auto deployment = std::make_shared<std::string>("laptop");
+  auto as_json = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand(name, text);
+  command->add_option("deployment", *deployment, "deployment file or preset")->capture_default_str();
+  command->add_flag("--json", *as_json, "JSON instead of text");
+  command->callback([=, &exit_code] { guarded(exit_code, [&] { return run(*deployment, *as_json); }); });
+  return command;
+}
+
+}  // namespace
+
+void registerStatus(CLI::App& app, int& exit_code) {
+  add(app, exit_code, "status", "states, errors, loop statistics and guards of a running system", runStatus);
+}
+
+void registerTopics(CLI::App& app, int& exit_code) {
+  add(app, exit_code, "topics", "all topics of a deployment: names, types, quality of service, who publishes", runTopics);
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Starts the processes of a deployment, notices when one dies, ends them all. */
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+
+namespace tandem::cli {
+
+/** A process that ended although nobody asked it to. */
+struct DeadProcess {
+  std::string name;
+  pid_t pid = 0;
+  int status = 0;  ///< as waitpid() gives it
+
+  /// "control (pid 4711) was killed by signal 9 (Killed)".
+  std::string describe() const;
+};
+
+/** The processes of one deployment. They die with this process, however it ends. */
+class Supervisor {
+ public:
+  /// Starts all. @throw Failure where an executable is missing.
+  /// @param log_level  for the services; empty: theirs.
+  Supervisor(const config::Deployment& deployment, const std::string& log_level);
+  /// Ends all that still run.
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
+
+  /// The first process that died since the last call, if any. Never waits.
+  std::optional<DeadProcess> poll();
+
+  /// SIGTERM to all, SIGKILL to those that are still there after a grace period of 3 s.
+  void stopAll();
+
+  struct Child {
+    std::string name;
+    pid_t pid = 0;
+  };
+  const std::vector<Child>& children() const { return children_; }
+
+ private:
+  void start(const config::Deployment& deployment, const config::Process& process, const std::string& log_level);
+  std::vector<Child> children_;
+};
+
+}  // namespace tandem::cli

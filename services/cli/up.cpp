@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem up: the processes of a deployment, supervised. */
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "services/cli/arguments.h"
+#include "services/cli/client.h"
+#include "services/cli/supervisor.h"
+#include "services/common/stop_signal.h"
+
+namespace tandem::cli {
+namespace {
+
+struct Options {
+  std::string deployment = "laptop", log;
+  double seconds = 0.0;
+  bool json = false;
+};
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+bool standing(const dds::ActuationState& state) {
+  for (double velocity : state.velocity) {
+    if (velocity != 0.0) return false;
+  }
+  return true;
+}
+
+/** One event, as a line of text or of JSON. */
+void tell(const Options& options, const std::string& event, const std::string& text, nlohmann::ordered_json more = {}) {
+  if (options.json) {
+    nlohmann::ordered_json line{{"event", event}};
+    for (const auto& [key, value] : more.items()) line[key] = value;
+    line["text"] = text;
+    std::cout << line.dump() << std::endl;
+  } else {
+    std::cout << text << std::endl;
+  }
+}
+
+/// After a death: lets the robot stop by its own watchdogs, and says how long that took.
+void watchStandstill(const Options& options, const config::Deployment& deployment, const DeadProcess& dead, Client& client) {
+  tell(options, "died", dead.describe(), {{"process", dead.name}, {"pid", dead.pid}, {"status", dead.status}});
+  if (dead.name == "sim" || dead.name == "hal") return;  // nobody is left to tell
+  const auto start = Clock::now();
+  const double budget = std::max(deployment.budgets.commandAge(deployment.control_period),
+                                 deployment.budgets.planning_reference) + 1.0;
+  const std::uint64_t heard = client.snapshot().states;
+  const bool stands = client.waitFor(budget, [&](const Snapshot& s) { return s.states > heard && standing(s.state); });
+  if (stands) {
+    tell(options, "standing", "the robot stands, " + std::to_string(since(start)) + " s later", {{"seconds", since(start)}});
+    return;
+  }
+  tell(options, "moving", "the robot does not stand after " + std::to_string(budget) + " s: sending stop");
+  client.stop("tandem up: " + dead.describe());
+  client.waitFor(1.0, [](const Snapshot& s) { return standing(s.state); });
+}
+
+int run(const Options& options) {
+  const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
+  config::loadRobot(deployment.robot);  // refused here, once, rather than by every process
+  service::StopSignal stop;
+  Supervisor supervisor(deployment, options.log);
+  nlohmann::ordered_json pids;
+  std::string text = deployment.name + ":";
+  for (const Supervisor::Child& child : supervisor.children()) {
+    pids[child.name] = child.pid;
+    text += " " + child.name + " (pid " + std::to_string(child.pid) + ")";
+  }
+  tell(options, "started", text, {{"pids", pids}});
+  Client client(deployment);
+  std::optional<DeadProcess> dead;
+  client.interruptBy([&] { return stop.requested() || (!dead && (dead = supervisor.poll())); });
+  const auto start = Clock::now();
+  try {
+    client.connect(15.0);
+    tell(options, "ready", "ready after " + std::to_string(since(start)) + " s; Ctrl-C stops everything",
+         {{"seconds", since(start)}});
+  } catch (const Failure&) {
+    if (!dead && !stop.requested()) throw;
+  }
+  while (!dead && !stop.requested() && (options.seconds <= 0.0 || since(start) < options.seconds)) {
+    stop.waitFor(0.01);
+    dead = supervisor.poll();
+  }
+  client.interruptBy({});
+  if (dead) watchStandstill(options, deployment, *dead, client);
+  supervisor.stopAll();
+  tell(options, "stopped", "all processes stopped");
+  return dead ? kFailure : kOk;
+}
+
+}  // namespace
+
+void registerUp(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* up = app.add_subcommand("up", "start the processes of a deployment, supervise them, stop all on Ctrl-C");
+  up->add_option("deployment", options->deployment, "deployment file or preset: laptop, laptop-1khz, lockstep")
+      ->capture_default_str();
+  up->add_option("--log", options->log, "log level of the services: trace, debug, info, warn, error, off");
+  up->add_option("--for", options->seconds, "stop by itself after so many seconds")->check(CLI::PositiveNumber);
+  up->add_flag("--json", options->json, "one JSON object a line for each event");
+  up->footer("Ends with exit code 1 when a process died, after the robot has come to a stand.");
+  up->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+}
+
+}  // namespace tandem::cli

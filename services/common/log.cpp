@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/common/log.h"
+
+#include <spdlog/async.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+namespace tandem::service {
+namespace {
+
+constexpr std::size_t kPendingLines = 8192;
+constexpr std::size_t kPeriodicLines = 256;
+
+spdlog::level::level_enum levelFrom(const std::string& option) {
+  const char* environment = std::getenv("TANDEM_LOG");
+  const std::string text = !option.empty() ? option : environment != nullptr ? environment : "info";
+  const auto level = spdlog::level::from_str(text);
+  // from_str() takes whatever it does not know for "off".
+  if (level == spdlog::level::off && text != "off") {
+    throw std::invalid_argument("log level '" + text + "': expected trace, debug, info, warn, error, critical or off");
+  }
+  return level;
+}
+
+}  // namespace
+
+void startLog(const std::string& service, const std::string& level) {
+  const auto chosen = levelFrom(level);
+  spdlog::init_thread_pool(kPendingLines, 1);
+  auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>();
+  // A full queue loses its oldest lines rather than hold up whoever logs.
+  auto logger = std::make_shared<spdlog::async_logger>(service, std::move(sink), spdlog::thread_pool(),
+                                                       spdlog::async_overflow_policy::overrun_oldest);
+  logger->set_pattern("[%Y-%m-%dT%H:%M:%S.%e] [%n] [%^%l%$] %v");
+  logger->set_level(chosen);
+  logger->flush_on(spdlog::level::warn);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+void stopLog() { spdlog::shutdown(); }
+
+PeriodicLog::PeriodicLog(Outbox& outbox, std::shared_ptr<spdlog::logger> logger)
+    : logger_(std::move(logger)),
+      ring_(&outbox.queue<Line>(kPeriodicLines, [this](const Line& line) { print(line); })) {}
+
+void PeriodicLog::print(const Line& line) {
+  const auto logger = logger_ ? logger_ : spdlog::default_logger();
+  if (!logger) {
+    return;  // the log has stopped
+  }
+  if (line.dropped_before > reported_) {
+    logger->warn("{} lines of the periodic thread were dropped", line.dropped_before - reported_);
+    reported_ = line.dropped_before;
+  }
+  logger->log(line.level, std::string_view(line.text.data(), line.length));
+}
+
+}  // namespace tandem::service

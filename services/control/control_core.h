@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What control does with what it hears, cycle by cycle; no DDS, no threads, no allocation after construction. */
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "planning/follower.h"
+#include "safety/control_lease.h"
+#include "safety/joint_motion.h"
+#include "services/control/orders.h"
+
+namespace tandem::service {
+
+/** When each of the last messages was sent, to judge echoes of their sequence on our own clock. */
+class SendTimes {
+ public:
+  void record(std::uint64_t sequence, std::int64_t now) noexcept { slots_[sequence % kSlots] = {sequence, now}; }
+  /// Age of the message with that sequence, s; infinite where unknown or longer gone than this memory.
+  double age(std::uint64_t sequence, std::int64_t now) const noexcept {
+    const Slot& slot = slots_[sequence % kSlots];
+    if (sequence == 0 || slot.sequence != sequence) return safety::kUnlimited;
+    return 1e-9 * static_cast<double>(now - slot.time);
+  }
+
+ private:
+  static constexpr std::size_t kSlots = 1024;
+  struct Slot {
+    std::uint64_t sequence = 0;
+    std::int64_t time = 0;
+  };
+  std::array<Slot, kSlots> slots_{};
+};
+
+/** What one cycle says to the world. */
+struct CycleOutput {
+  dds::ActuationCommand command;
+  dds::ControlStatus status;
+  dds::ActuationLimits limits;
+};
+
+/** The controller of all arms: operating states, control lease, and who moves the robot: planning's references, a joint motion, a jog, or
+ * nobody. All times are ns on one monotonic clock. */
+class ControlCore {
+ public:
+  ControlCore(const Setup& setup, const experiments::RobotModel& robot,
+              std::unique_ptr<planning::ReferenceTracker> tracker);
+
+  void onState(const dds::ActuationState& state) noexcept;
+  void onReference(const dds::PlanningReference& reference) noexcept;
+  OrderReply order(const ControlOrder& order, std::int64_t now) noexcept;
+  void stop() noexcept;  ///< the stop topic: every arm into FAULT
+
+  /// One cycle. `advance`: lock-step, the plant shall take one step with the command.
+  void cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept;
+
+  /// Lock-step: whether everything is there to answer the present state with motion.
+  bool readyToAdvance() const noexcept;
+  /// Lock-step: whether the drives have been asked for something that they do not yet show.
+  bool drivesPending() const noexcept;
+
+  /// The last cycle's statistics, filled in by whoever runs the loop.
+  struct Timing {
+    double cycle_time = 0.0, cycle_time_max = 0.0, jitter_max = 0.0;
+    std::uint64_t cycles = 0, overruns = 0;
+  };
+  void setTiming(const Timing& timing) noexcept { timing_ = timing; }
+
+ private:
+  enum class Activity : std::uint8_t { kNone, kMotion, kJog };
+  struct ArmControl {
+    safety::StateMachine machine;
+    bool pending = false;               ///< enable or resume was asked for and the drives do not show it yet
+    bool homed = true;                  ///< absolute encoders: homed from the start
+    bool homing = false;
+    std::uint64_t deaf_until = 0;       ///< faults in states older than the answer to this command are history
+    Activity activity = Activity::kNone;
+    safety::JointMotion motion;
+    double motion_time = 0.0;           ///< s since its start
+    safety::ArmVector jog_velocity;
+    std::int64_t jog_until = 0;
+    safety::ArmVector home;
+    safety::ArmVector commanded;        ///< last setpoint sent
+    safety::ArmVector sent_velocity;
+  };
+
+  // Orders.
+  OrderReply stateCommand(const ControlOrder& order, OrderReply reply) noexcept;
+  OrderReply motionOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
+  OrderReply leaseOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
+  bool startMotion(int arm, const safety::ArmVector& goal) noexcept;
+
+  // Cycle.
+  void watch(std::int64_t now) noexcept;
+  bool following() const noexcept;
+  bool moving() const noexcept;
+  void latchMoving(safety::Fault fault) noexcept;
+  void readPositions() noexcept;
+  void follow() noexcept;
+  void moveJoints(int arm, std::int64_t now) noexcept;
+  void fillCommand(std::int64_t now, bool advance, dds::ActuationCommand& command) noexcept;
+  void fillStatus(std::int64_t now, dds::ControlStatus& status) noexcept;
+  void fillLimits(dds::ActuationLimits& limits) const noexcept;
+  safety::DriveRequest requestFor(int arm) const noexcept;
+  safety::OperatingState driveState(int arm) const noexcept;
+  safety::OperatingState shownState(int arm) const noexcept;
+  safety::ArmVector base(int arm) const noexcept;
+
+  const Setup& setup_;
+  const experiments::RobotModel& robot_;
+  bool lock_step_;
+  double period_;
+  std::unique_ptr<planning::ReferenceTracker> tracker_;
+  safety::ControlLease lease_;
+  std::array<ArmControl, safety::kMaxArms> arm_;
+  int arm_count_;
+
+  dds::ActuationState state_;
+  dds::PlanningReference reference_;
+  SendTimes command_times_, status_times_;
+  std::uint64_t command_sequence_ = 0, status_sequence_ = 0, answered_state_ = 0;
+  std::int64_t first_cycle_ = 0;
+  safety::RobotVector q_, velocity_;
+  std::array<bool, safety::kMaxArms> moves_{};
+  planning::Reference tasks_;
+  planning::TrackResult track_;
+  bool tracked_ = false;                ///< track_ holds a solution of this cycle
+  double solve_time_ = 0.0;
+  Timing timing_;
+};
+
+}  // namespace tandem::service

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/control/orders.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace tandem::service {
+namespace {
+
+dds::Reply refuse(const dds::ControlRequest& request, dds::ReplyCode code, std::string reason) {
+  dds::Reply reply;
+  reply.client = request.client;
+  reply.request = request.request;
+  reply.code = static_cast<std::uint16_t>(code);
+  reply.reason = std::move(reason);
+  return reply;
+}
+
+double positiveNumber(const std::string& name, const std::string& text) {
+  double value = 0.0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc() || end != text.data() + text.size() || !std::isfinite(value) || value <= 0.0) {
+    throw std::invalid_argument(name + ": found '" + text + "', expected a finite number above zero");
+  }
+  return value;
+}
+
+}  // namespace
+
+OrderDesk::OrderDesk(const Setup& setup, const experiments::RobotModel& robot)
+    : robot_(robot), arm_names_(armNames(setup.robot)) {
+  settings_.method = setup.deployment.method;
+  settings_.parameters = setup.robot.parameters;
+  settings_.parameters.period = setup.deployment.control_period;
+  settings_.gains = {setup.deployment.relative_gain, setup.deployment.tip_gain};
+  proposed_ = settings_;
+}
+
+std::unique_ptr<planning::ReferenceTracker> OrderDesk::makeTracker(const Settings& s) const {
+  return std::make_unique<planning::ReferenceTracker>(robot_.models(), robot_.limits(), s.method, s.parameters, s.gains);
+}
+
+std::unique_ptr<planning::ReferenceTracker> OrderDesk::makeTracker() const {
+  const std::lock_guard lock(mutex_);
+  return makeTracker(settings_);
+}
+
+OrderDesk::Settings OrderDesk::changed(const dds::ControlRequest& request) const {
+  const std::lock_guard lock(mutex_);
+  Settings s = settings_;
+  if (static_cast<dds::ControlKind>(request.kind) == dds::ControlKind::kSetMethod) {
+    const auto method = control::methodFromName(request.text);
+    if (!method) {
+      throw std::invalid_argument("method: found '" + request.text +
+                                  "', expected nsp, nspwln, nspwln-joint, nspqp or snsqp");
+    }
+    s.method = *method;
+    return s;
+  }
+  const std::string& name = request.text;
+  if (name == "bounds") {
+    const auto bounds = control::boundsFromName(request.value);
+    if (!bounds) throw std::invalid_argument("bounds: found '" + request.value + "', expected coupled or frozen");
+    s.parameters.bounds = *bounds;
+    return s;
+  }
+  // The Ipopt backend allocates and waits; it has no place on the periodic path.
+  const std::array<std::pair<const char*, double*>, 9> known{{{"relative_gain", &s.gains.relative},
+                                                              {"tip_gain", &s.gains.tip},
+                                                              {"nsp_damping", &s.parameters.nsp_damping},
+                                                              {"track_weight", &s.parameters.track_weight},
+                                                              {"translation_weight", &s.parameters.translation_weight},
+                                                              {"rotation_weight", &s.parameters.rotation_weight},
+                                                              {"nspqp_zeta", &s.parameters.nspqp_zeta},
+                                                              {"snsqp_zeta", &s.parameters.snsqp_zeta},
+                                                              {"snsqp_rotation_velocity",
+                                                               &s.parameters.snsqp_rotation_velocity}}};
+  std::string names = "bounds";
+  for (const auto& [key, value] : known) {
+    if (name == key) {
+      *value = positiveNumber(name, request.value);
+      return s;
+    }
+    names += std::string(", ") + key;
+  }
+  throw std::invalid_argument("found parameter '" + name + "', expected one of: " + names);
+}
+
+std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request, dds::Reply& refusal) {
+  ControlOrder order;
+  order.client = request.client;
+  order.request = request.request;
+  order.kind = static_cast<dds::ControlKind>(request.kind);
+  const auto refused = [&](dds::ReplyCode code, std::string reason) {
+    refusal = refuse(request, code, std::move(reason));
+    return std::nullopt;
+  };
+  if (request.client == 0) return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
+  if (request.arm != 255) {
+    if (request.arm >= arm_names_.size()) {
+      return refused(dds::ReplyCode::kMalformed, "arm: found " + std::to_string(request.arm) + ", expected below " +
+                                                     std::to_string(arm_names_.size()) + " or 255 for all");
+    }
+    order.arm = request.arm;
+  }
+  switch (order.kind) {
+    case dds::ControlKind::kAcquireLease:
+    case dds::ControlKind::kReleaseLease:
+    case dds::ControlKind::kKeepLease:
+    case dds::ControlKind::kHome:
+    case dds::ControlKind::kHold: return order;
+    case dds::ControlKind::kStateCommand: {
+      const auto command = safety::stateCommandFromName(request.value);
+      if (!command) {
+        return refused(dds::ReplyCode::kMalformed, "state command: found '" + request.value +
+                                                       "', expected enable, disable, pause, resume, home or unhome");
+      }
+      order.command = *command;
+      return order;
+    }
+    case dds::ControlKind::kMoveJp:
+    case dds::ControlKind::kJog: {
+      if (order.arm == kAllArms) return refused(dds::ReplyCode::kMalformed, "arm: expected one arm, not all");
+      const int expected = robot_.size(order.arm);
+      if (request.joint_count != expected) {
+        return refused(dds::ReplyCode::kMalformed, "joints: found " + std::to_string(request.joint_count) +
+                                                       ", expected " + std::to_string(expected));
+      }
+      order.joint_count = expected;
+      order.joints = request.joints;
+      for (int j = 0; j < expected; ++j) {
+        if (!std::isfinite(request.joints[static_cast<std::size_t>(j)])) {
+          return refused(dds::ReplyCode::kMalformed, "joint " + std::to_string(j + 1) + " is not a finite number");
+        }
+      }
+      return order;
+    }
+    case dds::ControlKind::kSetMethod:
+    case dds::ControlKind::kSetParameter:
+      try {
+        const Settings settings = changed(request);
+        order.tracker = makeTracker(settings).release();
+        const std::lock_guard lock(mutex_);
+        proposed_ = settings;
+        return order;
+      } catch (const std::invalid_argument& error) {
+        return refused(dds::ReplyCode::kMalformed, error.what());
+      }
+  }
+  return refused(dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
+}
+
+std::optional<ControlOrder> OrderDesk::parse(const std::string& arm, const dds::StringStamped& command,
+                                             std::string& refusal) const {
+  ControlOrder order;
+  order.kind = dds::ControlKind::kStateCommand;
+  order.from_topic = true;
+  for (std::size_t k = 0; k < arm_names_.size(); ++k) {
+    if (arm_names_[k] == arm) order.arm = static_cast<int>(k);
+  }
+  const auto parsed = safety::stateCommandFromName(command.text);
+  if (!parsed) {
+    refusal = arm + "/state_command: found '" + command.text.substr(0, 40) +
+              "', expected enable, disable, pause, resume, home or unhome";
+    return std::nullopt;
+  }
+  order.command = *parsed;
+  return order;
+}
+
+dds::Reply OrderDesk::settle(const OrderReply& from) {
+  delete from.retired;
+  if (from.method_accepted) {
+    const std::lock_guard lock(mutex_);
+    settings_ = proposed_;
+  }
+  dds::Reply reply;
+  reply.client = from.client;
+  reply.request = from.request;
+  reply.accepted = from.code == dds::ReplyCode::kOk ? 1 : 0;
+  reply.code = static_cast<std::uint16_t>(from.code);
+  reply.reason = from.reason.data();
+  return reply;
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <arpa/inet.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
+
+#include <algorithm>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "services/dds/participant_detail.h"
+
+namespace tandem::dds::detail {
+namespace {
+
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::Duration_t;
+
+constexpr std::uint32_t kMostParticipants = 32;   // per host; the default of 4 leaves later ones unmatched
+constexpr std::uint32_t kSocketBuffer = 1 << 20;  // bytes; the kernel may grant less
+
+bool isIpv4(const std::string& text) {
+  in_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1;
+}
+
+bool isLoopback(const std::string& text) { return text.rfind("127.", 0) == 0; }
+
+std::set<std::string> hostAddresses() {
+  std::set<std::string> addresses;
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) {
+    return addresses;
+  }
+  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr != nullptr && entry->ifa_addr->sa_family == AF_INET) {
+      char text[INET_ADDRSTRLEN] = "";
+      const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
+      inet_ntop(AF_INET, &address->sin_addr, text, sizeof(text));
+      addresses.insert(text);
+    }
+  }
+  freeifaddrs(list);
+  return addresses;
+}
+
+void check(const BusOptions& options) {
+  if (options.domain < 0 || options.domain > 232) {
+    throw std::invalid_argument("DDS domain " + std::to_string(options.domain) + ": expected 0 to 232");
+  }
+  ddsTopicName(options.prefix, "check");
+  if (!isIpv4(options.interface_address)) {
+    throw std::invalid_argument("interface_address '" + options.interface_address +
+                                "': expected an IPv4 address, e.g. 127.0.0.1");
+  }
+  const std::set<std::string> here = hostAddresses();
+  if (here.count(options.interface_address) == 0) {
+    std::string known;
+    for (const std::string& address : here) {
+      known += (known.empty() ? "" : ", ") + address;
+    }
+    throw std::invalid_argument("interface_address " + options.interface_address +
+                                ": no interface of this host has it (there are: " + known + ")");
+  }
+  for (const std::string& peer : options.peers) {
+    if (!isIpv4(peer)) {
+      throw std::invalid_argument("peer '" + peer + "': expected an IPv4 address, e.g. 127.0.0.1");
+    }
+    if (isLoopback(options.interface_address) && !isLoopback(peer)) {
+      throw std::invalid_argument("peer " + peer + " cannot be reached from interface_address " +
+                                  options.interface_address + ": give the address of an interface on its network");
+    }
+  }
+}
+
+rtps::Locator_t locator(const std::string& address) {
+  rtps::Locator_t result;
+  rtps::IPLocator::setIPv4(result, address);
+  result.port = 0;  // the well-known ports of the domain
+  return result;
+}
+
+fast::DomainParticipantQos participantQos(const BusOptions& options) {
+  fast::DomainParticipantQos qos;
+  qos.name(options.name);
+  auto transport = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  transport->interfaceWhiteList.push_back(options.interface_address);
+  transport->maxInitialPeersRange = kMostParticipants;
+  transport->receiveBufferSize = kSocketBuffer;
+  transport->sendBufferSize = kSocketBuffer;
+  qos.transport().user_transports.push_back(transport);
+  qos.transport().use_builtin_transports = false;
+
+  auto& builtin = qos.wire_protocol().builtin;
+  // A unicast metatraffic locator of our own takes the place of the multicast one.
+  builtin.metatrafficUnicastLocatorList.push_back(locator(options.interface_address));
+  std::set<std::string> peers(options.peers.begin(), options.peers.end());
+  peers.insert(options.interface_address);
+  for (const std::string& peer : peers) {
+    builtin.initialPeersList.push_back(locator(peer));
+  }
+  builtin.discovery_config.leaseDuration = Duration_t(2, 0);
+  builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0, 250'000'000);
+  return qos;
+}
+
+/// What both ends of a topic agree upon.
+struct Contract {
+  bool reliable = true;
+  bool latched = false;
+  bool exclusive = false;
+  double expiry = 0.0;  ///< s, of commands: deadline, lifespan, liveliness; 0 = none
+};
+
+Contract contractOf(Profile profile, const BusOptions& options) {
+  Contract contract;
+  contract.latched = profile == Profile::kLatched;
+  contract.exclusive = profile == Profile::kCommand;
+  const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
+  contract.reliable = !stream || options.deterministic;
+  if (profile == Profile::kCommand && !options.deterministic) {
+    contract.expiry = std::max(0.030, 3.0 * options.command_period);
+  }
+  return contract;
+}
+
+template <class Qos>
+void applyContract(const Contract& contract, bool limited, Qos& qos) {
+  qos.reliability().kind = contract.reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind = contract.latched ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
+  qos.ownership().kind = contract.exclusive ? fast::EXCLUSIVE_OWNERSHIP_QOS : fast::SHARED_OWNERSHIP_QOS;
+  if (contract.expiry > 0.0 && limited) {
+    const auto expiry = Duration_t(static_cast<long double>(contract.expiry));
+    qos.deadline().period = expiry;
+    qos.lifespan().duration = expiry;
+    // AUTOMATIC would keep a dead writer alive while any other participant lives.
+    qos.liveliness().kind = fast::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+    qos.liveliness().lease_duration = expiry;
+  }
+}
+
+template <class Qos>
+void applyHistory(int depth, bool plain, Qos& qos) {
+  qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = depth;
+  auto& limits = qos.resource_limits();
+  limits.max_instances = 1;
+  limits.max_samples = depth;
+  limits.max_samples_per_instance = depth;
+  limits.allocated_samples = std::min(depth, 64);
+  qos.endpoint().history_memory_policy =
+      plain ? rtps::PREALLOCATED_MEMORY_MODE : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  // Off: a 2.9.1 reader that joins while the writer is busy can abort its process (an assertion of ReaderPool loses a
+  // race), and killed writers leave their pools in /dev/shm. UDP costs some 20 us more per hop.
+  qos.data_sharing().off();
+}
+
+}  // namespace
+
+Participant::Participant(const BusOptions& options) : options_(options) {
+  check(options);
+  // Within one process callbacks would otherwise run in the writer's thread.
+  eprosima::fastrtps::LibrarySettingsAttributes settings;
+  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+
+  auto* factory = fast::DomainParticipantFactory::get_instance();
+  participant_ = factory->create_participant(static_cast<std::uint32_t>(options.domain), participantQos(options));
+  if (participant_ != nullptr) {
+    publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+    subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
+  }
+  if (publisher_ == nullptr || subscriber_ == nullptr) {
+    throw std::runtime_error("DDS refuses to start in domain " + std::to_string(options.domain) + " on " +
+                             options.interface_address + ": are all its ports taken?");
+  }
+}
+
+Participant::~Participant() {
+  participant_->delete_contained_entities();
+  fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSupport& type) {
+  std::lock_guard lock(mutex_);
+  if (auto* known = participant_->lookup_topicdescription(dds_name)) {
+    if (known->get_type_name() != type.get_type_name()) {
+      throw std::runtime_error("topic " + dds_name + " has two types");
+    }
+    return static_cast<fast::Topic*>(known);
+  }
+  if (participant_->find_type(type.get_type_name()).empty()) {
+    type.register_type(participant_);
+  }
+  auto* created = participant_->create_topic(dds_name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+  if (created == nullptr) {
+    throw std::runtime_error("DDS refuses topic " + dds_name);
+  }
+  return created;
+}
+
+fast::DataWriterQos writerQos(Profile profile, const BusOptions& options, bool plain) {
+  const Contract contract = contractOf(profile, options);
+  fast::DataWriterQos qos;
+  applyContract(contract, true, qos);
+  const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
+  const int depth = contract.latched ? 1 : stream && options.deterministic ? 4096 : 64;
+  applyHistory(depth, plain, qos);
+  qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
+  // A lost sample is asked for again within milliseconds, not seconds.
+  auto& times = qos.reliable_writer_qos().times;
+  times.initialHeartbeatDelay = Duration_t(0, 5'000'000);
+  times.heartbeatPeriod = Duration_t(0, 20'000'000);
+  times.nackResponseDelay = Duration_t(0, 0);
+  times.nackSupressionDuration = Duration_t(0, 0);
+  return qos;
+}
+
+fast::DataReaderQos readerQos(Profile profile, const BusOptions& options, const ReaderOptions& reader, bool plain) {
+  const Contract contract = contractOf(profile, options);
+  fast::DataReaderQos qos;
+  applyContract(contract, reader.depth == 0, qos);
+  const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
+  int depth = contract.latched ? 1 : !stream ? 10 : options.deterministic ? 4096 : 1;
+  if (reader.depth > 0) {
+    depth = reader.depth;
+  }
+  applyHistory(depth, plain, qos);
+  auto& times = qos.reliable_reader_qos().times;
+  times.initialAcknackDelay = Duration_t(0, 5'000'000);
+  times.heartbeatResponseDelay = Duration_t(0, 1'000'000);
+  return qos;
+}
+
+std::string describeIncompatible(const std::string& topic, std::uint32_t policy) {
+  const char* what = "quality of service";
+  switch (policy) {
+    case fast::DURABILITY_QOS_POLICY_ID:
+      what = "durability";
+      break;
+    case fast::DEADLINE_QOS_POLICY_ID:
+      what = "deadline";
+      break;
+    case fast::OWNERSHIP_QOS_POLICY_ID:
+      what = "ownership";
+      break;
+    case fast::LIVELINESS_QOS_POLICY_ID:
+      what = "liveliness";
+      break;
+    case fast::RELIABILITY_QOS_POLICY_ID:
+      what = "reliability";
+      break;
+    default:
+      break;
+  }
+  return "another process on " + topic + " was refused: its " + what +
+         " does not fit (do both use the same deployment file?)";
+}
+
+}  // namespace tandem::dds::detail

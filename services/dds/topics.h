@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The table of all topics: name, type, quality of service, who publishes.
+ *
+ * On the wire a topic is called rt/PREFIX/NAME, or rt/PREFIX/ARM/NAME for topics of one arm, and its type
+ * PACKAGE::msg::dds_::TYPE_, as ROS 2 has it. docs/topics.md shows the same table to users.
+ */
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "services/dds/messages.h"
+
+namespace tandem::dds {
+
+/** Quality of service. All volatile unless said otherwise. */
+enum class Profile {
+  kPeriodic,  ///< best effort; writers keep 64, readers the latest one. In lock-step: reliable, readers keep 4096
+  kCommand,   ///< as kPeriodic, plus exclusive ownership, deadline, lifespan and liveliness; not in lock-step
+  kReliable,  ///< reliable, keep last 64 (readers 10): requests, replies, and what ROS 2 clients subscribe to
+  kLatched,   ///< reliable, transient local, keep last 1: a late reader gets the last one
+};
+
+/** One topic; `Message` is what it carries. */
+template <class M>
+struct Topic {
+  using Message = M;
+  const char* name;         ///< below the prefix, or below the arm's name
+  const char* type;         ///< as ROS 2 writes it, e.g. "sensor_msgs/msg/JointState"
+  Profile profile;          ///< quality of service
+  bool per_arm;             ///< one of it per arm
+  const char* publisher;    ///< who publishes
+  const char* description;  ///< for people
+};
+
+inline constexpr Topic<ActuationState> kActuationState{
+    "actuation/state",  "tandem_msgs/msg/ActuationState",
+    Profile::kPeriodic, false,
+    "hal or sim",       "all joints: measured position and velocity, validity, operating state, sequence, stamp"};
+inline constexpr Topic<ActuationCommand> kActuationCommand{
+    "actuation/command", "tandem_msgs/msg/ActuationCommand",
+    Profile::kCommand,   false,
+    "control",           "joint velocity and position setpoints, and the sequence of the state they answer"};
+inline constexpr Topic<ActuationLimits> kActuationLimits{
+    "actuation/limits", "tandem_msgs/msg/ActuationLimits",
+    Profile::kPeriodic, false,
+    "control",          "the moving bounds in force, and which are active"};
+inline constexpr Topic<PlanningReference> kPlanningReference{
+    "planning/reference", "tandem_msgs/msg/PlanningReference",
+    Profile::kPeriodic,   false,
+    "planning",           "tasks of one control step, trajectory, point, tolerance"};
+inline constexpr Topic<PlanningRequest> kPlanningRequest{
+    "planning/request", "tandem_msgs/msg/PlanningRequest",          Profile::kReliable, false,
+    "clients",          "start, pause, resume or stop a trajectory"};
+inline constexpr Topic<Reply> kPlanningReply{"planning/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
+                                             "planning",       "typed answer with reason"};
+inline constexpr Topic<Path> kPlanningPath{"planning/path", "nav_msgs/msg/Path", Profile::kLatched,
+                                           false,           "planning",          "the planned path, for drawing"};
+inline constexpr Topic<ControlStatus> kControlStatus{
+    "control/status",   "tandem_msgs/msg/ControlStatus",
+    Profile::kPeriodic, false,
+    "control",          "method, errors, task scales, active limits, solve time, loop statistics"};
+inline constexpr Topic<ControlRequest> kControlRequest{
+    "control/request",  "tandem_msgs/msg/ControlRequest",
+    Profile::kReliable, false,
+    "clients",          "lease, method and parameters, jog, home, move_jp"};
+inline constexpr Topic<Reply> kControlReply{"control/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
+                                            "control",       "typed answer with reason"};
+inline constexpr Topic<SimRequest> kSimRequest{"sim/request", "tandem_msgs/msg/SimRequest", Profile::kReliable, false,
+                                               "clients",     "reset, step, inject a fault"};
+inline constexpr Topic<Reply> kSimReply{"sim/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
+                                        "sim",       "typed answer with reason"};
+inline constexpr Topic<Stop> kStop{"stop",
+                                   "tandem_msgs/msg/Stop",
+                                   Profile::kReliable,
+                                   false,
+                                   "everyone",
+                                   "stop all arms; hal, sim and control obey and latch it"};
+inline constexpr Topic<HalStatus> kHalStatus{"hal/status",       "tandem_msgs/msg/HalStatus",
+                                             Profile::kPeriodic, false,
+                                             "hal or sim",       "drive states, faults, guard counters, bus load"};
+inline constexpr Topic<DiagnosticArray> kDiagnostics{
+    "diagnostics",      "diagnostic_msgs/msg/DiagnosticArray",
+    Profile::kReliable, false,
+    "every service",    "state of every service, for people and ROS 2 tools"};
+
+inline constexpr Topic<JointState> kMeasuredJs{"measured_js", "sensor_msgs/msg/JointState", Profile::kReliable, true,
+                                               "control",     "CRTK: measured joints"};
+inline constexpr Topic<PoseStamped> kMeasuredCp{"measured_cp",      "geometry_msgs/msg/PoseStamped",
+                                                Profile::kReliable, true,
+                                                "control",          "CRTK: tip pose of the measured joints"};
+inline constexpr Topic<JointState> kSetpointJs{"setpoint_js", "sensor_msgs/msg/JointState",   Profile::kReliable, true,
+                                               "control",     "CRTK: joint setpoint in force"};
+inline constexpr Topic<PoseStamped> kSetpointCp{"setpoint_cp",      "geometry_msgs/msg/PoseStamped",
+                                                Profile::kReliable, true,
+                                                "control",          "CRTK: tip pose of the joint setpoint"};
+inline constexpr Topic<PoseStamped> kGoalCp{"goal_cp", "geometry_msgs/msg/PoseStamped",  Profile::kReliable, true,
+                                            "control", "CRTK: tip pose that is aimed at"};
+inline constexpr Topic<OperatingState> kOperatingState{
+    "operating_state", "crtk_msgs/msg/OperatingState",
+    Profile::kLatched, true,
+    "control",         "CRTK: DISABLED, ENABLED, PAUSED or FAULT; homed, busy"};
+inline constexpr Topic<Shape> kShape{"shape",   "tandem_msgs/msg/Shape", Profile::kReliable, true,
+                                     "control", "backbone, for drawing"};
+inline constexpr Topic<StringStamped> kStateCommand{
+    "state_command",    "crtk_msgs/msg/StringStamped",
+    Profile::kReliable, true,
+    "clients",          "CRTK: enable, disable, pause, resume, home, unhome"};
+
+/// Every topic, once.
+inline constexpr auto kTopics = std::tuple{kActuationState,
+                                           kActuationCommand,
+                                           kActuationLimits,
+                                           kPlanningReference,
+                                           kPlanningRequest,
+                                           kPlanningReply,
+                                           kPlanningPath,
+                                           kControlStatus,
+                                           kControlRequest,
+                                           kControlReply,
+                                           kSimRequest,
+                                           kSimReply,
+                                           kStop,
+                                           kHalStatus,
+                                           kDiagnostics,
+                                           kMeasuredJs,
+                                           kMeasuredCp,
+                                           kSetpointJs,
+                                           kSetpointCp,
+                                           kGoalCp,
+                                           kOperatingState,
+                                           kShape,
+                                           kStateCommand};
+
+/// Calls f(topic) with every Topic<M> of the table.
+template <class F>
+void forEachTopic(F&& f) {
+  std::apply([&](const auto&... topic) { (f(topic), ...); }, kTopics);
+}
+
+/** A topic without its message type, for lists and look-ups at run time. */
+struct TopicInfo {
+  std::string name;         ///< below the prefix, with the arm's name where there is one: "arm_a/measured_js"
+  std::string type;         ///< "sensor_msgs/msg/JointState"
+  Profile profile;          ///< quality of service
+  std::string arm;          ///< empty for topics of the whole robot
+  std::string publisher;    ///< who publishes
+  std::string description;  ///< for people
+};
+
+/// All topics of a robot with these arms, in the order of the table.
+std::vector<TopicInfo> allTopics(const std::vector<std::string>& arm_names);
+
+/// "periodic", "command", "reliable" or "latched".
+const char* name(Profile profile);
+
+/** Name of a topic in DDS: "rt/PREFIX/NAME", or "rt/PREFIX/ARM/NAME" with an arm.
+ * @throw std::invalid_argument where prefix or arm are not made of letters, digits and underscores (the prefix may have
+ * slashes between them). */
+std::string ddsTopicName(const std::string& prefix, const std::string& name, const std::string& arm = "");
+
+/// Name of a type in DDS: "sensor_msgs/msg/JointState" -> "sensor_msgs::msg::dds_::JointState_".
+std::string ddsTypeName(const std::string& type);
+
+}  // namespace tandem::dds

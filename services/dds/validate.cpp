@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/dds/validate.h"
+
+#include <algorithm>
+
+namespace tandem::dds {
+namespace {
+
+const char* badArms(std::uint8_t count) { return count > safety::kMaxArms ? "arm_count above 8" : nullptr; }
+
+const char* badJoints(const PerArm<std::uint8_t>& count) {
+  const bool bad = std::any_of(count.begin(), count.end(), [](int n) { return n > safety::kMaxJointsPerArm; });
+  return bad ? "joint_count above 8" : nullptr;
+}
+
+const char* badTexts(std::initializer_list<const std::string*> texts) {
+  for (const std::string* text : texts) {
+    if (text->size() > kMaxText) {
+      return "text too long";
+    }
+    // CDR ends a text at its first NUL: what follows would be lost.
+    if (text->find('\0') != std::string::npos) {
+      return "NUL within a text";
+    }
+  }
+  return nullptr;
+}
+
+const char* either(const char* first, const char* second) { return first != nullptr ? first : second; }
+
+}  // namespace
+
+const char* malformed(const ActuationState& message) {
+  return either(badArms(message.arm_count), badJoints(message.joint_count));
+}
+
+const char* malformed(const ActuationCommand& message) { return badArms(message.arm_count); }
+
+const char* malformed(const ActuationLimits& message) {
+  return either(badArms(message.arm_count), badJoints(message.joint_count));
+}
+
+const char* malformed(const PlanningReference& message) {
+  if (message.task_count > message.tasks.size()) {
+    return "task_count above 4";
+  }
+  for (const TaskReference& task : message.tasks) {
+    if (task.arm >= safety::kMaxArms || task.other_arm >= safety::kMaxArms) {
+      return "arm of a task above 7";
+    }
+  }
+  return nullptr;
+}
+
+const char* malformed(const PlanningRequest& message) {
+  if (message.trajectory.size() > kMaxTrajectory) {
+    return "trajectory too long";
+  }
+  return message.trajectory.find('\0') != std::string::npos ? "NUL within a text" : nullptr;
+}
+
+const char* malformed(const Reply& message) { return badTexts({&message.reason}); }
+
+const char* malformed(const ControlStatus& message) {
+  return either(badArms(message.arm_count),
+                message.task_count > message.task_error.size() ? "task_count above 4" : nullptr);
+}
+
+const char* malformed(const ControlRequest& message) {
+  if (message.joint_count > message.joints.size()) {
+    return "joint_count above 8";
+  }
+  if (message.arm >= safety::kMaxArms && message.arm != kAllArms) {
+    return "arm above 7, and not 255 for all";
+  }
+  return badTexts({&message.text, &message.value});
+}
+
+const char* malformed(const Stop& message) { return badTexts({&message.reason}); }
+
+const char* malformed(const SimRequest& message) {
+  if (message.arm >= safety::kMaxArms || message.joint >= safety::kMaxJointsPerArm) {
+    return "arm or joint above 7";
+  }
+  return either(badArms(message.arm_count), badTexts({&message.fault}));
+}
+
+const char* malformed(const HalStatus& message) { return badArms(message.arm_count); }
+
+const char* malformed(const Shape& message) {
+  const std::size_t count = message.tubes.size();
+  if (count > kMaxList / 3) {
+    return "too many points";
+  }
+  if (message.points.size() != 3 * count || message.outer_radius.size() != count) {
+    return "points, tubes and outer_radius of different lengths";
+  }
+  return badTexts({&message.frame});
+}
+
+const char* malformed(const JointState& message) {
+  const auto longest =
+      std::max({message.name.size(), message.position.size(), message.velocity.size(), message.effort.size()});
+  if (longest > kMaxList) {
+    return "too many joints";
+  }
+  for (const std::string& text : message.name) {
+    if (const char* problem = badTexts({&text})) {
+      return problem;
+    }
+  }
+  return badTexts({&message.frame});
+}
+
+const char* malformed(const PoseStamped& message) { return badTexts({&message.frame}); }
+
+const char* malformed(const Path& message) {
+  if (message.poses.size() > kMaxList) {
+    return "too many poses";
+  }
+  for (const PoseStamped& pose : message.poses) {
+    if (const char* problem = malformed(pose)) {
+      return problem;
+    }
+  }
+  return badTexts({&message.frame});
+}
+
+const char* malformed(const OperatingState& message) { return badTexts({&message.frame, &message.state}); }
+
+const char* malformed(const StringStamped& message) { return badTexts({&message.frame, &message.text}); }
+
+const char* malformed(const DiagnosticArray& message) {
+  if (message.status.size() > kMaxList) {
+    return "too many statuses";
+  }
+  for (const DiagnosticStatus& status : message.status) {
+    if (status.values.size() > kMaxList) {
+      return "too many values";
+    }
+    const char* problem = badTexts({&status.name, &status.message, &status.hardware_id});
+    for (const auto& [key, value] : status.values) {
+      problem = either(problem, badTexts({&key, &value}));
+    }
+    if (problem != nullptr) {
+      return problem;
+    }
+  }
+  return badTexts({&message.frame});
+}
+
+}  // namespace tandem::dds

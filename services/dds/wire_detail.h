@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Private: between the structs of messages.h and the types generated from idl/.
+ *
+ * Wire<M>::Generated is the type on the wire, Wire<M>::Support its (de)serialiser; toWire() and fromWire() copy. For
+ * messages with the same members on both sides one member list serves both directions.
+ */
+#pragma once
+
+#include <cstdint>
+
+#include "crtk_msgsPubSubTypes.h"
+#include "diagnostic_msgsPubSubTypes.h"
+#include "geometry_msgsPubSubTypes.h"
+#include "nav_msgsPubSubTypes.h"
+#include "sensor_msgsPubSubTypes.h"
+#include "services/dds/messages.h"
+#include "tandem_msgsPubSubTypes.h"
+
+namespace tandem::dds {
+
+template <class M>
+struct Wire;
+
+// clang-format off
+#define TANDEM_WIRE(MESSAGE, PACKAGE)                     \
+  template <> struct Wire<MESSAGE> {                      \
+    using Generated = ::PACKAGE::msg::MESSAGE;            \
+    using Support = ::PACKAGE::msg::MESSAGE##PubSubType;  \
+  };
+TANDEM_WIRE(ActuationState, tandem_msgs)
+TANDEM_WIRE(ActuationCommand, tandem_msgs)
+TANDEM_WIRE(ActuationLimits, tandem_msgs)
+TANDEM_WIRE(TaskReference, tandem_msgs)
+TANDEM_WIRE(PlanningReference, tandem_msgs)
+TANDEM_WIRE(PlanningRequest, tandem_msgs)
+TANDEM_WIRE(Reply, tandem_msgs)
+TANDEM_WIRE(ControlStatus, tandem_msgs)
+TANDEM_WIRE(ControlRequest, tandem_msgs)
+TANDEM_WIRE(Stop, tandem_msgs)
+TANDEM_WIRE(SimRequest, tandem_msgs)
+TANDEM_WIRE(HalStatus, tandem_msgs)
+TANDEM_WIRE(Shape, tandem_msgs)
+TANDEM_WIRE(JointState, sensor_msgs)
+TANDEM_WIRE(PoseStamped, geometry_msgs)
+TANDEM_WIRE(Path, nav_msgs)
+TANDEM_WIRE(OperatingState, crtk_msgs)
+TANDEM_WIRE(StringStamped, crtk_msgs)
+TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
+#undef TANDEM_WIRE
+
+/// Calls DO(M) for every message that has a topic.
+#define TANDEM_EACH_MESSAGE(DO)                                                                          \
+  DO(ActuationState) DO(ActuationCommand) DO(ActuationLimits) DO(PlanningReference) DO(PlanningRequest)  \
+  DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus) DO(Shape)         \
+  DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped) DO(DiagnosticArray)
+
+// One list of members per message. `f` gets each pair of members, ours and the generated one.
+#define F(MEMBER) f(m.MEMBER, w.MEMBER());
+#define TANDEM_MEMBERS(MESSAGE, ...)                                        \
+  template <class M, class W, class Copy>                                   \
+  void members(const MESSAGE*, M& m, W& w, Copy f) { __VA_ARGS__ }
+TANDEM_MEMBERS(ActuationState, F(session) F(sequence) F(stamp) F(answers_command) F(lock_step) F(arm_count)
+               F(joint_count) F(valid) F(operating_state) F(faults) F(position) F(velocity) F(setpoint))
+TANDEM_MEMBERS(ActuationCommand, F(control_session) F(sequence) F(state_session) F(answers_state) F(stamp) F(advance)
+               F(arm_count) F(request) F(moving) F(velocity) F(position))
+TANDEM_MEMBERS(ActuationLimits, F(sequence) F(answers_state) F(stamp) F(arm_count) F(joint_count) F(lower) F(upper)
+               F(velocity_lower) F(velocity_upper) F(active))
+TANDEM_MEMBERS(TaskReference, F(kind) F(arm) F(other_arm) F(position) F(orientation) F(feed_forward))
+TANDEM_MEMBERS(PlanningReference, F(sequence) F(state_session) F(answers_state) F(answers_control) F(stamp)
+               F(trajectory_id) F(point) F(point_count) F(iteration) F(total_iterations) F(phase) F(tolerance)
+               F(gain_scale) F(task_count) F(tasks))
+TANDEM_MEMBERS(PlanningRequest, F(client) F(request) F(kind) F(trajectory))
+TANDEM_MEMBERS(Reply, F(client) F(request) F(accepted) F(code) F(reason) F(value))
+TANDEM_MEMBERS(ControlStatus, F(session) F(sequence) F(answers_state) F(answers_reference) F(stamp) F(method) F(backend)
+               F(bounds) F(solve_status) F(arm_count) F(operating_state) F(homed) F(busy) F(faults) F(lease_holder)
+               F(task_count) F(task_error) F(task_scale) F(task_residual) F(iterations) F(kkt_residual) F(solve_time)
+               F(cycle_time) F(period) F(jitter_max) F(cycle_time_max) F(cycles) F(overruns) F(active_limits))
+TANDEM_MEMBERS(ControlRequest, F(client) F(request) F(kind) F(arm) F(text) F(value) F(joint_count) F(joints))
+TANDEM_MEMBERS(Stop, F(client) F(sequence) F(reason))
+TANDEM_MEMBERS(SimRequest, F(client) F(request) F(kind) F(arm_count) F(joints) F(steps) F(arm) F(joint) F(fault))
+TANDEM_MEMBERS(HalStatus, F(session) F(sequence) F(stamp) F(arm_count) F(operating_state) F(faults) F(guard_count)
+               F(guard_largest) F(guard_arm) F(guard_joint) F(period) F(jitter_max) F(cycles) F(overruns) F(bus_load))
+TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))
+#undef TANDEM_MEMBERS
+#undef F
+// clang-format on
+
+struct CopyToWire {
+  template <class T>
+  void operator()(const T& ours, T& wire) const {
+    wire = ours;
+  }
+  template <std::size_t N>
+  void operator()(const std::array<TaskReference, N>& ours,
+                  std::array<::tandem_msgs::msg::TaskReference, N>& wire) const {
+    for (std::size_t i = 0; i < N; ++i) {
+      members(&ours[i], ours[i], wire[i], *this);
+    }
+  }
+};
+
+struct CopyFromWire {
+  template <class T>
+  void operator()(T& ours, const T& wire) const {
+    ours = wire;
+  }
+  template <std::size_t N>
+  void operator()(std::array<TaskReference, N>& ours, std::array<::tandem_msgs::msg::TaskReference, N>& wire) const {
+    for (std::size_t i = 0; i < N; ++i) {
+      members(&ours[i], ours[i], wire[i], *this);
+    }
+  }
+};
+
+template <class M>
+void toWire(const M& message, typename Wire<M>::Generated& wire) {
+  members(&message, message, wire, CopyToWire{});
+}
+template <class M>
+void fromWire(typename Wire<M>::Generated& wire, M& message) {
+  members(&message, message, wire, CopyFromWire{});
+}
+
+// ROS messages: a stamp is sec and nanosec there, a pose a tree of structs.
+void toWire(const JointState& message, ::sensor_msgs::msg::JointState& wire);
+void toWire(const PoseStamped& message, ::geometry_msgs::msg::PoseStamped& wire);
+void toWire(const Path& message, ::nav_msgs::msg::Path& wire);
+void toWire(const OperatingState& message, ::crtk_msgs::msg::OperatingState& wire);
+void toWire(const StringStamped& message, ::crtk_msgs::msg::StringStamped& wire);
+void toWire(const DiagnosticArray& message, ::diagnostic_msgs::msg::DiagnosticArray& wire);
+void fromWire(::sensor_msgs::msg::JointState& wire, JointState& message);
+void fromWire(::geometry_msgs::msg::PoseStamped& wire, PoseStamped& message);
+void fromWire(::nav_msgs::msg::Path& wire, Path& message);
+void fromWire(::crtk_msgs::msg::OperatingState& wire, OperatingState& message);
+void fromWire(::crtk_msgs::msg::StringStamped& wire, StringStamped& message);
+void fromWire(::diagnostic_msgs::msg::DiagnosticArray& wire, DiagnosticArray& message);
+
+/** A generated value that knows whether the last decoding into it succeeded. */
+template <class M>
+struct Sample : Wire<M>::Generated {
+  bool decoded = false;
+};
+
+/** The generated (de)serialiser, hardened: bytes from foreign writers may be anything. Only ever decodes into a
+ * Sample<M>; decoding never fails toward DDS (which would stop taking) but leaves `decoded` false. */
+template <class M>
+class GuardedSupport : public Wire<M>::Support {
+ public:
+  using Generated = typename Wire<M>::Generated;
+
+  GuardedSupport() {
+    this->auto_fill_type_object(false);
+    this->auto_fill_type_information(false);
+  }
+
+  bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override;
+  void* createData() override { return static_cast<Generated*>(new Sample<M>); }
+  void deleteData(void* data) override { delete static_cast<Sample<M>*>(static_cast<Generated*>(data)); }
+};
+
+}  // namespace tandem::dds

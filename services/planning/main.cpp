@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem-planning: trajectories and relative poses of two tips, as references for control. */
+#include <spdlog/spdlog.h>
+
+#include <variant>
+
+#include "services/common/mailbox.h"
+#include "services/planning/planning_core.h"
+
+using namespace tandem;
+
+namespace {
+
+using Event = std::variant<dds::ActuationState, dds::ControlStatus, dds::PlanningRequest>;
+
+void run(const service::Setup& setup, service::StopSignal& stop) {
+  service::Mailbox<Event> mailbox;
+  dds::Bus bus(service::busOptions(setup.deployment, setup.name));
+  auto references = bus.writer(dds::kPlanningReference);
+  auto replies = bus.writer(dds::kPlanningReply);
+  auto paths = bus.writer(dds::kPlanningPath);
+  const auto put = [&](const auto& message) { mailbox.put(message); };
+  auto states = bus.reader(dds::kActuationState, put);
+  auto statuses = bus.reader(dds::kControlStatus, put);
+  auto requests = bus.reader(dds::kPlanningRequest, put);
+
+  service::PlanningCore core(setup);
+  spdlog::info("ready: robot {}, {}", setup.robot.name, setup.deployment.name);
+  constexpr double kRefresh = 0.05;  // s, a fifth of the budget of a reference
+  while (!stop.requested()) {
+    const auto event = mailbox.take(kRefresh);
+    if (!event) {
+      core.refresh();
+    } else if (const auto* state = std::get_if<dds::ActuationState>(&*event)) {
+      core.onState(*state);
+    } else if (const auto* status = std::get_if<dds::ControlStatus>(&*event)) {
+      core.onStatus(*status);
+    } else if (const auto* request = std::get_if<dds::PlanningRequest>(&*event)) {
+      std::optional<dds::Path> path;
+      const dds::Reply reply = core.onRequest(*request, path);
+      if (reply.accepted == 0) spdlog::warn("request refused: {}", reply.reason);
+      if (path) paths.write(*path);
+      replies.write(reply);
+    }
+    if (const auto reference = core.take()) references.write(*reference);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return service::runService(argc, argv, "planning",
+                             "Plans trajectories and relative positions of two tips and asks control to follow them.",
+                             run);
+}

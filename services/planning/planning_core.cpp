@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/planning/planning_core.h"
+
+#include <spdlog/spdlog.h>
+
+#include "safety/operating_state.h"
+#include "services/common/periodic_loop.h"
+
+namespace tandem::service {
+namespace {
+
+enum RequestKind : std::uint8_t { kStart = 1, kPause, kResume, kStop };
+
+dds::Reply reply(const dds::PlanningRequest& request, dds::ReplyCode code, std::string reason) {
+  dds::Reply reply;
+  reply.client = request.client;
+  reply.request = request.request;
+  reply.accepted = code == dds::ReplyCode::kOk ? 1 : 0;
+  reply.code = static_cast<std::uint16_t>(code);
+  reply.reason = std::move(reason);
+  return reply;
+}
+
+}  // namespace
+
+PlanningCore::PlanningCore(const Setup& setup)
+    : setup_(setup),
+      lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
+      robot_(setup.robot),
+      follower_(setup.deployment.control_period) {}
+
+bool PlanningCore::active() const {
+  const planning::Phase phase = follower_.progress().phase;
+  return phase == planning::Phase::kRunning || phase == planning::Phase::kPaused;
+}
+
+bool PlanningCore::measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip,
+                            Eigen::Vector3d& relative) const {
+  if (state_.sequence == 0 || state_.arm_count != robot_.armCount()) return false;
+  safety::RobotVector q(robot_.jointCount());
+  for (int k = 0; k < robot_.armCount(); ++k) {
+    if (state_.valid[static_cast<std::size_t>(k)] == 0) return false;
+    for (int j = 0; j < robot_.size(k); ++j) {
+      q[robot_.offset(k) + j] = state_.position[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
+    }
+  }
+  try {
+    tip = robot_.tip(spec.arm, q);
+    relative = tip - robot_.tip(spec.other_arm, q);
+  } catch (const std::domain_error&) {
+    return false;
+  }
+  return true;
+}
+
+void PlanningCore::onState(const dds::ActuationState& state) {
+  const bool new_instant = state.session != state_.session || state.stamp != state_.stamp;
+  const bool new_state = state.session != state_.session || state.sequence != state_.sequence;
+  state_ = state;
+  if (active() && state.session != session_at_start_) {
+    spdlog::error("the robot restarted: the trajectory ends");
+    follower_.stop();
+    publish();
+    return;
+  }
+  if (!lock_step_ || !new_state) return;
+  if (active() && new_instant) {
+    advance();
+  } else {
+    publish();
+  }
+}
+
+void PlanningCore::onStatus(const dds::ControlStatus& status) {
+  status_ = status;
+  if (!active()) return publish();
+  if (lock_step_) return;
+  bool enabled = true;
+  for (std::size_t k = 0; k < status.arm_count; ++k) {
+    enabled = enabled && status.operating_state[k] == static_cast<std::uint8_t>(safety::OperatingState::kEnabled);
+  }
+  if (enabled && status.answers_reference == sequence_) {
+    advance();
+  } else {
+    publish();
+  }
+}
+
+void PlanningCore::refresh() {
+  // In lock-step the chain of states drives a running trajectory; a repeated reference would be answered twice.
+  if (!lock_step_ || !active()) publish();
+}
+
+void PlanningCore::advance() {
+  Eigen::Vector3d tip, relative;
+  if (!measured(follower_.spec(), tip, relative)) {
+    spdlog::error("the measured joints are not valid: the trajectory ends");
+    follower_.stop();
+  } else {
+    const int before = follower_.progress().point;
+    follower_.update(tip, relative, reference_);
+    if (follower_.progress().point != before) spdlog::debug("point {}", follower_.progress().point);
+  }
+  if (!active()) spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(follower_.progress().phase));
+  publish();
+}
+
+void PlanningCore::publish() {
+  const planning::Progress& progress = follower_.progress();
+  dds::PlanningReference message;
+  message.sequence = ++sequence_;
+  message.state_session = state_.session;
+  message.answers_state = state_.sequence;
+  message.answers_control = status_.sequence;
+  message.stamp = lock_step_ ? state_.stamp : monotonicNow();
+  message.trajectory_id = trajectory_id_;
+  message.point = static_cast<std::uint32_t>(progress.point);
+  message.point_count = static_cast<std::uint32_t>(progress.point_count);
+  message.iteration = static_cast<std::uint32_t>(progress.iteration);
+  message.total_iterations = static_cast<std::uint32_t>(progress.total_iterations);
+  message.phase = static_cast<std::uint8_t>(progress.phase);
+  message.tolerance = follower_.spec().tolerance;
+  if (active() && progress.total_iterations > 0) {
+    message.task_count = static_cast<std::uint8_t>(reference_.task_count);
+    for (int k = 0; k < reference_.task_count; ++k) {
+      const planning::TaskReference& from = reference_.tasks[static_cast<std::size_t>(k)];
+      dds::TaskReference& to = message.tasks[static_cast<std::size_t>(k)];
+      to.kind = static_cast<std::uint8_t>(from.kind);
+      to.arm = static_cast<std::uint8_t>(from.arm);
+      to.other_arm = static_cast<std::uint8_t>(from.other_arm);
+      for (int axis = 0; axis < 3; ++axis) {
+        to.position[static_cast<std::size_t>(axis)] = from.position[axis];
+        to.feed_forward[static_cast<std::size_t>(axis)] = from.feed_forward[axis];
+      }
+    }
+  }
+  outgoing_ = message;
+}
+
+std::optional<dds::PlanningReference> PlanningCore::take() { return std::exchange(outgoing_, std::nullopt); }
+
+dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
+  if (request.kind != kStop && (status_.lease_holder == 0 || status_.lease_holder != request.client)) {
+    return reply(request, dds::ReplyCode::kNotLeaseHolder, "only the holder of the control lease commands planning");
+  }
+  switch (request.kind) {
+    case kStart: return start(request, path);
+    case kPause: follower_.pause(); break;
+    case kResume: follower_.resume(); break;
+    case kStop: follower_.stop(); break;
+    default: return reply(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
+  }
+  publish();
+  return reply(request, dds::ReplyCode::kOk, "");
+}
+
+dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
+  if (active()) return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
+  planning::TrajectorySpec spec;
+  try {
+    spec = config::parseTrajectory(request.trajectory, "planning/request", setup_.deployment.file.parent_path());
+  } catch (const std::exception& error) {
+    return reply(request, dds::ReplyCode::kMalformed, error.what());
+  }
+  for (const int arm : {spec.arm, spec.other_arm}) {
+    if (arm < 0 || arm >= robot_.armCount() || spec.arm == spec.other_arm) {
+      return reply(request, dds::ReplyCode::kMalformed,
+                   "arm and other_arm: expected two different arms of the " + std::to_string(robot_.armCount()));
+    }
+  }
+  for (std::size_t k = 0; k < status_.arm_count; ++k) {
+    if (status_.operating_state[k] != static_cast<std::uint8_t>(safety::OperatingState::kEnabled)) {
+      return reply(request, dds::ReplyCode::kWrongState, setup_.robot.arms[k].name + " is not ENABLED; enable it first");
+    }
+  }
+  Eigen::Vector3d tip, relative;
+  if (!measured(spec, tip, relative)) {
+    return reply(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
+  }
+  try {
+    follower_.start(spec, tip, relative);
+  } catch (const std::exception& error) {
+    return reply(request, dds::ReplyCode::kMalformed, error.what());
+  }
+  ++trajectory_id_;
+  session_at_start_ = state_.session;
+  spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, spec.name, spec.point_count);
+  path.emplace();
+  path->stamp = state_.stamp;
+  path->frame = setup_.deployment.prefix + "_base";
+  for (const planning::TrajectoryPoint& point : follower_.points()) {
+    dds::PoseStamped pose;
+    pose.stamp = path->stamp;
+    pose.frame = path->frame;
+    pose.position = {point.tip.x(), point.tip.y(), point.tip.z()};
+    path->poses.push_back(pose);
+  }
+  dds::Reply answer = reply(request, dds::ReplyCode::kOk, "");
+  answer.value = trajectory_id_;
+  advance();
+  return answer;
+}
+
+}  // namespace tandem::service

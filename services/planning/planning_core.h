@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the planning service does with what it hears; no DDS, no threads. */
+#pragma once
+
+#include <optional>
+
+#include "experiments/run_record.h"
+#include "planning/follower.h"
+#include "services/dds/messages.h"
+#include "services/setup/process.h"
+
+namespace tandem::service {
+
+/** Runs trajectories: requests in, references out. One thread.
+ *
+ * Real time: every control/status that used the last reference asks for the next one, so that one reference is one control cycle; the
+ * state that it judges is the latest. Lock-step: every state of a new instant asks for the next one. While nothing runs, references
+ * without tasks echo what has been heard of state and control, so that a client knows when a trajectory may start. */
+class PlanningCore {
+ public:
+  explicit PlanningCore(const Setup& setup);
+
+  void onState(const dds::ActuationState& state);
+  void onStatus(const dds::ControlStatus& status);
+  /// A request of a client; `path` is filled when a trajectory was started.
+  dds::Reply onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
+
+  /// The reference to publish now, if there is one.
+  std::optional<dds::PlanningReference> take();
+
+  /// Keeps the last reference alive while nothing else happens (paused, or control pauses): call about every 50 ms.
+  void refresh();
+
+ private:
+  dds::Reply start(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
+  bool measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip, Eigen::Vector3d& relative) const;
+  void advance();
+  void publish();
+  bool active() const;
+
+  const Setup& setup_;
+  bool lock_step_;
+  experiments::RobotModel robot_;
+  planning::Follower follower_;
+  planning::Reference reference_;
+  dds::ActuationState state_;
+  dds::ControlStatus status_;
+  std::uint32_t trajectory_id_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t session_at_start_ = 0;  ///< hal or sim session of the running trajectory
+  std::optional<dds::PlanningReference> outgoing_;
+};
+
+}  // namespace tandem::service

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/setup/process.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <random>
+
+#include "services/common/log.h"
+
+namespace tandem::service {
+
+std::uint64_t randomIdentity() {
+  std::random_device device;
+  std::uint64_t value = 0;
+  while (value == 0) value = (static_cast<std::uint64_t>(device()) << 32) | device();
+  return value;
+}
+
+dds::BusOptions busOptions(const config::Deployment& deployment, const std::string& process) {
+  dds::BusOptions options;
+  options.name = "tandem-" + process;
+  options.domain = deployment.domain;
+  options.prefix = deployment.prefix;
+  options.interface_address = deployment.interface_address;
+  options.peers = deployment.peers;
+  options.deterministic = deployment.clock == config::ClockMode::kLockStep;
+  options.command_period = deployment.control_period;
+  return options;
+}
+
+std::vector<std::string> armNames(const config::Robot& robot) {
+  std::vector<std::string> names;
+  for (const config::Arm& arm : robot.arms) names.push_back(arm.name);
+  return names;
+}
+
+int runService(int argc, char** argv, const std::string& name, const std::string& description,
+               const std::function<void(const Setup&, StopSignal& stop)>& body) {
+  CLI::App app(description, "tandem-" + name);
+  std::string deployment = "laptop", level;
+  app.add_option("-d,--deployment", deployment, "deployment file, or the name of a preset")->capture_default_str();
+  app.add_option("--log", level, "trace, debug, info, warn, error or off (default: TANDEM_LOG, else info)");
+  app.footer("Started by hand only for debugging; `tandem up` starts all processes of a deployment.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  StopSignal stop;
+  try {
+    startLog(name, level);
+    Setup setup;
+    setup.name = name;
+    setup.deployment = config::loadDeployment(config::findFile(deployment, "deployment"));
+    setup.robot = config::loadRobot(setup.deployment.robot);
+    setup.session = randomIdentity();
+    for (const std::string& warning : setup.robot.warnings) spdlog::debug("{}", warning);
+    body(setup, stop);
+    stopLog();
+    return 0;
+  } catch (const config::Error& error) {
+    spdlog::error("{}", error.what());
+    stopLog();
+    return 2;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    stopLog();
+    return 1;
+  }
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file How every service starts: its command line, its files, its log, its place on the bus. */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "config/config.h"
+#include "services/common/stop_signal.h"
+#include "services/dds/bus.h"
+
+namespace tandem::service {
+
+/** What a service knows once it has started. */
+struct Setup {
+  std::string name;  ///< sim, control, planning
+  config::Deployment deployment;
+  config::Robot robot;
+  std::uint64_t session = 0;  ///< random, new with every start
+};
+
+/** Runs a service's main: parses `--deployment FILE [--log LEVEL]`, loads the files, starts the log, calls `body`, which returns when
+ * `stop` is requested. Errors are printed as FILE:LINE:COLUMN: KEY: MESSAGE.
+ * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file. */
+int runService(int argc, char** argv, const std::string& name, const std::string& description,
+               const std::function<void(const Setup&, StopSignal& stop)>& body);
+
+/// Options of a participant of this deployment.
+dds::BusOptions busOptions(const config::Deployment& deployment, const std::string& process);
+
+/// A random number that is not zero: sessions and clients.
+std::uint64_t randomIdentity();
+
+/// The names of a robot's arms, in its order.
+std::vector<std::string> armNames(const config::Robot& robot);
+
+}  // namespace tandem::service

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/sim/sim_core.h"
+
+#include <cmath>
+
+#include "services/common/periodic_loop.h"
+
+namespace tandem::service {
+namespace {
+
+enum RequestKind : std::uint8_t { kReset = 1, kStep, kFault };
+
+sim::SimulatedDrives makeDrives(const Setup& setup) {
+  std::vector<safety::ArmLimits> limits;
+  std::vector<safety::ArmVector> start;
+  for (const config::Arm& arm : setup.robot.arms) {
+    limits.push_back(arm.limits);
+    start.emplace_back(arm.home);
+  }
+  sim::SimulatedDrivesOptions options;
+  options.control_period = setup.deployment.control_period;
+  options.lock_step = setup.deployment.clock == config::ClockMode::kLockStep;
+  options.budgets = setup.deployment.budgets;
+  return {limits, start, options};
+}
+
+}  // namespace
+
+SimCore::SimCore(const Setup& setup)
+    : setup_(setup),
+      lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
+      drives_(makeDrives(setup)) {}
+
+bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noexcept {
+  // A command that answers a state of another session answers none of ours: its age is infinite.
+  const bool ours = from.state_session == setup_.session;
+  command_.head.session = from.control_session;
+  command_.head.sequence = from.sequence;
+  command_.head.arm_count = from.arm_count;
+  command_.head.age = ours ? lock_step_ ? 0.0 : stamps_.age(from.answers_state, now) : safety::kUnlimited;
+  for (std::size_t k = 0; k < safety::kMaxArms; ++k) {
+    const bool known = from.request[k] <= static_cast<std::uint8_t>(safety::DriveRequest::kResume);
+    command_.request[k] = known ? static_cast<safety::DriveRequest>(from.request[k]) : safety::DriveRequest::kKeep;
+    command_.moving[k] = from.moving[k] != 0;
+  }
+  command_.velocity = from.velocity;
+  command_.position = from.position;
+  if (!lock_step_) {
+    drives_.command(command_, now);
+    return false;
+  }
+  const bool answers_now = ours && from.answers_state == sequence_;
+  if (from.advance != 0 && !answers_now) return false;  // late: the state that it answers has passed
+  drives_.command(command_, simulated_time_);
+  if (from.advance != 0) advance();
+  return true;
+}
+
+void SimCore::advance() noexcept {
+  simulated_time_ += static_cast<std::int64_t>(std::llround(1e9 * setup_.deployment.control_period));
+  drives_.advance(simulated_time_);
+}
+
+void SimCore::step(std::int64_t now) noexcept { drives_.step(setup_.deployment.sim_period, now); }
+
+void SimCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
+  state.session = setup_.session;
+  state.sequence = ++sequence_;
+  state.stamp = lock_step_ ? simulated_time_ : now;
+  state.answers_command = drives_.answersCommand();
+  state.lock_step = lock_step_ ? 1 : 0;
+  state.arm_count = static_cast<std::uint8_t>(drives_.armCount());
+  stamps_.record(state.sequence, now);
+  for (int k = 0; k < drives_.armCount(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    state.joint_count[i] = static_cast<std::uint8_t>(drives_.jointCount(k));
+    state.valid[i] = drives_.valid(k) ? 1 : 0;
+    state.operating_state[i] = static_cast<std::uint8_t>(drives_.state(k));
+    state.faults[i] = drives_.faults(k);
+    const safety::ArmVector position = drives_.position(k), velocity = drives_.velocity(k);
+    const safety::ArmVector& setpoint = drives_.setpoint(k);
+    for (int j = 0; j < drives_.jointCount(k); ++j) {
+      const auto joint = static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j);
+      state.position[joint] = position[j];
+      state.velocity[joint] = velocity[j];
+      state.setpoint[joint] = setpoint[j];
+    }
+  }
+}
+
+void SimCore::status(dds::HalStatus& status) const noexcept {
+  status.session = setup_.session;
+  status.sequence = sequence_;  // of the state that it goes with
+  status.stamp = lock_step_ ? simulated_time_ : monotonicNow();
+  status.arm_count = static_cast<std::uint8_t>(drives_.armCount());
+  for (int k = 0; k < drives_.armCount(); ++k) {
+    status.operating_state[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(drives_.state(k));
+    status.faults[static_cast<std::size_t>(k)] = drives_.faults(k);
+  }
+  for (int g = 0; g < safety::kGuardCount; ++g) {
+    const safety::GuardCounters::Entry& entry = drives_.guards()[static_cast<safety::Guard>(g)];
+    const auto i = static_cast<std::size_t>(g);
+    status.guard_count[i] = entry.count;
+    status.guard_largest[i] = entry.largest;
+    status.guard_arm[i] = static_cast<std::uint8_t>(entry.arm);
+    status.guard_joint[i] = static_cast<std::uint8_t>(entry.joint);
+  }
+}
+
+dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
+  dds::Reply reply;
+  reply.client = request.client;
+  reply.request = request.request;
+  const auto answer = [&reply](dds::ReplyCode code, std::string reason) {
+    reply.accepted = code == dds::ReplyCode::kOk ? 1 : 0;
+    reply.code = static_cast<std::uint16_t>(code);
+    reply.reason = std::move(reason);
+    return reply;
+  };
+  if (request.kind == kReset) {
+    int joints = 0;
+    for (int k = 0; k < drives_.armCount(); ++k) joints += drives_.jointCount(k);
+    if (request.arm_count != drives_.armCount()) return answer(dds::ReplyCode::kMalformed, "wrong number of arms");
+    safety::RobotVector q(joints);
+    for (int k = 0, i = 0; k < drives_.armCount(); ++k) {
+      for (int j = 0; j < drives_.jointCount(k); ++j) {
+        q[i++] = request.joints[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
+      }
+    }
+    // Time moves with commands only: what is on its way to a stand gets the time that it needs.
+    constexpr int kMostPeriods = 1000;
+    for (int i = 0; lock_step_ && !drives_.standing() && i < kMostPeriods; ++i) advance();
+    const sim::ResetResult result = drives_.reset(q);
+    if (result == sim::ResetResult::kDone) return answer(dds::ReplyCode::kOk, "");
+    return answer(result == sim::ResetResult::kOutsideLimits ? dds::ReplyCode::kOutsideLimits : dds::ReplyCode::kWrongState,
+                  std::string(sim::describe(result)));
+  }
+  if (request.kind == kFault) {
+    const auto fault = sim::axisFaultFromName(request.fault);
+    if (!fault) return answer(dds::ReplyCode::kMalformed, "unknown fault '" + request.fault.substr(0, 40) + "'");
+    if (drives_.inject(request.arm, request.joint, *fault)) return answer(dds::ReplyCode::kOk, "");
+    return answer(dds::ReplyCode::kMalformed, "no such axis");
+  }
+  if (request.kind == kStep) {
+    constexpr std::uint32_t kMost = 100000;
+    if (!lock_step_) return answer(dds::ReplyCode::kWrongState, "stepping is for lock-step; this is real time");
+    if (request.steps < 1 || request.steps > kMost) return answer(dds::ReplyCode::kMalformed, "steps: expected 1 to 100000");
+    for (std::uint32_t i = 0; i < request.steps; ++i) advance();
+    return answer(dds::ReplyCode::kOk, "");
+  }
+  return answer(dds::ReplyCode::kUnknown, "found kind " + std::to_string(request.kind) + ", expected 1 (reset), 2 (step) or 3 (fault)");
+}
+
+}  // namespace tandem::service

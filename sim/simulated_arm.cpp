@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/simulated_arm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tandem::sim {
+namespace {
+
+constexpr std::array<std::string_view, 5> kFaultNames{"none", "off", "stuck", "garbage", "invalid"};
+
+}  // namespace
+
+std::string_view name(AxisFault fault) {
+  const auto index = static_cast<std::size_t>(fault);
+  return index < kFaultNames.size() ? kFaultNames[index] : "unknown";
+}
+
+std::optional<AxisFault> axisFaultFromName(std::string_view name) {
+  for (std::size_t i = 0; i < kFaultNames.size(); ++i) {
+    if (kFaultNames[i] == name)
+      return static_cast<AxisFault>(i);
+  }
+  return std::nullopt;
+}
+
+SimulatedArm::SimulatedArm(const safety::ArmVector& position, const PlantLimits& limits) : limits_(limits) {
+  place(position);
+}
+
+void SimulatedArm::place(const safety::ArmVector& position) noexcept {
+  position_ = position;
+  velocity_.setZero(position.size());
+}
+
+/// Speed over the next step: towards the reference, and never so fast that the joint could not stop there.
+double SimulatedArm::nextVelocity(int joint, double dt, double error) const noexcept {
+  const double acceleration = limits_.acceleration[joint];
+  const double change = acceleration * dt;
+  double speed = std::min(std::abs(error) / dt, limits_.velocity[joint]);
+  if (std::isfinite(change) && speed > change) {
+    // Largest v with v dt + v^2 / (2 a) <= |error|.
+    const double stoppable = std::sqrt(change * change + 2.0 * acceleration * std::abs(error)) - change;
+    speed = std::min(speed, std::max(stoppable, change));
+  }
+  return std::clamp(std::copysign(speed, error), velocity_[joint] - change, velocity_[joint] + change);
+}
+
+void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept {
+  for (Eigen::Index j = 0; j < position_.size(); ++j) {
+    const int joint = static_cast<int>(j);
+    if (faults_[joint] == AxisFault::kOff || faults_[joint] == AxisFault::kStuck) {
+      velocity_[j] = 0.0;
+      continue;
+    }
+    const double error = reference[j] - position_[j];
+    const double direct = error / dt;
+    velocity_[j] = nextVelocity(joint, dt, error);
+    // Land on the reference itself; a sum would miss it by rounding.
+    position_[j] = velocity_[j] == direct ? reference[j] : position_[j] + velocity_[j] * dt;
+  }
+}
+
+safety::ArmVector SimulatedArm::withGarbage(const safety::ArmVector& values) const noexcept {
+  safety::ArmVector result = values;
+  for (Eigen::Index j = 0; j < values.size(); ++j) {
+    if (faults_[static_cast<std::size_t>(j)] == AxisFault::kGarbage) {
+      result[j] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return result;
+}
+
+safety::ArmVector SimulatedArm::reading() const noexcept { return withGarbage(position_); }
+safety::ArmVector SimulatedArm::velocityReading() const noexcept { return withGarbage(velocity_); }
+
+bool SimulatedArm::valid() const noexcept { return (presentFaults() & safety::bit(safety::Fault::kSensor)) == 0; }
+
+safety::FaultMask SimulatedArm::presentFaults() const noexcept {
+  safety::FaultMask present = 0;
+  for (Eigen::Index j = 0; j < position_.size(); ++j) {
+    const AxisFault fault = faults_[static_cast<std::size_t>(j)];
+    if (fault == AxisFault::kOff)
+      present |= safety::bit(safety::Fault::kDrive);
+    if (fault == AxisFault::kGarbage || fault == AxisFault::kInvalid)
+      present |= safety::bit(safety::Fault::kSensor);
+  }
+  return present;
+}
+
+}  // namespace tandem::sim

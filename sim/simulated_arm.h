@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The plant of one arm: joints that follow a reference, and the faults they can have. */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "safety/faults.h"
+#include "safety/limits.h"
+
+namespace tandem::sim {
+
+/** A fault of one axis, injected by a test or a user. */
+enum class AxisFault : std::uint8_t {
+  kNone = 0,
+  kOff,      ///< the drive is dead: the joint does not move, and the drive says so
+  kStuck,    ///< the joint does not move, and only the following error tells
+  kGarbage,  ///< the joint moves, its reading is not a number
+  kInvalid,  ///< the joint moves, its reading is marked as bad
+};
+
+/// "none", "off", "stuck", "garbage", "invalid".
+std::string_view name(AxisFault fault);
+std::optional<AxisFault> axisFaultFromName(std::string_view name);
+
+/** What the joints of a plant can do; kUnlimited = ideal. */
+struct PlantLimits {
+  safety::ArmVector velocity;      ///< m/s, rad/s
+  safety::ArmVector acceleration;  ///< m/s^2, rad/s^2
+};
+
+/** Joints of one arm.
+ *
+ * Without limits a joint is at its reference after every step, bit for bit, so that runs in lock-step repeat exactly.
+ * With them each joint goes to its reference on its own, as fast as it can and without overshoot; joints that lag do so
+ * independently of each other. Nothing after construction allocates. */
+class SimulatedArm {
+ public:
+  /// Stands at `position`, m, rad.
+  SimulatedArm(const safety::ArmVector& position, const PlantLimits& limits);
+
+  /// Follows the reference for dt, s (above zero).
+  void step(double dt, const safety::ArmVector& reference) noexcept;
+  /// Puts the joints elsewhere, at rest.
+  void place(const safety::ArmVector& position) noexcept;
+  /// Sets or ends (kNone) the fault of one joint.
+  void inject(int joint, AxisFault fault) noexcept { faults_[joint] = fault; }
+  AxisFault fault(int joint) const noexcept { return faults_[joint]; }
+
+  /// Where the joints really are, m, rad.
+  const safety::ArmVector& position() const noexcept { return position_; }
+  /// How fast they really move, averaged over the last step, m/s, rad/s.
+  const safety::ArmVector& velocity() const noexcept { return velocity_; }
+  /// What the encoders say, m, rad: NaN where a reading is garbage.
+  safety::ArmVector reading() const noexcept;
+  safety::ArmVector velocityReading() const noexcept;
+  /// All readings are good.
+  bool valid() const noexcept;
+  bool standing() const noexcept { return velocity_.isZero(0.0); }
+  /// Faults that the plant reports by itself: kDrive for a dead drive, kSensor for a bad reading.
+  safety::FaultMask presentFaults() const noexcept;
+
+ private:
+  double nextVelocity(int joint, double dt, double error) const noexcept;
+  safety::ArmVector withGarbage(const safety::ArmVector& values) const noexcept;
+
+  PlantLimits limits_;
+  safety::ArmVector position_;
+  safety::ArmVector velocity_;
+  std::array<AxisFault, safety::kMaxJointsPerArm> faults_{};
+};
+
+}  // namespace tandem::sim

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/simulated_drives.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace tandem::sim {
+namespace {
+
+using safety::ArmVector;
+
+/// A start that misses a limit by rounding is inside.
+constexpr double kInsideTolerance = 1e-9;
+
+bool isTranslation(int joint, int joint_count) { return 2 * joint < joint_count; }
+
+PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOptions& options) {
+  const int n = limits.jointCount();
+  PlantLimits plant{ArmVector::Constant(n, safety::kUnlimited), ArmVector::Constant(n, safety::kUnlimited)};
+  if (options.lock_step)
+    return plant;
+  for (int j = 0; j < n; ++j) {
+    // The reference may use the whole speed of the joint; a hair more lets the plant keep up with it exactly.
+    plant.velocity[j] = limits.joints[j].velocity * (1.0 + 1e-6);
+    plant.acceleration[j] = isTranslation(j, n) ? options.translation_acceleration : options.rotation_acceleration;
+  }
+  return plant;
+}
+
+void checkArguments(const std::vector<safety::ArmLimits>& limits,
+                    const std::vector<ArmVector>& start,
+                    const SimulatedDrivesOptions& options) {
+  const auto refuse = [](const std::string& message) { throw std::invalid_argument("simulated drives: " + message); };
+  if (limits.empty() || limits.size() > static_cast<std::size_t>(safety::kMaxArms)) {
+    refuse("1 to " + std::to_string(safety::kMaxArms) + " arms expected, found " + std::to_string(limits.size()));
+  }
+  if (start.size() != limits.size())
+    refuse("one start per arm expected");
+  if (!(options.control_period > 0.0))
+    refuse("control period must be above zero");
+  for (std::size_t a = 0; a < limits.size(); ++a) {
+    const std::string arm = "arm " + std::to_string(a);
+    if (start[a].size() != limits[a].jointCount())
+      refuse(arm + ": start has the wrong number of joints");
+    if (!(safety::largestViolation(limits[a], start[a]) <= kInsideTolerance) || !start[a].allFinite()) {
+      refuse(arm + ": start is outside the limits");
+    }
+  }
+}
+
+}  // namespace
+
+std::string_view describe(ResetResult result) {
+  switch (result) {
+    case ResetResult::kDone:
+      return "done";
+    case ResetResult::kMoving:
+      return "an arm still moves; wait until it stands";
+    case ResetResult::kEnabled:
+      return "an arm is ENABLED or PAUSED; disable it first";
+    case ResetResult::kWrongSize:
+      return "the robot has another number of joints";
+    case ResetResult::kOutsideLimits:
+      return "the joints would be outside their limits";
+  }
+  return "unknown";
+}
+
+SimulatedDrives::SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
+                                 const std::vector<ArmVector>& start,
+                                 const SimulatedDrivesOptions& options)
+    : options_(options), monitor_(static_cast<int>(limits.size()), options.budgets.commandAge(options.control_period)) {
+  checkArguments(limits, start, options);
+  const safety::SupervisorOptions supervisor{options.control_period, options.budgets, options.lock_step};
+  for (std::size_t a = 0; a < limits.size(); ++a) {
+    arms_.push_back({safety::ArmSupervisor(limits[a], start[a], supervisor),
+                     SimulatedArm(start[a], plantLimits(limits[a], options))});
+  }
+}
+
+safety::ArmRequest SimulatedDrives::requestFor(int arm,
+                                               const Command& command,
+                                               const safety::StreamVerdict& verdict) const noexcept {
+  safety::ArmRequest request;
+  request.request = command.request[arm];
+  request.moving = command.moving[arm];
+  request.motion.stream = verdict.faults;
+  request.motion.age_excess = verdict.age_excess;
+  const int first = arm * safety::kMaxJointsPerArm;
+  const int n = jointCount(arm);
+  request.motion.velocity = Eigen::Map<const Eigen::VectorXd>(command.velocity.data() + first, n);
+  request.motion.position = Eigen::Map<const Eigen::VectorXd>(command.position.data() + first, n);
+  return request;
+}
+
+bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept {
+  const safety::StreamVerdict verdict = monitor_.check(command.head, standing());
+  for (int a = 0; a < armCount(); ++a) {
+    Arm& arm = arms_[a];
+    if (verdict.new_session)
+      arm.supervisor.disableForNewSession();
+    const safety::ArmRequest request = requestFor(a, command, verdict);
+    guards_.add(a, arm.supervisor.command(request, arm.plant.reading(), arm.plant.presentFaults(), now));
+  }
+  return verdict.faults == 0;
+}
+
+void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
+  const int n = arm.supervisor.limits().jointCount();
+  for (int j = 0; j < n; ++j) {
+    const double window =
+        isTranslation(j, n) ? options_.following_error_translation : options_.following_error_rotation;
+    const double position = arm.plant.position()[j];
+    if (std::abs(arm.supervisor.reference()[j] - position) > window)
+      arm.supervisor.latchAxisFailure(j, position);
+  }
+}
+
+void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
+  for (Arm& arm : arms_) {
+    if (arm.supervisor.powered() && arm.plant.presentFaults() != 0) {
+      for (int j = 0; j < arm.supervisor.limits().jointCount(); ++j) {
+        if (arm.plant.fault(j) == AxisFault::kOff)
+          arm.supervisor.latchAxisFailure(j, arm.plant.position()[j]);
+      }
+      arm.supervisor.latch(arm.plant.presentFaults());
+    }
+    arm.supervisor.step(dt, now);
+    arm.plant.step(dt, arm.supervisor.reference());
+    checkFollowing(arm);
+  }
+}
+
+void SimulatedDrives::stop() noexcept {
+  for (Arm& arm : arms_)
+    arm.supervisor.latch(safety::bit(safety::Fault::kStopRequested));
+}
+
+ResetResult SimulatedDrives::reset(const safety::RobotVector& joints) noexcept {
+  Eigen::Index total = 0;
+  for (int a = 0; a < armCount(); ++a) {
+    if (arms_[a].supervisor.powered())
+      return ResetResult::kEnabled;
+    if (!standing(a))
+      return ResetResult::kMoving;
+    total += jointCount(a);
+  }
+  if (joints.size() != total)
+    return ResetResult::kWrongSize;
+  Eigen::Index first = 0;
+  for (int a = 0; a < armCount(); first += jointCount(a), ++a) {
+    const ArmVector q = joints.segment(first, jointCount(a));
+    if (!q.allFinite() || safety::largestViolation(arms_[a].supervisor.limits(), q) > kInsideTolerance) {
+      return ResetResult::kOutsideLimits;
+    }
+  }
+  first = 0;
+  for (int a = 0; a < armCount(); first += jointCount(a), ++a) {
+    const ArmVector q = joints.segment(first, jointCount(a));
+    arms_[a].supervisor.place(q);
+    arms_[a].plant.place(q);
+  }
+  return ResetResult::kDone;
+}
+
+bool SimulatedDrives::inject(int arm, int joint, AxisFault fault) noexcept {
+  if (arm < 0 || arm >= armCount() || joint < 0 || joint >= jointCount(arm))
+    return false;
+  arms_[arm].plant.inject(joint, fault);
+  return true;
+}
+
+bool SimulatedDrives::standing(int arm) const noexcept {
+  return arms_[arm].supervisor.standing() && arms_[arm].plant.standing();
+}
+
+bool SimulatedDrives::standing() const noexcept {
+  for (int a = 0; a < armCount(); ++a) {
+    if (!standing(a))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace tandem::sim

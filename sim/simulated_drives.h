@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The simulated robot as control sees it: drives of all arms, in real time and in lock-step. */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "safety/arm_supervisor.h"
+#include "safety/command_monitor.h"
+#include "sim/simulated_arm.h"
+
+namespace tandem::sim {
+
+/** How the simulated robot is run. */
+struct SimulatedDrivesOptions {
+  double control_period = 0.1;  ///< T: commands come this often, s
+  bool lock_step = false;       ///< ideal joints, one advance() per command
+  safety::Budgets budgets;
+  double following_error_translation = 0.5e-3;  ///< a drive fails when its joint is this far from its reference, m
+  double following_error_rotation = 0.02;       ///< rad
+  double translation_acceleration = safety::kUnlimited;  ///< of the plant, in real time, m/s^2
+  double rotation_acceleration = safety::kUnlimited;     ///< rad/s^2
+};
+
+/** A command for all arms: what tandem_msgs/ActuationCommand carries, after its freshness has been looked up. Arrays
+ * over joints are indexed arm * kMaxJointsPerArm + joint. */
+struct Command {
+  safety::StreamHead head;
+  std::array<safety::DriveRequest, safety::kMaxArms> request{};
+  std::array<bool, safety::kMaxArms> moving{};
+  std::array<double, safety::kMaxJoints> velocity{};  ///< m/s, rad/s
+  std::array<double, safety::kMaxJoints> position{};  ///< m, rad
+};
+
+/** What became of a reset. */
+enum class ResetResult : std::uint8_t {
+  kDone = 0,
+  kMoving,         ///< an arm still moves
+  kEnabled,        ///< an arm is ENABLED or PAUSED: disable it first
+  kWrongSize,      ///< not as many joints as the robot has
+  kOutsideLimits,  ///< a joint would be outside its limits
+};
+/// A sentence for people.
+std::string_view describe(ResetResult result);
+
+/** Plant, state machine, gate, ramps and watchdogs of all arms. One thread; nothing after construction allocates, locks
+ * or throws. Times are ns on one clock of the caller: monotonic in real time, simulated in lock-step. */
+class SimulatedDrives {
+ public:
+  /** @param start joint vectors inside the limits, m, rad
+   * @throw std::invalid_argument where counts differ, a start is outside its limits or a period is not positive. */
+  SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
+                  const std::vector<safety::ArmVector>& start,
+                  const SimulatedDrivesOptions& options);
+
+  /// Takes a command. False: refused by an integrity guard of the whole stream.
+  bool command(const Command& command, std::int64_t now) noexcept;
+  /// Real time: goes on by dt, s, up to `now`.
+  void step(double dt, std::int64_t now) noexcept;
+  /// Lock-step: one control period up to `now`; the joints are at their setpoints then.
+  void advance(std::int64_t now) noexcept { step(options_.control_period, now); }
+  /// The stop topic: stops every arm with the ramp and latches Fault::kStopRequested, in every state.
+  void stop() noexcept;
+  /// Puts all arms elsewhere (arms stacked, m, rad). Only while nothing moves and no arm is ENABLED or PAUSED.
+  ResetResult reset(const safety::RobotVector& joints) noexcept;
+  /// Sets or ends the fault of one axis. False: no such axis.
+  bool inject(int arm, int joint, AxisFault fault) noexcept;
+
+  int armCount() const noexcept { return static_cast<int>(arms_.size()); }
+  int jointCount(int arm) const noexcept { return arms_[arm].supervisor.limits().jointCount(); }
+  /// What the encoders say, m, rad; NaN where an injected fault makes it so.
+  safety::ArmVector position(int arm) const noexcept { return arms_[arm].plant.reading(); }
+  safety::ArmVector velocity(int arm) const noexcept { return arms_[arm].plant.velocityReading(); }
+  bool valid(int arm) const noexcept { return arms_[arm].plant.valid(); }
+  /// The last setpoint past the gate, m, rad.
+  const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[arm].supervisor.setpoint(); }
+  /// Where the joints shall be now, between two setpoints, m, rad.
+  const safety::ArmVector& reference(int arm) const noexcept { return arms_[arm].supervisor.reference(); }
+  safety::OperatingState state(int arm) const noexcept { return arms_[arm].supervisor.state(); }
+  safety::FaultMask faults(int arm) const noexcept { return arms_[arm].supervisor.faults(); }
+  const SimulatedArm& plant(int arm) const noexcept { return arms_[arm].plant; }
+  const safety::GuardCounters& guards() const noexcept { return guards_; }
+  /// Neither a reference nor a joint moves.
+  bool standing(int arm) const noexcept;
+  bool standing() const noexcept;
+  /// Sequence of the last command taken, 0 before the first.
+  std::uint64_t answersCommand() const noexcept { return monitor_.sequence(); }
+
+ private:
+  struct Arm {
+    safety::ArmSupervisor supervisor;
+    SimulatedArm plant;
+  };
+  void checkFollowing(Arm& arm) const noexcept;
+  safety::ArmRequest requestFor(int arm, const Command& command, const safety::StreamVerdict& verdict) const noexcept;
+
+  SimulatedDrivesOptions options_;
+  safety::CommandMonitor monitor_;
+  safety::GuardCounters guards_;
+  std::vector<Arm> arms_;
+};
+
+}  // namespace tandem::sim

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Random messages, and comparison member by member, from lists kept apart from those of the converters. */
+#pragma once
+
+#include <random>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "services/dds/messages.h"
+
+namespace tandem::dds {
+
+inline auto membersOf(PlanningRequest& m) { return std::tie(m.client, m.request, m.kind, m.trajectory); }
+inline auto membersOf(Reply& m) { return std::tie(m.client, m.request, m.accepted, m.code, m.reason, m.value); }
+inline auto membersOf(ControlRequest& m) {
+  return std::tie(m.client, m.request, m.kind, m.arm, m.text, m.value, m.joint_count, m.joints);
+}
+inline auto membersOf(Stop& m) { return std::tie(m.client, m.sequence, m.reason); }
+inline auto membersOf(SimRequest& m) {
+  return std::tie(m.client, m.request, m.kind, m.arm_count, m.joints, m.steps, m.arm, m.joint, m.fault);
+}
+inline auto membersOf(Shape& m) { return std::tie(m.stamp, m.frame, m.points, m.tubes, m.outer_radius); }
+inline auto membersOf(JointState& m) { return std::tie(m.stamp, m.frame, m.name, m.position, m.velocity, m.effort); }
+inline auto membersOf(PoseStamped& m) { return std::tie(m.stamp, m.frame, m.position, m.orientation); }
+inline auto membersOf(Path& m) { return std::tie(m.stamp, m.frame, m.poses); }
+inline auto membersOf(OperatingState& m) { return std::tie(m.stamp, m.frame, m.state, m.is_homed, m.is_busy); }
+inline auto membersOf(StringStamped& m) { return std::tie(m.stamp, m.frame, m.text); }
+inline auto membersOf(DiagnosticStatus& m) { return std::tie(m.level, m.name, m.message, m.hardware_id, m.values); }
+inline auto membersOf(DiagnosticArray& m) { return std::tie(m.stamp, m.frame, m.status); }
+
+/** Fills messages with random values. */
+class Randomiser {
+ public:
+  explicit Randomiser(unsigned seed) : random_(seed) {}
+
+  template <class T>
+  void operator()(T& value) {
+    if constexpr (std::is_same_v<T, bool>) {
+      value = below(2) == 1;
+    } else if constexpr (std::is_same_v<T, std::int64_t>) {
+      // Stamps: whatever int32 seconds can hold, before and after zero.
+      value =
+          std::uniform_int_distribution<std::int64_t>(-2'000'000'000'000'000'000, 2'000'000'000'000'000'000)(random_);
+    } else if constexpr (std::is_integral_v<T>) {
+      value = static_cast<T>(random_() * 0x9E3779B97F4A7C15u >> 3);
+    } else if constexpr (std::is_floating_point_v<T>) {
+      value = std::uniform_real_distribution<T>(-1e6, 1e6)(random_);
+    } else {
+      std::apply([this](auto&... member) { ((*this)(member), ...); }, membersOf(value));
+    }
+  }
+  template <class T, std::size_t N>
+  void operator()(std::array<T, N>& values) {
+    for (T& value : values) {
+      (*this)(value);
+    }
+  }
+  template <class A, class B>
+  void operator()(std::pair<A, B>& values) {
+    (*this)(values.first);
+    (*this)(values.second);
+  }
+  void operator()(std::string& text) {
+    text.resize(below(40));
+    for (char& letter : text) {
+      letter = static_cast<char>(1 + below(255));
+    }
+  }
+  template <class T>
+  void operator()(std::vector<T>& values) {
+    values.resize(below(20));
+    for (T& value : values) {
+      (*this)(value);
+    }
+  }
+
+  std::size_t below(std::size_t limit) { return random_() % limit; }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+template <class T>
+bool same(T& a, T& b) {
+  if constexpr (requires { membersOf(a); }) {
+    return std::apply(
+        [&](auto&... left) {
+          return std::apply([&](auto&... right) { return (same(left, right) && ...); }, membersOf(b));
+        },
+        membersOf(a));
+  } else {
+    return a == b;
+  }
+}
+template <class T>
+bool same(std::vector<T>& a, std::vector<T>& b) {
+  bool equal = a.size() == b.size();
+  for (std::size_t i = 0; equal && i < a.size(); ++i) {
+    equal = same(a[i], b[i]);
+  }
+  return equal;
+}
+
+}  // namespace tandem::dds
