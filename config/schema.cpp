@@ -221,8 +221,11 @@ std::string keyTables(const std::string& kind) {
   all.insert(all.begin(), &table);
   std::string text;
   for (const Mapping* mapping : all) {
-    text +=
-        (mapping == &table ? "" : "\n") + std::string("**") + mapping->name + "**: " + mapping->description + "\n\n";
+    text += std::string(mapping == &table ? "**" : "\n**")
+                .append(mapping->name)
+                .append("**: ")
+                .append(mapping->description) +
+            "\n\n";
     text += "| key | meaning | value | default |\n|---|---|---|---|\n";
     for (const Field& field : mapping->fields)
       text += rowOf(field, mapping->exactly_one);

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/yaml_reader.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include "config/file_tables.h"
@@ -15,6 +18,42 @@ namespace {
 constexpr std::size_t kLargestText = 4u << 20;
 constexpr const char* kKindKey = "tandem";
 
+/// Notes where each document starts.
+class DocumentStarts : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override { marks.push_back(mark); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+  std::vector<YAML::Mark> marks;
+};
+
+Error errorAtMark(const std::string& origin,
+                  const YAML::Mark& mark,
+                  const std::string& key,
+                  const std::string& message) {
+  return Error(origin, std::max(mark.line, 0) + 1, std::max(mark.column, 0) + 1, key, message);
+}
+
+/// Refuses what follows the first document. YAML::LoadAll would tell too, but never ends where a document starts with a
+/// stray token such as a comma.
+void checkSingle(const std::string& origin, const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentStarts starts;
+  parser.HandleNextDocument(starts);
+  if (parser.HandleNextDocument(starts)) {
+    throw errorAtMark(origin, starts.marks.back(), "",
+                      "found text after the end of the YAML document, expected one document");
+  }
+}
+
 /// The one document of a text. A function, because a YAML::Node is better never assigned to: that rebinds other nodes
 /// too.
 YAML::Node parseOne(const std::string& origin, const std::string& text) {
@@ -22,18 +61,13 @@ YAML::Node parseOne(const std::string& origin, const std::string& text) {
     throw Error(origin, 1, 1, "", "found " + std::to_string(text.size()) + " bytes, expected at most 4 MiB");
   }
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.empty() || documents[0].IsNull()) {
+    checkSingle(origin, text);
+    const YAML::Node root = YAML::Load(text);
+    if (root.IsNull())
       throw Error(origin, 1, 1, "", "found an empty file, expected `tandem: KIND/1` and more");
-    }
-    if (documents.size() > 1) {
-      throw Error(origin, std::max(documents[1].Mark().line, 0) + 1, std::max(documents[1].Mark().column, 0) + 1, "",
-                  "found " + std::to_string(documents.size()) + " YAML documents, expected one");
-    }
-    return documents[0];
+    return root;
   } catch (const YAML::Exception& error) {
-    throw Error(origin, std::max(error.mark.line, 0) + 1, std::max(error.mark.column, 0) + 1, "",
-                "YAML syntax: " + error.msg);
+    throw errorAtMark(origin, error.mark, "", "YAML syntax: " + error.msg);
   }
 }
 
@@ -51,8 +85,8 @@ Document::Document(std::string origin, const std::string& text)
 
 std::string Document::kind() const {
   const auto refuse = [this](YAML::Mark mark, const std::string& found) {
-    throw Error(origin_, std::max(mark.line, 0) + 1, std::max(mark.column, 0) + 1, kKindKey,
-                "found " + found + ", expected " + expectedKinds() + " as the value of the first key `tandem`");
+    throw errorAtMark(origin_, mark, kKindKey,
+                      "found " + found + ", expected " + expectedKinds() + " as the value of the first key `tandem`");
   };
   if (!root_.IsMap())
     refuse(root_.Mark(), describeNode(root_));

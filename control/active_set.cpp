@@ -11,8 +11,11 @@ namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 /// A normal whose part outside the span of the active ones is smaller than this share of it counts as dependent.
 constexpr double kDependent = 1e-11;
-/// Relative size of a violation that rounding explains.
-constexpr double kRounding = 1e-13;
+/// Relative size of a violation that rounding explains, of a constraint by itself and against the largest variable.
+constexpr double kRounding = 1e-13, kGlobalRounding = 1e-14;
+/// A violation of this size against the largest variable, which no step can reduce, is rounding that has added up where more
+/// constraints meet than there are dimensions; a larger one is infeasibility.
+constexpr double kUnreachable = 1e-10;
 
 }  // namespace
 
@@ -38,12 +41,13 @@ double ActiveSet::slack(int id) const {
 
 double ActiveSet::slackTolerance(int id) const {
   const auto [kind, i] = decode(id);
+  const double global = kGlobalRounding * size_;
   switch (kind) {
     case Kind::kEquality:
-      return kRounding * (std::abs(qp_->e[i]) + qp_->E.row(i).cwiseAbs().dot(x_.cwiseAbs()));
-    case Kind::kLower: return kRounding * (std::abs(qp_->lower[i]) + std::abs(x_[i]));
-    case Kind::kUpper: return kRounding * (std::abs(qp_->upper[i]) + std::abs(x_[i]));
-    case Kind::kRow: return kRounding * (std::abs(qp_->b[i]) + qp_->A.row(i).cwiseAbs().dot(x_.cwiseAbs()));
+      return global + kRounding * (std::abs(qp_->e[i]) + qp_->E.row(i).cwiseAbs().dot(x_.cwiseAbs()));
+    case Kind::kLower: return global + kRounding * (std::abs(qp_->lower[i]) + std::abs(x_[i]));
+    case Kind::kUpper: return global + kRounding * (std::abs(qp_->upper[i]) + std::abs(x_[i]));
+    case Kind::kRow: return global + kRounding * (std::abs(qp_->b[i]) + qp_->A.row(i).cwiseAbs().dot(x_.cwiseAbs()));
   }
   return 0.0;
 }
@@ -186,11 +190,12 @@ QpStatus ActiveSet::addEqualities() {
   return QpStatus::kSolved;
 }
 
-int ActiveSet::mostViolated() const {
+int ActiveSet::mostViolated() {
+  size_ = x_.cwiseAbs().maxCoeff();
   int worst = -1, worst_warm = -1;
   double amount = 0.0, amount_warm = 0.0;
   for (int id = equalities_; id < constraints_; ++id) {
-    if (is_active_[id]) continue;
+    if (is_active_[id] || is_met_[id]) continue;
     const double s = slack(id);
     if (!(s < 0.0) || s >= -slackTolerance(id)) continue;
     if (s < amount) {
@@ -230,7 +235,11 @@ QpStatus ActiveSet::enforce(int id) {
     const bool reachable = outside > kDependent * kDependent * whole;
     const double primal_length = reachable ? -slack(id) / outside : kInf;
     const double length = std::min(dual_length, primal_length);
-    if (!std::isfinite(length)) return QpStatus::kInfeasible;
+    if (!std::isfinite(length)) {
+      if (slack(id) < -kUnreachable * size_) return QpStatus::kInfeasible;
+      is_met_[id] = true;
+      return QpStatus::kSolved;
+    }
     if (reachable) x_ += length * step_;
     for (int i = 0; i < active_count_; ++i) multiplier_[i] -= length * dual_step_[i];
     multiplier += length;
@@ -282,6 +291,7 @@ void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept
   constraints_ = equalities_ + 2 * n_ + rows_;
   if (remembered_ != constraints_) was_active_.fill(false);
   is_active_.fill(false);
+  is_met_.fill(false);
   active_count_ = active_equalities_ = iterations_ = 0;
   iteration_limit_ = 20 * (n_ + constraints_);
   multiplier_.setZero(n_);

@@ -36,7 +36,7 @@ class ActiveSet final : public QpBackend {
   bool prepare();                           ///< factorises H, unconstrained minimum
   QpStatus addEqualities();
   QpStatus addInequalities();
-  int mostViolated() const;
+  int mostViolated();
   QpStatus enforce(int id);                 ///< adds one violated inequality, dropping others as needed
   void steps();                             ///< primal step_ and dual_step_ for direction_
   bool pushActive(int id, double multiplier);
@@ -49,8 +49,10 @@ class ActiveSet final : public QpBackend {
   QpVector x_, normal_, direction_, step_, dual_step_, multiplier_;
   std::array<int, kMaxVariables> active_{};          ///< constraint ids, equalities first
   std::array<bool, kMaxConstraints> is_active_{};
+  std::array<bool, kMaxConstraints> is_met_{};       ///< violated by rounding alone, and no step can improve on that
   std::array<bool, kMaxConstraints> was_active_{};   ///< in the last solution of a problem of this size
   int remembered_ = 0;                               ///< constraints_ of that problem; 0 = none
+  double size_ = 0.0;                                ///< of the largest variable
   int active_count_ = 0, active_equalities_ = 0;
   int iterations_ = 0, iteration_limit_ = 0;
 };

@@ -122,7 +122,8 @@ RunRecord runOffline(const config::Robot& robot, const RobotModel& model, const 
   StepFacts facts;
   while (follower.update(tip, relative, facts.reference)) {
     const std::uint64_t actions = plant.gateActions();
-    tracker.step(plant.position(), facts.reference, track);
+    const safety::RobotVector q = plant.position();  // ideal joints: setpoint and measured are one
+    tracker.step(q, q, facts.reference, track);
     if (track.status == planning::TrackStatus::kModel) throw std::runtime_error(std::string(describe(track.model)));
     plant.move(track.solution.velocity);
     facts.point = follower.progress().point;

@@ -54,6 +54,8 @@ void Follower::start(const TrajectorySpec& spec, const Eigen::Vector3d& tip, con
 
 void Follower::stop() { progress_.phase = Phase::kIdle; }
 
+void Follower::fail() { progress_.phase = Phase::kFailed; }
+
 void Follower::pause() {
   if (progress_.phase == Phase::kRunning) progress_.phase = Phase::kPaused;
 }

@@ -41,6 +41,7 @@ class Follower {
   /// Starts at the measured tip and relative position. @throw std::invalid_argument as sample() does.
   void start(const TrajectorySpec& spec, const Eigen::Vector3d& tip, const Eigen::Vector3d& relative);
   void stop();
+  void fail();  ///< ends a run that cannot go on, as kFailed
   void pause();
   void resume();
 

@@ -57,18 +57,19 @@ bool ReferenceTracker::setTask(const TaskReference& wanted, const TrackResult& r
   return true;
 }
 
-void ReferenceTracker::step(const safety::RobotVector& q, const Reference& reference, TrackResult& result) noexcept {
+void ReferenceTracker::step(const safety::RobotVector& q, const safety::RobotVector& setpoint,
+                            const Reference& reference, TrackResult& result) noexcept {
   result.status = TrackStatus::kOk;
   result.error.fill(0.0);
   result.solution.velocity.setZero(problem_.joint_count);
   result.solution.status = control::SolveStatus::kFailed;
   result.solution.scale.fill(0.0);
   result.solution.residual.fill(0.0);
-  if (q.size() != problem_.joint_count || !computeTips(q, result)) {
+  if (q.size() != problem_.joint_count || setpoint.size() != q.size() || !computeTips(q, result)) {
     result.status = TrackStatus::kModel;
     return;
   }
-  problem_.setPosition(q);
+  problem_.setPosition(setpoint);
   problem_.task_count = reference.task_count;
   if (reference.task_count < 0 || reference.task_count > kMaxTasks) {
     problem_.task_count = 0;

@@ -43,16 +43,19 @@ class ReferenceTracker {
   ReferenceTracker(std::vector<const kinematics::ArmModel*> models, std::vector<const safety::ArmLimits*> limits,
                    control::Method method, const control::MethodParameters& parameters, Gains gains);
 
-  /// Tips, errors and joint velocities at q (all arms stacked).
-  void step(const safety::RobotVector& q, const Reference& reference, TrackResult& result) noexcept;
+  /// Tips, errors and joint velocities.
+  /// @param q  measured joints, all arms stacked: where the tips are
+  /// @param setpoint  the joints from which the velocities will be integrated: where limits are counted from
+  void step(const safety::RobotVector& q, const safety::RobotVector& setpoint, const Reference& reference,
+            TrackResult& result) noexcept;
 
   /// Tips alone. @return false where a model cannot answer; then result.model and model_arm say why.
   bool computeTips(const safety::RobotVector& q, TrackResult& result) const noexcept;
 
   /// Refreshes problem()'s moving limits without a step.
-  void observe(const safety::RobotVector& q) noexcept { problem_.setPosition(q); }
+  void observe(const safety::RobotVector& setpoint) noexcept { problem_.setPosition(setpoint); }
 
-  /// Limits and bounds at q as the last step or observe() saw them.
+  /// Limits and bounds as the last step or observe() saw them.
   const control::StepProblem& problem() const { return problem_; }
   control::Method method() const { return resolver_->method(); }
   int jointCount() const { return problem_.joint_count; }

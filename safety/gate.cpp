@@ -34,8 +34,9 @@ double closing(const LinearRow& row, const ArmVector& last, const ArmVector& nex
 
 /** Equation (1) taken joint by joint from the inside out: the outer joint of a violated row goes to the edge that the next
  * position of the inner one leaves it, held back or carried along. Left undone where that would move the outer joint by more than
- * the inner one moves, or out of its box: then the row is relaxed instead. False: nothing done. */
-bool carryRow(const ArmLimits& limits, const LinearRow& row, const ArmVector& last, ArmVector& next) noexcept {
+ * the inner one moves, faster than it may, or out of its box: then the row is relaxed instead. False: nothing done. */
+bool carryRow(const ArmLimits& limits, const LinearRow& row, double duration, const ArmVector& last,
+              ArmVector& next) noexcept {
   if (rowValue(row, last) > row.b) return false;
   const double excess = rowValue(row, next) - row.b;
   if (!(excess > 0.0)) return false;
@@ -45,6 +46,7 @@ bool carryRow(const ArmLimits& limits, const LinearRow& row, const ArmVector& la
   const JointLimit& joint = limits.joints[static_cast<std::size_t>(outer)];
   const double allowed = std::max(std::abs(next[inner] - last[inner]), std::abs(next[outer] - last[outer]));
   if (edge < joint.lower || edge > joint.upper || std::abs(edge - last[outer]) > allowed) return false;
+  if (std::abs(edge - last[outer]) > joint.velocity * duration) return false;
   next[outer] = edge;
   return true;
 }
@@ -173,9 +175,9 @@ void Gate::limitPosition(const ArmVector& last, ArmVector& next, GateReport& rep
   }
 }
 
-void Gate::limitRows(const ArmVector& last, ArmVector& next, GateReport& report) const noexcept {
+void Gate::limitRows(double duration, const ArmVector& last, ArmVector& next, GateReport& report) const noexcept {
   const ArmVector before = next;
-  for (const LinearRow& row : limits_.rows) carryRow(limits_, row, last, next);
+  for (const LinearRow& row : limits_.rows) carryRow(limits_, row, duration, last, next);
   bool changed = true;
   for (int pass = 0; changed && pass < kRowPasses; ++pass) {
     changed = false;
@@ -208,7 +210,7 @@ GateReport Gate::check(const GateCommand& command,
   setpoint = command.position;
   limitSpeed(command.duration, last_setpoint, last_velocity, setpoint, report);
   limitPosition(last_setpoint, setpoint, report);
-  limitRows(last_setpoint, setpoint, report);
+  limitRows(command.duration, last_setpoint, setpoint, report);
   return report;
 }
 

@@ -69,7 +69,7 @@ class Gate {
                   ArmVector& next,
                   GateReport& report) const noexcept;
   void limitPosition(const ArmVector& last, ArmVector& next, GateReport& report) const noexcept;
-  void limitRows(const ArmVector& last, ArmVector& next, GateReport& report) const noexcept;
+  void limitRows(double duration, const ArmVector& last, ArmVector& next, GateReport& report) const noexcept;
 
   ArmLimits limits_;
 };

@@ -117,18 +117,29 @@ void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
   }
 }
 
-void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
-  for (Arm& arm : arms_) {
-    if (arm.supervisor.powered() && arm.plant.presentFaults() != 0) {
-      for (int j = 0; j < arm.supervisor.limits().jointCount(); ++j) {
-        if (arm.plant.fault(j) == AxisFault::kOff)
-          arm.supervisor.latchAxisFailure(j, arm.plant.position()[j]);
-      }
-      arm.supervisor.latch(arm.plant.presentFaults());
+void SimulatedDrives::checkDrives(Arm& arm) const noexcept {
+  const bool powered = arm.supervisor.powered();
+  for (int j = 0; j < arm.supervisor.limits().jointCount(); ++j) {
+    const double position = arm.plant.position()[j];
+    // A drive that dies while its arm stops must not catch up when it comes back.
+    if (arm.plant.fault(j) == AxisFault::kOff && (powered || arm.supervisor.reference()[j] != position)) {
+      arm.supervisor.latchAxisFailure(j, position);
     }
+  }
+  if (powered)
+    arm.supervisor.latch(arm.plant.presentFaults());
+}
+
+void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
+  for (int a = 0; a < armCount(); ++a) {
+    Arm& arm = arms_[a];
+    checkDrives(arm);
     arm.supervisor.step(dt, now);
     arm.plant.step(dt, arm.supervisor.reference());
     checkFollowing(arm);
+    // Without power a joint stays where it is; it owes nothing to an earlier reference.
+    if (!arm.supervisor.powered() && standing(a))
+      arm.supervisor.place(arm.plant.position());
   }
 }
 

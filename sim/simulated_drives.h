@@ -92,6 +92,7 @@ class SimulatedDrives {
     safety::ArmSupervisor supervisor;
     SimulatedArm plant;
   };
+  void checkDrives(Arm& arm) const noexcept;
   void checkFollowing(Arm& arm) const noexcept;
   safety::ArmRequest requestFor(int arm, const Command& command, const safety::StreamVerdict& verdict) const noexcept;
 

@@ -61,6 +61,12 @@ Client::Client(const config::Deployment& deployment, Taps taps)
 }
 
 Client::~Client() {
+  if (keep_lease_.exchange(false)) {  // on a failure: the next client shall not have to wait until the lease expires
+    dds::ControlRequest release;
+    release.client = id_;
+    release.kind = static_cast<std::uint8_t>(dds::ControlKind::kReleaseLease);
+    control_requests_.write(release);
+  }
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -77,8 +83,15 @@ Snapshot Client::snapshot() const {
 bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::unique_lock lock(mutex_);
+  auto heard = std::chrono::steady_clock::now();
+  std::uint64_t statuses = snapshot_.statuses;
   while (!condition(snapshot_)) {
     const auto now = std::chrono::steady_clock::now();
+    if (snapshot_.statuses != statuses) heard = now;
+    statuses = snapshot_.statuses;
+    if (longest_silence_ > 0.0 && now - heard > std::chrono::duration<double>(longest_silence_)) {
+      throw Failure(kFailure, "control has fallen silent; is `tandem up` still running?");
+    }
     if (now >= deadline || (interrupted_ && interrupted_())) return false;
     changed_.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(
                                   now + std::chrono::milliseconds(50),

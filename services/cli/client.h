@@ -44,6 +44,8 @@ class Client {
   bool waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const;
   /// Asked about every 50 ms while waiting: true ends the wait.
   void interruptBy(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }
+  /// From now on control's silence for longer than `seconds` ends every wait with a Failure.
+  void expectLife(double seconds) { longest_silence_ = seconds; }
 
   /// Waits until sim (or hal), control and planning are heard and hear us. @throw Failure naming who is silent.
   void connect(double seconds);
@@ -69,6 +71,7 @@ class Client {
   std::uint64_t id_;
   Taps taps_;
   std::function<bool()> interrupted_;
+  double longest_silence_ = 0.0;  ///< s; 0: any
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   Snapshot snapshot_;

@@ -35,13 +35,6 @@ std::vector<double> poseNumbers(const Eigen::Isometry3d& pose) {
   return {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()};
 }
 
-/** Why a row that the model answers still leaves the limits; "ok" where it does not. */
-std::string limitStatus(const safety::ArmLimits& limits, const Eigen::VectorXd& q) {
-  const double violation = safety::largestViolation(limits, q);
-  if (violation <= experiments::kViolation) return "ok";
-  return "outside the limits of equation (1) by " + experiments::number(violation) + " m or rad";
-}
-
 struct Answer {
   std::string status;
   std::vector<double> numbers;                    ///< x..qw, stability, then the Jacobian by rows
@@ -56,6 +49,11 @@ Answer answer(const Options& options, const config::Arm& arm, const kinematics::
     return result;
   }
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(row.values.data(), arm.model.jointCount());
+  const double violation = safety::largestViolation(arm.limits, q);
+  if (violation > experiments::kViolation) {
+    result.status = "outside the limits of the robot file (equation (1)) by " + experiments::number(violation) + " m or rad";
+    return result;
+  }
   kinematics::ModelStatus status;
   kinematics::Tip tip;
   if (options.shape > 0) {
@@ -67,7 +65,7 @@ Answer answer(const Options& options, const config::Arm& arm, const kinematics::
     result.status = std::string(kinematics::describe(status));
     return result;
   }
-  result.status = limitStatus(arm.limits, q);
+  result.status = "ok";
   if (options.shape > 0) return result;
   result.numbers = poseNumbers(tip.pose);
   result.numbers.push_back(tip.stability);

@@ -31,6 +31,7 @@ struct Session {
         client(deployment) {
     client.interruptBy([this] { return stop.requested(); });
     client.connect(10.0);
+    client.expectLife(2.0 + 3.0 * deployment.control_period);
     if (lease) client.acquireLease();
   }
   service::StopSignal stop;

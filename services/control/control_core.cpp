@@ -27,6 +27,7 @@ ControlCore::ControlCore(const Setup& setup, const experiments::RobotModel& robo
       arm_count_(robot.armCount()) {
   q_.setZero(robot.jointCount());
   velocity_.setZero(robot.jointCount());
+  base_.setZero(robot.jointCount());
   for (int k = 0; k < arm_count_; ++k) {
     arm_[k].home = setup.robot.arms[static_cast<std::size_t>(k)].home;
     arm_[k].commanded.setZero(robot.size(k));
@@ -114,6 +115,7 @@ void ControlCore::watch(std::int64_t now) noexcept {
 void ControlCore::readPositions() noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     for (int j = 0; j < robot_.size(k); ++j) q_[robot_.offset(k) + j] = state_.position[index(k, j)];
+    base_.segment(robot_.offset(k), robot_.size(k)) = base(k);
   }
 }
 
@@ -143,7 +145,7 @@ void ControlCore::follow() noexcept {
     to.feed_forward = Eigen::Vector3d(from.feed_forward[0], from.feed_forward[1], from.feed_forward[2]);
   }
   const std::int64_t start = monotonicNow();
-  tracker_->step(q_, tasks_, track_);
+  tracker_->step(q_, base_, tasks_, track_);
   solve_time_ = 1e-9 * static_cast<double>(monotonicNow() - start);
   tracked_ = true;
   if (track_.status == planning::TrackStatus::kModel) latchMoving(safety::Fault::kSolver);
@@ -164,7 +166,7 @@ void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
     velocity = arm.jog_velocity;
     moves_[static_cast<std::size_t>(k)] = true;
   } else if (arm.activity == Activity::kMotion) {
-    const safety::ArmVector from = base(k);
+    const auto from = base_.segment(robot_.offset(k), robot_.size(k));
     arm.motion_time += period_;
     velocity = (arm.motion.position(arm.motion_time) - from) / period_;
     moves_[static_cast<std::size_t>(k)] = true;
@@ -209,7 +211,7 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   if (following() && enabled && (advance || !lock_step_)) {
     follow();
   } else if (state_.sequence > 0) {
-    tracker_->observe(q_);
+    tracker_->observe(base_);
   }
   for (int k = 0; k < arm_count_; ++k) {
     if (arm_[k].machine.mayMove() && !arm_[k].pending && (advance || !lock_step_)) moveJoints(k, now);
@@ -235,7 +237,7 @@ void ControlCore::fillCommand(std::int64_t now, bool advance, dds::ActuationComm
     const auto i = static_cast<std::size_t>(k);
     command.request[i] = static_cast<std::uint8_t>(requestFor(k));
     command.moving[i] = moves_[i] && arm.machine.mayMove() ? 1 : 0;
-    const safety::ArmVector from = base(k);
+    const auto from = base_.segment(robot_.offset(k), robot_.size(k));
     for (int j = 0; j < robot_.size(k); ++j) {
       const double velocity = command.moving[i] != 0 ? velocity_[robot_.offset(k) + j] : 0.0;
       command.velocity[index(k, j)] = velocity;

@@ -120,7 +120,9 @@ class ControlCore {
   SendTimes command_times_, status_times_;
   std::uint64_t command_sequence_ = 0, status_sequence_ = 0, answered_state_ = 0;
   std::int64_t first_cycle_ = 0;
-  safety::RobotVector q_, velocity_;
+  safety::RobotVector q_;         ///< measured
+  safety::RobotVector base_;      ///< the setpoints from which this cycle goes on
+  safety::RobotVector velocity_;
   std::array<bool, safety::kMaxArms> moves_{};
   planning::Reference tasks_;
   planning::TrackResult track_;

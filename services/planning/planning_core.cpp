@@ -58,9 +58,7 @@ void PlanningCore::onState(const dds::ActuationState& state) {
   const bool new_state = state.session != state_.session || state.sequence != state_.sequence;
   state_ = state;
   if (active() && state.session != session_at_start_) {
-    spdlog::error("the robot restarted: the trajectory ends");
-    follower_.stop();
-    publish();
+    end("the robot restarted");
     return;
   }
   if (!lock_step_ || !new_state) return;
@@ -74,16 +72,27 @@ void PlanningCore::onState(const dds::ActuationState& state) {
 void PlanningCore::onStatus(const dds::ControlStatus& status) {
   status_ = status;
   if (!active()) return publish();
-  if (lock_step_) return;
   bool enabled = true;
   for (std::size_t k = 0; k < status.arm_count; ++k) {
-    enabled = enabled && status.operating_state[k] == static_cast<std::uint8_t>(safety::OperatingState::kEnabled);
+    const auto state = static_cast<safety::OperatingState>(status.operating_state[k]);
+    // A pause is a pause; without power the run is over, so that a later `enable` moves nothing.
+    if (state == safety::OperatingState::kDisabled || state == safety::OperatingState::kFault) {
+      return end(setup_.robot.arms[k].name + " became " + std::string(safety::name(state)));
+    }
+    enabled = enabled && state == safety::OperatingState::kEnabled;
   }
+  if (lock_step_) return;
   if (enabled && status.answers_reference == sequence_) {
     advance();
   } else {
     publish();
   }
+}
+
+void PlanningCore::end(const std::string& why) {
+  spdlog::error("trajectory {} ends: {}", trajectory_id_, why);
+  follower_.fail();
+  publish();
 }
 
 void PlanningCore::refresh() {
@@ -94,13 +103,9 @@ void PlanningCore::refresh() {
 void PlanningCore::advance() {
   Eigen::Vector3d tip, relative;
   if (!measured(follower_.spec(), tip, relative)) {
-    spdlog::error("the measured joints are not valid: the trajectory ends");
-    follower_.stop();
-  } else {
-    const int before = follower_.progress().point;
-    follower_.update(tip, relative, reference_);
-    if (follower_.progress().point != before) spdlog::debug("point {}", follower_.progress().point);
+    return end("the measured joints are not valid");
   }
+  follower_.update(tip, relative, reference_);
   if (!active()) spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(follower_.progress().phase));
   publish();
 }

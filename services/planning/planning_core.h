@@ -36,6 +36,7 @@ class PlanningCore {
   bool measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip, Eigen::Vector3d& relative) const;
   void advance();
   void publish();
+  void end(const std::string& why);
   bool active() const;
 
   const Setup& setup_;

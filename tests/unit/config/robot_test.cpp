@@ -291,8 +291,9 @@ TEST(Robot, ThereIsAPlaceEvenForSyntaxErrors) {
   expectRefusal(good, {"[a]", "[a", "arms: [a\n", 9, "", "YAML syntax"}, load_file);
   expectRefusal(good, {"[a]", "]", "]", 0, "", "YAML syntax"}, load_file);
   expectRefusal(good, {good, "", "", 0, "", "found an empty file"}, load_file);
-  expectRefusal(good, {"name", "---\nname", "name", 0, "", "found 2 YAML documents"}, load_file);
+  expectRefusal(good, {"name", "---\nname", "---", 0, "", "found text after the end of the YAML document"}, load_file);
   expectRefusal(good, {good, "- 1\n", "- 1", 0, "tandem", "found a list of 1"}, load_file);
+  expectRefusal(good, {"tandem", ", tandem", ", tandem", 0, "", "found text after the end"}, load_file);
   try {
     loadRobot("/nowhere/robot.yaml");
     ADD_FAILURE() << "accepted";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 
@@ -30,7 +31,7 @@ bool decode(const std::vector<unsigned char>& bytes, M& message) {
   GuardedSupport<M> support;
   auto sample = std::make_unique<Sample<M>>();
   Payload payload(static_cast<std::uint32_t>(bytes.size()));
-  std::memcpy(payload.data, bytes.data(), bytes.size());
+  std::copy(bytes.begin(), bytes.end(), payload.data);
   payload.length = static_cast<std::uint32_t>(bytes.size());
   EXPECT_TRUE(support.deserialize(&payload, static_cast<typename Wire<M>::Generated*>(sample.get())));
   if (sample->decoded) {

@@ -51,8 +51,11 @@ TEST(Gate, WildCommandsEndInsideAndNeverBeyondTheRequest) {
     ASSERT_EQ(gate.check(commandTo(wish), now, rest, next).faults, 0u);
     ASSERT_LE(largestViolation(gate.limits(), next), 0.0);
     for (Eigen::Index j = 0; j < now.size(); ++j) {
-      ASSERT_GE(next[j], std::min(now[j], wish[j]));
-      ASSERT_LE(next[j], std::max(now[j], wish[j]));
+      // Between now and the wish; or carried along by the inner neighbour, no farther than that one goes.
+      const bool between = next[j] >= std::min(now[j], wish[j]) && next[j] <= std::max(now[j], wish[j]);
+      const bool outer = j > 0 && j < now.size() / 2;
+      const bool carried = outer && std::abs(next[j] - now[j]) <= std::abs(next[j - 1] - now[j - 1]) + 1e-12;
+      ASSERT_TRUE(between || carried) << "joint " << j;
       ASSERT_LE(std::abs(next[j] - now[j]), gate.limits().joints[j].velocity * kPeriod * (1.0 + 1e-9) + 1e-15);
     }
     ArmVector again;
@@ -98,19 +101,33 @@ TEST(Gate, WhatIsInsidePassesUntouched) {
   }
 }
 
-TEST(Gate, TakesACoupledRowBackInProportion) {
+TEST(Gate, CarriesAnOuterCarriageAlong) {
   const Gate gate(twoTubes());
+  const ArmVector now = vector4(-0.100, -0.080, 0.0, 0.0);
+  // Tube 1 closes 20 mm of a gap of 15 mm: tube 2 goes 5 mm with it, whatever it wanted.
+  ArmVector next;
+  const GateReport report = gate.check(commandTo(vector4(-0.080, -0.090, 0.3, 0.0)), now, vector4(0, 0, 0, 0), next);
+  EXPECT_EQ(next[0], -0.080);
+  EXPECT_NEAR(next[1], -0.075, 1e-12);
+  EXPECT_EQ(next[2], 0.3);
+  EXPECT_TRUE(report[Guard::kCoupledRow].acted);
+  EXPECT_EQ(report[Guard::kCoupledRow].joint, 1);
+  EXPECT_NEAR(report[Guard::kCoupledRow].amount, 0.015, 1e-12);
+  EXPECT_FALSE(report[Guard::kPosition].acted);
+}
+
+TEST(Gate, TakesACoupledRowBackInProportionWhereNothingCanBeCarried) {
+  ArmLimits limits = twoTubes();
+  limits.joints[1].upper = -0.080;  // the outer stage ends here
+  const Gate gate(limits);
   const ArmVector now = vector4(-0.100, -0.080, 0.0, 0.0);
   // Tube 1 closes 20 mm, tube 2 closes 10 mm of a gap of 15 mm: 15 mm too much, two thirds of it from tube 1.
   ArmVector next;
   const GateReport report = gate.check(commandTo(vector4(-0.080, -0.090, 0.3, 0.0)), now, vector4(0, 0, 0, 0), next);
   EXPECT_NEAR(next[0], -0.090, 1e-12);
   EXPECT_NEAR(next[1], -0.085, 1e-12);
-  EXPECT_EQ(next[2], 0.3);
-  EXPECT_TRUE(report[Guard::kCoupledRow].acted);
   EXPECT_EQ(report[Guard::kCoupledRow].joint, 0);
   EXPECT_NEAR(report[Guard::kCoupledRow].amount, 0.010, 1e-12);
-  EXPECT_FALSE(report[Guard::kPosition].acted);
 }
 
 TEST(Gate, ReportsWhichGuardWhichJointAndHowMuch) {
@@ -118,9 +135,9 @@ TEST(Gate, ReportsWhichGuardWhichJointAndHowMuch) {
   limits.joints[1].velocity = 0.010;
   limits.joints[2].slew_limit = 2.0;
   const Gate gate(limits);
-  const ArmVector now = vector4(-0.290, -0.100, 0.0, 0.0);
+  const ArmVector now = vector4(-0.290, -0.150, 0.0, 0.0);
   ArmVector next;
-  const GateReport report = gate.check(commandTo(vector4(-0.310, -0.098, 0.1, 0.0)), now, vector4(0, 0, 0.5, 0), next);
+  const GateReport report = gate.check(commandTo(vector4(-0.310, -0.148, 0.1, 0.0)), now, vector4(0, 0, 0.5, 0), next);
   EXPECT_TRUE(report[Guard::kPosition].acted);
   EXPECT_EQ(report[Guard::kPosition].joint, 0);
   EXPECT_NEAR(report[Guard::kPosition].amount, 0.010, 1e-12);
@@ -131,7 +148,7 @@ TEST(Gate, ReportsWhichGuardWhichJointAndHowMuch) {
   EXPECT_EQ(report[Guard::kSlew].joint, 2);
   EXPECT_NEAR(report[Guard::kSlew].amount, 0.3, 1e-12);
   EXPECT_NEAR(next[0], -0.300, 1e-15);
-  EXPECT_NEAR(next[1], -0.099, 1e-15);
+  EXPECT_NEAR(next[1], -0.149, 1e-15);
   EXPECT_NEAR(next[2], 0.07, 1e-15);
 }
 

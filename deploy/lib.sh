@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+# What the scripts of this folder share; sourced, with `set -euo pipefail` in force. Sets `root`, the source tree.
+# shellcheck shell=bash
+
+root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+say() { printf '==> %s\n' "$*"; }
+
+die() {
+  printf '%s: %s\n' "$(basename -- "$0")" "$*" >&2
+  exit 1
+}
+
+# Names in packages.txt, one a line.
+packages() { sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$root/deploy/packages.txt"; }
+
+# Those of them that dpkg does not have installed.
+missing_packages() {
+  local package
+  while read -r package; do
+    dpkg-query -W -f='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || printf '%s\n' "$package"
+  done < <(packages)
+}
+
+require_debian() {
+  local id='' version='' name='an unknown system'
+  if [[ -r /etc/os-release ]]; then
+    # shellcheck disable=SC1091
+    id=$(. /etc/os-release && printf '%s' "${ID:-}")
+    # shellcheck disable=SC1091
+    version=$(. /etc/os-release && printf '%s' "${VERSION_ID:-}")
+    # shellcheck disable=SC1091
+    name=$(. /etc/os-release && printf '%s' "${PRETTY_NAME:-$id}")
+  fi
+  [[ $id == debian ]] || die "this is $name, not Debian 12. Install what deploy/packages.txt names in your system's way,
+then run this script with --no-install."
+  [[ $version == 12 ]] || say "this is $name; Tandem is developed on Debian 12, other versions may fail to build"
+}
+
+# Runs a command as root: as it is, or through sudo.
+as_root() {
+  if ((EUID == 0)); then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo "$@"
+  else
+    die "packages are missing and this user can neither be root nor use sudo. As root:
+  apt-get install $(missing_packages | tr '\n' ' ')"
+  fi
+}
+
+# Installs what is missing; without network and without apt where nothing is.
+install_packages() {
+  local missing
+  require_debian
+  mapfile -t missing < <(missing_packages)
+  if ((${#missing[@]} == 0)); then
+    say "all packages are installed"
+    return
+  fi
+  say "installing ${#missing[@]} missing packages: ${missing[*]}"
+  as_root apt-get -q -o DPkg::Lock::Timeout=300 update ||
+    die "apt-get update failed; is there a network, and may this user use sudo?"
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=300 \
+    install --no-install-recommends "${missing[@]}" || die "apt-get could not install: ${missing[*]}"
+  mapfile -t missing < <(missing_packages)
+  ((${#missing[@]} == 0)) || die "still missing after the installation: ${missing[*]}"
+}
+
+# With --no-install: says what a build may fail for. Not an error, the libraries may come from elsewhere.
+report_packages() {
+  command -v dpkg-query >/dev/null || return 0
+  local missing
+  mapfile -t missing < <(missing_packages)
+  ((${#missing[@]} == 0)) || say "not installed, and left so: ${missing[*]}"
+}
+
+# Compilations at a time: one a core, and 1.5 GB of memory for each.
+build_jobs() {
+  local cores memory
+  cores=$(nproc)
+  memory=$(awk '/^MemAvailable:/ {print int($2 / 1572864)}' /proc/meminfo 2>/dev/null || true)
+  memory=${memory:-1}
+  printf '%d' $((memory < 1 ? 1 : memory < cores ? memory : cores))
+}
+
+# build PRESET [TARGET...]: configures and builds.
+build() {
+  local preset=$1 tool
+  shift
+  for tool in cmake ninja c++ fastddsgen /usr/bin/python3; do
+    command -v "$tool" >/dev/null || die "$tool: not found; run without --no-install, or install deploy/packages.txt"
+  done
+  mkdir -p "$root/build" 2>/dev/null || true
+  [[ -w $root/build ]] || die "$root/build: not writable for $(id -un); make it yours, or use a copy of the sources"
+  say "configuring preset $preset in $root/build/$preset"
+  # Debian's Python has the packages of packages.txt; another one in PATH need not.
+  (cd "$root" && cmake --preset "$preset" -DPython3_EXECUTABLE=/usr/bin/python3) ||
+    die "cmake could not configure preset $preset"
+  say "building with $(build_jobs) jobs"
+  (cd "$root" && cmake --build --preset "$preset" -j "$(build_jobs)" ${1:+--target "$@"}) || die "the build failed"
+}

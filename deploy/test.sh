@@ -1,0 +1,79 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what is missing, builds, and runs the tests.
+set -euo pipefail
+# shellcheck source=deploy/lib.sh
+source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
+
+usage() {
+  cat <<'TEXT'
+Usage: deploy/test.sh [--preset NAME] [--no-install] [CTEST ARGUMENTS]
+
+Installs the Debian packages that are missing, builds, and runs ctest. All other arguments go to ctest. Tests with the
+label `long` run only where a label is asked for with -L. Unit tests run two at a time, all others one by one:
+they start processes in real time. Ends with ctest's exit code.
+
+  --preset NAME  release (default), debug, asan-ubsan, tsan
+  --no-install   use what is installed; neither apt nor root is needed
+  --help         this text
+
+Examples:
+  deploy/test.sh                    everything but the long tests
+  deploy/test.sh -L unit            one label
+  deploy/test.sh -R Gate            tests whose names hold Gate
+  deploy/test.sh --preset tsan      with the thread sanitizer
+TEXT
+}
+
+install=true preset=release exclude='' long=false
+arguments=()
+while (($# > 0)); do
+  case $1 in
+    --no-install) install=false ;;
+    --preset)
+      (($# > 1)) || die "--preset: expected a name"
+      preset=$2
+      shift
+      ;;
+    --preset=*) preset=${1#*=} ;;
+    -LE | --label-exclude)
+      # Several -LE of ctest exclude what matches all of them; here they are joined into one that excludes each.
+      (($# > 1)) || die "$1: expected a regular expression"
+      exclude+="|$2"
+      shift
+      ;;
+    -h | --help) usage && exit 0 ;;
+    *)
+      [[ $1 != -L && $1 != --label-regex ]] || long=true
+      arguments+=("$1")
+      ;;
+  esac
+  shift
+done
+$long || exclude+='|^long$'
+
+if $install; then install_packages; else report_packages; fi
+build "$preset"
+results=$(mktemp -d)
+trap 'rm -rf "$results"' EXIT
+cd "$root/build/$preset"
+
+ran=false status=0
+# run NAME JOBS SELECTION...: those of the tests asked for that SELECTION holds; nothing where there are none.
+run() {
+  local name=$1 jobs=$2 count code=0
+  shift 2
+  count=$(ctest -N ${arguments[@]+"${arguments[@]}"} "$@" | sed -n 's/^Total Tests: //p') || return 1
+  ((${count:-0} > 0)) || return 0
+  ran=true
+  say "$name tests: $count, $jobs at a time"
+  ctest -j "$jobs" --output-on-failure ${arguments[@]+"${arguments[@]}"} "$@" | tee "$results/$name" || code=$?
+  ((status != 0)) || status=$code
+}
+run unit 2 -L '^unit$' ${exclude:+-LE "${exclude#|}"}
+run other 1 -LE "^unit\$$exclude"
+
+$ran || die "no test matches: ${arguments[*]}"
+say "summary, preset $preset"
+(cd "$results" && grep -H 'tests passed' -- * | sed 's/:/ tests: /') || true
+exit "$status"

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "experiments/closed_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "experiments/comparison.h"
+#include "experiments/csv.h"
+
+namespace tandem::test {
+namespace {
+
+struct Table3 : ::testing::Test {
+  config::Experiment experiment = config::loadExperiment(TANDEM_PRESETS "/experiments/table3.yaml");
+  config::Robot robot = config::loadRobot(experiment.robot);
+  experiments::RobotModel model{robot};
+  planning::Gains gains{experiment.relative_gain, experiment.tip_gain};
+
+  experiments::RunRecord run(const experiments::RunPlan& plan) {
+    return experiments::runOffline(robot, model, plan, gains, 0.1);
+  }
+};
+
+TEST_F(Table3, ReproducesThePublishedSignature) {
+  std::vector<experiments::RunSummary> summaries;
+  for (const auto& plan : experiments::plan(experiment)) summaries.push_back(run(plan).summary());
+  ASSERT_EQ(summaries.size(), 24u);
+  const auto rows = experiments::compare(summaries, experiment.published);
+  ASSERT_EQ(rows.size(), 8u);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto& row = rows[i];
+    EXPECT_EQ(row.converged, row.points) << i;
+    EXPECT_EQ(row.limit_violations, 0) << i;
+    EXPECT_LE(row.a.max, 0.88e-3) << i;
+    EXPECT_LE(row.ab.max, row.method == control::Method::kNspwln ? 0.35e-3 : 0.13e-3) << i;
+    EXPECT_EQ(row.published == nullptr, row.method == control::Method::kNspwlnJoint);
+  }
+  for (std::size_t first : {0u, 4u}) {  // nspwln, nspwln-joint, nspqp, snsqp
+    EXPECT_NEAR(rows[first].iterations / rows[first + 2].iterations, 2.0, 0.2);
+    EXPECT_NEAR(rows[first + 1].iterations / rows[first + 2].iterations, 1.0, 0.05);
+  }
+}
+
+TEST_F(Table3, SameDigitsEveryTime) {
+  for (const auto& plan : experiments::plan(experiment)) {
+    if (plan.key.name() != "lissajous-1-nspwln") continue;
+    std::ostringstream first, second;
+    experiments::writeRun(first, run(plan), robot);
+    experiments::writeRun(second, run(plan), robot);
+    EXPECT_EQ(first.str(), second.str());
+    EXPECT_NE(first.str().find("point,iteration,beta_a1,beta_a2,beta_a3,alpha_a1,alpha_a2,alpha_a3,beta_b1,"),
+              std::string::npos);
+  }
+}
+
+TEST_F(Table3, RelativePositionCanMoveAlong) {
+  auto plan = experiments::plan(experiment).front();
+  plan.key.method = control::Method::kSnsqp;
+  plan.trajectory.relative = {planning::Line{{0.0, -0.005, 0.0}}};
+  const auto record = run(plan);
+  EXPECT_EQ(record.summary().converged, 100);
+  const auto& first = record.rows().front().facts.reference.tasks[0].position;
+  const auto& last = record.rows().back().facts.reference.tasks[0].position;
+  EXPECT_NEAR((last - first).norm(), 0.005, 0.0001);
+}
+
+TEST(Csv, NumbersReadBackToTheSameValue) {
+  for (const double value : {0.1, -1e-300, 3.0, 1.0 / 3.0, 12345678.9}) {
+    EXPECT_EQ(std::stod(experiments::number(value)), value);
+  }
+  EXPECT_EQ(experiments::number(std::nan("")), "");
+}
+
+TEST(Csv, BadRowsSayWhy) {
+  std::istringstream in("1,2\n1,x\n1\n\n1,nan\r\n 3 ,\t4\n");
+  const auto rows = experiments::readRows(in, 2);
+  ASSERT_EQ(rows.size(), 6u);
+  EXPECT_TRUE(rows[0].error.empty());
+  EXPECT_EQ(rows[1].error, "line 2 column 2: found 'x', expected a number");
+  EXPECT_EQ(rows[2].error, "line 3: found 1 numbers, expected 2");
+  EXPECT_FALSE(rows[3].error.empty());
+  EXPECT_EQ(rows[4].error, "line 5 column 2: found 'nan', expected a finite number");
+  EXPECT_TRUE(rows[5].error.empty());
+  EXPECT_EQ(rows[5].values[1], 4.0);
+}
+
+}  // namespace
+}  // namespace tandem::test

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/reference_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/safety/allocation_counter.h"
+#include "tests/unit/support/ark_problem.h"
+
+namespace tandem::test {
+namespace {
+
+struct TrackerTest : ::testing::Test {
+  ArkProblem ark;
+  planning::ReferenceTracker make(control::Method method) {
+    return {{&ark.a, &ark.b}, {&ark.limits, &ark.limits}, method, {}, {5.0, 3.0}};
+  }
+  safety::RobotVector start(int configuration) {
+    safety::RobotVector q(12);
+    q << arkStart(configuration, 0), arkStart(configuration, 1);
+    return q;
+  }
+  planning::Reference at(const planning::TrackResult& here, const Eigen::Vector3d& move) {
+    const Eigen::Vector3d a = here.tip[0].pose.translation(), b = here.tip[1].pose.translation();
+    planning::Reference r;
+    r.task_count = 2;
+    r.tasks[0] = {planning::TaskKind::kRelativePosition, 0, 1, a - b, Eigen::Vector3d::Zero()};
+    r.tasks[1] = {planning::TaskKind::kTipPosition, 0, 0, a + move, Eigen::Vector3d::Zero()};
+    return r;
+  }
+};
+
+TEST_F(TrackerTest, MovesTheTipTowardTheReferenceAndHoldsTheRelativePosition) {
+  for (int c = 0; c < 3; ++c) {
+    auto tracker = make(control::Method::kNspqp);
+    planning::TrackResult result;
+    const auto q = start(c);
+    ASSERT_TRUE(tracker.computeTips(q, result));
+    const Eigen::Vector3d move(c == 0 ? -0.4e-3 : 0, c == 0 ? 0 : 0.4e-3, 0);
+    const auto reference = at(result, move);
+    tracker.step(q, q, reference, result);
+    ASSERT_EQ(result.status, planning::TrackStatus::kOk);
+    EXPECT_NEAR(result.error[0], 0.0, 1e-15);
+    EXPECT_NEAR(result.error[1], 0.4e-3, 1e-12);
+    safety::RobotVector next = q + 0.1 * result.solution.velocity;
+    planning::TrackResult after;
+    ASSERT_TRUE(tracker.computeTips(next, after));
+    const Eigen::Vector3d a = after.tip[0].pose.translation(), b = after.tip[1].pose.translation();
+    EXPECT_NEAR((reference.tasks[1].position - a).norm(), 0.7 * 0.4e-3, 0.03e-3);  // 1 - lambda_A T
+    EXPECT_LT((reference.tasks[0].position - (a - b)).norm(), 0.02e-3);
+  }
+}
+
+TEST_F(TrackerTest, RefusesReferencesThatMakeNoSense) {
+  auto tracker = make(control::Method::kSnsqp);
+  planning::TrackResult result;
+  const auto q = start(0);
+  ASSERT_TRUE(tracker.computeTips(q, result));
+  const auto good = at(result, Eigen::Vector3d::Zero());
+  const auto refused = [&](auto change) {
+    auto bad = good;
+    change(bad);
+    tracker.step(q, q, bad, result);
+    return result.status == planning::TrackStatus::kReference && result.solution.velocity.isZero(0.0);
+  };
+  EXPECT_TRUE(refused([](auto& r) { r.tasks[1].position.x() = std::nan(""); }));
+  EXPECT_TRUE(refused([](auto& r) { r.tasks[1].feed_forward.z() = INFINITY; }));
+  EXPECT_TRUE(refused([](auto& r) { r.tasks[1].arm = 2; }));
+  EXPECT_TRUE(refused([](auto& r) { r.tasks[0].other_arm = 0; }));
+  EXPECT_TRUE(refused([](auto& r) { r.tasks[0].kind = static_cast<planning::TaskKind>(9); }));
+  EXPECT_TRUE(refused([](auto& r) { r.task_count = 5; }));
+}
+
+TEST_F(TrackerTest, SaysWhichModelCannotAnswer) {
+  auto tracker = make(control::Method::kNspqp);
+  planning::TrackResult result;
+  auto q = start(0);
+  q[8] = std::nan("");
+  tracker.step(q, q, planning::Reference{}, result);
+  EXPECT_EQ(result.status, planning::TrackStatus::kModel);
+  EXPECT_EQ(result.model_arm, 1);
+}
+
+TEST_F(TrackerTest, StepAllocatesNothing) {
+  if (!canCountAllocations()) GTEST_SKIP() << "sanitizers bring their own allocator";
+  for (int m = 0; m < control::kMethodCount; ++m) {
+    auto tracker = make(static_cast<control::Method>(m));
+    planning::TrackResult result;
+    const auto q = start(1);
+    ASSERT_TRUE(tracker.computeTips(q, result));
+    const auto reference = at(result, {0, 0.5e-3, 0});
+    const std::size_t before = allocationCount();
+    for (int i = 0; i < 50; ++i) tracker.step(q, q, reference, result);
+    EXPECT_EQ(allocationCount(), before) << control::name(static_cast<control::Method>(m));
+  }
+}
+
+}  // namespace
+}  // namespace tandem::test

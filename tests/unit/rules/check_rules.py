@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks a source tree against the rules of the house: who may include whom, what the periodic path may not contain,
+and how every file begins and ends.
+
+    check_rules.py TREE    prints a line `FILE:LINE: what is wrong` for each violation; ends with 1 if there is any
+"""
+
+import pathlib
+import re
+import sys
+
+LIBRARIES = ["safety", "kinematics", "control", "planning", "hal", "sim", "config", "experiments", "recording"]
+
+# What the files of a room may include besides its own. The longest prefix of a file's path counts.
+MAY_USE = {
+    "safety": [],
+    "kinematics": ["safety"],
+    "control": ["safety"],
+    "planning": ["safety", "kinematics", "control"],
+    "hal": ["safety"],
+    "sim": ["safety", "kinematics"],
+    "sim/drives": ["safety", "kinematics", "hal/can", "hal/canopen"],
+    "config": ["safety", "kinematics", "control", "planning", "hal", "sim"],
+    "experiments": ["safety", "kinematics", "control", "planning", "hal", "sim", "config"],
+    "recording": [],
+    "idl": [],
+    "services": LIBRARIES,
+    "python": LIBRARIES + ["services/dds"],
+    "bench": LIBRARIES + ["services/dds"],
+    # Tests mirror what they test, the parts of services included.
+    "tests": LIBRARIES + ["services"],
+    "deploy": [],
+    "console": [],
+}
+
+FAST_DDS = re.compile(r"fastdds/|fastrtps/|fastcdr/|\w+PubSubTypes\.h")
+SEES_FAST_DDS = ["idl", "services/dds", "bench", "tests/integration/wire", "tests/unit/dds"]
+
+# Folders whose code runs in the periodic path; they print nothing, wait for nothing and hold no threads.
+PERIODIC = ["safety", "control", "kinematics", "planning", "sim"]
+FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthread|mutex|condition_variable)\b"
+                       r"|\bsleep_(?:for|until)\b|\b(?:u|nano)?sleep\s*\(|\bf?printf\s*\(|<iostream>"
+                       r"|\bsystem_clock\b")
+
+MOST_LINES = 400
+CODE = {".h", ".hpp", ".c", ".cc", ".cpp"}
+SOURCE = CODE | {".py", ".sh", ".ts", ".tsx", ".idl"}
+LICENSE = "SPDX-License-Identifier: Apache-2.0"
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\\n])*")', re.DOTALL)
+
+
+def within(path, folders):
+    """Whether a path lies in one of the folders, or is one."""
+    return any(path == folder or path.startswith(folder + "/") for folder in folders)
+
+
+def home(path):
+    """Key of MAY_USE that governs a file, None outside all rooms."""
+    keys = [key for key in MAY_USE if within(path, [key])]
+    return max(keys, key=len) if keys else None
+
+
+def without_comments(text):
+    """The code with comments blanked out; lines keep their numbers, string literals stay."""
+    return COMMENT.sub(lambda m: m.group(1) or "\n" * m.group(0).count("\n"), text)
+
+
+def check_includes(path, lines):
+    """Violations of the dependency rule; yields (line number, text)."""
+    key = home(path)
+    room = path.split("/")[0]
+    for number, line in enumerate(lines, 1):
+        match = INCLUDE.match(line)
+        if not match:
+            continue
+        target = match.group(2)
+        if FAST_DDS.match(target) and not within(path, SEES_FAST_DDS):
+            yield number, f"includes {target}: only {', '.join(SEES_FAST_DDS)} see Fast DDS and its generated types"
+        used = target.split("/")[0]
+        if "/" not in target or used not in MAY_USE or used == room:
+            continue
+        if not within(target, MAY_USE[key]):
+            yield number, f"includes {target}: {key} may use {', '.join(MAY_USE[key]) or 'no other room'}"
+
+
+def check_file(tree, path):
+    """All violations of one file; yields (line number, text)."""
+    text = (tree / path).read_text(encoding="utf-8")
+    lines = text.splitlines()
+    suffix = pathlib.PurePosixPath(path).suffix
+    first = 1 if lines and lines[0].startswith("#!") else 0
+    if len(lines) <= first or LICENSE not in lines[first]:
+        yield first + 1, f"does not begin with {LICENSE}"
+    if len(lines) >= MOST_LINES:
+        yield len(lines), f"has {len(lines)} lines, fewer than {MOST_LINES} are allowed"
+    if suffix not in CODE:
+        return
+    if suffix in {".h", ".hpp"} and "#pragma once" not in text:
+        yield 1, "has no #pragma once"
+    code = without_comments(text).splitlines()
+    yield from check_includes(path, code)
+    if within(path, PERIODIC):
+        for number, line in enumerate(code, 1):
+            match = FORBIDDEN.search(line)
+            if match:
+                yield number, f"{match.group(0).strip()} has no place in the periodic path"
+
+
+def sources(tree):
+    """Source files of a tree as relative posix paths, sorted; hidden, built and installed ones excepted."""
+    skipped = {"build", "results", "node_modules", "dist", "__pycache__"}
+    for file in sorted(tree.rglob("*")):
+        path = file.relative_to(tree)
+        hidden = any(part.startswith(".") or part in skipped for part in path.parts)
+        if not hidden and file.suffix in SOURCE and file.is_file():
+            yield path.as_posix()
+
+
+def check(tree):
+    """All violations of a tree, as lines of text, and the number of files seen."""
+    found, count = [], 0
+    for path in sources(tree):
+        count += 1
+        if home(path) is None:
+            found.append(f"{path}:1: lies in no room; there are {', '.join(MAY_USE)}")
+            continue
+        found += [f"{path}:{number}: {text}" for number, text in check_file(tree, path)]
+    return found, count
+
+
+def main():
+    tree = pathlib.Path(sys.argv[1])
+    found, count = check(tree)
+    for line in found:
+        print(line)
+    print(f"{count} files, {len(found)} violations")
+    return 1 if found or count == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

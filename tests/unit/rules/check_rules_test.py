@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The check of the rules can fail: for each rule a tree that breaks it once, and one beside it that keeps it."""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import check_rules
+
+SPDX = "// SPDX-License-Identifier: Apache-2.0\n"
+HEADER = SPDX + "#pragma once\n"
+
+# path, content, and what the only violation has to say; None: there is none.
+CASES = [
+    ("control/a.h", HEADER + '#include "safety/limits.h"\n', None),
+    ("control/a.h", HEADER + '#include "kinematics/arm_model.h"\n', "control may use safety"),
+    ("safety/a.cpp", SPDX + '#include "control/resolver.h"\n', "safety may use no other room"),
+    ("safety/a.cpp", SPDX + '#include "safety/limits.h"\n', None),
+    ("planning/a.cpp", SPDX + '#include "kinematics/a.h"\n#include "control/a.h"\n', None),
+    ("sim/a.cpp", SPDX + '#include "hal/can/frame.h"\n', "sim may use"),
+    ("sim/drives/a.cpp", SPDX + '#include "hal/can/frame.h"\n', None),
+    ("sim/drives/a.cpp", SPDX + '#include "hal/drive.h"\n', "sim/drives may use"),
+    ("experiments/a.cpp", SPDX + '#include "services/dds/bus.h"\n', "experiments may use"),
+    ("recording/a.cpp", SPDX + '#include "safety/limits.h"\n', "recording may use no other room"),
+    ("bench/a.cpp", SPDX + '#include "services/dds/bus.h"\n', None),
+    ("bench/a.cpp", SPDX + '#include "services/control/control_core.h"\n', "bench may use"),
+    ("config/a.cpp", SPDX + '  #  include "experiments/csv.h"\n', "config may use"),
+    ("config/a.cpp", SPDX + '// #include "experiments/csv.h"\n/* #include "services/x.h" */\n', None),
+    ("services/cli/a.cpp", SPDX + '#include "tests/unit/a.h"\n', "services may use"),
+    ("services/cli/a.cpp", SPDX + "#include <fastdds/dds/core/status/StatusMask.hpp>\n", "see Fast DDS"),
+    ("services/cli/a.cpp", SPDX + '#include "tandem_msgsPubSubTypes.h"\n', "see Fast DDS"),
+    ("services/dds/a.cpp", SPDX + "#include <fastdds/dds/core/status/StatusMask.hpp>\n", None),
+    ("tests/unit/dds/a.cpp", SPDX + '#include "tandem_msgsPubSubTypes.h"\n', None),
+    ("tests/unit/sim/a.cpp", SPDX + "#include <fastcdr/Cdr.h>\n", "see Fast DDS"),
+    ("sim/a.cpp", SPDX + "void f() { std::cout << 1; }\n", "std::cout"),
+    ("planning/a.cpp", SPDX + "void f() { std::this_thread::sleep_for(s); }\n", "std::this_thread"),
+    ("control/a.cpp", SPDX + "std::mutex m;\n", "std::mutex"),
+    ("kinematics/a.cpp", SPDX + "// std::cout would be wrong here\n/* sleep_for\n too */\nint i;\n", None),
+    ("services/cli/a.cpp", SPDX + "void f() { std::cout << 1; }\n", None),
+    ("safety/a.cpp", "int i;\n", "does not begin with SPDX"),
+    ("safety/a.cpp", "\n" + SPDX, "does not begin with SPDX"),
+    ("safety/a.cpp", "", "does not begin with SPDX"),
+    ("deploy/a.sh", "#!/bin/sh\n# SPDX-License-Identifier: Apache-2.0\n", None),
+    ("deploy/a.sh", "#!/bin/sh\n", "does not begin with SPDX"),
+    ("safety/a.h", SPDX, "has no #pragma once"),
+    ("safety/a.cpp", SPDX + "int i;\n" * 398, None),
+    ("safety/a.cpp", SPDX + "int i;\n" * 399, "has 400 lines"),
+    ("attic/a.cpp", SPDX, "lies in no room"),
+    ("build/release/a.cpp", "int i;\n", None),
+]
+
+
+class CheckRulesTest(unittest.TestCase):
+    def test_each_rule(self):
+        for path, content, wanted in CASES:
+            with self.subTest(path=path, wanted=wanted), tempfile.TemporaryDirectory() as folder:
+                tree = pathlib.Path(folder)
+                (tree / path).parent.mkdir(parents=True)
+                (tree / path).write_text(content, encoding="utf-8")
+                found, _ = check_rules.check(tree)
+                if wanted is None:
+                    self.assertEqual(found, [])
+                else:
+                    self.assertEqual(len(found), 1, found)
+                    self.assertTrue(found[0].startswith(path + ":"), found)
+                    self.assertIn(wanted, found[0])
+
+    def test_line_numbers_survive_comments(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tree = pathlib.Path(folder)
+            (tree / "sim").mkdir()
+            (tree / "sim/a.cpp").write_text(SPDX + '/* a\n b */\nauto s = "// no comment";  // one\nstd::mutex m;\n')
+            found, count = check_rules.check(tree)
+            self.assertEqual(count, 1)
+            self.assertEqual(len(found), 1)
+            self.assertTrue(found[0].startswith("sim/a.cpp:5:"), found)
+
+    def test_exit_codes(self):
+        """0 for a good tree, 1 for a bad one and for one without sources, which is no tree of ours."""
+        for content, wanted in [(SPDX, 0), ("int i;\n", 1), (None, 1)]:
+            with self.subTest(content=content), tempfile.TemporaryDirectory() as folder:
+                if content is not None:
+                    (pathlib.Path(folder) / "sim").mkdir()
+                    (pathlib.Path(folder) / "sim/a.cpp").write_text(content)
+                command = [sys.executable, check_rules.__file__, folder]
+                done = subprocess.run(command, stdout=subprocess.DEVNULL, check=False)
+                self.assertEqual(done.returncode, wanted)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/unit/safety/allocation_counter.h"
+#include "tests/unit/services/system.h"
+
+namespace tandem::test {
+namespace {
+
+using dds::ControlKind;
+using safety::Fault;
+using safety::OperatingState;
+using safety::StateCommand;
+
+bool faulted(const System& s, Fault fault) { return (s.output.status.faults[0] & bit(fault)) != 0; }
+
+TEST(ControlCore, OneCommanderAtATime) {
+  System s;
+  s.run(0.2);
+  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 7).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).code, dds::ReplyCode::kLeaseTaken);
+  EXPECT_EQ(s.command(StateCommand::kEnable, 8).code, dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.command(StateCommand::kEnable, 7).code, dds::ReplyCode::kOk);
+  s.run(0.3);
+  EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
+  EXPECT_EQ(s.command(StateCommand::kPause, 8).code, dds::ReplyCode::kOk);  // anybody may take power away
+  EXPECT_EQ(s.order(ControlKind::kReleaseLease, 7).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).code, dds::ReplyCode::kOk);
+}
+
+TEST(ControlCore, EnablingDoesNotMove) {
+  System s;
+  s.run(0.3);
+  const auto before = s.state.position;
+  s.order(ControlKind::kAcquireLease);
+  s.command(StateCommand::kEnable);
+  for (int i = 0; i < 800; ++i) {
+    s.tick();
+    ASSERT_EQ(s.state.position, before);
+    if (i % 300 == 0) s.order(ControlKind::kKeepLease);
+  }
+  EXPECT_EQ(s.drives(0), OperatingState::kEnabled);
+  EXPECT_EQ(s.drives(1), OperatingState::kEnabled);
+}
+
+TEST(ControlCore, FollowsAReferenceAtBothRates) {
+  for (const char* deployment : {"laptop", "laptop-1khz"}) {
+    System s(deployment);
+    s.getMoving();
+    EXPECT_FALSE(s.standing()) << deployment;
+    const double ended = s.until(
+        [&] {
+          if (s.ticks % 200 == 0) s.order(ControlKind::kKeepLease);
+          return s.reference_message.phase == static_cast<std::uint8_t>(planning::Phase::kFinished);
+        },
+        20.0);
+    EXPECT_GT(ended, 0.0) << deployment;
+    EXPECT_LT(s.output.status.faults[0], 1u) << deployment;
+    for (std::uint64_t count : s.hal.guard_count) EXPECT_EQ(count, 0u) << deployment;
+  }
+}
+
+TEST(ControlCore, StopsWhenPlanningFallsSilent) {
+  System s;
+  s.getMoving();
+  ASSERT_FALSE(s.standing());
+  s.planning_runs = false;
+  const double seconds = s.until([&] { return s.standing(); }, 1.0);
+  EXPECT_GE(seconds, 0.0);
+  EXPECT_LE(seconds, 0.25 + 0.1 + 5e-3 / 0.1 + 0.01);  // budget, one period, ramp
+  s.run(0.2);
+  EXPECT_TRUE(faulted(s, Fault::kReferenceTimeout));
+  s.planning_runs = true;  // it comes back: nothing moves
+  const auto there = s.state.position;
+  s.run(1.0);
+  EXPECT_EQ(s.state.position, there);
+  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kNotLeaseHolder);  // and the lease has gone as well
+}
+
+TEST(ControlCore, SimulatedDrivesStopWhenControlFallsSilent) {
+  System s;
+  s.getMoving();
+  s.control_runs = false;
+  const double seconds = s.until([&] { return s.standing(); }, 1.0);
+  EXPECT_GE(seconds, 0.0);
+  EXPECT_LE(seconds, 0.3 + 5e-3 / 0.1);
+  s.run(0.4);
+  EXPECT_EQ(s.drives(0), OperatingState::kFault);
+  EXPECT_TRUE(s.state.faults[0] & bit(Fault::kCommandTimeout));
+  s.control_runs = true;
+  const auto there = s.state.position;
+  s.run(1.0);
+  EXPECT_EQ(s.state.position, there);
+  EXPECT_EQ(s.shown(0), OperatingState::kFault);
+}
+
+TEST(ControlCore, StopsWhenStatesNoLongerArrive) {
+  System s;
+  s.getMoving();
+  s.state_link = false;
+  const double seconds = s.until([&] { return s.standing(); }, 2.0);
+  EXPECT_GE(seconds, 0.0);
+  EXPECT_LE(seconds, 0.3 + 0.1 + 5e-3 / 0.1 + 0.3);
+  EXPECT_TRUE(faulted(s, Fault::kStateTimeout) || s.drives(0) == OperatingState::kFault);
+}
+
+TEST(ControlCore, StopsWhenTheCommanderFallsSilent) {
+  System s;
+  s.getMoving();
+  const double seconds = s.until([&] { return faulted(s, Fault::kLeaseLost); }, 3.0);
+  EXPECT_GE(seconds, 0.0);
+  EXPECT_LE(seconds, 1.0 + 0.2);
+  s.run(0.5);
+  EXPECT_TRUE(s.standing());
+}
+
+TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
+  System s;
+  s.getMoving();
+  s.sim.onStop();
+  s.control.stop();
+  s.run(0.3);
+  EXPECT_TRUE(s.standing());
+  EXPECT_TRUE(faulted(s, Fault::kStopRequested));
+  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kWrongState);
+  EXPECT_EQ(s.command(StateCommand::kResume).code, dds::ReplyCode::kWrongState);
+  s.order(ControlKind::kKeepLease);
+  EXPECT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
+  s.run(0.3);
+  EXPECT_EQ(s.shown(0), OperatingState::kDisabled);
+  EXPECT_EQ(s.output.status.faults[0], 0u);
+  const auto there = s.state.position;
+  s.order(ControlKind::kAcquireLease);
+  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kOk);
+  s.run(0.3);
+  EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
+  EXPECT_EQ(s.order(ControlKind::kKeepLease).code, dds::ReplyCode::kOk);
+  s.run(0.5);
+  EXPECT_EQ(s.state.position, there);  // the trajectory of before is over
+  EXPECT_EQ(s.reference_message.phase, static_cast<std::uint8_t>(planning::Phase::kFailed));
+}
+
+TEST(ControlCore, PauseHoldsAndResumeGoesOn) {
+  System s;
+  s.getMoving();
+  EXPECT_EQ(s.command(StateCommand::kPause).code, dds::ReplyCode::kOk);
+  s.run(0.4);
+  EXPECT_TRUE(s.standing());
+  EXPECT_EQ(s.shown(0), OperatingState::kPaused);
+  const auto there = s.state.position;
+  s.order(ControlKind::kKeepLease);
+  s.run(0.5);
+  EXPECT_EQ(s.state.position, there);
+  s.order(ControlKind::kKeepLease);
+  EXPECT_EQ(s.command(StateCommand::kResume).code, dds::ReplyCode::kOk);
+  s.run(0.6);
+  EXPECT_NE(s.state.position, there);
+}
+
+TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
+  System s;
+  s.run(0.3);
+  s.order(ControlKind::kAcquireLease);
+  s.command(StateCommand::kEnable);
+  s.run(0.3);
+  service::ControlOrder move;
+  move.client = 7;
+  move.request = 3;
+  move.kind = ControlKind::kMoveJp;
+  move.arm = 0;
+  move.joint_count = 6;
+  std::copy_n(s.state.position.begin(), 6, move.joints.begin());
+  move.joints[0] += 0.2;  // past the entry
+  EXPECT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOutsideLimits);
+  move.joints[0] -= 0.2;
+  for (int j : {0, 1, 2}) move.joints[static_cast<std::size_t>(j)] -= 0.004;
+  move.joints[4] += 0.3;
+  ASSERT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOk);
+  const double seconds = s.until(
+      [&] {
+        if (s.ticks % 200 == 0) s.order(ControlKind::kKeepLease);
+        return s.ticks > 0 && s.output.status.busy[0] == 0 && s.standing() && std::abs(s.state.position[0] - move.joints[0]) < 1e-9;
+      },
+      20.0);
+  EXPECT_GT(seconds, 0.5);
+  for (std::size_t j = 0; j < 6; ++j) EXPECT_NEAR(s.state.position[j], move.joints[j], 1e-9);
+}
+
+TEST(ControlCore, ARestartedRobotDoesNotMoveByItself) {
+  System s;
+  s.getMoving();
+  service::Setup again = s.setup;
+  again.session = s.setup.session + 1;
+  service::SimCore fresh(again);
+  dds::ActuationState state;
+  fresh.state(s.now, state);
+  s.control.onState(state);
+  s.state_link = false;
+  s.control.cycle(s.now, false, s.output);
+  EXPECT_EQ(s.shown(0), OperatingState::kFault);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ(s.output.command.moving[k], 0);
+}
+
+TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
+  System s;
+  s.getMoving();
+  dds::ControlRequest request;
+  request.client = 7;
+  request.request = 9;
+  request.kind = static_cast<std::uint8_t>(ControlKind::kSetMethod);
+  request.text = "snsqp";
+  dds::Reply refusal;
+  auto order = s.desk.parse(request, refusal);
+  ASSERT_TRUE(order);
+  EXPECT_EQ(s.desk.settle(s.control.order(*order, s.now)).accepted, 0);
+  dds::PlanningRequest stop;
+  stop.client = 7;
+  stop.kind = 4;
+  std::optional<dds::Path> path;
+  s.planning.onRequest(stop, path);
+  s.run(0.3);
+  s.order(ControlKind::kKeepLease);
+  order = s.desk.parse(request, refusal);
+  ASSERT_TRUE(order);
+  EXPECT_EQ(s.desk.settle(s.control.order(*order, s.now)).accepted, 1);
+  s.run(0.2);
+  EXPECT_EQ(s.output.status.method, static_cast<std::uint8_t>(control::Method::kSnsqp));
+  request.text = "newton";
+  EXPECT_FALSE(s.desk.parse(request, refusal));
+  EXPECT_NE(refusal.reason.find("newton"), std::string::npos);
+}
+
+TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
+  if (!canCountAllocations()) GTEST_SKIP() << "sanitizers bring their own allocator";
+  for (const char* method : {"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"}) {
+    System s("laptop-1khz");
+    s.setup.deployment.method = *control::methodFromName(method);
+    service::OrderDesk desk(s.setup, s.model);
+    service::ControlCore control(s.setup, s.model, desk.makeTracker());
+    s.getMoving();
+    const dds::ActuationState state = s.state;
+    dds::PlanningReference reference = s.reference_message;
+    ASSERT_GT(reference.task_count, 0);
+    // The same moment for a control of each method: enabled, following.
+    service::ControlOrder order;
+    order.client = 7;
+    order.kind = ControlKind::kAcquireLease;
+    service::CycleOutput output;
+    control.onState(state);
+    control.cycle(s.now, false, output);
+    control.order(order, s.now);
+    order.kind = ControlKind::kStateCommand;
+    order.command = StateCommand::kEnable;
+    ASSERT_EQ(control.order(order, s.now).code, dds::ReplyCode::kOk);
+    std::size_t allocated = 0;
+    for (int i = 0; i < 200; ++i) {
+      dds::ActuationState next = state;
+      next.sequence += static_cast<std::uint64_t>(i);
+      next.answers_command = reference.answers_control = static_cast<std::uint64_t>(i) + 1;
+      const std::size_t before = allocationCount();
+      control.onState(next);
+      control.onReference(reference);
+      control.cycle(s.now + i * 1'000'000, false, output);
+      s.sim.step(s.now + i * 1'000'000);
+      s.sim.state(s.now + i * 1'000'000, s.state);
+      s.sim.onCommand(output.command, s.now + i * 1'000'000);
+      allocated += allocationCount() - before;
+    }
+    EXPECT_EQ(allocated, 0u) << method;
+    EXPECT_GT(output.status.task_count, 0) << method;  // it did follow
+  }
+}
+
+}  // namespace
+}  // namespace tandem::test

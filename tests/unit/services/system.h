@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Simulator, control and planning wired together without DDS, on a clock that the test moves. */
+#pragma once
+
+#include "services/control/control_core.h"
+#include "services/planning/planning_core.h"
+#include "services/sim/sim_core.h"
+
+namespace tandem::test {
+
+inline service::Setup makeSetup(const std::string& deployment) {
+  service::Setup setup;
+  setup.deployment = config::loadDeployment(std::string(TANDEM_PRESETS) + "/deployments/" + deployment + ".yaml");
+  setup.robot = config::loadRobot(setup.deployment.robot);
+  setup.session = service::randomIdentity();
+  return setup;
+}
+
+/** Real time, 1 kHz simulator; control at its own period. Links can be cut. */
+struct System {
+  explicit System(const std::string& deployment = "laptop")
+      : setup(makeSetup(deployment)), model(setup.robot), desk(setup, model), sim(setup),
+        control(setup, model, desk.makeTracker()), planning(setup) {
+    control_every = static_cast<std::int64_t>(setup.deployment.control_period / setup.deployment.sim_period + 0.5);
+  }
+
+  /// One millisecond.
+  void tick() {
+    now += 1'000'000;
+    sim.step(now);
+    sim.state(now, state);
+    sim.status(hal);
+    if (state_link) {
+      control.onState(state);
+      planning.onState(state);
+    }
+    if (control_runs && ++ticks % control_every == 0) {
+      if (planning_runs) {
+        planning.onStatus(output.status);
+        if (const auto reference = planning.take()) {
+          reference_message = *reference;
+          control.onReference(*reference);
+        }
+      }
+      control.cycle(now, false, output);
+      if (command_link) sim.onCommand(output.command, now);
+    }
+  }
+  void run(double seconds) {
+    for (int i = 0; i < static_cast<int>(seconds * 1000 + 0.5); ++i) tick();
+  }
+  /// Ticks until the condition holds. @return seconds, or a negative number after `most`.
+  template <class Condition>
+  double until(Condition condition, double most) {
+    for (int i = 0; i < static_cast<int>(most * 1000); ++i) {
+      if (condition()) return 1e-3 * i;
+      tick();
+    }
+    return condition() ? most : -1.0;
+  }
+
+  service::OrderReply order(dds::ControlKind kind, std::uint64_t client = 7) {
+    service::ControlOrder o;
+    o.client = client;
+    o.request = 1;
+    o.kind = kind;
+    return control.order(o, now);
+  }
+  service::OrderReply command(safety::StateCommand command, std::uint64_t client = 7) {
+    service::ControlOrder o;
+    o.client = client;
+    o.request = 1;
+    o.kind = dds::ControlKind::kStateCommand;
+    o.command = command;
+    return control.order(o, now);
+  }
+  dds::Reply start(const planning::TrajectorySpec& spec, std::uint64_t client = 7) {
+    dds::PlanningRequest request;
+    request.client = client;
+    request.kind = 1;
+    request.trajectory = config::formatTrajectory(spec);
+    std::optional<dds::Path> path;
+    return planning.onRequest(request, path);
+  }
+  bool standing() const {
+    for (double v : state.velocity) {
+      if (v != 0.0) return false;
+    }
+    return true;
+  }
+  safety::OperatingState drives(int arm) const {
+    return static_cast<safety::OperatingState>(state.operating_state[static_cast<std::size_t>(arm)]);
+  }
+  safety::OperatingState shown(int arm) const {
+    return static_cast<safety::OperatingState>(output.status.operating_state[static_cast<std::size_t>(arm)]);
+  }
+  /// Lease, enable, a long line: moving.
+  void getMoving() {
+    run(0.3);
+    order(dds::ControlKind::kAcquireLease);
+    command(safety::StateCommand::kEnable);
+    run(0.3);
+    order(dds::ControlKind::kKeepLease);
+    planning::TrajectorySpec spec;
+    spec.name = "line";
+    spec.shape = planning::Line{{0.0, 0.02, 0.0}};
+    spec.following = planning::Following::kTimed;
+    spec.speed = 3e-3;
+    start(spec);
+    run(0.8);
+    order(dds::ControlKind::kKeepLease);
+  }
+
+  service::Setup setup;
+  experiments::RobotModel model;
+  service::OrderDesk desk;
+  service::SimCore sim;
+  service::ControlCore control;
+  service::PlanningCore planning;
+  dds::ActuationState state;
+  dds::HalStatus hal;
+  dds::PlanningReference reference_message;
+  service::CycleOutput output;
+  std::int64_t now = 1'000'000'000, ticks = 0, control_every = 100;
+  bool state_link = true, command_link = true, control_runs = true, planning_runs = true;
+};
+
+}  // namespace tandem::test

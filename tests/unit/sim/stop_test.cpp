@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Each cause of a stop: it stops within its budget, latches what it should, and clears as the table says. */
+#include "tests/unit/sim/drives_fixture.h"
+
+namespace tandem::test {
+namespace {
+
+using safety::bit;
+using safety::Guard;
+
+class Stop : public DrivesFixture {
+ protected:
+  /// After a stop: latched against everything but `disable`, and still until enabled anew.
+  void expectLatchedAndClearedOnlyByDisable(safety::FaultMask faults) {
+    expectFault(faults);
+    for (const DriveRequest what : {DriveRequest::kEnable, DriveRequest::kPause, DriveRequest::kResume}) {
+      request(what);
+      expectFault(faults);
+    }
+    expectNothingMoves();
+    request(DriveRequest::kDisable);
+    for (int arm = 0; arm < 2; ++arm) {
+      EXPECT_EQ(drives.state(arm), OperatingState::kDisabled);
+      EXPECT_EQ(drives.faults(arm), 0u);
+    }
+    expectNothingMoves();
+    request(DriveRequest::kEnable);
+    EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
+    const ArmVector before = drives.plant(0).position();
+    move(fullSpeed());
+    run(kPeriod);
+    EXPECT_NE(drives.plant(0).position(), before);
+  }
+};
+
+TEST_F(Stop, SilenceStopsAtTheEndOfTheSegmentAndLatchesAfterTheBudget) {
+  bringToSpeed();
+  const std::int64_t last_command = now - 50'000'000;
+  // Half a segment is left, then the ramp.
+  const double time = timeToStand(0.5 * kPeriod + kStopTime);
+  EXPECT_GT(time, 0.5 * kPeriod);
+  EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
+  const double budget = safety::Budgets{}.commandAge(kPeriod);
+  while (drives.state(0) == OperatingState::kEnabled && now - last_command < 1'000'000'000)
+    tick();
+  EXPECT_NEAR(1e-9 * static_cast<double>(now - last_command), budget, 1.5 * kTick);
+  expectLatchedAndClearedOnlyByDisable(bit(Fault::kCommandTimeout));
+}
+
+TEST_F(Stop, StopTopicStopsWithinTheRampInEveryState) {
+  bringToSpeed();
+  drives.stop();
+  timeToStand(kStopTime);
+  expectLatchedAndClearedOnlyByDisable(bit(Fault::kStopRequested));
+  request(DriveRequest::kDisable);
+  drives.stop();
+  expectFault(bit(Fault::kStopRequested));
+}
+
+TEST_F(Stop, BadStreamStopsAllArms) {
+  struct Case {
+    const char* name;
+    void (*spoil)(sim::Command&);
+    Fault fault;
+    Guard guard;
+  };
+  const Case cases[] = {
+      {"stale", [](sim::Command& c) { c.head.age = 0.301; }, Fault::kStaleCommand, Guard::kFresh},
+      {"repeated", [](sim::Command& c) { --c.head.sequence; }, Fault::kOutOfSequence, Guard::kSequence},
+      {"foreign", [](sim::Command& c) { c.head.session = 666; }, Fault::kOutOfSequence, Guard::kSequence},
+      {"one arm", [](sim::Command& c) { c.head.arm_count = 1; }, Fault::kUnknownArm, Guard::kKnownArm},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.name);
+    bringToSpeed();
+    const std::uint64_t count = drives.guards()[each.guard].count;
+    sim::Command command = moveCommand(fullSpeed());
+    each.spoil(command);
+    EXPECT_FALSE(drives.command(command, now));
+    EXPECT_EQ(drives.guards()[each.guard].count, count + 2);
+    timeToStand(kStopTime);
+    expectLatchedAndClearedOnlyByDisable(bit(each.fault));
+    request(DriveRequest::kDisable);
+    timeToStand(kStopTime);
+  }
+}
+
+TEST_F(Stop, BadMotionStopsTheArmItIsFor) {
+  struct Case {
+    const char* name;
+    int element;
+    double value;
+    Fault fault;
+    Guard guard;
+  };
+  const Case cases[] = {{"NaN", 2, std::nan(""), Fault::kNotFinite, Guard::kFinite},
+                        {"infinity", 0, safety::kUnlimited, Fault::kNotFinite, Guard::kFinite},
+                        {"step", 1, 0.5, Fault::kStepTooLarge, Guard::kStep}};
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.name);
+    bringToSpeed();
+    sim::Command command = moveCommand(fullSpeed());
+    command.position[safety::kMaxJointsPerArm + each.element] = each.value;
+    EXPECT_TRUE(drives.command(command, now));
+    EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
+    EXPECT_EQ(drives.faults(1), bit(each.fault));
+    EXPECT_EQ(drives.guards()[each.guard].arm, 1);
+    run(kStopTime + 2 * kTick);
+    EXPECT_TRUE(drives.standing(1));
+    EXPECT_FALSE(drives.standing(0)) << "the other arm goes on";
+    request(DriveRequest::kDisable);
+    timeToStand(kStopTime);
+  }
+}
+
+TEST_F(Stop, AxisFailuresStopTheWholeArm) {
+  struct Case {
+    sim::AxisFault axis;
+    Fault fault;
+    bool stands;  ///< the cause reports itself for as long as it lasts
+  };
+  for (const Case& each :
+       {Case{sim::AxisFault::kOff, Fault::kDrive, true}, Case{sim::AxisFault::kStuck, Fault::kDrive, false},
+        Case{sim::AxisFault::kGarbage, Fault::kSensor, true}, Case{sim::AxisFault::kInvalid, Fault::kSensor, true}}) {
+    SCOPED_TRACE(sim::name(each.axis));
+    bringToSpeed();
+    ASSERT_TRUE(drives.inject(1, 0, each.axis));
+    // A stuck axis shows when it has fallen back by the following error: 0.5 mm at 10 mm/s.
+    const double detection = each.axis == sim::AxisFault::kStuck ? 0.05 : 0.0;
+    run(detection + kStopTime + 3 * kTick);
+    EXPECT_TRUE(drives.standing(1));
+    EXPECT_EQ(drives.faults(1), bit(each.fault));
+    EXPECT_EQ(drives.valid(1), each.fault != Fault::kSensor);
+    EXPECT_LE(safety::largestViolation(fixtureLimits(), drives.plant(1).position()), 1e-9);
+    request(DriveRequest::kDisable);
+    EXPECT_EQ(drives.state(1) == OperatingState::kFault, each.stands);
+    drives.inject(1, 0, sim::AxisFault::kNone);
+    request(DriveRequest::kDisable);
+    EXPECT_EQ(drives.state(1), OperatingState::kDisabled);
+    timeToStand(kStopTime);
+    const ArmVector before = drives.plant(1).position();
+    run(0.1);
+    EXPECT_EQ(drives.plant(1).position(), before) << "an axis that recovers does not move by itself";
+  }
+}
+
+TEST_F(Stop, EnablingWithAStandingCauseSaysWhy) {
+  drives.inject(0, 3, sim::AxisFault::kOff);
+  request(DriveRequest::kEnable);
+  EXPECT_EQ(drives.state(0), OperatingState::kFault);
+  EXPECT_EQ(drives.faults(0), bit(Fault::kDrive));
+  EXPECT_EQ(drives.state(1), OperatingState::kEnabled);
+}
+
+TEST_F(Stop, PauseAndDisableStopWithinTheRampAndResumeWaitsForAFreshCommand) {
+  bringToSpeed();
+  request(DriveRequest::kPause);
+  EXPECT_EQ(drives.state(0), OperatingState::kPaused);
+  timeToStand(kStopTime);
+  expectNothingMoves();
+  run(1.0);
+  EXPECT_EQ(drives.state(0), OperatingState::kPaused) << "a paused arm may wait without commands";
+  sim::Command command = moveCommand(fullSpeed());
+  command.request.fill(DriveRequest::kResume);
+  drives.command(command, now);
+  EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
+  const ArmVector before = drives.plant(0).position();
+  run(0.05);
+  EXPECT_EQ(drives.plant(0).position(), before) << "motion that was computed while paused does not count";
+  move(fullSpeed());
+  run(0.05);
+  EXPECT_NE(drives.plant(0).position(), before);
+  request(DriveRequest::kDisable);
+  EXPECT_EQ(drives.state(0), OperatingState::kDisabled);
+  timeToStand(kStopTime);
+  expectNothingMoves();
+}
+
+TEST_F(Stop, AHoldStopsWithinTheRampAndHolds) {
+  bringToSpeed();
+  drives.command(nextCommand(), now);
+  timeToStand(kStopTime);
+  const ArmVector before = drives.plant(0).position();
+  for (int i = 0; i < 20; ++i) {
+    drives.command(nextCommand(), now);
+    run(kPeriod);
+  }
+  EXPECT_EQ(drives.plant(0).position(), before);
+  EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
+}
+
+TEST_F(Stop, NothingMovesOnReconnect) {
+  bringToSpeed();
+  timeToStand(kPeriod + kStopTime);
+  // Before the budget is over, another commander comes; the arms are still ENABLED by the first one.
+  ASSERT_EQ(drives.state(0), OperatingState::kEnabled);
+  session = 43;
+  sequence = 0;
+  EXPECT_TRUE(drives.command(nextCommand(), now));
+  EXPECT_EQ(drives.state(0), OperatingState::kDisabled);
+  expectNothingMoves();
+  // The first one comes back: it has lost the arms, too.
+  session = 42;
+  sequence = 1000;
+  expectNothingMoves();
+  request(DriveRequest::kEnable);
+  EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
+  // A foreign session while the arms move is a fault, not a takeover.
+  move(fullSpeed());
+  run(0.05);
+  sim::Command foreign = nextCommand();
+  foreign.head.session = 43;
+  EXPECT_FALSE(drives.command(foreign, now));
+  expectFault(bit(Fault::kOutOfSequence));
+}
+
+}  // namespace
+}  // namespace tandem::test

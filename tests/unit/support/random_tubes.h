@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Random concentric tube arms with limits that belong to them. */
+#pragma once
+
+#include <numbers>
+
+#include "kinematics/concentric_tube.h"
+#include "tests/unit/safety/random_arm.h"
+
+namespace tandem::test {
+
+/// An arm of 2 to 4 tubes that fit into each other, anywhere in space, with a tool.
+inline kinematics::ConcentricTubeArm randomArm(Random& random) {
+  kinematics::ConcentricTubeArm arm;
+  const int n = random.integer(2, 4);
+  double inner = random.uniform(0.5e-3, 1.0e-3), length = random.uniform(0.3, 0.5);
+  for (int i = 0; i < n; ++i) {
+    kinematics::Tube tube;
+    tube.inner_diameter = inner;
+    tube.outer_diameter = inner + random.uniform(0.1e-3, 0.4e-3);
+    tube.youngs_modulus = random.uniform(40e9, 80e9);
+    tube.poisson_ratio = random.uniform(0.2, 0.5);
+    tube.curved_length = random.uniform(0.0, 0.8) * length;
+    tube.straight_length = length - tube.curved_length;
+    tube.curvature = random.chance(0.15) ? 0.0 : random.uniform(-15.0, 15.0);
+    arm.tubes.push_back(tube);
+    inner = tube.outer_diameter + random.uniform(0.02e-3, 0.1e-3);
+    length *= random.uniform(0.5, 0.9);
+  }
+  const auto pose = [&] {
+    Eigen::Isometry3d t = Eigen::Isometry3d::Identity();
+    t.linear() = Eigen::Quaterniond::UnitRandom().toRotationMatrix();
+    t.translation() = 0.05 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    return t;
+  };
+  arm.base = pose();
+  arm.tool = pose();
+  return arm;
+}
+
+inline safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm, double velocity = safety::kUnlimited,
+                                  double acceleration = safety::kUnlimited) {
+  safety::TubeLimitSpec spec;
+  for (const kinematics::Tube& tube : arm.tubes) {
+    spec.tube_length.push_back(tube.length());
+    spec.stage_minimum.push_back(-tube.length());
+    spec.stage_maximum.push_back(0.0);
+  }
+  spec.carriage_spacing.assign(arm.tubes.size() - 1, 0.0);
+  spec.minimum_extension.assign(arm.tubes.size() - 1, 0.0);
+  spec.translation.velocity = velocity;
+  spec.translation.approach_acceleration = acceleration;
+  return safety::makeTubeLimits(spec);
+}
+
+/// One arm of Alsaka et al. 2024, Table 1, with the curvatures of the preset ark2024; `y` of its base, m.
+inline kinematics::ConcentricTubeArm arkArm(double y) {
+  kinematics::ConcentricTubeArm arm;
+  arm.tubes = {{1.524e-3, 1.3e-3, 58e9, 0.6, 0.387, 0.05, 10.0},
+               {1.8e-3, 1.62e-3, 58e9, 0.6, 0.267, 0.05, 5.0},
+               {2.164e-3, 2.0e-3, 58e9, 0.6, 0.149, 0.05, 7.0}};
+  arm.base.translation() = Eigen::Vector3d(0, y, 0);
+  return arm;
+}
+
+/// Table 2: configuration 0, 1, 2 of arm 0, 1.
+inline Eigen::VectorXd arkStart(int configuration, int arm) {
+  constexpr double deg = std::numbers::pi / 180.0;
+  Eigen::VectorXd q(6);
+  switch (2 * configuration + arm) {
+    case 0: q << -0.1, -0.08, -0.05, 45 * deg, 45 * deg, 45 * deg; break;
+    case 1: q << -0.08, -0.06, -0.03, 45 * deg, 45 * deg, 45 * deg; break;
+    case 2: q << -0.15, -0.1, -0.05, 180 * deg, 90 * deg, 45 * deg; break;
+    case 3: q << -0.13, -0.12, -0.1, 90 * deg, -60 * deg, -270 * deg; break;
+    default: q << -0.25, -0.2, -0.12, 0, 0, 0; break;
+  }
+  return q;
+}
+
+}  // namespace tandem::test
