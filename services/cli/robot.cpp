@@ -94,6 +94,7 @@ int moveJp(const Options& options) {
     return s.status.busy[arm] == 0;
   };
   if (!session.client.waitFor(600.0, reached)) {
+    session.client.interruptBy({});
     session.client.stateCommand("pause");
     throw Failure(kFailure, "move_jp ended before the goal was reached; the arms are paused");
   }
@@ -159,7 +160,10 @@ int runTrajectory(const Options& options) {
   if (!ended) {
     client.interruptBy({});
     client.stateCommand("pause");
-    throw Failure(kFailure, "interrupted; the arms are paused");
+    dds::PlanningRequest give_up;
+    give_up.kind = 4;
+    client.planning(give_up);
+    throw Failure(kFailure, "interrupted; the arms are paused, the trajectory is given up");
   }
   for (std::size_t k = 0; k < last.status.arm_count; ++k) {
     if (last.status.faults[k] != 0) {

@@ -28,10 +28,9 @@ ControlCore::ControlCore(const Setup& setup, const experiments::RobotModel& robo
   q_.setZero(robot.jointCount());
   velocity_.setZero(robot.jointCount());
   base_.setZero(robot.jointCount());
+  sent_.fill(velocity_);
   for (int k = 0; k < arm_count_; ++k) {
     arm_[k].home = setup.robot.arms[static_cast<std::size_t>(k)].home;
-    arm_[k].commanded.setZero(robot.size(k));
-    arm_[k].sent_velocity.setZero(robot.size(k));
     arm_[k].jog_velocity.setZero(robot.size(k));
   }
 }
@@ -48,17 +47,13 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
     ArmControl& arm = arm_[k];
     const auto i = static_cast<std::size_t>(k);
     // The drives started anew: whatever moved before does not move on.
-    if (new_session && arm.machine.state() != OperatingState::kDisabled) arm.machine.latch(bit(safety::Fault::kDrive));
-    if (state.faults[i] != 0 && state.answers_command >= arm.deaf_until) arm.machine.latch(state.faults[i]);
-    if (state.valid[i] == 0 && arm.machine.mayMove()) arm.machine.latch(bit(safety::Fault::kSensor));
+    if (new_session && arm.machine.state() != OperatingState::kDisabled) latch(k, bit(safety::Fault::kDrive));
+    if (state.faults[i] != 0 && state.answers_command >= arm.deaf_until) latch(k, state.faults[i]);
+    if (state.valid[i] == 0 && arm.machine.mayMove()) latch(k, bit(safety::Fault::kSensor));
     if (driveState(k) == OperatingState::kEnabled && arm.machine.mayMove()) {
-      if (arm.pending) {
-        arm.commanded = base(k);
-        arm.sent_velocity.setZero();
-      }
       arm.pending = false;
     } else if (arm.machine.mayMove() && !arm.pending) {
-      arm.machine.latch(bit(safety::Fault::kDrive));  // they left ENABLED by themselves
+      latch(k, bit(safety::Fault::kDrive));  // they left ENABLED by themselves
     }
     if (!arm.machine.mayMove()) arm.activity = Activity::kNone;
   }
@@ -67,7 +62,12 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
 void ControlCore::onReference(const dds::PlanningReference& reference) noexcept { reference_ = reference; }
 
 void ControlCore::stop() noexcept {
-  for (int k = 0; k < arm_count_; ++k) arm_[k].machine.latch(bit(safety::Fault::kStopRequested));
+  for (int k = 0; k < arm_count_; ++k) latch(k, bit(safety::Fault::kStopRequested));
+}
+
+void ControlCore::latch(int k, safety::FaultMask faults) noexcept {
+  arm_[k].machine.latch(faults);
+  spent_trajectory_ = reference_.trajectory_id;
 }
 
 OperatingState ControlCore::driveState(int k) const noexcept {
@@ -82,7 +82,7 @@ OperatingState ControlCore::shownState(int k) const noexcept {
 bool ControlCore::following() const noexcept {
   const auto phase = static_cast<planning::Phase>(reference_.phase);
   return (phase == planning::Phase::kRunning || phase == planning::Phase::kPaused) && reference_.task_count > 0 &&
-         reference_.state_session == state_.session;
+         reference_.state_session == state_.session && reference_.trajectory_id != spent_trajectory_;
 }
 
 bool ControlCore::moving() const noexcept {
@@ -94,7 +94,7 @@ bool ControlCore::moving() const noexcept {
 
 void ControlCore::latchMoving(safety::Fault fault) noexcept {
   for (int k = 0; k < arm_count_; ++k) {
-    if (arm_[k].machine.mayMove()) arm_[k].machine.latch(bit(fault));
+    if (arm_[k].machine.mayMove()) latch(k, bit(fault));
   }
 }
 
@@ -120,14 +120,13 @@ void ControlCore::readPositions() noexcept {
 }
 
 safety::ArmVector ControlCore::base(int k) const noexcept {
-  // What we sent last as far as it can still be on its way; else the setpoint that the gate let through.
-  const double in_flight =
-      lock_step_ ? 0.0 : static_cast<double>(std::min<std::uint64_t>(command_sequence_ - state_.answers_command, 100));
+  // The last setpoint that the gate let through, and what has been sent since and is on its way.
   safety::ArmVector from(robot_.size(k));
-  for (int j = 0; j < robot_.size(k); ++j) {
-    const double setpoint = state_.setpoint[index(k, j)];
-    const double reach = in_flight * period_ * std::abs(arm_[k].sent_velocity[j]);
-    from[j] = std::clamp(arm_[k].commanded[j], setpoint - reach, setpoint + reach);
+  for (int j = 0; j < robot_.size(k); ++j) from[j] = state_.setpoint[index(k, j)];
+  const std::uint64_t in_flight = command_sequence_ - state_.answers_command;
+  if (lock_step_ || in_flight >= kSentVelocities) return from;
+  for (std::uint64_t i = state_.answers_command + 1; i <= command_sequence_; ++i) {
+    from += period_ * sent_[i % kSentVelocities].segment(robot_.offset(k), robot_.size(k));
   }
   return from;
 }
@@ -233,7 +232,7 @@ void ControlCore::fillCommand(std::int64_t now, bool advance, dds::ActuationComm
   command.arm_count = static_cast<std::uint8_t>(arm_count_);
   command_times_.record(command.sequence, now);
   for (int k = 0; k < arm_count_; ++k) {
-    ArmControl& arm = arm_[k];
+    const ArmControl& arm = arm_[k];
     const auto i = static_cast<std::size_t>(k);
     command.request[i] = static_cast<std::uint8_t>(requestFor(k));
     command.moving[i] = moves_[i] && arm.machine.mayMove() ? 1 : 0;
@@ -242,8 +241,7 @@ void ControlCore::fillCommand(std::int64_t now, bool advance, dds::ActuationComm
       const double velocity = command.moving[i] != 0 ? velocity_[robot_.offset(k) + j] : 0.0;
       command.velocity[index(k, j)] = velocity;
       command.position[index(k, j)] = from[j] + period_ * velocity;
-      arm.commanded[j] = command.position[index(k, j)];
-      arm.sent_velocity[j] = velocity;
+      sent_[command.sequence % kSentVelocities][robot_.offset(k) + j] = velocity;
     }
   }
 }

@@ -80,8 +80,6 @@ class ControlCore {
     safety::ArmVector jog_velocity;
     std::int64_t jog_until = 0;
     safety::ArmVector home;
-    safety::ArmVector commanded;        ///< last setpoint sent
-    safety::ArmVector sent_velocity;
   };
 
   // Orders.
@@ -95,6 +93,7 @@ class ControlCore {
   bool following() const noexcept;
   bool moving() const noexcept;
   void latchMoving(safety::Fault fault) noexcept;
+  void latch(int arm, safety::FaultMask faults) noexcept;
   void readPositions() noexcept;
   void follow() noexcept;
   void moveJoints(int arm, std::int64_t now) noexcept;
@@ -117,6 +116,9 @@ class ControlCore {
 
   dds::ActuationState state_;
   dds::PlanningReference reference_;
+  static constexpr std::size_t kSentVelocities = 64;
+  std::array<safety::RobotVector, kSentVelocities> sent_;  ///< velocities of the last commands, by sequence
+  std::uint32_t spent_trajectory_ = 0;                     ///< was running when an arm lost power: never followed again
   SendTimes command_times_, status_times_;
   std::uint64_t command_sequence_ = 0, status_sequence_ = 0, answered_state_ = 0;
   std::int64_t first_cycle_ = 0;

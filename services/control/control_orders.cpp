@@ -92,7 +92,10 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
     switch (order.command) {
       case safety::StateCommand::kEnable:
       case safety::StateCommand::kResume: arm.pending = true; break;
-      case safety::StateCommand::kDisable: arm.deaf_until = command_sequence_ + 1; [[fallthrough]];
+      case safety::StateCommand::kDisable:
+        arm.deaf_until = command_sequence_ + 1;
+        spent_trajectory_ = reference_.trajectory_id;
+        [[fallthrough]];
       case safety::StateCommand::kPause:
         arm.pending = false;
         arm.activity = Activity::kNone;
@@ -109,8 +112,7 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
 bool ControlCore::startMotion(int k, const safety::ArmVector& goal) noexcept {
   ArmControl& arm = arm_[k];
   if (following() || shownState(k) != safety::OperatingState::kEnabled) return false;
-  arm.commanded = base(k);
-  arm.motion = safety::JointMotion(*robot_.limits()[static_cast<std::size_t>(k)], arm.commanded, goal);
+  arm.motion = safety::JointMotion(*robot_.limits()[static_cast<std::size_t>(k)], base(k), goal);
   arm.motion_time = 0.0;
   arm.activity = Activity::kMotion;
   return true;

@@ -27,7 +27,8 @@ PlanningCore::PlanningCore(const Setup& setup)
     : setup_(setup),
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
       robot_(setup.robot),
-      follower_(setup.deployment.control_period) {}
+      follower_(setup.deployment.control_period),
+      trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {}
 
 bool PlanningCore::active() const {
   const planning::Phase phase = follower_.progress().phase;
@@ -70,8 +71,11 @@ void PlanningCore::onState(const dds::ActuationState& state) {
 }
 
 void PlanningCore::onStatus(const dds::ControlStatus& status) {
+  const bool control_restarted = status_.session != 0 && status.session != status_.session;
   status_ = status;
   if (!active()) return publish();
+  if (control_restarted) return end("control restarted");
+  if (status.lease_holder != commander_) return end("its commander gave up or lost the control lease");
   bool enabled = true;
   for (std::size_t k = 0; k < status.arm_count; ++k) {
     const auto state = static_cast<safety::OperatingState>(status.operating_state[k]);
@@ -189,6 +193,7 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   }
   ++trajectory_id_;
   session_at_start_ = state_.session;
+  commander_ = request.client;
   spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, spec.name, spec.point_count);
   path.emplace();
   path->stamp = state_.stamp;

@@ -46,8 +46,9 @@ class PlanningCore {
   planning::Reference reference_;
   dds::ActuationState state_;
   dds::ControlStatus status_;
-  std::uint32_t trajectory_id_ = 0;
+  std::uint32_t trajectory_id_;        ///< starts anywhere: numbers of a former process are not given again
   std::uint64_t sequence_ = 0;
+  std::uint64_t commander_ = 0;         ///< client that started the running trajectory
   std::uint64_t session_at_start_ = 0;  ///< hal or sim session of the running trajectory
   std::optional<dds::PlanningReference> outgoing_;
 };

@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Starts and watches the real executables: deployments of one's own, `tandem up`, clients, and waiting for events.
+
+The folder of the executables is TANDEM_BIN, or the first argument of the test program.
+"""
+import fcntl
+import json
+import os
+import pathlib
+import queue
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[3]
+PRESETS = SOURCE / "config" / "presets"
+_bin = os.environ.get("TANDEM_BIN")
+_locks = []
+
+
+def main():
+    """Runs the tests of the calling program; a folder as first argument says where the executables are."""
+    global _bin
+    if len(sys.argv) > 1 and os.path.isdir(sys.argv[1]):
+        _bin = sys.argv.pop(1)
+    unittest.main(module="__main__", verbosity=2)
+
+
+def executable(name="tandem"):
+    if not _bin:
+        raise RuntimeError("TANDEM_BIN is not set and no folder of executables was given")
+    return str(pathlib.Path(_bin) / name)
+
+
+def seeded(test):
+    """A random generator whose seed is printed; TANDEM_SEED repeats a run."""
+    seed = int(os.environ.get("TANDEM_SEED", random.SystemRandom().randrange(2**32)))
+    print(f"{test.id()}: TANDEM_SEED={seed}", flush=True)
+    return random.Random(seed)
+
+
+def run(*arguments, text=None, timeout=60, program="tandem"):
+    """Runs a command to its end; stdout and stderr are texts."""
+    return subprocess.run([executable(program), *map(str, arguments)], input=text, capture_output=True, text=True,
+                          timeout=timeout, check=False)
+
+
+def free_domain():
+    """A DDS domain that no other test process on this machine uses while this one lives."""
+    numbers = list(range(101, 200))
+    random.SystemRandom().shuffle(numbers)
+    for number in numbers:
+        path = os.path.join(tempfile.gettempdir(), f"tandem-test-domain-{number}")
+        lock = os.open(path, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(lock)
+            continue
+        _locks.append(lock)
+        return number
+    raise RuntimeError("no free DDS domain")
+
+
+def deployment(folder, preset, **changes):
+    """A copy of a preset in `folder`, with a domain and a prefix of its own and other keys changed or appended."""
+    changes = {"robot": PRESETS / "robots" / "ark2024.yaml", "domain": free_domain(), "prefix": f"t{os.getpid()}", **changes}
+    lines = (PRESETS / "deployments" / f"{preset}.yaml").read_text().splitlines()
+    for key, value in changes.items():
+        kept = [line for line in lines if not line.startswith(f"{key}:")]
+        lines = kept + [f"{key}: {value}"]
+    path = pathlib.Path(folder) / f"{preset}.yaml"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def until(condition, seconds, what):
+    """Asks again and again until `condition` answers truthfully; every answer takes a look at the running system."""
+    deadline = time.monotonic() + seconds
+    while True:
+        answer = condition()
+        if answer:
+            return answer
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {seconds} s: {what}")
+
+
+def processes_of(text):
+    """Ids of living processes whose command line holds `text`."""
+    found = []
+    for folder in pathlib.Path("/proc").iterdir():
+        if not folder.name.isdigit():
+            continue
+        try:
+            words = (folder / "cmdline").read_bytes()
+            state = (folder / "stat").read_text().rsplit(")", 1)[1].split()[0]
+        except OSError:
+            continue  # it ended meanwhile
+        if text.encode() in words and state != "Z":
+            found.append(int(folder.name))
+    return found
+
+
+class System:
+    """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind."""
+
+    def __init__(self, path):
+        self.path = path
+        self.events = []
+        self._incoming = queue.Queue()
+        self.up = subprocess.Popen([executable(), "up", str(path), "--json", "--log", "warn"], stdout=subprocess.PIPE,
+                                   text=True, start_new_session=True)
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        try:
+            self.pids = self.event("started", 20)["pids"]
+            self.event("ready", 20)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def _read(self):
+        for line in self.up.stdout:
+            self._incoming.put((time.monotonic(), line))
+        self._incoming.put((time.monotonic(), ""))
+
+    def event(self, name, seconds):
+        """The next event of that name; the moment at which it came is in it as `at`, s."""
+        deadline = time.monotonic() + seconds
+        while True:
+            try:
+                at, line = self._incoming.get(timeout=max(0.0, deadline - time.monotonic()))
+            except queue.Empty:
+                raise AssertionError(f"`tandem up` did not say '{name}' within {seconds} s; it said {self.events}") from None
+            if not line:
+                self._incoming.put((at, ""))
+                raise AssertionError(f"`tandem up` ended without saying '{name}'; it said {self.events}")
+            event = {**json.loads(line), "at": at}
+            self.events.append(event)
+            if event["event"] == name:
+                return event
+
+    def close(self):
+        for pid in getattr(self, "pids", {}).values():
+            if pid in processes_of(str(self.path)):
+                os.kill(pid, signal.SIGCONT)
+        if self.up.poll() is None:
+            self.up.send_signal(signal.SIGINT)
+        try:
+            self.up.wait(10)
+        except subprocess.TimeoutExpired:
+            self.up.kill()
+            self.up.wait()
+        self._reader.join(10)
+        self.up.stdout.close()
+
+    # Commands.
+    def robot(self, *arguments, timeout=60):
+        return run("robot", "--deployment", self.path, *arguments, timeout=timeout)
+
+    def start_run(self, trajectory):
+        return subprocess.Popen([executable(), "robot", "--deployment", str(self.path), "run", str(trajectory)],
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+
+    def status(self):
+        answer = run("status", self.path, "--json", timeout=30)
+        if answer.returncode != 0:
+            raise AssertionError(f"tandem status: {answer.stderr}")
+        return json.loads(answer.stdout)
+
+    def joints(self):
+        return [arm["joints"] for arm in self.status()["arms"]]
+
+    def states(self):
+        return [arm["operating_state"] for arm in self.status()["arms"]]
+
+    def await_motion(self, run_process, seconds=15):
+        """Waits until a trajectory runs and the joints move."""
+        first = self.joints()
+
+        def moving():
+            if run_process.poll() is not None:
+                raise AssertionError(f"the run ended early: {run_process.communicate()}")
+            status = self.status()
+            return status["trajectory"]["phase"] == "running" and [a["joints"] for a in status["arms"]] != first
+
+        until(moving, seconds, "the arms move")
+
+    def assert_still(self, test, looks=4):
+        """Joints are the same to the last bit in `looks` looks, each of which sees new samples."""
+        first = self.joints()
+        for _ in range(looks - 1):
+            test.assertEqual(first, self.joints(), "a joint moves")
+        return first
+
+
+class SystemTest(unittest.TestCase):
+    """A test with a temporary folder and trajectories of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="tandem-test-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def trajectory(self, name, displacement_mm, **keys):
+        lines = ["tandem: trajectory/1", f"name: {name}", "shape:", f"  line: {{displacement_mm: {displacement_mm}}}"]
+        path = self.folder / f"{name}.yaml"
+        path.write_text("\n".join(lines + [f"{key}: {value}" for key, value in keys.items()]) + "\n")
+        return path
+
+    def long_line(self):
+        """Keeps the arms moving for about 20 s."""
+        return self.trajectory("long", [0, 20, 0], following="timed", speed_mm_per_s=1, acceleration_mm_per_s2=5)
+
+    def start(self, preset, **changes):
+        system = System(deployment(self.folder, preset, **changes))
+        self.addCleanup(system.close)
+        return system
+
+    def start_run(self, system, trajectory):
+        """A `tandem robot run` that is ended with the test."""
+        process = system.start_run(trajectory)
+
+        def end():
+            if process.poll() is None:
+                process.kill()
+            process.communicate()
+
+        self.addCleanup(end)
+        return process
+
+    def assert_ok(self, answer):
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        return answer
+
+    def assert_refused(self, answer, *reasons):
+        self.assertEqual(answer.returncode, 1, answer.stdout + answer.stderr)
+        for reason in reasons:
+            self.assertIn(reason, answer.stderr)
+
+    def assert_nothing_left(self):
+        until(lambda: not processes_of(str(self.folder)), 2, f"no process of {self.folder} is left")
