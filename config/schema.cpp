@@ -170,7 +170,7 @@ std::string defaultForPeople(const Field& field, bool is_choice) {
     return field.type == Type::kMapping ? (is_choice ? "" : "its defaults") : "none";
   std::string text = value.is_string() ? value.get<std::string>() : value.dump();
   if (unit && value != Json("unlimited"))
-    text += " " + unit->forPeople();
+    text.append(" ").append(unit->forPeople());
   return text;
 }
 

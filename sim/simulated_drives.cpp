@@ -122,7 +122,7 @@ void SimulatedDrives::checkDrives(Arm& arm) const noexcept {
   for (int j = 0; j < arm.supervisor.limits().jointCount(); ++j) {
     const double position = arm.plant.position()[j];
     // A drive that dies while its arm stops must not catch up when it comes back.
-    if (arm.plant.fault(j) == AxisFault::kOff && (powered || arm.supervisor.reference()[j] != position)) {
+    if (arm.plant.fault(j) == AxisFault::kOff && (powered || !arm.supervisor.standing())) {
       arm.supervisor.latchAxisFailure(j, position);
     }
   }

@@ -103,6 +103,26 @@ int moveJp(const Options& options) {
   return done(options, "the arm is there");
 }
 
+int home(const Options& options) {
+  Session session(options, true);
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kHome);
+  session.client.control(request);
+  const std::uint64_t asked = session.client.snapshot().status.sequence;
+  const bool there = session.client.waitFor(600.0, [&](const Snapshot& s) {
+    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
+      if (s.status.faults[k] != 0) return true;
+      if (s.status.busy[k] != 0) return false;
+    }
+    return s.status.sequence > asked + 1;
+  });
+  session.client.interruptBy({});
+  if (!there) session.client.stateCommand("pause");
+  if (!there || session.client.snapshot().status.faults[0] != 0) throw Failure(kFailure, "the arms did not get home");
+  session.client.releaseLease();
+  return done(options, "the arms are at home");
+}
+
 int setMethod(const Options& options) {
   Session session(options, true);
   dds::ControlRequest request;
@@ -205,6 +225,7 @@ void registerRobot(CLI::App& app, int& exit_code) {
   move->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
   move->add_option("joints", options->joints, "beta_1..beta_n alpha_1..alpha_n, m and rad; -- before negative numbers")
       ->required();
+  add("home", "move all ENABLED arms to the home of the robot file", home);
   CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);
   method->add_option("name", options->name, "nsp, nspwln, nspwln-joint, nspqp or snsqp")->required();
   CLI::App* set = add("set", "set a parameter of the method or a gain", setMethod);

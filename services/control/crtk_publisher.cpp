@@ -3,6 +3,7 @@
 
 #include "planning/reference.h"
 #include "safety/operating_state.h"
+#include "services/common/periodic_loop.h"
 
 namespace tandem::service {
 namespace {
@@ -14,7 +15,7 @@ std::size_t index(int arm, int joint) { return static_cast<std::size_t>(arm * sa
 }  // namespace
 
 CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
-    : robot_(robot), config_(setup.robot), frame_(setup.deployment.prefix + "_base") {
+    : robot_(robot), frame_(setup.deployment.prefix + "_base"), diagnostics_(bus, setup.name, setup.robot.name) {
   for (const config::Arm& from : setup.robot.arms) {
     Arm arm;
     arm.name = from.name;
@@ -33,6 +34,7 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiment
 }
 
 void CrtkPublisher::publish(const Moment& moment) {
+  publishDiagnostics(moment);
   for (int k = 0; k < robot_.armCount(); ++k) {
     Arm& arm = arms_[static_cast<std::size_t>(k)];
     publishState(arm, k, moment);
@@ -106,6 +108,26 @@ void CrtkPublisher::publishState(Arm& arm, int k, const Moment& moment) {
   if (same) return;  // the topic is latched: late readers get the last one
   arm.operating_state.write(state);
   arm.last_state = state;
+}
+
+void CrtkPublisher::publishDiagnostics(const Moment& moment) {
+  const dds::ControlStatus& status = moment.status;
+  safety::FaultMask faults = 0;
+  std::string states;
+  for (int k = 0; k < robot_.armCount(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    faults |= status.faults[i];
+    states += (k == 0 ? "" : ", ") + arms_[i].name + " " +
+              std::string(safety::name(static_cast<safety::OperatingState>(status.operating_state[i])));
+  }
+  const std::string message = faults == 0 ? states : states + "; faults: " + safety::describeFaults(faults);
+  diagnostics_.publish(monotonicNow(), moment.state.stamp,
+                       faults == 0 ? Diagnostics::Level::kOk : Diagnostics::Level::kError, message,
+                       {{"method", std::string(control::name(static_cast<control::Method>(status.method)))},
+                        {"cycles", std::to_string(status.cycles)},
+                        {"overruns", std::to_string(status.overruns)},
+                        {"jitter_max_s", std::to_string(status.jitter_max)},
+                        {"cycle_time_max_s", std::to_string(status.cycle_time_max)}});
 }
 
 void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q) {

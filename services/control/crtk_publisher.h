@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "experiments/run_record.h"
+#include "services/setup/diagnostics.h"
 #include "services/setup/process.h"
 
 namespace tandem::service {
@@ -17,7 +18,7 @@ struct Moment {
   dds::PlanningReference reference;
 };
 
-/** Publishes arm_x/... from moments. Runs on a publisher thread: it computes poses and shapes and allocates. */
+/** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes and allocates. */
 class CrtkPublisher {
  public:
   CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot);
@@ -38,12 +39,13 @@ class CrtkPublisher {
   void publishPose(dds::Writer<dds::PoseStamped>& writer, int k, std::int64_t stamp, const Eigen::VectorXd& q) const;
   void publishGoal(Arm& arm, int k, const Moment& moment) const;
   void publishState(Arm& arm, int k, const Moment& moment);
+  void publishDiagnostics(const Moment& moment);
   void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
 
   const experiments::RobotModel& robot_;
-  const config::Robot& config_;
   std::string frame_;
   std::vector<Arm> arms_;
+  Diagnostics diagnostics_;
   std::vector<kinematics::ShapePoint> shape_;
 };
 

@@ -5,7 +5,9 @@
 #include <variant>
 
 #include "services/common/mailbox.h"
+#include "services/common/periodic_loop.h"
 #include "services/planning/planning_core.h"
+#include "services/setup/diagnostics.h"
 
 using namespace tandem;
 
@@ -25,6 +27,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   auto requests = bus.reader(dds::kPlanningRequest, put);
 
   service::PlanningCore core(setup);
+  service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
   spdlog::info("ready: robot {}, {}", setup.robot.name, setup.deployment.name);
   constexpr double kRefresh = 0.05;  // s, a fifth of the budget of a reference
   while (!stop.requested()) {
@@ -42,7 +45,16 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
       if (path) paths.write(*path);
       replies.write(reply);
     }
-    if (const auto reference = core.take()) references.write(*reference);
+    if (const auto reference = core.take()) {
+      references.write(*reference);
+      const auto phase = static_cast<planning::Phase>(reference->phase);
+      using Level = service::Diagnostics::Level;
+      diagnostics.publish(service::monotonicNow(), reference->stamp,
+                          phase == planning::Phase::kFailed ? Level::kWarn : Level::kOk,
+                          std::string(planning::name(phase)),
+                          {{"point", std::to_string(reference->point)},
+                           {"points", std::to_string(reference->point_count)}});
+    }
   }
 }
 

@@ -9,11 +9,23 @@
 #include "services/common/mailbox.h"
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
+#include "services/setup/diagnostics.h"
 #include "services/sim/sim_core.h"
 
 using namespace tandem;
 
 namespace {
+
+void diagnose(service::Diagnostics& diagnostics, const dds::HalStatus& status) {
+  safety::FaultMask faults = 0;
+  std::uint64_t actions = 0;
+  for (std::size_t k = 0; k < status.arm_count; ++k) faults |= status.faults[k];
+  for (const std::uint64_t count : status.guard_count) actions += count;
+  using Level = service::Diagnostics::Level;
+  diagnostics.publish(service::monotonicNow(), status.stamp, faults == 0 ? Level::kOk : Level::kError,
+                      faults == 0 ? "ok" : "faults: " + safety::describeFaults(faults),
+                      {{"gate_actions", std::to_string(actions)}, {"overruns", std::to_string(status.overruns)}});
+}
 
 /** Lock-step: commands move the time. */
 void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
@@ -25,6 +37,7 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   auto statuses = bus.writer(dds::kHalStatus);
   auto replies = bus.writer(dds::kSimReply);
   const auto put = [&](const auto& message) { mailbox.put(message); };
+  service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
   auto commands = bus.reader(dds::kActuationCommand, put);
   auto requests = bus.reader(dds::kSimRequest, put);
   auto stops = bus.reader(dds::kStop, put);
@@ -37,6 +50,7 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
     core.status(status);
     statuses.write(status);
     states.write(state);
+    diagnose(diagnostics, status);
   };
   spdlog::info("ready: robot {}, lock-step", setup.robot.name);
   constexpr double kRepeat = 0.1;  // s: whoever came late hears the present state
@@ -72,7 +86,11 @@ class RealTime {
         statuses_(bus_.writer(dds::kHalStatus)),
         replies_(bus_.writer(dds::kSimReply)),
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
-        status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) { statuses_.write(m); })) {}
+        diagnostics_(bus_, setup.name, setup.robot.name),
+        status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
+          statuses_.write(m);
+          diagnose(diagnostics_, m);
+        })) {}
 
   void run(service::StopSignal& stop) {
     outbox_.start();
@@ -139,6 +157,7 @@ class RealTime {
   dds::Writer<dds::Reply> replies_;
   service::Outbox outbox_;
   service::Outbox::Latest<dds::ActuationState>& state_out_;
+  service::Diagnostics diagnostics_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
   service::LatestValue<dds::ActuationCommand> command_;
   std::atomic<bool> stop_requested_{false}, serving_{false}, in_cycle_{false}, ended_{false};

@@ -48,9 +48,10 @@ TEST(Trajectory, PresetsAreWhatTheDesignSays) {
   EXPECT_EQ(rectangle.other_arm, 1);
   EXPECT_EQ(rectangle.point_count, 100);
   EXPECT_DOUBLE_EQ(rectangle.tolerance, 0.88e-3);
-  EXPECT_EQ(rectangle.max_iterations, 100);
   EXPECT_TRUE(rectangle.relative.empty());
-  EXPECT_EQ(rectangle.following, planning::Following::kPointByPoint);
+  EXPECT_EQ(rectangle.following, planning::Following::kTimed);
+  EXPECT_DOUBLE_EQ(rectangle.speed, 2e-3);
+  EXPECT_DOUBLE_EQ(rectangle.acceleration, 5e-3);
   EXPECT_TRUE(std::get<planning::Rectangle>(rectangle.shape).first.isApprox(Eigen::Vector3d(0, 0.02, 0)));
   EXPECT_TRUE(std::get<planning::Rectangle>(rectangle.shape).second.isApprox(Eigen::Vector3d(-0.02, 0, 0)));
   const auto lissajous = std::get<planning::Lissajous>(loadTrajectory(presets() / "trajectories/lissajous.yaml").shape);
@@ -194,7 +195,7 @@ TEST(Trajectory, Refusals) {
        "found the text \"free\", expected a mapping (shape), or hold"},
       {"points: 100", "points: 0", "0\nrelative", 0, "points", "found 0, expected an integer from 1 to 100000"},
       {"points: 100", "points: 1.5", "1.5", 0, "points", "found 1.5, expected an integer"},
-      {"following: point_by_point", "following: fast", "fast", 0, "following", "expected one of point_by_point, timed"},
+      {"following: timed", "following: fast", "fast", 0, "following", "expected one of point_by_point, timed"},
   };
   for (const Refusal& refusal : refusals) {
     expectRefusal(circle, refusal, load_file);

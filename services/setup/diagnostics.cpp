@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/setup/diagnostics.h"
+
+namespace tandem::service {
+
+Diagnostics::Diagnostics(dds::Bus& bus, std::string service, std::string robot)
+    : service_(std::move(service)), robot_(std::move(robot)), writer_(bus.writer(dds::kDiagnostics)) {}
+
+void Diagnostics::publish(std::int64_t now, std::int64_t stamp, Level level, const std::string& message,
+                          std::vector<std::pair<std::string, std::string>> values) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  if (last_ != 0 && now - last_ < kSecond && level == last_level_) return;
+  last_ = now;
+  last_level_ = level;
+  dds::DiagnosticArray array;
+  array.stamp = stamp;
+  dds::DiagnosticStatus status;
+  status.level = static_cast<std::uint8_t>(level);
+  status.name = "tandem-" + service_;
+  status.message = message;
+  status.hardware_id = robot_;
+  status.values = std::move(values);
+  array.status.push_back(std::move(status));
+  writer_.write(array);
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What every service says of itself on the topic `diagnostics`, once a second. */
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "services/dds/bus.h"
+
+namespace tandem::service {
+
+/** Publishes one DiagnosticStatus of a service, at most once a second and at once when its level changes. For publisher threads. */
+class Diagnostics {
+ public:
+  enum class Level : std::uint8_t { kOk = 0, kWarn = 1, kError = 2 };
+
+  Diagnostics(dds::Bus& bus, std::string service, std::string robot);
+
+  /// @param now  ns, for the rate; @param stamp  of the message
+  void publish(std::int64_t now, std::int64_t stamp, Level level, const std::string& message,
+               std::vector<std::pair<std::string, std::string>> values);
+
+ private:
+  std::string service_, robot_;
+  dds::Writer<dds::DiagnosticArray> writer_;
+  std::int64_t last_ = 0;
+  Level last_level_ = Level::kOk;
+};
+
+}  // namespace tandem::service
