@@ -42,6 +42,8 @@ void readTiming(const Map& map, Deployment& deployment) {
   deployment.clock = map.text("clock") == "lock_step" ? ClockMode::kLockStep : ClockMode::kRealTime;
   deployment.control_period = map.number("control_period");
   deployment.sim_period = map.number("sim_period");
+  deployment.sim_translation_acceleration = map.number("sim_translation_acceleration");
+  deployment.sim_rotation_acceleration = map.number("sim_rotation_acceleration");
   deployment.status_period = map.number("status_period");
   deployment.realtime_priority = map.integer("realtime_priority");
   deployment.lock_memory = map.flag("lock_memory");

@@ -185,6 +185,14 @@ const Mapping& deploymentTable() {
           number("sim_period", kTime, "period of plant and bus, not above control_period")
               .above(0)
               .defaultsTo(defaults.sim_period),
+          number("sim_translation_acceleration", kAcceleration, "of the simulated joints in real time")
+              .above(0)
+              .orUnlimited()
+              .defaultsTo(defaults.sim_translation_acceleration),
+          number("sim_rotation_acceleration", kAngularAcceleration, "of the simulated joints in real time")
+              .above(0)
+              .orUnlimited()
+              .defaultsTo(defaults.sim_rotation_acceleration),
           number("status_period", kTime, "of hal/status, control/status and the topics of each arm")
               .above(0)
               .defaultsTo(defaults.status_period),

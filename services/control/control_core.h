@@ -6,31 +6,12 @@
 #include <memory>
 
 #include "planning/follower.h"
+#include "safety/command_monitor.h"
 #include "safety/control_lease.h"
 #include "safety/joint_motion.h"
 #include "services/control/orders.h"
 
 namespace tandem::service {
-
-/** When each of the last messages was sent, to judge echoes of their sequence on our own clock. */
-class SendTimes {
- public:
-  void record(std::uint64_t sequence, std::int64_t now) noexcept { slots_[sequence % kSlots] = {sequence, now}; }
-  /// Age of the message with that sequence, s; infinite where unknown or longer gone than this memory.
-  double age(std::uint64_t sequence, std::int64_t now) const noexcept {
-    const Slot& slot = slots_[sequence % kSlots];
-    if (sequence == 0 || slot.sequence != sequence) return safety::kUnlimited;
-    return 1e-9 * static_cast<double>(now - slot.time);
-  }
-
- private:
-  static constexpr std::size_t kSlots = 1024;
-  struct Slot {
-    std::uint64_t sequence = 0;
-    std::int64_t time = 0;
-  };
-  std::array<Slot, kSlots> slots_{};
-};
 
 /** What one cycle says to the world. */
 struct CycleOutput {
@@ -119,7 +100,7 @@ class ControlCore {
   static constexpr std::size_t kSentVelocities = 64;
   std::array<safety::RobotVector, kSentVelocities> sent_;  ///< velocities of the last commands, by sequence
   std::uint32_t spent_trajectory_ = 0;                     ///< was running when an arm lost power: never followed again
-  SendTimes command_times_, status_times_;
+  safety::StateStamps command_times_, status_times_;  ///< when each was sent: echoes are judged on our own clock
   std::uint64_t command_sequence_ = 0, status_sequence_ = 0, answered_state_ = 0;
   std::int64_t first_cycle_ = 0;
   safety::RobotVector q_;         ///< measured

@@ -167,7 +167,7 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   if (active()) return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
   planning::TrajectorySpec spec;
   try {
-    spec = config::parseTrajectory(request.trajectory, "planning/request", setup_.deployment.file.parent_path());
+    spec = config::parseTrajectory(request.trajectory, "planning/request", {});  // names no files
   } catch (const std::exception& error) {
     return reply(request, dds::ReplyCode::kMalformed, error.what());
   }

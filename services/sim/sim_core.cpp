@@ -21,6 +21,8 @@ sim::SimulatedDrives makeDrives(const Setup& setup) {
   options.control_period = setup.deployment.control_period;
   options.lock_step = setup.deployment.clock == config::ClockMode::kLockStep;
   options.budgets = setup.deployment.budgets;
+  options.translation_acceleration = setup.deployment.sim_translation_acceleration;
+  options.rotation_acceleration = setup.deployment.sim_rotation_acceleration;
   return {limits, start, options};
 }
 

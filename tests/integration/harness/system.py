@@ -50,9 +50,24 @@ def run(*arguments, text=None, timeout=60, program="tandem"):
                           timeout=timeout, check=False)
 
 
+def client(path, *words):
+    """A `tandem robot` command to the deployment, left running."""
+    return subprocess.Popen([executable(), "robot", "--deployment", str(path), *map(str, words)], stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, start_new_session=True)
+
+
+def reap(process):
+    """Ends a client, if it still runs."""
+    if process.poll() is None:
+        process.kill()
+        process.wait()
+    process.stdout.close()
+    process.stderr.close()
+
+
 def free_domain():
     """A DDS domain that no other test process on this machine uses while this one lives."""
-    numbers = list(range(101, 200))
+    numbers = list(range(20, 101))  # higher ones share ports with outgoing connections
     random.SystemRandom().shuffle(numbers)
     for number in numbers:
         path = os.path.join(tempfile.gettempdir(), f"tandem-test-domain-{number}")
@@ -169,10 +184,6 @@ class System:
     def robot(self, *arguments, timeout=60):
         return run("robot", "--deployment", self.path, *arguments, timeout=timeout)
 
-    def start_run(self, trajectory):
-        return subprocess.Popen([executable(), "robot", "--deployment", str(self.path), "run", str(trajectory)],
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-
     def status(self):
         answer = run("status", self.path, "--json", timeout=30)
         if answer.returncode != 0:
@@ -230,14 +241,8 @@ class SystemTest(unittest.TestCase):
 
     def start_run(self, system, trajectory):
         """A `tandem robot run` that is ended with the test."""
-        process = system.start_run(trajectory)
-
-        def end():
-            if process.poll() is None:
-                process.kill()
-            process.communicate()
-
-        self.addCleanup(end)
+        process = client(system.path, "run", trajectory)
+        self.addCleanup(reap, process)
         return process
 
     def assert_ok(self, answer):

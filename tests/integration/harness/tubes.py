@@ -48,7 +48,7 @@ def exponential(matrix):
     scaled = [[x / 2**halvings for x in row] for row in matrix]
     result = [[float(i == j) for j in range(size)] for i in range(size)]
     term = result
-    for k in range(1, 15):
+    for k in range(1, 11):  # the scaled matrix is below 1 / 16
         term = [[x / k for x in row] for row in multiply(term, scaled)]
         result = [[x + y for x, y in zip(r, t)] for r, t in zip(result, term)]
     for _ in range(halvings):

@@ -177,6 +177,8 @@ peers: [10.0.0.1, 10.0.0.2]
 clock: real_time
 control_period_ms: 20
 sim_period_ms: 2
+sim_translation_acceleration_mm_per_s2: 300
+sim_rotation_acceleration_rad_per_s2: 40
 status_period_s: 0.2
 realtime_priority: 80
 lock_memory: true
@@ -204,6 +206,8 @@ processes:
   EXPECT_EQ(d.clock, ClockMode::kRealTime);
   EXPECT_EQ(d.control_period, 0.02);
   EXPECT_EQ(d.sim_period, 0.002);
+  EXPECT_EQ(d.sim_translation_acceleration, 0.3);
+  EXPECT_EQ(d.sim_rotation_acceleration, 40.0);
   EXPECT_EQ(d.status_period, 0.2);
   EXPECT_EQ(d.realtime_priority, 80);
   EXPECT_TRUE(d.lock_memory);

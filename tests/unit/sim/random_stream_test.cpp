@@ -103,8 +103,8 @@ class Stream {
   void check(int arm, const ArmVector& before) {
     const auto a = static_cast<std::size_t>(arm);
     const ArmVector& q = drives_.plant(arm).position();
-    // The drives know where a stuck axis is only to within the following error, and it closes a gap by as much.
-    const double allowed = jammed_[arm] ? 1.01 * kWindow + limits_[a].joints[0].velocity * kTick : 1e-9;
+    // The drives know where a stuck axis is only to within the following error, and two of them close one gap.
+    const double allowed = jammed_[arm] ? 2.0 * (kWindow + limits_[a].joints[0].velocity * kTick) : 1e-9;
     ASSERT_LE(safety::largestViolation(limits_[a], q), allowed) << "arm " << arm;
     moves_ += q != before ? 1 : 0;
     const bool may_move = drives_.state(arm) == OperatingState::kEnabled;

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tandem validate, schema, topics, and the command line itself."""
+import json
+import pathlib
+import re
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
+import system  # noqa: E402
+
+ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
+SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"], ["experiment"], ["robot"],
+               *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "move-jp", "method", "set", "run"))]
+
+
+def swapped(text):
+    """The first two tubes in the other order."""
+    found = re.search(r"(      - \{outer_diameter_mm: 1\.524.*?\}\n)(      - \{outer_diameter_mm: 1\.8,.*?\}\n)", text, re.S)
+    return text.replace(found.group(0), found.group(2) + found.group(1), 1)
+
+
+class Validate(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="tandem-test-")
+        self.addCleanup(folder.cleanup)
+        self.file = pathlib.Path(folder.name) / "robot.yaml"
+
+    def refused(self, text):
+        """Line, column, and message of a refused robot file, in words and as JSON."""
+        self.assertNotEqual(text, ROBOT, "the substitution did not take")
+        self.file.write_text(text)
+        answer = system.run("validate", self.file)
+        self.assertEqual(answer.returncode, 2, answer.stdout + answer.stderr)
+        found = re.match(re.escape(str(self.file)) + r":(\d+):(\d+): (.*)", answer.stderr)
+        self.assertIsNotNone(found, answer.stderr)
+        line, column, message = int(found.group(1)), int(found.group(2)), found.group(3)
+        as_json = system.run("validate", self.file, "--json")
+        self.assertEqual(as_json.returncode, 2)
+        entry = json.loads(as_json.stdout)[0]
+        self.assertEqual((entry["valid"], entry["line"], entry["column"]), (False, line, column))
+        self.assertIn(message, entry["error"])
+        return line, column, message
+
+    def test_refusals_name_the_place_what_was_found_and_what_was_expected(self):
+        cases = [  # from the preset, to the broken file, what stands at the named place, what the message holds
+            ("name: ark2024\n", "name: ark2024\ncolour: red\n", "colour", ["colour", "expected"]),
+            ("straight_length_mm: 387", "straight_length_mm: -387", "-387", ["straight_length_mm", "found -387", "expected"]),
+            ("inner_diameter_mm: 1.3,", "inner_diameter_mm: 1.6,", "1.6", ["inner_diameter_mm", "found 1.6", "expected", "1.524"]),
+            ("curvature_per_mm: 0.01}", "curvature_per_mm: .nan}", ".nan", ["curvature_per_mm", ".nan", "expected"]),
+            ("curvature_per_mm: 0.01}", "curvature_per_mm: .inf}", ".inf", ["curvature_per_mm", ".inf", "expected"]),
+            ("youngs_modulus_GPa: 58", "youngs_modulus_GPa: stiff", "stiff", ["youngs_modulus_GPa", "stiff", "expected"]),
+            ("{outer_diameter_mm: 1.524", "{outer_diameter: 1.524", "outer_diameter:", ["outer_diameter", "unit", "outer_diameter_mm"]),
+            ("name: arm_b", "name: arm_a", "arm_a", ["found 'arm_a'", "expected"]),
+            ("tandem: robot/1", "tandem: robot/7", "robot/7", ["robot/7", "expected"]),
+            ("beta_mm: [-150, -100, -50]", "beta_mm: [-150, -100]", "", ["beta_mm", "found", "expected"]),
+            ("beta_mm: [-150, -100, -50]", "beta_mm: [-150, -160, -50]", "", ["expected"]),
+        ]
+        for before, after, there, words in cases:
+            with self.subTest(after):
+                text = ROBOT.replace(before, after, 1)
+                line, column, message = self.refused(text)
+                for word in words:
+                    self.assertIn(word, message)
+                self.assertTrue(text.splitlines()[line - 1][column - 1:].startswith(there),
+                                f"{line}:{column} is not at '{there}'")
+
+    def test_swapped_tubes(self):
+        line, _, message = self.refused(swapped(ROBOT))
+        self.assertIn("swapped", message)
+        self.assertIn("found", message)
+        self.assertIn("expected", message)
+        self.assertIn("tubes[1]", message)
+        self.assertEqual(line, 17)
+
+    def test_broken_yaml(self):
+        line, _, _ = self.refused(ROBOT.replace("tubes:\n", "tubes: [\n", 1))
+        self.assertGreater(line, 0)
+
+    def test_no_such_file(self):
+        answer = system.run("validate", self.file)
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn(str(self.file), answer.stderr)
+
+    def test_presets_are_valid(self):
+        files = sorted(system.PRESETS.glob("*/*.yaml"))
+        self.assertGreater(len(files), 8)
+        answer = system.run("validate", "--json", *files)
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        entries = json.loads(answer.stdout)
+        self.assertEqual([entry["file"] for entry in entries], [str(file) for file in files])
+        for file, entry in zip(files, entries):
+            self.assertTrue(entry["valid"])
+            self.assertEqual(entry["kind"] + "s" if entry["kind"] != "trajectory" else "trajectories", file.parent.name)
+        printed = next(e for e in entries if e["file"].endswith("ark2024.yaml"))
+        self.assertTrue(any("poisson_ratio" in warning for warning in printed["warnings"]))
+
+    def test_one_bad_file_among_good_ones(self):
+        self.file.write_text("tandem: robot/1\n")
+        good = system.PRESETS / "robots" / "ark2024.yaml"
+        answer = system.run("validate", good, self.file, good)
+        self.assertEqual(answer.returncode, 2)
+        self.assertEqual(answer.stdout.count(": ok: "), 2)
+
+
+class CommandLine(unittest.TestCase):
+    def test_schemas(self):
+        for kind in ("robot", "experiment", "deployment", "trajectory"):
+            answer = system.run("schema", kind)
+            self.assertEqual(answer.returncode, 0)
+            schema = json.loads(answer.stdout)
+            self.assertEqual(schema["type"], "object")
+            self.assertIn("tandem", schema["required"])
+            stored = system.SOURCE / "config" / "schemas" / f"{kind}.schema.json"
+            self.assertEqual(schema, json.loads(stored.read_text()))
+        self.assertEqual(system.run("schema", "poem").returncode, 2)
+        self.assertEqual(system.run("schema").returncode, 2)
+
+    def test_topics(self):
+        answer = system.run("topics", "--json")
+        self.assertEqual(answer.returncode, 0)
+        topics = json.loads(answer.stdout)
+        names = [topic["topic"] for topic in topics]
+        self.assertEqual(len(names), len(set(names)))
+        for name in ("actuation/state", "actuation/command", "planning/reference", "control/status", "stop",
+                     "arm_a/measured_js", "arm_b/measured_cp", "arm_a/operating_state", "arm_b/state_command"):
+            self.assertIn(f"/tandem/{name}", names)
+        for topic in topics:
+            self.assertEqual(topic["dds_topic"], "rt" + topic["topic"])
+            package, middle, kind = topic["type"].split("/")
+            self.assertEqual((middle, topic["dds_type"]), ("msg", f"{package}::msg::dds_::{kind}_"))
+            self.assertTrue(topic["publisher"] and topic["description"] and topic["profile"])
+        self.assertEqual(len(system.run("topics").stdout.splitlines()), len(topics))
+
+    def test_topics_follow_the_prefix(self):
+        with tempfile.TemporaryDirectory(prefix="tandem-test-") as folder:
+            path = system.deployment(folder, "laptop", prefix="left_robot")
+            topics = json.loads(system.run("topics", path, "--json").stdout)
+        self.assertTrue(all(topic["topic"].startswith("/left_robot/") for topic in topics))
+
+    def test_help_of_every_subcommand(self):
+        for words in SUBCOMMANDS:
+            answer = system.run(*words, "--help")
+            self.assertEqual(answer.returncode, 0, words)
+            self.assertIn("Usage:", answer.stdout, words)
+            if words[:1] != ["robot"] or len(words) == 1:
+                for word in words:
+                    self.assertIn(word, answer.stdout)
+        top = system.run("--help").stdout
+        for words in SUBCOMMANDS[1:]:
+            if len(words) == 1:
+                self.assertIn(words[0], top)
+
+    def test_services_have_help_too(self):
+        for program in ("tandem-sim", "tandem-control", "tandem-planning"):
+            self.assertEqual(system.run("--help", program=program).returncode, 0)
+            self.assertEqual(system.run("--colour", program=program).returncode, 2)
+            self.assertEqual(system.run("--deployment", "/nowhere.yaml", program=program).returncode, 2)
+
+    def test_wrong_use_ends_with_two(self):
+        for words in [[], ["dance"], ["--colour"], *([*words, "--colour"] for words in SUBCOMMANDS[1:]), ["validate"],
+                      ["up", "/nowhere.yaml"], ["status", "/nowhere.yaml"], ["topics", "/nowhere.yaml"],
+                      ["experiment", "/nowhere.yaml"], ["robot"], ["robot", "run"], ["robot", "move-jp", "0"],
+                      ["robot", "run", "/nowhere.yaml"]]:
+            answer = system.run(*words)
+            self.assertEqual(answer.returncode, 2, (words, answer.stderr))
+            self.assertNotEqual(answer.stderr + answer.stdout, "", words)
+
+
+if __name__ == "__main__":
+    system.main()

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tandem fk against kinematics written from the paper."""
+import csv
+import io
+import json
+import math
+import pathlib
+import re
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
+import system  # noqa: E402
+import tubes  # noqa: E402
+
+POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
+
+
+def text(rows):
+    return "".join(",".join(repr(value) for value in row) + "\n" for row in rows)
+
+
+def fk(rows, *options):
+    """Answers as dictionaries, the header, and the exit code. `rows`: a text or lists of numbers."""
+    answer = system.run("fk", "--csv", "-", *options, text=rows if isinstance(rows, str) else text(rows))
+    table = list(csv.reader(io.StringIO(answer.stdout)))
+    assert all(len(line) == len(table[0]) for line in table), answer.stdout
+    return [dict(zip(table[0], line)) for line in table[1:]], table[0], answer.returncode
+
+
+def numbers(row, names):
+    return [float(row[name]) for name in names]
+
+
+def turn(matrix):
+    """Rotation vector of a small rotation."""
+    axis = [0.5 * (matrix[2][1] - matrix[1][2]), 0.5 * (matrix[0][2] - matrix[2][0]), 0.5 * (matrix[1][0] - matrix[0][1])]
+    sine = tubes.norm(axis)
+    return [x * math.asin(sine) / sine for x in axis] if sine > 0 else axis
+
+
+class ForwardKinematics(unittest.TestCase):
+    def assert_pose(self, row, expected, place):
+        values = numbers(row, POSE)
+        self.assertLess(tubes.norm(tubes.minus(values[:3], tubes.position(expected))), 1e-9, place)
+        self.assertAlmostEqual(tubes.norm(values[3:]), 1.0, delta=1e-12)
+        for got, want in zip(tubes.rotation_of_quaternion(*values[3:]), tubes.rotation(expected)):
+            for x, y in zip(got, want):
+                self.assertAlmostEqual(x, y, delta=1e-9, msg=place)
+
+    def test_random_rows(self):
+        rng = system.seeded(self)
+        for arm in "ab":
+            rows = [tubes.random_joints(rng) for _ in range(200)]
+            answers, header, code = fk(rows, "--arm", arm)
+            self.assertEqual(code, 0)
+            self.assertEqual(header, POSE + ["stability", "status"])
+            self.assertEqual(len(answers), len(rows))
+            for q, row in zip(rows, answers):
+                self.assertEqual(row["status"], "ok", q)
+                self.assertEqual(float(row["stability"]), 1.0)
+                self.assert_pose(row, tubes.transform(q, arm), f"{arm} {q}")
+
+    def test_json_has_the_same_numbers(self):
+        rng = system.seeded(self)
+        rows = [tubes.random_joints(rng) for _ in range(20)]
+        answers, header, _ = fk(rows)
+        objects = json.loads(system.run("fk", "--json", text=text(rows)).stdout)
+        self.assertEqual(len(objects), len(rows))
+        for row, entry in zip(answers, objects):
+            self.assertEqual(list(entry), header)
+            self.assertEqual(numbers(row, header[:-1]), [entry[name] for name in header[:-1]])
+
+    def test_jacobian_against_central_differences(self):
+        rng = system.seeded(self)
+        step = 1e-5
+        names = [f"j{i}{j}" for i in range(1, 7) for j in range(1, 7)]
+        rows = []
+        while len(rows) < 30:
+            q = tubes.random_joints(rng, margin=3 * step)
+            edges = tubes.boundaries(q)
+            if min(b - a for a, b in zip(edges, edges[1:])) > 3 * step:  # the derivative jumps where sections vanish
+                rows.append(q)
+        answers, header, code = fk(rows, "--jacobian")
+        self.assertEqual(code, 0)
+        self.assertEqual(header, POSE + ["stability"] + names + ["status"])
+        moved = []
+        for q in rows:
+            for joint in range(6):
+                for sign in (1.0, -1.0):
+                    moved.append([x + sign * step * (i == joint) for i, x in enumerate(q)])
+        around, _, code = fk(moved)
+        self.assertEqual(code, 0)
+        for i, row in enumerate(answers):
+            for joint in range(6):
+                plus, minus = (numbers(around[12 * i + 2 * joint + k], POSE) for k in (0, 1))
+                linear = [(a - b) / (2 * step) for a, b in zip(plus[:3], minus[:3])]
+                relative = tubes.multiply(tubes.rotation_of_quaternion(*plus[3:]),
+                                          tubes.transposed(tubes.rotation_of_quaternion(*minus[3:])))
+                column = linear + [x / (2 * step) for x in turn(relative)]
+                for axis in range(6):
+                    self.assertAlmostEqual(float(row[f"j{axis + 1}{joint + 1}"]), column[axis], delta=5e-8,
+                                           msg=f"row {axis + 1}, joint {joint + 1} at {rows[i]}")
+
+    def test_shape(self):
+        rng = system.seeded(self)
+        points = 41
+        rows = [tubes.random_joints(rng) for _ in range(20)]
+        answers, header, code = fk(rows, "--arm", "b", "--shape", str(points))
+        tips, _, _ = fk(rows, "--arm", "b")
+        self.assertEqual(code, 0)
+        self.assertEqual(header, ["row", "s"] + POSE + ["psi_1", "psi_2", "psi_3", "status"])
+        self.assertEqual(len(answers), points * len(rows))
+        for i, q in enumerate(rows):
+            shape = answers[points * i:points * (i + 1)]
+            self.assertEqual({row["row"] for row in shape}, {str(i + 1)})
+            self.assertEqual(numbers(shape[0], ["s"] + POSE), [0, 0, tubes.BASE_Y["b"], 0, 0, 0, 0, 1])
+            length = q[0] + tubes.LENGTH[0]
+            self.assertAlmostEqual(float(shape[-1]["s"]), length, delta=1e-12)
+            for last, tip in zip(numbers(shape[-1], POSE), numbers(tips[i], POSE)):
+                self.assertAlmostEqual(last, tip, delta=1e-12)
+            for k, row in enumerate(shape):
+                s = length * k / (points - 1)
+                self.assertAlmostEqual(float(row["s"]), s, delta=1e-12)
+                self.assert_pose(row, tubes.transform(q, "b", s), f"s = {s} at {q}")
+                for tube in range(3):
+                    beyond = s - q[tube] - tubes.LENGTH[tube]
+                    if abs(beyond) > 1e-9:
+                        self.assertEqual(row[f"psi_{tube + 1}"] == "", beyond > 0, f"tube {tube + 1}, s = {s} at {q}")
+                    if row[f"psi_{tube + 1}"]:
+                        self.assertEqual(float(row[f"psi_{tube + 1}"]), q[3 + tube])
+
+
+class BadRows(unittest.TestCase):
+    GOOD = "-0.1,-0.08,-0.05,0.785,0.785,0.785"
+
+    def assert_empty(self, row, *reasons):
+        self.assertEqual([name for name in row if name not in ("row", "status") and row[name] != ""], [])
+        self.assertNotEqual(row["status"], "ok")
+        for reason in reasons:
+            self.assertIn(reason, row["status"])
+
+    def test_a_bad_row_says_why_and_spoils_no_other(self):
+        bad = [("1,2,3", "line 2", "found 3 numbers", "expected 6"), (self.GOOD + ",1", "found 7 numbers"),
+               ("-0.1,-0.08,x,0,0,0", "column 3", "found 'x'"), ("-0.1,nan,-0.05,0,0,0", "column 2", "finite"),
+               ("-0.1,-0.08,-0.05,inf,0,0", "column 4", "finite"), ("-0.1,-0.08,-0.05,1e999,0,0", "column 4"),
+               ("", "expected"), ("-0.1,,-0.05,0,0,0", "column 2"), ("-0.1;-0.08;-0.05;0;0;0", "column 1"),
+               ("-0.1,-0.08,0x10,0,0,0", "column 3")]
+        rows = [self.GOOD] + [row for row, *_ in bad] + [self.GOOD]
+        for options in ([], ["--jacobian"]):
+            answers, header, code = fk("\n".join(rows) + "\n", *options)
+            self.assertEqual(code, 1)
+            self.assertEqual(header[-1], "status")
+            self.assertEqual(len(answers), len(rows))
+            self.assertEqual(answers[0], answers[-1])
+            self.assertEqual(answers[0]["status"], "ok")
+            for row, (_, *reasons) in zip(answers[1:], bad):
+                self.assert_empty(row, *reasons)
+
+    def test_rows_without_an_answer(self):
+        for row, reason in [("0.01,0.02,0.03,0,0,0", "limits"), ("-0.1,-0.08,0.001,0,0,0", "limits"),
+                            ("-0.2,-0.05,-0.04,0,0,0", "limits"), ("-0.437,-0.317,-0.199,0,0,0", "tube 1")]:
+            for options in ([], ["--shape", "5"]):
+                answers, _, code = fk(row + "\n", *options)
+                self.assertEqual(code, 1)
+                self.assertEqual(len(answers), 1, row)
+                self.assert_empty(answers[0], reason)
+
+    def test_rows_outside_limits(self):
+        rng = system.seeded(self)
+        rows = []
+        while len(rows) < 50:
+            q = [rng.uniform(-length, 0.05) for length in tubes.LENGTH] + [rng.uniform(-3, 3) for _ in range(3)]
+            if tubes.excess(q) > 1e-6:
+                rows.append(q)
+        rows.append([-0.1, -0.15, -0.05, 0, 0, 0])  # carriages out of order: tips and sections exist all the same
+        answers, _, code = fk(rows)
+        self.assertEqual(code, 1)
+        for q, row in zip(rows, answers):
+            self.assert_empty(row, "limits")
+            amount = float(re.search(r" by (\S+) m", row["status"]).group(1))
+            self.assertAlmostEqual(amount, tubes.excess(q), delta=1e-12)
+
+    def test_wrong_use(self):
+        self.assertEqual(system.run("fk", "--arm", "q", text="").returncode, 2)
+        self.assertEqual(system.run("fk", "--csv", "/nowhere/rows.csv").returncode, 2)
+        self.assertEqual(system.run("fk", "--shape", "1", text="").returncode, 2)
+        self.assertEqual(system.run("fk", "--robot", "nobody", text="").returncode, 2)
+        header = system.run("fk", text="")
+        self.assertEqual((header.returncode, header.stdout), (0, ",".join(POSE + ["stability", "status"]) + "\n"))
+
+    def test_what_spreadsheets_write(self):
+        plain, _, _ = fk(self.GOOD + "\n")
+        for variant in (self.GOOD, "\ufeff" + self.GOOD + "\r\n", self.GOOD.replace(",", " , "), self.GOOD.replace(",0", ",+0")):
+            answers, _, code = fk(variant)
+            self.assertEqual((code, answers), (0, plain), repr(variant))
+
+
+if __name__ == "__main__":
+    system.main()
