@@ -110,12 +110,12 @@ struct Deployment {
   std::string interface_address = "127.0.0.1";  ///< the only interface used
   std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers; no multicast
   ClockMode clock = ClockMode::kRealTime;
-  double control_period = 0.1;  ///< s
-  double sim_period = 1e-3;     ///< s, plant and bus period
+  double control_period = 0.1;                               ///< s
+  double sim_period = 1e-3;                                  ///< s, plant and bus period
   double sim_translation_acceleration = safety::kUnlimited;  ///< of the simulated joints in real time, m/s^2
   double sim_rotation_acceleration = safety::kUnlimited;     ///< rad/s^2
-  double status_period = 0.05;  ///< s, of hal/status, control/status to people, arm_x/...
-  int realtime_priority = 0;    ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
+  double status_period = 0.05;                               ///< s, of hal/status, control/status to people, arm_x/...
+  int realtime_priority = 0;  ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
   bool lock_memory = false;
   safety::Budgets budgets;
   control::Method method = control::Method::kNspqp;

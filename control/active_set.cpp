@@ -13,28 +13,35 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kDependent = 1e-11;
 /// Relative size of a violation that rounding explains, of a constraint by itself and against the largest variable.
 constexpr double kRounding = 1e-13, kGlobalRounding = 1e-14;
-/// A violation of this size against the largest variable, which no step can reduce, is rounding that has added up where more
-/// constraints meet than there are dimensions; a larger one is infeasibility.
+/// A violation of this size against the largest variable, which no step can reduce, is rounding that has added up where
+/// more constraints meet than there are dimensions; a larger one is infeasibility.
 constexpr double kUnreachable = 1e-10;
 
 }  // namespace
 
 ActiveSet::Constraint ActiveSet::decode(int id) const {
-  if (id < equalities_) return {Kind::kEquality, id};
+  if (id < equalities_)
+    return {Kind::kEquality, id};
   id -= equalities_;
-  if (id < n_) return {Kind::kLower, id};
+  if (id < n_)
+    return {Kind::kLower, id};
   id -= n_;
-  if (id < n_) return {Kind::kUpper, id};
+  if (id < n_)
+    return {Kind::kUpper, id};
   return {Kind::kRow, id - n_};
 }
 
 double ActiveSet::slack(int id) const {
   const auto [kind, i] = decode(id);
   switch (kind) {
-    case Kind::kEquality: return qp_->E.row(i).dot(x_) - qp_->e[i];
-    case Kind::kLower: return x_[i] - qp_->lower[i];
-    case Kind::kUpper: return qp_->upper[i] - x_[i];
-    case Kind::kRow: return qp_->b[i] - qp_->A.row(i).dot(x_);
+    case Kind::kEquality:
+      return qp_->E.row(i).dot(x_) - qp_->e[i];
+    case Kind::kLower:
+      return x_[i] - qp_->lower[i];
+    case Kind::kUpper:
+      return qp_->upper[i] - x_[i];
+    case Kind::kRow:
+      return qp_->b[i] - qp_->A.row(i).dot(x_);
   }
   return 0.0;
 }
@@ -45,9 +52,12 @@ double ActiveSet::slackTolerance(int id) const {
   switch (kind) {
     case Kind::kEquality:
       return global + kRounding * (std::abs(qp_->e[i]) + qp_->E.row(i).cwiseAbs().dot(x_.cwiseAbs()));
-    case Kind::kLower: return global + kRounding * (std::abs(qp_->lower[i]) + std::abs(x_[i]));
-    case Kind::kUpper: return global + kRounding * (std::abs(qp_->upper[i]) + std::abs(x_[i]));
-    case Kind::kRow: return global + kRounding * (std::abs(qp_->b[i]) + qp_->A.row(i).cwiseAbs().dot(x_.cwiseAbs()));
+    case Kind::kLower:
+      return global + kRounding * (std::abs(qp_->lower[i]) + std::abs(x_[i]));
+    case Kind::kUpper:
+      return global + kRounding * (std::abs(qp_->upper[i]) + std::abs(x_[i]));
+    case Kind::kRow:
+      return global + kRounding * (std::abs(qp_->b[i]) + qp_->A.row(i).cwiseAbs().dot(x_.cwiseAbs()));
   }
   return 0.0;
 }
@@ -78,13 +88,16 @@ bool ActiveSet::prepare() {
   R_ = qp_->H;
   for (int j = 0; j < n_; ++j) {
     double pivot = R_(j, j);
-    for (int k = 0; k < j; ++k) pivot -= R_(j, k) * R_(j, k);
-    if (!(pivot > 0.0)) return false;
+    for (int k = 0; k < j; ++k)
+      pivot -= R_(j, k) * R_(j, k);
+    if (!(pivot > 0.0))
+      return false;
     const double root = std::sqrt(pivot);
     R_(j, j) = root;
     for (int i = j + 1; i < n_; ++i) {
       double sum = R_(i, j);
-      for (int k = 0; k < j; ++k) sum -= R_(i, k) * R_(j, k);
+      for (int k = 0; k < j; ++k)
+        sum -= R_(i, k) * R_(j, k);
       R_(i, j) = sum / root;
     }
   }
@@ -92,7 +105,8 @@ bool ActiveSet::prepare() {
   for (int c = 0; c < n_; ++c) {  // J^T = L^-1: forward substitution, column c of L^-1 is row c of J
     for (int i = c; i < n_; ++i) {
       double sum = i == c ? 1.0 : 0.0;
-      for (int k = c; k < i; ++k) sum -= R_(i, k) * J_(c, k);
+      for (int k = c; k < i; ++k)
+        sum -= R_(i, k) * J_(c, k);
       J_(c, i) = sum / R_(i, i);
     }
   }
@@ -106,12 +120,14 @@ void ActiveSet::steps() {
   // Primal direction: J_2 J_2^T n; change of the active multipliers: -R^-1 J_1^T n.
   step_.setZero(n_);
   for (int j = active_count_; j < n_; ++j) {
-    for (int i = 0; i < n_; ++i) step_[i] += J_(i, j) * direction_[j];
+    for (int i = 0; i < n_; ++i)
+      step_[i] += J_(i, j) * direction_[j];
   }
   dual_step_.resize(active_count_);
   for (int i = active_count_ - 1; i >= 0; --i) {
     double sum = direction_[i];
-    for (int j = i + 1; j < active_count_; ++j) sum -= R_(i, j) * dual_step_[j];
+    for (int j = i + 1; j < active_count_; ++j)
+      sum -= R_(i, j) * dual_step_[j];
     dual_step_[i] = sum / R_(i, i);
   }
 }
@@ -120,7 +136,8 @@ bool ActiveSet::pushActive(int id, double multiplier) {
   // Rotates direction_'s tail into its first entry; the same rotations on J's columns.
   for (int j = n_ - 1; j > active_count_; --j) {
     const double a = direction_[j - 1], b = direction_[j];
-    if (b == 0.0) continue;
+    if (b == 0.0)
+      continue;
     const double h = std::hypot(a, b);
     const double c = a / h, s = b / h;
     direction_[j - 1] = h;
@@ -131,8 +148,10 @@ bool ActiveSet::pushActive(int id, double multiplier) {
       J_(i, j) = c * right - s * left;
     }
   }
-  if (direction_[active_count_] == 0.0) return false;
-  for (int i = 0; i <= active_count_; ++i) R_(i, active_count_) = direction_[i];
+  if (direction_[active_count_] == 0.0)
+    return false;
+  for (int i = 0; i <= active_count_; ++i)
+    R_(i, active_count_) = direction_[i];
   active_[active_count_] = id;
   multiplier_[active_count_] = multiplier;
   is_active_[id] = true;
@@ -145,12 +164,14 @@ void ActiveSet::dropActive(int position) {
   for (int j = position; j + 1 < active_count_; ++j) {
     active_[j] = active_[j + 1];
     multiplier_[j] = multiplier_[j + 1];
-    for (int i = 0; i <= j + 1; ++i) R_(i, j) = R_(i, j + 1);
+    for (int i = 0; i <= j + 1; ++i)
+      R_(i, j) = R_(i, j + 1);
   }
   --active_count_;
   for (int j = position; j < active_count_; ++j) {
     const double a = R_(j, j), b = R_(j + 1, j);
-    if (b == 0.0) continue;
+    if (b == 0.0)
+      continue;
     const double h = std::hypot(a, b);
     const double c = a / h, s = b / h;
     for (int k = j; k < active_count_; ++k) {
@@ -174,17 +195,21 @@ QpStatus ActiveSet::addEqualities() {
     double outside = 0.0, whole = 0.0;
     for (int j = 0; j < n_; ++j) {
       whole += direction_[j] * direction_[j];
-      if (j >= active_count_) outside += direction_[j] * direction_[j];
+      if (j >= active_count_)
+        outside += direction_[j] * direction_[j];
     }
     if (outside <= kDependent * kDependent * whole) {  // says again what others say, or contradicts them
       const double scale = std::abs(qp_->e[id]) + qp_->E.row(id).cwiseAbs().dot(x_.cwiseAbs());
-      if (std::abs(residual) > 1e-9 * std::max(scale, 1e-12)) return QpStatus::kInfeasible;
+      if (std::abs(residual) > 1e-9 * std::max(scale, 1e-12))
+        return QpStatus::kInfeasible;
       continue;
     }
     const double length = -residual / outside;
     x_ += length * step_;
-    for (int i = 0; i < active_count_; ++i) multiplier_[i] -= length * dual_step_[i];
-    if (!pushActive(id, length)) return QpStatus::kFailed;
+    for (int i = 0; i < active_count_; ++i)
+      multiplier_[i] -= length * dual_step_[i];
+    if (!pushActive(id, length))
+      return QpStatus::kFailed;
     ++active_equalities_;
   }
   return QpStatus::kSolved;
@@ -195,9 +220,11 @@ int ActiveSet::mostViolated() {
   int worst = -1, worst_warm = -1;
   double amount = 0.0, amount_warm = 0.0;
   for (int id = equalities_; id < constraints_; ++id) {
-    if (is_active_[id] || is_met_[id]) continue;
+    if (is_active_[id] || is_met_[id])
+      continue;
     const double s = slack(id);
-    if (!(s < 0.0) || s >= -slackTolerance(id)) continue;
+    if (!(s < 0.0) || s >= -slackTolerance(id))
+      continue;
     if (s < amount) {
       amount = s;
       worst = id;
@@ -213,14 +240,16 @@ int ActiveSet::mostViolated() {
 QpStatus ActiveSet::enforce(int id) {
   double multiplier = 0.0;
   for (;;) {
-    if (++iterations_ > iteration_limit_) return QpStatus::kIterationLimit;
+    if (++iterations_ > iteration_limit_)
+      return QpStatus::kIterationLimit;
     loadNormal(id);
     steps();
     // Longest dual step before a multiplier of an inequality turns negative.
     double dual_length = kInf;
     int blocking = -1;
     for (int i = active_equalities_; i < active_count_; ++i) {
-      if (dual_step_[i] <= 0.0) continue;
+      if (dual_step_[i] <= 0.0)
+        continue;
       const double length = multiplier_[i] / dual_step_[i];
       if (length < dual_length) {
         dual_length = length;
@@ -230,18 +259,22 @@ QpStatus ActiveSet::enforce(int id) {
     double outside = 0.0, whole = 0.0;
     for (int j = 0; j < n_; ++j) {
       whole += direction_[j] * direction_[j];
-      if (j >= active_count_) outside += direction_[j] * direction_[j];
+      if (j >= active_count_)
+        outside += direction_[j] * direction_[j];
     }
     const bool reachable = outside > kDependent * kDependent * whole;
     const double primal_length = reachable ? -slack(id) / outside : kInf;
     const double length = std::min(dual_length, primal_length);
     if (!std::isfinite(length)) {
-      if (slack(id) < -kUnreachable * size_) return QpStatus::kInfeasible;
+      if (slack(id) < -kUnreachable * size_)
+        return QpStatus::kInfeasible;
       is_met_[id] = true;
       return QpStatus::kSolved;
     }
-    if (reachable) x_ += length * step_;
-    for (int i = 0; i < active_count_; ++i) multiplier_[i] -= length * dual_step_[i];
+    if (reachable)
+      x_ += length * step_;
+    for (int i = 0; i < active_count_; ++i)
+      multiplier_[i] -= length * dual_step_[i];
     multiplier += length;
     if (reachable && primal_length <= dual_length) {
       return pushActive(id, multiplier) ? QpStatus::kSolved : QpStatus::kFailed;
@@ -253,9 +286,11 @@ QpStatus ActiveSet::enforce(int id) {
 QpStatus ActiveSet::addInequalities() {
   for (;;) {
     const int id = mostViolated();
-    if (id < 0) return QpStatus::kSolved;
+    if (id < 0)
+      return QpStatus::kSolved;
     const QpStatus status = enforce(id);
-    if (status != QpStatus::kSolved) return status;
+    if (status != QpStatus::kSolved)
+      return status;
   }
 }
 
@@ -267,7 +302,9 @@ void ActiveSet::report(QpSolution& solution) {
   for (int k = 0; k < active_count_; ++k) {
     const auto [kind, i] = decode(active_[k]);
     switch (kind) {
-      case Kind::kEquality: solution.y[i] = -multiplier_[k]; break;
+      case Kind::kEquality:
+        solution.y[i] = -multiplier_[k];
+        break;
       case Kind::kLower:
         solution.z[i] -= multiplier_[k];
         solution.x[i] = qp_->lower[i];
@@ -276,11 +313,14 @@ void ActiveSet::report(QpSolution& solution) {
         solution.z[i] += multiplier_[k];
         solution.x[i] = qp_->upper[i];
         break;
-      case Kind::kRow: solution.w[i] = multiplier_[k]; break;
+      case Kind::kRow:
+        solution.w[i] = multiplier_[k];
+        break;
     }
   }
   // What rounding left outside a bound is not worth a multiplier, but it must not reach the joints either.
-  for (int i = 0; i < n_; ++i) solution.x[i] = std::clamp(solution.x[i], qp_->lower[i], qp_->upper[i]);
+  for (int i = 0; i < n_; ++i)
+    solution.x[i] = std::clamp(solution.x[i], qp_->lower[i], qp_->upper[i]);
 }
 
 void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept {
@@ -289,7 +329,8 @@ void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept
   equalities_ = qp.equalities();
   rows_ = qp.rows();
   constraints_ = equalities_ + 2 * n_ + rows_;
-  if (remembered_ != constraints_) was_active_.fill(false);
+  if (remembered_ != constraints_)
+    was_active_.fill(false);
   is_active_.fill(false);
   is_met_.fill(false);
   active_count_ = active_equalities_ = iterations_ = 0;
@@ -310,7 +351,8 @@ void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept
     solution.status = QpStatus::kNotConvex;
   } else {
     solution.status = addEqualities();
-    if (solution.status == QpStatus::kSolved) solution.status = addInequalities();
+    if (solution.status == QpStatus::kSolved)
+      solution.status = addInequalities();
   }
   solution.iterations = iterations_ + active_equalities_;
   remembered_ = 0;

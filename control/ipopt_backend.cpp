@@ -16,8 +16,8 @@ using Ipopt::Number;
 
 /** The QP as a nonlinear programme: constraints are the equalities, then the rows; all matrices dense.
  *
- * Ipopt's tolerances are absolute, joint velocities are thousandths: it sees y = x / kUnit and the objective times factor_,
- * so that the gradient at the start is of the order of one. */
+ * Ipopt's tolerances are absolute, joint velocities are thousandths: it sees y = x / kUnit and the objective times
+ * factor_, so that the gradient at the start is of the order of one. */
 class QpAsNlp final : public Ipopt::TNLP {
  public:
   QpAsNlp(const QuadraticProgram& qp, QpSolution& solution) : qp_(qp), solution_(solution) {
@@ -48,7 +48,8 @@ class QpAsNlp final : public Ipopt::TNLP {
   }
 
   bool get_starting_point(Index n, bool, Number* x, bool, Number*, Number*, Index, bool, Number*) override {
-    for (Index i = 0; i < n; ++i) x[i] = std::clamp(0.0, qp_.lower[i], qp_.upper[i]) / kUnit;
+    for (Index i = 0; i < n; ++i)
+      x[i] = std::clamp(0.0, qp_.lower[i], qp_.upper[i]) / kUnit;
     return true;
   }
 
@@ -66,8 +67,10 @@ class QpAsNlp final : public Ipopt::TNLP {
 
   bool eval_g(Index n, const Number* x, bool, Index, Number* g) override {
     const Eigen::Map<const Eigen::VectorXd> v(x, n);
-    for (int j = 0; j < qp_.equalities(); ++j) g[j] = qp_.E.row(j).dot(v);
-    for (int j = 0; j < qp_.rows(); ++j) g[qp_.equalities() + j] = qp_.A.row(j).dot(v);
+    for (int j = 0; j < qp_.equalities(); ++j)
+      g[j] = qp_.E.row(j).dot(v);
+    for (int j = 0; j < qp_.rows(); ++j)
+      g[qp_.equalities() + j] = qp_.A.row(j).dot(v);
     return true;
   }
 
@@ -85,7 +88,16 @@ class QpAsNlp final : public Ipopt::TNLP {
     return true;
   }
 
-  bool eval_h(Index n, const Number*, bool, Number factor, Index, const Number*, bool, Index, Index* row, Index* col,
+  bool eval_h(Index n,
+              const Number*,
+              bool,
+              Number factor,
+              Index,
+              const Number*,
+              bool,
+              Index,
+              Index* row,
+              Index* col,
               Number* values) override {
     for (Index j = 0, k = 0; j < n; ++j) {
       for (Index i = 0; i <= j; ++i, ++k) {
@@ -100,21 +112,31 @@ class QpAsNlp final : public Ipopt::TNLP {
     return true;
   }
 
-  void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number* z_lower, const Number* z_upper,
-                         Index, const Number*, const Number* lambda, Number, const Ipopt::IpoptData*,
+  void finalize_solution(Ipopt::SolverReturn,
+                         Index n,
+                         const Number* x,
+                         const Number* z_lower,
+                         const Number* z_upper,
+                         Index,
+                         const Number*,
+                         const Number* lambda,
+                         Number,
+                         const Ipopt::IpoptData*,
                          Ipopt::IpoptCalculatedQuantities*) override {
     const double multiplier = 1.0 / (factor_ * kUnit);
     for (Index i = 0; i < n; ++i) {
       solution_.x[i] = std::clamp(kUnit * x[i], qp_.lower[i], qp_.upper[i]);
       solution_.z[i] = multiplier * (z_upper[i] - z_lower[i]);
     }
-    for (int j = 0; j < qp_.equalities(); ++j) solution_.y[j] = multiplier * lambda[j];
-    for (int j = 0; j < qp_.rows(); ++j) solution_.w[j] = multiplier * lambda[qp_.equalities() + j];
+    for (int j = 0; j < qp_.equalities(); ++j)
+      solution_.y[j] = multiplier * lambda[j];
+    for (int j = 0; j < qp_.rows(); ++j)
+      solution_.w[j] = multiplier * lambda[qp_.equalities() + j];
   }
 
  private:
   static constexpr double kInfinity = 2e19;  // Ipopt's own notion of no bound
-  static constexpr double kUnit = 1e-3;       // m/s, the size of joint velocities
+  static constexpr double kUnit = 1e-3;      // m/s, the size of joint velocities
   const QuadraticProgram& qp_;
   QpSolution& solution_;
   double factor_ = 1.0;
@@ -123,10 +145,14 @@ class QpAsNlp final : public Ipopt::TNLP {
 QpStatus statusOf(Ipopt::ApplicationReturnStatus status) {
   switch (status) {
     case Ipopt::Solve_Succeeded:
-    case Ipopt::Solved_To_Acceptable_Level: return QpStatus::kSolved;
-    case Ipopt::Infeasible_Problem_Detected: return QpStatus::kInfeasible;
-    case Ipopt::Maximum_Iterations_Exceeded: return QpStatus::kIterationLimit;
-    default: return QpStatus::kFailed;
+    case Ipopt::Solved_To_Acceptable_Level:
+      return QpStatus::kSolved;
+    case Ipopt::Infeasible_Problem_Detected:
+      return QpStatus::kInfeasible;
+    case Ipopt::Maximum_Iterations_Exceeded:
+      return QpStatus::kIterationLimit;
+    default:
+      return QpStatus::kFailed;
   }
 }
 
@@ -163,11 +189,13 @@ void IpoptBackend::solve(const QuadraticProgram& qp, QpSolution& solution) noexc
     }
     Ipopt::SmartPtr<Ipopt::TNLP> nlp = new QpAsNlp(qp, solution);
     solution.status = statusOf(app->OptimizeTNLP(nlp));
-    if (Ipopt::IsValid(app->Statistics())) solution.iterations = app->Statistics()->IterationCount();
+    if (Ipopt::IsValid(app->Statistics()))
+      solution.iterations = app->Statistics()->IterationCount();
   } catch (...) {
     solution.status = QpStatus::kFailed;
   }
-  if (!solution.x.allFinite()) solution.status = QpStatus::kFailed;
+  if (!solution.x.allFinite())
+    solution.status = QpStatus::kFailed;
 }
 
 }  // namespace tandem::control

@@ -6,8 +6,8 @@
 
 namespace tandem::control {
 
-/** Interior-point method Ipopt (Waechter & Biegler 2006) on the same problem. Allocates and takes milliseconds: for comparison, not
- * for the periodic path. */
+/** Interior-point method Ipopt (Waechter & Biegler 2006) on the same problem. Allocates and takes milliseconds: for
+ * comparison, not for the periodic path. */
 class IpoptBackend final : public QpBackend {
  public:
   void solve(const QuadraticProgram& qp, QpSolution& solution) noexcept override;

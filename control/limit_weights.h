@@ -15,7 +15,8 @@ struct LimitView {
 
 /// Equation (1) as printed.
 inline constexpr LimitView kAsPrinted{false, 1e-6};
-/// What the corrected law needs: a tube that feels the tube outside it too, and weights that leave a way back from the limit.
+/// What the corrected law needs: a tube that feels the tube outside it too, and weights that leave a way back from the
+/// limit.
 inline constexpr LimitView kCorrected{true, 2e-3};
 
 /** Weights per joint, Alsaka et al. 2024, section 2.1: lambda_r for rotations, lambda_t w_i for translations, with
@@ -23,8 +24,8 @@ inline constexpr LimitView kCorrected{true, 2e-3};
  *   w_i = 1 + |dH/dbeta_i|,
  *   dH/dbeta_i = (max - min)^2 (2 beta - max - min) / (4 (max - beta)^2 (beta - min)^2)      (Chan & Dubey 1995)
  *
- * beta in mm inside H, without Chan and Dubey's switch (a joint that leaves its limit stays as heavy as one that approaches
- * it). */
+ * beta in mm inside H, without Chan and Dubey's switch (a joint that leaves its limit stays as heavy as one that
+ * approaches it). */
 RobotVector limitWeights(const StepProblem& problem, const MethodParameters& parameters, LimitView view) noexcept;
 
 }  // namespace tandem::control

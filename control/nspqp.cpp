@@ -11,8 +11,8 @@ namespace {
  *   s.t.            J_k qdot = v_k  for all tasks k before the last one, m,
  *                   lower <= qdot <= upper,   a_i^T qdot <= rate_i  (coupled rows; none with frozen bounds).
  *
- * Rotations are bounded only where the robot file gives them a velocity or travel. Infeasible where the limits forbid a task above
- * the last: the paper's method has no answer then, and neither has this one. */
+ * Rotations are bounded only where the robot file gives them a velocity or travel. Infeasible where the limits forbid a
+ * task above the last: the paper's method has no answer then, and neither has this one. */
 class Nspqp final : public Resolver {
  public:
   explicit Nspqp(const MethodParameters& parameters)
@@ -26,7 +26,8 @@ class Nspqp final : public Resolver {
     velocityBounds(problem, parameters_.bounds, parameters_.period, solution.bounds);
     const int last = problem.task_count - 1;
     int equalities = 0;
-    for (int k = 0; k < last; ++k) equalities += static_cast<int>(problem.task[k].velocity.size());
+    for (int k = 0; k < last; ++k)
+      equalities += static_cast<int>(problem.task[k].velocity.size());
     qp_.resize(n, equalities, solution.bounds.row_count);
     addLimits(problem, solution.bounds, qp_);
     for (int k = 0, row = 0; k < last; ++k) {
@@ -43,10 +44,12 @@ class Nspqp final : public Resolver {
     qp_.H.diagonal().array() += parameters_.nspqp_zeta;
     backend_->solve(qp_, qp_solution_);
     solution.iterations = qp_solution_.iterations;
-    if (qp_solution_.status != QpStatus::kSolved) return statusOf(qp_solution_.status);
+    if (qp_solution_.status != QpStatus::kSolved)
+      return statusOf(qp_solution_.status);
     solution.velocity = qp_solution_.x;
     solution.kkt_residual = kktResidual(qp_, qp_solution_);
-    for (int k = 0; k < problem.task_count; ++k) solution.scale[k] = 1.0;
+    for (int k = 0; k < problem.task_count; ++k)
+      solution.scale[k] = 1.0;
     return SolveStatus::kSolved;
   }
 

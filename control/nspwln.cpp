@@ -12,25 +12,28 @@ namespace {
  *   qdot = inv(J_1) v_1 + (I - inv(J_1) J_1) inv(J_2) v_2,
  *   inv(J) stacks, arm by arm,  (J_k^T W_track J_k + W_act,k)^-1 J_k^T W_track,
  *
- * J_k being the columns of arm k and W_act the weights of limitWeights(). Each arm minimises (4) as if it were alone, so the
- * primary task is answered once by each of the two arms: J_1 inv(J_1) is about 2 I.
+ * J_k being the columns of arm k and W_act the weights of limitWeights(). Each arm minimises (4) as if it were alone,
+ * so the primary task is answered once by each of the two arms: J_1 inv(J_1) is about 2 I.
  *
- * inv is computed as W^-1 J^T (J W^-1 J^T + I / w_track)^-1, the same matrix by the push-through identity, which keeps its
- * digits where W_track is 1e8 times W_act. */
+ * inv is computed as W^-1 J^T (J W^-1 J^T + I / w_track)^-1, the same matrix by the push-through identity, which keeps
+ * its digits where W_track is 1e8 times W_act. */
 class Nspwln final : public Resolver {
  public:
   explicit Nspwln(const MethodParameters& parameters) : Resolver(parameters) {}
   Method method() const override { return Method::kNspwln; }
 
  private:
-  RobotVector inverse(const StepProblem& problem, const RobotVector& weights, const TaskJacobian& J,
+  RobotVector inverse(const StepProblem& problem,
+                      const RobotVector& weights,
+                      const TaskJacobian& J,
                       const TaskVector& r) const {
     RobotVector qdot(problem.joint_count);
     for (int arm = 0; arm < problem.arm_count; ++arm) {
       const int begin = problem.arm_offset[arm], size = problem.arm_offset[arm + 1] - begin;
       TaskJacobian Jk = J.middleCols(begin, size);
       TaskJacobian weighted = Jk;
-      for (int j = 0; j < size; ++j) weighted.col(j) /= weights[begin + j];
+      for (int j = 0; j < size; ++j)
+        weighted.col(j) /= weights[begin + j];
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, kMaxTaskRows> gram =
           weighted.lazyProduct(Jk.transpose());
       gram.diagonal().array() += 1.0 / parameters_.track_weight;

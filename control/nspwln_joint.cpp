@@ -15,7 +15,8 @@ namespace {
  *   N_k = N_{k-1} - (J_k N_{k-1})# J_k N_{k-1}.
  *
  * With two tasks: qdot = J_1# v_1 + N (J_2 N)# (v_2 - J_2 J_1# v_1). One weighted inverse over the columns of all arms
- * answers each task once, and the second task knows what the first one already moves. W: limitWeights() with kCorrected. */
+ * answers each task once, and the second task knows what the first one already moves. W: limitWeights() with
+ * kCorrected. */
 class NspwlnJoint final : public Resolver {
  public:
   explicit NspwlnJoint(const MethodParameters& parameters) : Resolver(parameters) {}
@@ -31,7 +32,8 @@ class NspwlnJoint final : public Resolver {
       const int rows = static_cast<int>(task.velocity.size());
       TaskJacobian projected = task.jacobian.lazyProduct(projector_);
       TaskJacobian weighted = projected;
-      for (int j = 0; j < n; ++j) weighted.col(j) /= weights[j];
+      for (int j = 0; j < n; ++j)
+        weighted.col(j) /= weights[j];
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, kMaxTaskRows> gram =
           weighted.lazyProduct(projected.transpose());
       gram.diagonal().array() += 1.0 / parameters_.track_weight;
@@ -40,7 +42,8 @@ class NspwlnJoint final : public Resolver {
       const TaskVector y = factor.solve(wanted);
       solution.velocity += weighted.transpose().lazyProduct(y);
       solution.scale[k] = 1.0;
-      if (k + 1 == problem.task_count) break;
+      if (k + 1 == problem.task_count)
+        break;
       TaskJacobian pushed(rows, n);
       for (int j = 0; j < n; ++j) {
         const TaskVector column = projected.col(j);

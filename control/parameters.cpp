@@ -14,7 +14,8 @@ constexpr std::array<std::string_view, 2> kBoundsNames{"coupled", "frozen"};
 template <class Enum, std::size_t N>
 std::optional<Enum> find(const std::array<std::string_view, N>& names, std::string_view name) {
   for (std::size_t i = 0; i < N; ++i) {
-    if (names[i] == name) return static_cast<Enum>(i);
+    if (names[i] == name)
+      return static_cast<Enum>(i);
   }
   return std::nullopt;
 }

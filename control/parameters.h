@@ -35,16 +35,17 @@ std::optional<BoundsKind> boundsFromName(std::string_view name);
 
 /** Parameters of all methods; each method reads its own. SI units (m, rad). */
 struct MethodParameters {
-  double period = 0.1;                   ///< T, s: control sampling time
+  double period = 0.1;  ///< T, s: control sampling time
   BoundsKind bounds = BoundsKind::kCoupled;
   Backend backend = Backend::kActiveSet;
-  double nsp_damping = 1e-4;             ///< damping of the pseudoinverses of (3), m
-  double track_weight = 1e8;             ///< W_track of (4)
-  double translation_weight = 30.0;      ///< lambda_t
-  double rotation_weight = 1e-3;         ///< lambda_r
-  double nspqp_zeta = 1e-6;              ///< zeta of (7)
-  double snsqp_zeta = 3e-2;              ///< zeta of (8)
-  double snsqp_rotation_velocity = 0.5;  ///< rad/s, bound on every rotation in (8); without it the optimum spins the tubes
+  double nsp_damping = 1e-4;         ///< damping of the pseudoinverses of (3), m
+  double track_weight = 1e8;         ///< W_track of (4)
+  double translation_weight = 30.0;  ///< lambda_t
+  double rotation_weight = 1e-3;     ///< lambda_r
+  double nspqp_zeta = 1e-6;          ///< zeta of (7)
+  double snsqp_zeta = 3e-2;          ///< zeta of (8)
+  double snsqp_rotation_velocity =
+      0.5;  ///< rad/s, bound on every rotation in (8); without it the optimum spins the tubes
 };
 
 }  // namespace tandem::control

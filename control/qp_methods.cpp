@@ -15,11 +15,16 @@ void addLimits(const StepProblem& problem, const VelocityBounds& bounds, Quadrat
 
 SolveStatus statusOf(QpStatus status) noexcept {
   switch (status) {
-    case QpStatus::kSolved: return SolveStatus::kSolved;
-    case QpStatus::kInfeasible: return SolveStatus::kInfeasible;
-    case QpStatus::kIterationLimit: return SolveStatus::kIterationLimit;
-    case QpStatus::kNotFinite: return SolveStatus::kNotFinite;
-    default: return SolveStatus::kFailed;
+    case QpStatus::kSolved:
+      return SolveStatus::kSolved;
+    case QpStatus::kInfeasible:
+      return SolveStatus::kInfeasible;
+    case QpStatus::kIterationLimit:
+      return SolveStatus::kIterationLimit;
+    case QpStatus::kNotFinite:
+      return SolveStatus::kNotFinite;
+    default:
+      return SolveStatus::kFailed;
   }
 }
 

@@ -24,12 +24,18 @@ void QuadraticProgram::resize(int variables, int equalities, int rows) {
 
 std::string_view describe(QpStatus status) {
   switch (status) {
-    case QpStatus::kSolved: return "solved";
-    case QpStatus::kInfeasible: return "infeasible";
-    case QpStatus::kIterationLimit: return "iteration limit";
-    case QpStatus::kNotConvex: return "not convex";
-    case QpStatus::kNotFinite: return "not finite";
-    case QpStatus::kFailed: return "failed";
+    case QpStatus::kSolved:
+      return "solved";
+    case QpStatus::kInfeasible:
+      return "infeasible";
+    case QpStatus::kIterationLimit:
+      return "iteration limit";
+    case QpStatus::kNotConvex:
+      return "not convex";
+    case QpStatus::kNotFinite:
+      return "not finite";
+    case QpStatus::kFailed:
+      return "failed";
   }
   return "unknown";
 }
@@ -44,24 +50,31 @@ double kktResidual(const QuadraticProgram& qp, const QpSolution& s) noexcept {
       sum += term;
       size = std::max(size, std::abs(term));
     };
-    for (int j = 0; j < n; ++j) add(qp.H(i, j) * s.x[j]);
-    for (int j = 0; j < qp.equalities(); ++j) add(qp.E(j, i) * s.y[j]);
-    for (int j = 0; j < qp.rows(); ++j) add(qp.A(j, i) * s.w[j]);
+    for (int j = 0; j < n; ++j)
+      add(qp.H(i, j) * s.x[j]);
+    for (int j = 0; j < qp.equalities(); ++j)
+      add(qp.E(j, i) * s.y[j]);
+    for (int j = 0; j < qp.rows(); ++j)
+      add(qp.A(j, i) * s.w[j]);
     largest = std::max(largest, std::abs(sum));
   }
   double worst = largest / size;
   const double x_size = std::max(s.x.size() > 0 ? s.x.cwiseAbs().maxCoeff() : 0.0, 1e-6);
   double dual_size = std::max(s.z.size() > 0 ? s.z.cwiseAbs().maxCoeff() : 0.0, 1e-30);
-  for (int j = 0; j < qp.rows(); ++j) dual_size = std::max(dual_size, std::abs(s.w[j]));
+  for (int j = 0; j < qp.rows(); ++j)
+    dual_size = std::max(dual_size, std::abs(s.w[j]));
   const auto primal = [&](double violation) { worst = std::max(worst, violation / x_size); };
   const auto complementary = [&](double multiplier, double slack) {
     worst = std::max(worst, std::min(std::abs(multiplier) / dual_size, std::abs(slack) / x_size));
   };
-  for (int j = 0; j < qp.equalities(); ++j) primal(std::abs(qp.E.row(j).dot(s.x) - qp.e[j]));
+  for (int j = 0; j < qp.equalities(); ++j)
+    primal(std::abs(qp.E.row(j).dot(s.x) - qp.e[j]));
   for (int i = 0; i < n; ++i) {
     primal(std::max(qp.lower[i] - s.x[i], s.x[i] - qp.upper[i]));
-    if (s.z[i] > 0.0) complementary(s.z[i], qp.upper[i] - s.x[i]);
-    if (s.z[i] < 0.0) complementary(s.z[i], s.x[i] - qp.lower[i]);
+    if (s.z[i] > 0.0)
+      complementary(s.z[i], qp.upper[i] - s.x[i]);
+    if (s.z[i] < 0.0)
+      complementary(s.z[i], s.x[i] - qp.lower[i]);
   }
   for (int j = 0; j < qp.rows(); ++j) {
     const double slack = qp.b[j] - qp.A.row(j).dot(s.x);
@@ -73,7 +86,8 @@ double kktResidual(const QuadraticProgram& qp, const QpSolution& s) noexcept {
 }
 
 std::unique_ptr<QpBackend> makeQpBackend(Backend backend) {
-  if (backend == Backend::kIpopt) return std::make_unique<IpoptBackend>();
+  if (backend == Backend::kIpopt)
+    return std::make_unique<IpoptBackend>();
   return std::make_unique<ActiveSet>();
 }
 

@@ -45,11 +45,11 @@ struct QuadraticProgram {
 
 enum class QpStatus {
   kSolved,
-  kInfeasible,      ///< no x satisfies the constraints
+  kInfeasible,  ///< no x satisfies the constraints
   kIterationLimit,
-  kNotConvex,       ///< H is not positive definite
-  kNotFinite,       ///< a number in the problem is not finite
-  kFailed,          ///< the backend gave up
+  kNotConvex,  ///< H is not positive definite
+  kNotFinite,  ///< a number in the problem is not finite
+  kFailed,     ///< the backend gave up
 };
 std::string_view describe(QpStatus status);
 
@@ -58,13 +58,14 @@ struct QpSolution {
   QpStatus status = QpStatus::kFailed;
   QpVector x;
   EqualityVector y;
-  QpVector z;    ///< z_upper - z_lower per variable
+  QpVector z;  ///< z_upper - z_lower per variable
   RowVector w;
   int iterations = 0;
 };
 
-/** Largest violation of the optimality conditions: stationarity relative to its largest term, primal feasibility relative to
- * the largest variable, signs of multipliers and complementarity relative to the largest multiplier. Dimensionless. */
+/** Largest violation of the optimality conditions: stationarity relative to its largest term, primal feasibility
+ * relative to the largest variable, signs of multipliers and complementarity relative to the largest multiplier.
+ * Dimensionless. */
 double kktResidual(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
 
 /** A solver of quadratic programmes. Not thread-safe; one per thread. */

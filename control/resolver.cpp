@@ -15,10 +15,12 @@ constexpr double kAtBound = 1e-10;
 
 bool finite(const StepProblem& problem) {
   for (int j = 0; j < problem.joint_count; ++j) {
-    if (!std::isfinite(problem.joint[j].position)) return false;
+    if (!std::isfinite(problem.joint[j].position))
+      return false;
   }
   for (int k = 0; k < problem.task_count; ++k) {
-    if (!problem.task[k].jacobian.allFinite() || !problem.task[k].velocity.allFinite()) return false;
+    if (!problem.task[k].jacobian.allFinite() || !problem.task[k].velocity.allFinite())
+      return false;
   }
   return true;
 }
@@ -33,7 +35,8 @@ void markActive(const StepProblem& problem, Solution& solution) {
   }
   for (int i = 0; i < bounds.row_count; ++i) {
     const CoupledRow& row = problem.row[i];
-    if (bounds.row_rate[i] - (row.a_first * v[row.first] + row.a_second * v[row.second]) >= kAtBound) continue;
+    if (bounds.row_rate[i] - (row.a_first * v[row.first] + row.a_second * v[row.second]) >= kAtBound)
+      continue;
     solution.joint_active[row.first] = solution.joint_active[row.second] = 1;
     ++solution.active_count;
   }
@@ -50,11 +53,16 @@ void requirePositive(double value, const char* what) {
 
 std::string_view describe(SolveStatus status) {
   switch (status) {
-    case SolveStatus::kSolved: return "ok";
-    case SolveStatus::kInfeasible: return "infeasible: the limits leave no velocity that does the task";
-    case SolveStatus::kIterationLimit: return "the solver ran out of iterations";
-    case SolveStatus::kNotFinite: return "a number in the problem is not finite";
-    case SolveStatus::kFailed: return "the solver failed";
+    case SolveStatus::kSolved:
+      return "ok";
+    case SolveStatus::kInfeasible:
+      return "infeasible: the limits leave no velocity that does the task";
+    case SolveStatus::kIterationLimit:
+      return "the solver ran out of iterations";
+    case SolveStatus::kNotFinite:
+      return "a number in the problem is not finite";
+    case SolveStatus::kFailed:
+      return "the solver failed";
   }
   return "unknown";
 }
@@ -73,7 +81,8 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
   solution.bounds.row_count = 0;
 
   solution.status = finite(problem) ? resolve(problem, solution) : SolveStatus::kNotFinite;
-  if (solution.status == SolveStatus::kSolved && !solution.velocity.allFinite()) solution.status = SolveStatus::kFailed;
+  if (solution.status == SolveStatus::kSolved && !solution.velocity.allFinite())
+    solution.status = SolveStatus::kFailed;
   if (solution.status != SolveStatus::kSolved) {
     solution.velocity.setZero(n);
     solution.scale.fill(0.0);
@@ -101,11 +110,16 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
   requirePositive(p.snsqp_zeta, "zeta");
   requirePositive(p.snsqp_rotation_velocity, "snsqp_rotation_velocity");
   switch (method) {
-    case Method::kNsp: return makeNsp(p);
-    case Method::kNspwln: return makeNspwln(p);
-    case Method::kNspwlnJoint: return makeNspwlnJoint(p);
-    case Method::kNspqp: return makeNspqp(p);
-    case Method::kSnsqp: return makeSnsqp(p);
+    case Method::kNsp:
+      return makeNsp(p);
+    case Method::kNspwln:
+      return makeNspwln(p);
+    case Method::kNspwlnJoint:
+      return makeNspwlnJoint(p);
+    case Method::kNspqp:
+      return makeNspqp(p);
+    case Method::kSnsqp:
+      return makeSnsqp(p);
   }
   throw std::invalid_argument("unknown method");
 }

@@ -9,8 +9,8 @@
 
 namespace tandem::control {
 
-/** Turns stacked tasks and limits into joint velocities. With the active-set backend solve() allocates nothing and throws nothing.
- * One object per control loop: it keeps what it learnt of the last step for a warm start. */
+/** Turns stacked tasks and limits into joint velocities. With the active-set backend solve() allocates nothing and
+ * throws nothing. One object per control loop: it keeps what it learnt of the last step for a warm start. */
 class Resolver {
  public:
   virtual ~Resolver() = default;

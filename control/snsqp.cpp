@@ -14,23 +14,27 @@ namespace {
  *          J_i qdot = J_i qdot_{k-1}  for all i < k,   0 <= s_k <= 1,
  *          lower <= qdot <= upper,   a_i^T qdot <= rate_i  (coupled rows; none with frozen bounds).
  *
- * At k = 1 the first line is J_1 qdot = s_1 v_1, as printed. Behind it the printed J_k qdot = s_k v_k is often infeasible
- * under limits, whereas here s_k = 0 is always allowed: qdot_{k-1} is a feasible point of level k. Rotations are bounded by
- * snsqp_rotation_velocity: without a bound the optimum buys the last per mille of s with any number of turns. */
+ * At k = 1 the first line is J_1 qdot = s_1 v_1, as printed. Behind it the printed J_k qdot = s_k v_k is often
+ * infeasible under limits, whereas here s_k = 0 is always allowed: qdot_{k-1} is a feasible point of level k. Rotations
+ * are bounded by snsqp_rotation_velocity: without a bound the optimum buys the last per mille of s with any number of
+ * turns. */
 class Snsqp final : public Resolver {
  public:
   explicit Snsqp(const MethodParameters& parameters) : Resolver(parameters) {
-    for (auto& backend : backend_) backend = makeQpBackend(parameters.backend);
+    for (auto& backend : backend_)
+      backend = makeQpBackend(parameters.backend);
   }
   Method method() const override { return Method::kSnsqp; }
   void reset() noexcept override {
-    for (auto& backend : backend_) backend->reset();
+    for (auto& backend : backend_)
+      backend->reset();
   }
 
  private:
   void boundRotations(const StepProblem& problem, VelocityBounds& bounds) const {
     for (int j = 0; j < problem.joint_count; ++j) {
-      if (problem.joint[j].kind != JointKind::kRotation) continue;
+      if (problem.joint[j].kind != JointKind::kRotation)
+        continue;
       bounds.lower[j] = std::max(bounds.lower[j], -parameters_.snsqp_rotation_velocity);
       bounds.upper[j] = std::min(bounds.upper[j], parameters_.snsqp_rotation_velocity);
     }
@@ -41,7 +45,8 @@ class Snsqp final : public Resolver {
     const int n = problem.joint_count;
     const double zeta = parameters_.snsqp_zeta;
     int equalities = 0;
-    for (int i = 0; i <= k; ++i) equalities += static_cast<int>(problem.task[i].velocity.size());
+    for (int i = 0; i <= k; ++i)
+      equalities += static_cast<int>(problem.task[i].velocity.size());
     qp_.resize(n + 1, equalities, solution.bounds.row_count);
     addLimits(problem, solution.bounds, qp_);
     qp_.H.diagonal().head(n).setConstant(zeta);
@@ -55,7 +60,8 @@ class Snsqp final : public Resolver {
       const TaskVector done = task.jacobian.lazyProduct(solution.velocity);
       qp_.E.block(row, 0, size, n) = task.jacobian;
       qp_.e.segment(row, size) = done;
-      if (i == k) qp_.E.block(row, n, size, 1) = done - task.velocity;
+      if (i == k)
+        qp_.E.block(row, n, size, 1) = done - task.velocity;
       row += size;
     }
   }
@@ -67,7 +73,8 @@ class Snsqp final : public Resolver {
       setLevel(problem, k, solution);
       backend_[k]->solve(qp_, qp_solution_);
       solution.iterations += qp_solution_.iterations;
-      if (qp_solution_.status != QpStatus::kSolved) return statusOf(qp_solution_.status);
+      if (qp_solution_.status != QpStatus::kSolved)
+        return statusOf(qp_solution_.status);
       solution.kkt_residual = std::max(solution.kkt_residual, kktResidual(qp_, qp_solution_));
       solution.velocity = qp_solution_.x.head(problem.joint_count);
       solution.scale[k] = qp_solution_.x[problem.joint_count];

@@ -22,14 +22,15 @@ std::string_view describe(SolveStatus status);
 /** Joint velocities and how they came about. */
 struct Solution {
   SolveStatus status = SolveStatus::kFailed;
-  RobotVector velocity;                           ///< qdot, m/s and rad/s
-  std::array<double, kMaxTasks> scale{};          ///< s_k: which share of task k is done by design, 1 = all
-  std::array<double, kMaxTasks> residual{};       ///< |J_k qdot - v_k|: what of task k is left undone, m/s
-  int iterations = 0;                             ///< of the QP backend, all levels; 0 for closed forms
-  double kkt_residual = 0.0;                      ///< worst level; 0 for closed forms
-  VelocityBounds bounds;                          ///< those in force; infinite for methods without limits
-  std::array<std::uint8_t, safety::kMaxJoints> joint_active{};  ///< 1: qdot stands at a bound of the joint or at a row of it
-  int active_count = 0;                           ///< bounds and rows at which qdot stands
+  RobotVector velocity;                      ///< qdot, m/s and rad/s
+  std::array<double, kMaxTasks> scale{};     ///< s_k: which share of task k is done by design, 1 = all
+  std::array<double, kMaxTasks> residual{};  ///< |J_k qdot - v_k|: what of task k is left undone, m/s
+  int iterations = 0;                        ///< of the QP backend, all levels; 0 for closed forms
+  double kkt_residual = 0.0;                 ///< worst level; 0 for closed forms
+  VelocityBounds bounds;                     ///< those in force; infinite for methods without limits
+  std::array<std::uint8_t, safety::kMaxJoints>
+      joint_active{};    ///< 1: qdot stands at a bound of the joint or at a row of it
+  int active_count = 0;  ///< bounds and rows at which qdot stands
 };
 
 }  // namespace tandem::control

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One control step as numbers: stacked Jacobians, desired velocities and limits. No arm type, no time, no I/O. */
+/** @file One control step as numbers: stacked Jacobians, desired velocities and limits. No arm type, no time, no I/O.
+ */
 #pragma once
 
 #include <Eigen/Core>
@@ -33,13 +34,14 @@ enum class JointKind : std::uint8_t { kTranslation, kRotation };
 struct JointState {
   JointKind kind = JointKind::kTranslation;
   double position = 0.0;
-  double lower = -safety::kUnlimited;         ///< box
+  double lower = -safety::kUnlimited;  ///< box
   double upper = safety::kUnlimited;
-  double frozen_lower = -safety::kUnlimited;  ///< beta_min, beta_max of equation (1), the inner neighbour standing still
+  double frozen_lower =
+      -safety::kUnlimited;  ///< beta_min, beta_max of equation (1), the inner neighbour standing still
   double frozen_upper = safety::kUnlimited;
   double moving_lower = -safety::kUnlimited;  ///< the same with both neighbours standing still: what a plot shows
   double moving_upper = safety::kUnlimited;
-  double velocity = safety::kUnlimited;       ///< V_max
+  double velocity = safety::kUnlimited;               ///< V_max
   double approach_acceleration = safety::kUnlimited;  ///< A_max
 };
 
@@ -49,7 +51,7 @@ struct CoupledRow {
   int second = 0;
   double a_first = 0.0;
   double a_second = 0.0;
-  double gap = 0.0;                                   ///< b - a^T q at the present position, m
+  double gap = 0.0;  ///< b - a^T q at the present position, m
   double approach_acceleration = safety::kUnlimited;
 };
 
@@ -62,7 +64,7 @@ struct StepProblem {
   int row_count = 0;
   std::array<CoupledRow, kMaxRows> row{};
   int task_count = 0;
-  std::array<Task, kMaxTasks> task{};                  ///< highest priority first
+  std::array<Task, kMaxTasks> task{};  ///< highest priority first
 
   /// Lays out the arms and their limits; tasks are left empty. Call once, then setPosition() each step.
   void setLimits(const safety::ArmLimits* const* limits, int count);
@@ -77,7 +79,7 @@ struct StepProblem {
 struct VelocityBounds {
   RobotVector lower;
   RobotVector upper;
-  int row_count = 0;                       ///< 0 for frozen bounds
+  int row_count = 0;                        ///< 0 for frozen bounds
   std::array<double, kMaxRows> row_rate{};  ///< a^T qdot <= row_rate
 };
 

@@ -9,9 +9,11 @@ namespace {
 
 /// Largest approach speed over a distance that remains, m/s (rad/s); zero where nothing remains.
 double approach(double distance, double period, double velocity, double acceleration) {
-  if (distance <= 0.0) return 0.0;
+  if (distance <= 0.0)
+    return 0.0;
   double speed = std::min(distance / period, velocity);
-  if (std::isfinite(acceleration)) speed = std::min(speed, std::sqrt(2.0 * acceleration * distance));
+  if (std::isfinite(acceleration))
+    speed = std::min(speed, std::sqrt(2.0 * acceleration * distance));
   return speed;
 }
 

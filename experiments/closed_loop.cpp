@@ -20,20 +20,23 @@ class Plant {
     enable.request.fill(safety::DriveRequest::kEnable);
     send(enable);
     for (int k = 0; k < model_.armCount(); ++k) {
-      if (drives_.state(k) != safety::OperatingState::kEnabled) throw std::runtime_error("an arm cannot be enabled");
+      if (drives_.state(k) != safety::OperatingState::kEnabled)
+        throw std::runtime_error("an arm cannot be enabled");
     }
   }
 
   safety::RobotVector position() const {
     safety::RobotVector q(model_.jointCount());
-    for (int k = 0; k < model_.armCount(); ++k) q.segment(model_.offset(k), model_.size(k)) = drives_.position(k);
+    for (int k = 0; k < model_.armCount(); ++k)
+      q.segment(model_.offset(k), model_.size(k)) = drives_.position(k);
     return q;
   }
 
   /// Interventions of the limit guards and refusals so far.
   std::uint64_t gateActions() const {
     std::uint64_t sum = 0;
-    for (int g = 0; g < safety::kGuardCount; ++g) sum += drives_.guards()[static_cast<safety::Guard>(g)].count;
+    for (int g = 0; g < safety::kGuardCount; ++g)
+      sum += drives_.guards()[static_cast<safety::Guard>(g)].count;
     return sum;
   }
 
@@ -53,9 +56,12 @@ class Plant {
   }
 
  private:
-  static sim::SimulatedDrives make(const config::Robot& robot, const std::vector<Eigen::VectorXd>& start, double period) {
+  static sim::SimulatedDrives make(const config::Robot& robot,
+                                   const std::vector<Eigen::VectorXd>& start,
+                                   double period) {
     std::vector<safety::ArmLimits> limits;
-    for (const config::Arm& arm : robot.arms) limits.push_back(arm.limits);
+    for (const config::Arm& arm : robot.arms)
+      limits.push_back(arm.limits);
     sim::SimulatedDrivesOptions options;
     options.control_period = period;
     options.lock_step = true;
@@ -69,7 +75,8 @@ class Plant {
   }
 
   void send(const sim::Command& command) {
-    if (!drives_.command(command, time_)) throw std::runtime_error("the gate refused a command");
+    if (!drives_.command(command, time_))
+      throw std::runtime_error("the gate refused a command");
   }
 
   const RobotModel& model_;
@@ -85,16 +92,19 @@ std::vector<RunPlan> plan(const config::Experiment& experiment) {
   std::vector<RunPlan> runs;
   std::vector<std::string> names;
   for (const config::ExperimentTrajectory& trajectory : experiment.trajectories) {
-    if (std::find(names.begin(), names.end(), trajectory.spec.name) == names.end()) names.push_back(trajectory.spec.name);
+    if (std::find(names.begin(), names.end(), trajectory.spec.name) == names.end())
+      names.push_back(trajectory.spec.name);
   }
   for (const std::string& name : names) {
     for (const control::Method method : experiment.methods) {
       for (const config::ExperimentTrajectory& trajectory : experiment.trajectories) {
-        if (trajectory.spec.name != name) continue;
+        if (trajectory.spec.name != name)
+          continue;
         for (const std::string& wanted : trajectory.configurations) {
           const auto found = std::find_if(experiment.configurations.begin(), experiment.configurations.end(),
                                           [&](const config::Configuration& c) { return c.name == wanted; });
-          if (found == experiment.configurations.end()) throw std::invalid_argument("unknown configuration " + wanted);
+          if (found == experiment.configurations.end())
+            throw std::invalid_argument("unknown configuration " + wanted);
           runs.push_back({{name, wanted, method}, trajectory.spec, found->joints});
         }
       }
@@ -103,8 +113,12 @@ std::vector<RunPlan> plan(const config::Experiment& experiment) {
   return runs;
 }
 
-RunRecord runOffline(const config::Robot& robot, const RobotModel& model, const RunPlan& plan, planning::Gains gains,
-                     double control_period, const std::function<void(int, int)>& progress) {
+RunRecord runOffline(const config::Robot& robot,
+                     const RobotModel& model,
+                     const RunPlan& plan,
+                     planning::Gains gains,
+                     double control_period,
+                     const std::function<void(int, int)>& progress) {
   Plant plant(robot, model, plan.start, control_period);
   control::MethodParameters parameters = robot.parameters;
   parameters.period = control_period;
@@ -124,7 +138,8 @@ RunRecord runOffline(const config::Robot& robot, const RobotModel& model, const 
     const std::uint64_t actions = plant.gateActions();
     const safety::RobotVector q = plant.position();  // ideal joints: setpoint and measured are one
     tracker.step(q, q, facts.reference, track);
-    if (track.status == planning::TrackStatus::kModel) throw std::runtime_error(std::string(describe(track.model)));
+    if (track.status == planning::TrackStatus::kModel)
+      throw std::runtime_error(std::string(describe(track.model)));
     plant.move(track.solution.velocity);
     facts.point = follower.progress().point;
     facts.iteration = follower.progress().iteration;
@@ -135,7 +150,8 @@ RunRecord runOffline(const config::Robot& robot, const RobotModel& model, const 
     facts.gate_actions = plant.gateActions() - actions;
     record.add(facts);
     std::tie(tip, relative) = measure(facts.position);
-    if (progress) progress(facts.point, plan.trajectory.point_count);
+    if (progress)
+      progress(facts.point, plan.trajectory.point_count);
   }
   return record;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The closed loop in one process: follower, tracker, gate and simulated joints, as the services run them in lock-step. */
+/** @file The closed loop in one process: follower, tracker, gate and simulated joints, as the services run them in
+ * lock-step. */
 #pragma once
 
 #include <functional>
@@ -20,11 +21,16 @@ struct RunPlan {
 /// @throw std::invalid_argument for a trajectory that names an unknown configuration.
 std::vector<RunPlan> plan(const config::Experiment& experiment);
 
-/** Runs one plan without DDS. Gives the digits of the processes in lock-step, because it calls the same objects in the same order.
+/** Runs one plan without DDS. Gives the digits of the processes in lock-step, because it calls the same objects in the
+ * same order.
  * @param control_period  T, s
  * @param progress  called after every iteration with point and point count; may be empty.
  * @throw std::runtime_error where the model cannot answer or the gate refuses a command. */
-RunRecord runOffline(const config::Robot& robot, const RobotModel& model, const RunPlan& plan, planning::Gains gains,
-                     double control_period, const std::function<void(int point, int points)>& progress = {});
+RunRecord runOffline(const config::Robot& robot,
+                     const RobotModel& model,
+                     const RunPlan& plan,
+                     planning::Gains gains,
+                     double control_period,
+                     const std::function<void(int point, int points)>& progress = {});
 
 }  // namespace tandem::experiments

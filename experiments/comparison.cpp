@@ -53,16 +53,16 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
     divide(row.ab, row.runs);
     divide(row.a, row.runs);
     for (const config::PublishedRow& line : published) {
-      if (line.trajectory == row.trajectory && line.method == control::name(row.method)) row.published = &line;
+      if (line.trajectory == row.trajectory && line.method == control::name(row.method))
+        row.published = &line;
     }
   }
   return rows;
 }
 
 std::string formatTable(std::span<const ComparisonRow> rows) {
-  std::string text =
-      format("%-11s %-13s %10s  %-24s %-24s %11s %7s %6s\n", "trajectory", "method", "iterations",
-             "eps_AB RMS+-StD [Max] mm", "eps_A RMS+-StD [Max] mm", "converged", "outside", "gate");
+  std::string text = format("%-11s %-13s %10s  %-24s %-24s %11s %7s %6s\n", "trajectory", "method", "iterations",
+                            "eps_AB RMS+-StD [Max] mm", "eps_A RMS+-StD [Max] mm", "converged", "outside", "gate");
   const auto errors = [](double rms, double deviation, double max) {
     return format("%6.3f +- %5.3f [%5.3f]", 1e3 * rms, 1e3 * deviation, 1e3 * max);
   };
@@ -73,7 +73,8 @@ std::string formatTable(std::span<const ComparisonRow> rows) {
                    errors(row.ab.rms, row.ab.deviation, row.ab.max).c_str(),
                    errors(row.a.rms, row.a.deviation, row.a.max).c_str(), done.c_str(), row.limit_violations,
                    static_cast<unsigned long long>(row.gate_actions));
-    if (row.published == nullptr) continue;
+    if (row.published == nullptr)
+      continue;
     const config::PublishedRow& p = *row.published;
     text += format("%-11s %-13s %10.0f  %-24s %-24s\n", "", "  published", p.iterations,
                    errors(p.rms_ab, p.std_ab, p.max_ab).c_str(), errors(p.rms_a, p.std_a, p.max_a).c_str());

@@ -18,7 +18,7 @@ struct ComparisonRow {
   int points = 0;
   int converged = 0;
   double iterations = 0.0;
-  ErrorStatistics ab, a;                     ///< each the mean over the runs
+  ErrorStatistics ab, a;  ///< each the mean over the runs
   int limit_violations = 0;
   std::uint64_t gate_actions = 0;
   const config::PublishedRow* published = nullptr;  ///< nullptr where there is none

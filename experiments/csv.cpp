@@ -13,7 +13,8 @@ constexpr double kMillimetres = 1e3;
 
 std::string_view trim(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
+  if (begin == std::string_view::npos)
+    return {};
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
@@ -24,8 +25,8 @@ CsvRow parseRow(int line, std::string_view text, int columns) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string_view field = trim(text.substr(begin, end - begin));
     double value = 0.0;
-    const auto [rest, code] = std::from_chars(field.data() + (field.starts_with('+') ? 1 : 0),
-                                              field.data() + field.size(), value);
+    const auto [rest, code] =
+        std::from_chars(field.data() + (field.starts_with('+') ? 1 : 0), field.data() + field.size(), value);
     const std::string place = "line " + std::to_string(line) + " column " + std::to_string(row.values.size() + 1);
     if (code != std::errc() || rest != field.data() + field.size()) {
       row.error = place + ": found '" + std::string(field.substr(0, 40)) + "', expected a number";
@@ -48,8 +49,10 @@ CsvRow parseRow(int line, std::string_view text, int columns) {
 }  // namespace
 
 std::string number(double value) {
-  if (std::isnan(value)) return "";
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  if (std::isnan(value))
+    return "";
+  if (std::isinf(value))
+    return value > 0 ? "inf" : "-inf";
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;
   return {text, end};
@@ -59,7 +62,8 @@ std::vector<CsvRow> readRows(std::istream& in, int columns) {
   std::vector<CsvRow> rows;
   std::string line;
   for (int i = 1; std::getline(in, line); ++i) {
-    if (i == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // spreadsheets write a byte order mark
+    if (i == 1 && line.starts_with("\xEF\xBB\xBF"))
+      line.erase(0, 3);  // spreadsheets write a byte order mark
     rows.push_back(parseRow(i, line, columns));
   }
   return rows;
@@ -72,19 +76,25 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
   for (const config::Arm& arm : robot.arms) {
     const std::string letter = arm.name.substr(arm.name.rfind('_') + 1);
     for (const char* kind : {"beta_", "alpha_"}) {
-      for (int i = 1; i <= arm.model.tubeCount(); ++i) joints.push_back(kind + letter + std::to_string(i));
+      for (int i = 1; i <= arm.model.tubeCount(); ++i)
+        joints.push_back(kind + letter + std::to_string(i));
     }
-    for (int i = 1; i <= arm.model.tubeCount(); ++i) translations.push_back(letter + std::to_string(i));
+    for (int i = 1; i <= arm.model.tubeCount(); ++i)
+      translations.push_back(letter + std::to_string(i));
   }
   out << "point,iteration";
-  for (const std::string& joint : joints) out << ',' << joint;
+  for (const std::string& joint : joints)
+    out << ',' << joint;
   out << ",target_x,target_y,target_z,err_ab,err_a,scale_ab,scale_a,active_limits,solver_iterations,gate_actions";
-  for (const std::string& t : translations) out << ",lower_" << t << ",upper_" << t;
+  for (const std::string& t : translations)
+    out << ",lower_" << t << ",upper_" << t;
   out << '\n';
   for (const Row& row : record.rows()) {
     out << row.facts.point << ',' << row.facts.iteration;
-    for (double q : row.facts.position) out << ',' << number(q);
-    for (double x : row.facts.reference.tasks[1].position) out << ',' << number(x);
+    for (double q : row.facts.position)
+      out << ',' << number(q);
+    for (double x : row.facts.reference.tasks[1].position)
+      out << ',' << number(x);
     out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ',' << number(row.facts.scale[0]) << ','
         << number(row.facts.scale[1]) << ',' << row.facts.active_limits << ',' << row.facts.solver_iterations << ','
         << row.facts.gate_actions;

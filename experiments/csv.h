@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Comma separated values: SI, one header line, numbers as the shortest text that reads back to the same value. */
+/** @file Comma separated values: SI, one header line, numbers as the shortest text that reads back to the same value.
+ */
 #pragma once
 
 #include <iosfwd>
@@ -16,9 +17,9 @@ std::string number(double value);
 
 /** Reads rows of numbers without header. Blank lines are kept as rows that cannot be answered. */
 struct CsvRow {
-  int line = 0;                 ///< counts from 1
+  int line = 0;  ///< counts from 1
   std::vector<double> values;
-  std::string error;            ///< not empty: what is wrong with this row
+  std::string error;  ///< not empty: what is wrong with this row
 };
 /// @param columns  how many numbers a row has. Throws nothing about contents: every bad row says why in `error`.
 std::vector<CsvRow> readRows(std::istream& in, int columns);

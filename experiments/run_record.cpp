@@ -7,9 +7,7 @@
 
 namespace tandem::experiments {
 
-std::string RunKey::name() const {
-  return trajectory + "-" + configuration + "-" + std::string(control::name(method));
-}
+std::string RunKey::name() const { return trajectory + "-" + configuration + "-" + std::string(control::name(method)); }
 
 RobotModel::RobotModel(const config::Robot& robot, const std::string& model) {
   offset_.push_back(0);
@@ -18,8 +16,10 @@ RobotModel::RobotModel(const config::Robot& robot, const std::string& model) {
     owned_limits_.push_back(arm.limits);
     offset_.push_back(offset_.back() + arm.model.jointCount());
   }
-  for (const auto& owned : owned_) models_.push_back(owned.get());
-  for (const safety::ArmLimits& limits : owned_limits_) limits_.push_back(&limits);
+  for (const auto& owned : owned_)
+    models_.push_back(owned.get());
+  for (const safety::ArmLimits& limits : owned_limits_)
+    limits_.push_back(&limits);
 }
 
 safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) const {
@@ -30,7 +30,8 @@ safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) 
   safety::RobotVector q(jointCount());
   for (int k = 0; k < armCount(); ++k) {
     const Eigen::VectorXd& joints = arms[static_cast<std::size_t>(k)];
-    if (joints.size() != size(k)) throw std::invalid_argument("arm " + std::to_string(k) + ": wrong number of joints");
+    if (joints.size() != size(k))
+      throw std::invalid_argument("arm " + std::to_string(k) + ": wrong number of joints");
     q.segment(offset(k), size(k)) = joints;
   }
   return q;
@@ -39,7 +40,8 @@ safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) 
 Eigen::Vector3d RobotModel::tip(int arm, const safety::RobotVector& q) const {
   kinematics::Tip tip;
   const auto status = models_[static_cast<std::size_t>(arm)]->tip(q.segment(offset(arm), size(arm)), tip);
-  if (status != kinematics::ModelStatus::kOk) throw std::domain_error(std::string(kinematics::describe(status)));
+  if (status != kinematics::ModelStatus::kOk)
+    throw std::domain_error(std::string(kinematics::describe(status)));
   return tip.pose.translation();
 }
 
@@ -84,7 +86,8 @@ class Accumulator {
     max_ = std::max(max_, error);
   }
   ErrorStatistics statistics() const {
-    if (count_ == 0) return {};
+    if (count_ == 0)
+      return {};
     const double mean = sum_ / count_, mean_square = squares_ / count_;
     return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max_};
   }
@@ -107,7 +110,8 @@ RunSummary RunRecord::summary() const {
     summary.gate_actions += row.facts.gate_actions;
     summary.limit_violations += row.violation > kViolation ? 1 : 0;
     const bool last = i + 1 == rows_.size() || rows_[i + 1].facts.point != row.facts.point;
-    if (!last) continue;
+    if (!last)
+      continue;
     ab.add(row.error_ab);
     a.add(row.error_a);
     summary.converged += row.error_ab <= tolerance_ && row.error_a <= tolerance_ ? 1 : 0;

@@ -26,21 +26,21 @@ struct RunKey {
 struct StepFacts {
   int point = 0;
   int iteration = 0;
-  planning::Reference reference;             ///< the one that was answered: relative position, then tip
-  safety::RobotVector position;              ///< of all joints after the step, m and rad
-  std::array<double, 2> scale{};             ///< task scales of the solution
+  planning::Reference reference;  ///< the one that was answered: relative position, then tip
+  safety::RobotVector position;   ///< of all joints after the step, m and rad
+  std::array<double, 2> scale{};  ///< task scales of the solution
   std::uint32_t solver_iterations = 0;
   std::uint32_t active_limits = 0;
-  std::uint64_t gate_actions = 0;            ///< interventions of the gate in this step
+  std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
 };
 
 /** One row: the facts and what follows from them with the robot's model. */
 struct Row {
   StepFacts facts;
-  double error_ab = 0.0;                     ///< m, after the step
-  double error_a = 0.0;                      ///< m, after the step
-  double violation = 0.0;                    ///< largest excess over boxes and rows, m or rad; not above zero inside
-  safety::RobotVector lower, upper;          ///< moving limits of every joint after the step
+  double error_ab = 0.0;             ///< m, after the step
+  double error_a = 0.0;              ///< m, after the step
+  double violation = 0.0;            ///< largest excess over boxes and rows, m or rad; not above zero inside
+  safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
 };
 
 /** RMS, standard deviation and maximum of errors, m. */
@@ -56,8 +56,8 @@ struct RunSummary {
   int points = 0;
   int converged = 0;
   int iterations = 0;
-  ErrorStatistics ab, a;                     ///< over each point's last iteration
-  int limit_violations = 0;                  ///< iterations after which a joint stood outside equation (1) by more than kViolation
+  ErrorStatistics ab, a;     ///< over each point's last iteration
+  int limit_violations = 0;  ///< iterations after which a joint stood outside equation (1) by more than kViolation
   std::uint64_t gate_actions = 0;
 };
 
@@ -94,7 +94,8 @@ class RunRecord {
  public:
   RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance);
 
-  /// Adds a row; errors, violation and moving limits are computed here, so that every source of facts gives the same digits.
+  /// Adds a row; errors, violation and moving limits are computed here, so that every source of facts gives the same
+  /// digits.
   void add(const StepFacts& facts);
 
   const RunKey& key() const { return key_; }

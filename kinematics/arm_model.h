@@ -24,11 +24,11 @@ using JointsRef = Eigen::Ref<const Eigen::VectorXd>;
 /** Whether a model can answer for a joint vector. */
 enum class ModelStatus {
   kOk,
-  kWrongSize,     ///< not 2n joints
-  kNotFinite,     ///< NaN or infinite
-  kNotExtended,   ///< tube 1 ends at or behind the entry point: there is no robot in front of it
-  kProtruded,     ///< a tube's proximal end stands in front of the entry point, beta > 0
-  kInnerInside,   ///< an outer tube ends ahead of an inner one: equation (1), distal side
+  kWrongSize,    ///< not 2n joints
+  kNotFinite,    ///< NaN or infinite
+  kNotExtended,  ///< tube 1 ends at or behind the entry point: there is no robot in front of it
+  kProtruded,    ///< a tube's proximal end stands in front of the entry point, beta > 0
+  kInnerInside,  ///< an outer tube ends ahead of an inner one: equation (1), distal side
 };
 std::string_view describe(ModelStatus status);
 
@@ -36,7 +36,7 @@ std::string_view describe(ModelStatus status);
 struct Tip {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< robot base frame <- tool tip frame
   Jacobian jacobian;                                       ///< of that pose
-  double stability = 1.0;                                  ///< 1 where nothing interacts; a rigid model never snaps: always 1
+  double stability = 1.0;  ///< 1 where nothing interacts; a rigid model never snaps: always 1
 };
 
 /** One point of the backbone. */

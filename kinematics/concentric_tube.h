@@ -26,9 +26,10 @@ struct Tube {
 
 /** One arm: tubes from the innermost (tube 1, longest) outwards, where it stands and what it holds. */
 struct ConcentricTubeArm {
-  std::vector<Tube> tubes;                                           ///< 2 to 4
-  Eigen::Isometry3d base = Eigen::Isometry3d::Identity();            ///< robot base frame <- arm base frame (s = 0, z into the body)
-  Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();            ///< tube 1's end frame <- tool tip frame
+  std::vector<Tube> tubes;  ///< 2 to 4
+  Eigen::Isometry3d base =
+      Eigen::Isometry3d::Identity();  ///< robot base frame <- arm base frame (s = 0, z into the body)
+  Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();  ///< tube 1's end frame <- tool tip frame
 
   int tubeCount() const { return static_cast<int>(tubes.size()); }
   int jointCount() const { return 2 * tubeCount(); }

@@ -20,13 +20,15 @@ constexpr int kTerms = 8;  // remainder below 1e-17 at kSeriesBelow
 /// sum_k (-1)^k c_k y^k by Horner, y = x^2.
 double series(const std::array<double, kTerms>& c, double y) {
   double sum = 0.0;
-  for (int k = kTerms - 1; k >= 0; --k) sum = c[static_cast<std::size_t>(k)] - y * sum;
+  for (int k = kTerms - 1; k >= 0; --k)
+    sum = c[static_cast<std::size_t>(k)] - y * sum;
   return sum;
 }
 
 double factorial(int n) {
   double f = 1.0;
-  for (int i = 2; i <= n; ++i) f *= i;
+  for (int i = 2; i <= n; ++i)
+    f *= i;
   return f;
 }
 
@@ -35,9 +37,9 @@ struct SeriesTables {
   SeriesTables() {
     for (int k = 0; k < kTerms; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      sinc[i] = 1.0 / factorial(2 * k + 1);      // sin x / x
-      versine[i] = 1.0 / factorial(2 * k + 2);   // (1 - cos x) / x^2
-      cubic[i] = 1.0 / factorial(2 * k + 3);     // (x - sin x) / x^3
+      sinc[i] = 1.0 / factorial(2 * k + 1);     // sin x / x
+      versine[i] = 1.0 / factorial(2 * k + 2);  // (1 - cos x) / x^2
+      cubic[i] = 1.0 / factorial(2 * k + 3);    // (x - sin x) / x^3
       // (x cos x - sin x) / x^3 = -sum (-1)^k (2k+2) / (2k+3)! y^k
       d1[i] = -(2.0 * k + 2.0) / factorial(2 * k + 3);
       // (x sin x - 2 (1 - cos x)) / x^4 = -sum (-1)^k (2k+2) / (2k+4)! y^k

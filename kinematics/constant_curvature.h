@@ -6,7 +6,8 @@
 
 namespace tandem::kinematics {
 
-/** Arc of length L with curvature vector u = (u_x, u_y, 0) in the frame of its start: frames obey R' = R [u]x, p' = R e_z.
+/** Arc of length L with curvature vector u = (u_x, u_y, 0) in the frame of its start: frames obey R' = R [u]x, p' = R
+ * e_z.
  *
  * With k = |u| and x = k L:
  *   R(L) = I + f1 [u]x + f2 [u]x^2,   p(L) = f1 e_z + f2 u x e_z,

@@ -23,18 +23,25 @@ Eigen::Vector3d turned(double curvature, double alpha) {
 
 std::string_view describe(ModelStatus status) {
   switch (status) {
-    case ModelStatus::kOk: return "ok";
-    case ModelStatus::kWrongSize: return "wrong number of joints";
-    case ModelStatus::kNotFinite: return "a joint is not a finite number";
-    case ModelStatus::kNotExtended: return "tube 1 ends at or behind the entry point";
-    case ModelStatus::kProtruded: return "a tube's proximal end stands in front of the entry point (beta > 0)";
-    case ModelStatus::kInnerInside: return "an outer tube ends ahead of an inner one";
+    case ModelStatus::kOk:
+      return "ok";
+    case ModelStatus::kWrongSize:
+      return "wrong number of joints";
+    case ModelStatus::kNotFinite:
+      return "a joint is not a finite number";
+    case ModelStatus::kNotExtended:
+      return "tube 1 ends at or behind the entry point";
+    case ModelStatus::kProtruded:
+      return "a tube's proximal end stands in front of the entry point (beta > 0)";
+    case ModelStatus::kInnerInside:
+      return "an outer tube ends ahead of an inner one";
   }
   return "unknown";
 }
 
 std::unique_ptr<ArmModel> makeArmModel(const std::string& name, const ConcentricTubeArm& arm) {
-  if (name == "rigid") return std::make_unique<RigidModel>(arm);
+  if (name == "rigid")
+    return std::make_unique<RigidModel>(arm);
   throw std::invalid_argument("unknown kinematic model '" + name + "', expected: rigid");
 }
 
@@ -42,17 +49,22 @@ RigidModel::RigidModel(ConcentricTubeArm arm) : arm_(std::move(arm)) {
   if (arm_.tubeCount() < 2 || arm_.tubeCount() > kMaxTubes) {
     throw std::invalid_argument("an arm has 2 to 4 tubes, found " + std::to_string(arm_.tubeCount()));
   }
-  for (int i = 0; i < arm_.tubeCount(); ++i) stiffness_[i] = arm_.tubes[i].bendingStiffness();
+  for (int i = 0; i < arm_.tubeCount(); ++i)
+    stiffness_[i] = arm_.tubes[i].bendingStiffness();
 }
 
 ModelStatus RigidModel::check(const JointsRef& q) const noexcept {
   const int n = arm_.tubeCount();
-  if (q.size() != 2 * n) return ModelStatus::kWrongSize;
-  if (!q.allFinite()) return ModelStatus::kNotFinite;
+  if (q.size() != 2 * n)
+    return ModelStatus::kWrongSize;
+  if (!q.allFinite())
+    return ModelStatus::kNotFinite;
   for (int i = 0; i < n; ++i) {
-    if (q[i] > kEdgeTolerance) return ModelStatus::kProtruded;
+    if (q[i] > kEdgeTolerance)
+      return ModelStatus::kProtruded;
     const double end = q[i] + arm_.tubes[i].length();
-    if (i == 0 && end <= 0.0) return ModelStatus::kNotExtended;
+    if (i == 0 && end <= 0.0)
+      return ModelStatus::kNotExtended;
     if (i > 0 && end > std::max(0.0, q[i - 1] + arm_.tubes[i - 1].length()) + kEdgeTolerance) {
       return ModelStatus::kInnerInside;
     }
@@ -74,8 +86,10 @@ RigidModel::Sections RigidModel::split(const JointsRef& q) const noexcept {
     const double curve = q[i] + arm_.tubes[i].straight_length;
     const double end = q[i] + arm_.tubes[i].length();
     part[i] = end <= 0.0 ? Part::kEnded : curve <= 0.0 ? Part::kCurved : Part::kStraight;
-    if (curve > 0.0) boundary[boundaries++] = {curve, i, Part::kCurved};
-    if (end > 0.0) boundary[boundaries++] = {end, i, Part::kEnded};
+    if (curve > 0.0)
+      boundary[boundaries++] = {curve, i, Part::kCurved};
+    if (end > 0.0)
+      boundary[boundaries++] = {end, i, Part::kEnded};
   }
   // Insertion sort, stable, outer tubes first where ends meet, so that tube 1's end is the last of all.
   for (int i = 1; i < boundaries; ++i) {
@@ -83,7 +97,8 @@ RigidModel::Sections RigidModel::split(const JointsRef& q) const noexcept {
       const Boundary& left = boundary[j - 1];
       const Boundary& right = boundary[j];
       const bool tie_first = left.s == right.s && left.tube < right.tube;
-      if (!(left.s > right.s || tie_first)) break;
+      if (!(left.s > right.s || tie_first))
+        break;
       std::swap(boundary[j - 1], boundary[j]);
     }
   }
@@ -98,20 +113,24 @@ RigidModel::Sections RigidModel::split(const JointsRef& q) const noexcept {
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();
     section.stiffness = 0.0;
     for (int i = 0; i < n; ++i) {
-      if (part[i] == Part::kEnded) continue;
+      if (part[i] == Part::kEnded)
+        continue;
       section.stiffness += stiffness_[i];
-      if (part[i] == Part::kCurved) moment += stiffness_[i] * turned(arm_.tubes[i].curvature, q[n + i]);
+      if (part[i] == Part::kCurved)
+        moment += stiffness_[i] * turned(arm_.tubes[i].curvature, q[n + i]);
     }
     section.u = section.stiffness > 0.0 ? Eigen::Vector3d(moment / section.stiffness) : Eigen::Vector3d::Zero();
     part[boundary[k].tube] = boundary[k].next;
     start = section.end;
-    if (boundary[k].tube == 0 && boundary[k].next == Part::kEnded) break;
+    if (boundary[k].tube == 0 && boundary[k].next == Part::kEnded)
+      break;
   }
   return sections;
 }
 
 ModelStatus RigidModel::tip(const JointsRef& q, Tip& tip) const noexcept {
-  if (const ModelStatus status = check(q); status != ModelStatus::kOk) return status;
+  if (const ModelStatus status = check(q); status != ModelStatus::kOk)
+    return status;
   const int n = arm_.tubeCount();
   const Sections sections = split(q);
 
@@ -131,7 +150,8 @@ ModelStatus RigidModel::tip(const JointsRef& q, Tip& tip) const noexcept {
     const Arc arc(section.u, section.end - section.start);
     const Eigen::Vector3d end = position + rotation * arc.position();
     for (int i = 0; i < n; ++i) {
-      if (section.part[i] != Part::kCurved) continue;
+      if (section.part[i] != Part::kCurved)
+        continue;
       const double alpha = q[n + i];
       const double share = stiffness_[i] / section.stiffness * arm_.tubes[i].curvature;
       const Eigen::Vector3d du(-share * std::cos(alpha), -share * std::sin(alpha), 0.0);
@@ -159,7 +179,8 @@ ModelStatus RigidModel::tip(const JointsRef& q, Tip& tip) const noexcept {
 }
 
 ModelStatus RigidModel::shape(const JointsRef& q, int points, std::vector<ShapePoint>& shape) const {
-  if (const ModelStatus status = check(q); status != ModelStatus::kOk) return status;
+  if (const ModelStatus status = check(q); status != ModelStatus::kOk)
+    return status;
   const int n = arm_.tubeCount();
   const Sections sections = split(q);
   const double length = sections.section[sections.count - 1].end;
@@ -184,7 +205,8 @@ ModelStatus RigidModel::shape(const JointsRef& q, int points, std::vector<ShapeP
     point.psi.fill(std::numeric_limits<double>::quiet_NaN());
     point.outermost_tube = 0;
     for (int i = 0; i < n; ++i) {
-      if (section.part[i] == Part::kEnded) continue;
+      if (section.part[i] == Part::kEnded)
+        continue;
       point.psi[i] = q[n + i];
       point.outermost_tube = i + 1;
     }

@@ -12,13 +12,13 @@ namespace tandem::kinematics {
  *
  * Where tubes overlap they share one curvature, the mean of their precurvatures weighted by bending stiffness:
  *   u(s) = sum_i E_i I_i R_z(alpha_i) [0, kappa_i(s), 0]^T / sum_i E_i I_i,
- * sums over the tubes present at s, kappa_i = 0 on the straight part. Between the points where a tube starts to curve or
- * ends, u is constant and the backbone is an arc of a circle.
+ * sums over the tubes present at s, kappa_i = 0 on the straight part. Between the points where a tube starts to curve
+ * or ends, u is constant and the backbone is an arc of a circle.
  *
- * The Jacobian is exact. A rotation changes u of each section (Arc's derivatives). A translation moves the boundaries that
- * belong to the tube: a boundary at s_k with curvature u_l before and u_r behind adds the turn R(s_k)(u_l - u_r) about
- * p(s_k); the end of tube 1 adds R e_z along the backbone besides. Where boundaries of two tubes meet the derivative jumps;
- * the value given there is one-sided.
+ * The Jacobian is exact. A rotation changes u of each section (Arc's derivatives). A translation moves the boundaries
+ * that belong to the tube: a boundary at s_k with curvature u_l before and u_r behind adds the turn R(s_k)(u_l - u_r)
+ * about p(s_k); the end of tube 1 adds R e_z along the backbone besides. Where boundaries of two tubes meet the
+ * derivative jumps; the value given there is one-sided.
  */
 class RigidModel final : public ArmModel {
  public:
@@ -37,7 +37,7 @@ class RigidModel final : public ArmModel {
     double end = 0.0;
     int owner = 0;
     Eigen::Vector3d u = Eigen::Vector3d::Zero();
-    double stiffness = 0.0;                   ///< sum of E I of the tubes present
+    double stiffness = 0.0;  ///< sum of E I of the tubes present
     std::array<Part, kMaxTubes> part{};
   };
   /// At most two boundaries a tube.

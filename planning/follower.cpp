@@ -15,10 +15,14 @@ struct Profile {
   double duration() const { return length / peak() + peak() / acceleration; }
   double distance(double t) const {
     const double v = peak(), ramp = v / acceleration, end = duration();
-    if (t <= 0.0) return 0.0;
-    if (t >= end) return length;
-    if (t < ramp) return 0.5 * acceleration * t * t;
-    if (t > end - ramp) return length - 0.5 * acceleration * (end - t) * (end - t);
+    if (t <= 0.0)
+      return 0.0;
+    if (t >= end)
+      return length;
+    if (t < ramp)
+      return 0.5 * acceleration * t * t;
+    if (t > end - ramp)
+      return length - 0.5 * acceleration * (end - t) * (end - t);
     return v * (t - 0.5 * ramp);
   }
 };
@@ -27,11 +31,16 @@ struct Profile {
 
 std::string_view name(Phase phase) {
   switch (phase) {
-    case Phase::kIdle: return "idle";
-    case Phase::kRunning: return "running";
-    case Phase::kPaused: return "paused";
-    case Phase::kFinished: return "finished";
-    case Phase::kFailed: return "failed";
+    case Phase::kIdle:
+      return "idle";
+    case Phase::kRunning:
+      return "running";
+    case Phase::kPaused:
+      return "paused";
+    case Phase::kFinished:
+      return "finished";
+    case Phase::kFailed:
+      return "failed";
   }
   return "unknown";
 }
@@ -57,22 +66,27 @@ void Follower::stop() { progress_.phase = Phase::kIdle; }
 void Follower::fail() { progress_.phase = Phase::kFailed; }
 
 void Follower::pause() {
-  if (progress_.phase == Phase::kRunning) progress_.phase = Phase::kPaused;
+  if (progress_.phase == Phase::kRunning)
+    progress_.phase = Phase::kPaused;
 }
 
 void Follower::resume() {
-  if (progress_.phase == Phase::kPaused) progress_.phase = Phase::kRunning;
+  if (progress_.phase == Phase::kPaused)
+    progress_.phase = Phase::kRunning;
 }
 
 bool Follower::update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept {
-  if (progress_.phase != Phase::kRunning && progress_.phase != Phase::kPaused) return false;
+  if (progress_.phase != Phase::kRunning && progress_.phase != Phase::kPaused)
+    return false;
   if (progress_.total_iterations > 0) {
     progress_.tip_error = (reference_.tasks[1].position - tip).norm();
     progress_.relative_error = (reference_.tasks[0].position - relative).norm();
   }
   if (progress_.phase == Phase::kPaused) {
-    if (progress_.total_iterations == 0) ask(points_.front(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
-    for (TaskReference& task : reference_.tasks) task.feed_forward.setZero();
+    if (progress_.total_iterations == 0)
+      ask(points_.front(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    for (TaskReference& task : reference_.tasks)
+      task.feed_forward.setZero();
     reference = reference_;
     return true;
   }
@@ -89,10 +103,12 @@ bool Follower::nextPoint() noexcept {
   const bool started = progress_.point > 0;
   if (started && !within && progress_.iteration < spec_.max_iterations) {
     ++progress_.iteration;
-    for (TaskReference& task : reference_.tasks) task.feed_forward.setZero();
+    for (TaskReference& task : reference_.tasks)
+      task.feed_forward.setZero();
     return true;
   }
-  if (started && within) ++progress_.converged_points;
+  if (started && within)
+    ++progress_.converged_points;
   if (progress_.point == progress_.point_count) {
     progress_.phase = progress_.converged_points == progress_.point_count ? Phase::kFinished : Phase::kFailed;
     return false;
@@ -137,7 +153,8 @@ bool Follower::nextInstant() noexcept {
   return true;
 }
 
-void Follower::ask(const TrajectoryPoint& at, const Eigen::Vector3d& tip_velocity,
+void Follower::ask(const TrajectoryPoint& at,
+                   const Eigen::Vector3d& tip_velocity,
                    const Eigen::Vector3d& relative_velocity) noexcept {
   reference_ = Reference{};
   reference_.task_count = 2;

@@ -16,9 +16,9 @@ std::string_view name(Phase phase);
 /** Where a run stands. */
 struct Progress {
   Phase phase = Phase::kIdle;
-  int point = 0;             ///< counts from 1
+  int point = 0;  ///< counts from 1
   int point_count = 0;
-  int iteration = 0;         ///< within the point, counts from 1
+  int iteration = 0;  ///< within the point, counts from 1
   int total_iterations = 0;
   int converged_points = 0;
   double tip_error = 0.0;       ///< m, at the last update, against the reference given before
@@ -28,8 +28,8 @@ struct Progress {
 /** Walks along a trajectory, one update per control period.
  *
  * kPointByPoint (Alsaka et al. 2024, section 3): a point is done when both errors are within the tolerance, or after
- * max_iterations; then the next one is asked for. The feed-forward, spacing / point_duration along the path, acts in the
- * first iteration of a point only: held through the point it would offset the tip by feed_forward / lambda_A.
+ * max_iterations; then the next one is asked for. The feed-forward, spacing / point_duration along the path, acts in
+ * the first iteration of a point only: held through the point it would offset the tip by feed_forward / lambda_A.
  * kTimed: the reference moves along the polyline with trapezoidal speed, with its velocity as feed-forward; the run is
  * finished when the end is reached within the tolerance, failed when it is not after max_iterations more periods.
  * A kPointByPoint run that left a point unconverged ends as kFailed, after having tried all points. */
@@ -56,14 +56,16 @@ class Follower {
  private:
   bool nextPoint() noexcept;
   bool nextInstant() noexcept;
-  void ask(const TrajectoryPoint& at, const Eigen::Vector3d& tip_velocity, const Eigen::Vector3d& relative_velocity) noexcept;
+  void ask(const TrajectoryPoint& at,
+           const Eigen::Vector3d& tip_velocity,
+           const Eigen::Vector3d& relative_velocity) noexcept;
   TrajectoryPoint along(double s) const noexcept;
 
   double period_;
   TrajectorySpec spec_;
-  std::vector<TrajectoryPoint> points_;   ///< the start itself in front
-  std::vector<double> arc_length_;        ///< of the tip at each point, m
-  double path_time_ = 0.0;                ///< s, timed following
+  std::vector<TrajectoryPoint> points_;  ///< the start itself in front
+  std::vector<double> arc_length_;       ///< of the tip at each point, m
+  double path_time_ = 0.0;               ///< s, timed following
   int periods_at_end_ = 0;
   Progress progress_;
   Reference reference_;

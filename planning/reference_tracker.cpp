@@ -6,8 +6,10 @@
 namespace tandem::planning {
 
 ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> models,
-                                   std::vector<const safety::ArmLimits*> limits, control::Method method,
-                                   const control::MethodParameters& parameters, Gains gains)
+                                   std::vector<const safety::ArmLimits*> limits,
+                                   control::Method method,
+                                   const control::MethodParameters& parameters,
+                                   Gains gains)
     : models_(std::move(models)), resolver_(control::makeResolver(method, parameters)), gains_(gains) {
   if (models_.empty() || models_.size() != limits.size() || models_.size() > safety::kMaxArms) {
     throw std::invalid_argument("a tracker needs 1 to 8 arms, each with model and limits");
@@ -32,13 +34,18 @@ bool ReferenceTracker::computeTips(const safety::RobotVector& q, TrackResult& re
   return true;
 }
 
-bool ReferenceTracker::setTask(const TaskReference& wanted, const TrackResult& result, control::Task& task,
+bool ReferenceTracker::setTask(const TaskReference& wanted,
+                               const TrackResult& result,
+                               control::Task& task,
                                double& error) noexcept {
   const bool relative = wanted.kind == TaskKind::kRelativePosition;
   const auto known = [&](int arm) { return arm >= 0 && arm < problem_.arm_count; };
-  if (!relative && wanted.kind != TaskKind::kTipPosition) return false;
-  if (!known(wanted.arm) || (relative && (!known(wanted.other_arm) || wanted.other_arm == wanted.arm))) return false;
-  if (!wanted.position.allFinite() || !wanted.feed_forward.allFinite()) return false;
+  if (!relative && wanted.kind != TaskKind::kTipPosition)
+    return false;
+  if (!known(wanted.arm) || (relative && (!known(wanted.other_arm) || wanted.other_arm == wanted.arm)))
+    return false;
+  if (!wanted.position.allFinite() || !wanted.feed_forward.allFinite())
+    return false;
 
   Eigen::Vector3d position = result.tip[wanted.arm].pose.translation();
   task.jacobian.setZero(3, problem_.joint_count);
@@ -57,8 +64,10 @@ bool ReferenceTracker::setTask(const TaskReference& wanted, const TrackResult& r
   return true;
 }
 
-void ReferenceTracker::step(const safety::RobotVector& q, const safety::RobotVector& setpoint,
-                            const Reference& reference, TrackResult& result) noexcept {
+void ReferenceTracker::step(const safety::RobotVector& q,
+                            const safety::RobotVector& setpoint,
+                            const Reference& reference,
+                            TrackResult& result) noexcept {
   result.status = TrackStatus::kOk;
   result.error.fill(0.0);
   result.solution.velocity.setZero(problem_.joint_count);
@@ -83,7 +92,8 @@ void ReferenceTracker::step(const safety::RobotVector& q, const safety::RobotVec
     }
   }
   resolver_->solve(problem_, result.solution);
-  if (result.solution.status != control::SolveStatus::kSolved) result.status = TrackStatus::kSolver;
+  if (result.solution.status != control::SolveStatus::kSolved)
+    result.status = TrackStatus::kSolver;
 }
 
 }  // namespace tandem::planning

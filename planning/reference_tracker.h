@@ -20,33 +20,39 @@ struct Gains {
 
 enum class TrackStatus : std::uint8_t {
   kOk = 0,
-  kModel,         ///< a kinematic model cannot answer for these joints
-  kReference,     ///< the reference names an arm that there is not, or holds a number that is not finite
-  kSolver,        ///< see Solution::status
+  kModel,      ///< a kinematic model cannot answer for these joints
+  kReference,  ///< the reference names an arm that there is not, or holds a number that is not finite
+  kSolver,     ///< see Solution::status
 };
 
 /** Result of one step. Reused from step to step. */
 struct TrackResult {
   TrackStatus status = TrackStatus::kOk;
   kinematics::ModelStatus model = kinematics::ModelStatus::kOk;
-  int model_arm = 0;                                        ///< whose model could not answer
-  control::Solution solution;                               ///< velocity is zero unless status is kOk
-  std::array<double, kMaxTasks> error{};                    ///< |x_d - x| per task, m
-  std::array<kinematics::Tip, safety::kMaxArms> tip{};      ///< at the joint positions given
+  int model_arm = 0;                                    ///< whose model could not answer
+  control::Solution solution;                           ///< velocity is zero unless status is kOk
+  std::array<double, kMaxTasks> error{};                ///< |x_d - x| per task, m
+  std::array<kinematics::Tip, safety::kMaxArms> tip{};  ///< at the joint positions given
 };
 
-/** Follows references with a redundancy-resolution method. step() allocates nothing and throws nothing with the active-set backend.
- * The relative Jacobian of tip A minus tip B is J_AB = [J_A, -J_B] in the common base frame (eq. (2)). */
+/** Follows references with a redundancy-resolution method. step() allocates nothing and throws nothing with the
+ * active-set backend. The relative Jacobian of tip A minus tip B is J_AB = [J_A, -J_B] in the common base frame (eq.
+ * (2)). */
 class ReferenceTracker {
  public:
   /// Arms in the robot's order; models and limits must outlive the tracker.
-  ReferenceTracker(std::vector<const kinematics::ArmModel*> models, std::vector<const safety::ArmLimits*> limits,
-                   control::Method method, const control::MethodParameters& parameters, Gains gains);
+  ReferenceTracker(std::vector<const kinematics::ArmModel*> models,
+                   std::vector<const safety::ArmLimits*> limits,
+                   control::Method method,
+                   const control::MethodParameters& parameters,
+                   Gains gains);
 
   /// Tips, errors and joint velocities.
   /// @param q  measured joints, all arms stacked: where the tips are
   /// @param setpoint  the joints from which the velocities will be integrated: where limits are counted from
-  void step(const safety::RobotVector& q, const safety::RobotVector& setpoint, const Reference& reference,
+  void step(const safety::RobotVector& q,
+            const safety::RobotVector& setpoint,
+            const Reference& reference,
             TrackResult& result) noexcept;
 
   /// Tips alone. @return false where a model cannot answer; then result.model and model_arm say why.

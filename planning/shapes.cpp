@@ -24,7 +24,8 @@ struct Outline {
   Polyline operator()(const Line& line) const { return {start, start + line.displacement}; }
   Polyline operator()(const Waypoints& waypoints) const {
     Polyline line{start};
-    for (const Eigen::Vector3d& point : waypoints.points) line.push_back(waypoints.absolute ? point : start + point);
+    for (const Eigen::Vector3d& point : waypoints.points)
+      line.push_back(waypoints.absolute ? point : start + point);
     return line;
   }
   Polyline operator()(const Lissajous& l) const {
@@ -39,7 +40,8 @@ struct Outline {
     return line;
   }
   Polyline operator()(const Circle& c) const {
-    if (c.normal.norm() == 0.0) throw std::invalid_argument("circle: the normal is zero");
+    if (c.normal.norm() == 0.0)
+      throw std::invalid_argument("circle: the normal is zero");
     const Eigen::Vector3d normal = c.normal.normalized();
     const Eigen::Vector3d radius = -c.center_offset;
     if (std::abs(radius.dot(normal)) > 1e-9 * radius.norm()) {
@@ -57,7 +59,8 @@ struct Outline {
 /// `count` points after the first, evenly spaced along a polyline; all equal to the start where it has no length.
 Polyline resample(const Polyline& line, int count) {
   std::vector<double> length(line.size(), 0.0);
-  for (std::size_t i = 1; i < line.size(); ++i) length[i] = length[i - 1] + (line[i] - line[i - 1]).norm();
+  for (std::size_t i = 1; i < line.size(); ++i)
+    length[i] = length[i - 1] + (line[i] - line[i - 1]).norm();
   Polyline points;
   points.reserve(static_cast<std::size_t>(count));
   std::size_t segment = 1;
@@ -67,7 +70,8 @@ Polyline resample(const Polyline& line, int count) {
       break;
     }
     const double s = length.back() * k / count;
-    while (segment + 1 < line.size() && length[segment] < s) ++segment;
+    while (segment + 1 < line.size() && length[segment] < s)
+      ++segment;
     const double piece = length[segment] - length[segment - 1];
     const double share = piece > 0.0 ? (s - length[segment - 1]) / piece : 0.0;
     points.push_back(line[segment - 1] + share * (line[segment] - line[segment - 1]));
@@ -77,20 +81,23 @@ Polyline resample(const Polyline& line, int count) {
 
 double lengthOf(const Polyline& line) {
   double length = 0.0;
-  for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+  for (std::size_t i = 1; i < line.size(); ++i)
+    length += (line[i] - line[i - 1]).norm();
   return length;
 }
 
 }  // namespace
 
-std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const Eigen::Vector3d& tip_start,
+std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec,
+                                    const Eigen::Vector3d& tip_start,
                                     const Eigen::Vector3d& relative_start) {
   if (spec.point_count < 1) {
     throw std::invalid_argument("trajectory '" + spec.name + "': found " + std::to_string(spec.point_count) +
                                 " points, expected at least 1");
   }
   const Polyline tip = std::visit(Outline{tip_start}, spec.shape);
-  if (!(lengthOf(tip) > 0.0)) throw std::invalid_argument("trajectory '" + spec.name + "' has no length");
+  if (!(lengthOf(tip) > 0.0))
+    throw std::invalid_argument("trajectory '" + spec.name + "' has no length");
   const Polyline tips = resample(tip, spec.point_count);
   Polyline relatives(tips.size(), relative_start);
   if (!spec.relative.empty()) {

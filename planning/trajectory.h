@@ -19,7 +19,7 @@ struct Rectangle {
 struct Lissajous {
   Eigen::Vector3d amplitude = Eigen::Vector3d::Zero();  ///< m
   Eigen::Vector3d cycles = Eigen::Vector3d::Zero();
-  Eigen::Vector3d phase = Eigen::Vector3d::Zero();      ///< rad
+  Eigen::Vector3d phase = Eigen::Vector3d::Zero();  ///< rad
 };
 
 /** Circle that starts at the start and runs about center = start + center_offset, in the plane normal to `normal`. */
@@ -51,17 +51,18 @@ enum class Following {
 /** A trajectory of one tip, with the relative position held or moved. SI. */
 struct TrajectorySpec {
   std::string name;
-  int arm = 0;                      ///< whose tip follows the shape
-  int other_arm = 1;                ///< partner in the relative position
+  int arm = 0;        ///< whose tip follows the shape
+  int other_arm = 1;  ///< partner in the relative position
   Shape shape;
-  int point_count = 100;            ///< points after the start, evenly spaced by arc length
-  std::vector<Shape> relative;      ///< empty: the relative position is held; one shape: it moves along it, in step with the tip
+  int point_count = 100;  ///< points after the start, evenly spaced by arc length
+  std::vector<Shape>
+      relative;  ///< empty: the relative position is held; one shape: it moves along it, in step with the tip
   Following following = Following::kPointByPoint;
-  double tolerance = 0.88e-3;       ///< m
-  int max_iterations = 100;         ///< per point
-  double point_duration = 10.0;     ///< s a point is meant to take; feed-forward = spacing / point_duration
-  double speed = 2e-3;              ///< m/s, timed following
-  double acceleration = 5e-3;       ///< m/s^2, timed following
+  double tolerance = 0.88e-3;    ///< m
+  int max_iterations = 100;      ///< per point
+  double point_duration = 10.0;  ///< s a point is meant to take; feed-forward = spacing / point_duration
+  double speed = 2e-3;           ///< m/s, timed following
+  double acceleration = 5e-3;    ///< m/s^2, timed following
 };
 
 /** One point of a sampled trajectory: where the tip and the relative position shall be, m, robot base frame. */
@@ -72,7 +73,8 @@ struct TrajectoryPoint {
 
 /** Samples the trajectory from a start: point_count points, the start itself not among them.
  * @throw std::invalid_argument for an empty or degenerate shape. */
-std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const Eigen::Vector3d& tip_start,
+std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec,
+                                    const Eigen::Vector3d& tip_start,
                                     const Eigen::Vector3d& relative_start);
 
 }  // namespace tandem::planning

@@ -8,12 +8,12 @@ namespace tandem::safety {
 
 /** Time budgets, s. Larger values than these defaults need a reason in docs/safety.md. */
 struct Budgets {
-  double minimum_age = 0.030;        ///< floor of the age of a command or of a state
-  double age_periods = 3.0;          ///< ... and as many control periods, whichever is larger
-  double planning_reference = 0.250; ///< age of planning's reference, judged by control
-  double teleoperation = 0.100;      ///< age of an operator's stream, judged by control
-  double drive_heartbeat = 0.100;    ///< the drives' budget for hal's heartbeat
-  double lease = 1.0;                ///< silence after which the control lease is lost
+  double minimum_age = 0.030;         ///< floor of the age of a command or of a state
+  double age_periods = 3.0;           ///< ... and as many control periods, whichever is larger
+  double planning_reference = 0.250;  ///< age of planning's reference, judged by control
+  double teleoperation = 0.100;       ///< age of an operator's stream, judged by control
+  double drive_heartbeat = 0.100;     ///< the drives' budget for hal's heartbeat
+  double lease = 1.0;                 ///< silence after which the control lease is lost
 
   /// Largest age of a command or of a state at this control period, s.
   double commandAge(double period) const { return std::max(minimum_age, age_periods * period); }

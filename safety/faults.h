@@ -33,8 +33,15 @@ std::string describeFaults(FaultMask faults);
 
 /** Guards of the gate. Integrity guards stop the arm and latch; limit guards saturate joint by joint. */
 enum class Guard : std::uint8_t {
-  kFinite = 0, kFresh, kSequence, kStep, kKnownArm,  // integrity
-  kPosition, kCoupledRow, kVelocity, kSlew,          // limits
+  kFinite = 0,
+  kFresh,
+  kSequence,
+  kStep,
+  kKnownArm,  // integrity
+  kPosition,
+  kCoupledRow,
+  kVelocity,
+  kSlew,  // limits
 };
 inline constexpr int kGuardCount = 9;
 std::string_view name(Guard guard);

@@ -32,21 +32,29 @@ double closing(const LinearRow& row, const ArmVector& last, const ArmVector& nex
   return row.a[j] == 0.0 ? 0.0 : row.a[j] * (next[j] - last[j]);
 }
 
-/** Equation (1) taken joint by joint from the inside out: the outer joint of a violated row goes to the edge that the next
- * position of the inner one leaves it, held back or carried along. Left undone where that would move the outer joint by more than
- * the inner one moves, faster than it may, or out of its box: then the row is relaxed instead. False: nothing done. */
-bool carryRow(const ArmLimits& limits, const LinearRow& row, double duration, const ArmVector& last,
+/** Equation (1) taken joint by joint from the inside out: the outer joint of a violated row goes to the edge that the
+ * next position of the inner one leaves it, held back or carried along. Left undone where that would move the outer
+ * joint by more than the inner one moves, faster than it may, or out of its box: then the row is relaxed instead.
+ * False: nothing done. */
+bool carryRow(const ArmLimits& limits,
+              const LinearRow& row,
+              double duration,
+              const ArmVector& last,
               ArmVector& next) noexcept {
-  if (rowValue(row, last) > row.b) return false;
+  if (rowValue(row, last) > row.b)
+    return false;
   const double excess = rowValue(row, next) - row.b;
-  if (!(excess > 0.0)) return false;
+  if (!(excess > 0.0))
+    return false;
   const int inner = row.inner_joint, outer = row.outer_joint;
   const double scale = std::max(std::abs(row.b), std::abs(row.a[inner] * next[inner]));
   const double edge = next[outer] - (excess + 1e-15 * scale) / row.a[outer];
   const JointLimit& joint = limits.joints[static_cast<std::size_t>(outer)];
   const double allowed = std::max(std::abs(next[inner] - last[inner]), std::abs(next[outer] - last[outer]));
-  if (edge < joint.lower || edge > joint.upper || std::abs(edge - last[outer]) > allowed) return false;
-  if (std::abs(edge - last[outer]) > joint.velocity * duration) return false;
+  if (edge < joint.lower || edge > joint.upper || std::abs(edge - last[outer]) > allowed)
+    return false;
+  if (std::abs(edge - last[outer]) > joint.velocity * duration)
+    return false;
   next[outer] = edge;
   return true;
 }
@@ -177,7 +185,8 @@ void Gate::limitPosition(const ArmVector& last, ArmVector& next, GateReport& rep
 
 void Gate::limitRows(double duration, const ArmVector& last, ArmVector& next, GateReport& report) const noexcept {
   const ArmVector before = next;
-  for (const LinearRow& row : limits_.rows) carryRow(limits_, row, duration, last, next);
+  for (const LinearRow& row : limits_.rows)
+    carryRow(limits_, row, duration, last, next);
   bool changed = true;
   for (int pass = 0; changed && pass < kRowPasses; ++pass) {
     changed = false;

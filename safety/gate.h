@@ -53,9 +53,9 @@ class Gate {
    * @param last_setpoint m, rad; @param last_velocity commanded over the last period, m/s, rad/s
    * @param[out] setpoint the saturated position, inside boxes and rows where last_setpoint was inside them, and
    *   otherwise no farther out; last_setpoint where the command is refused. With the slew guard idle, each joint stays
-   *   between last_setpoint and the position that was asked for, except for a carriage that its inner neighbour runs into: that
-   *   one is carried along, no farther than the neighbour goes. Holding the neighbour back instead would end in a deadlock where a
-   *   controller knows equation (1) only as printed, tube i bounded by tube i-1 alone. */
+   *   between last_setpoint and the position that was asked for, except for a carriage that its inner neighbour runs
+   * into: that one is carried along, no farther than the neighbour goes. Holding the neighbour back instead would end
+   * in a deadlock where a controller knows equation (1) only as printed, tube i bounded by tube i-1 alone. */
   GateReport check(const GateCommand& command,
                    const ArmVector& last_setpoint,
                    const ArmVector& last_velocity,

@@ -14,25 +14,26 @@ inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 /** What one joint may do. SI: m and m/s for translations, rad and rad/s for rotations; kUnlimited = none. */
 struct JointLimit {
-  double lower = -kUnlimited;                    ///< smallest position
-  double upper = kUnlimited;                     ///< largest position
-  double velocity = kUnlimited;                  ///< largest speed
-  double approach_acceleration = kUnlimited;     ///< A_max of Alsaka et al. 2024, (7): shapes the approach to a limit
-  double slew_limit = kUnlimited;                ///< largest change of the commanded velocity per second, held by the gate
-  double stop_deceleration = kUnlimited;         ///< deceleration of the stop ramp
-  double max_step = kUnlimited;                  ///< a command farther than this from the last setpoint is an integrity fault
+  double lower = -kUnlimited;                 ///< smallest position
+  double upper = kUnlimited;                  ///< largest position
+  double velocity = kUnlimited;               ///< largest speed
+  double approach_acceleration = kUnlimited;  ///< A_max of Alsaka et al. 2024, (7): shapes the approach to a limit
+  double slew_limit = kUnlimited;             ///< largest change of the commanded velocity per second, held by the gate
+  double stop_deceleration = kUnlimited;      ///< deceleration of the stop ramp
+  double max_step = kUnlimited;  ///< a command farther than this from the last setpoint is an integrity fault
 };
 
 /** What a linear row stands for; it decides how the row is named to people. */
 enum class RowKind {
   kCarriageSpacing,   ///< beta_{i-1} - beta_i <= -spacing: carriages in order (Alsaka 2024, (1), proximal side)
-  kMinimumExtension,  ///< beta_i + l_i + extension <= beta_{i-1} + l_{i-1}: inner tube ends ahead of the outer one ((1), distal side)
+  kMinimumExtension,  ///< beta_i + l_i + extension <= beta_{i-1} + l_{i-1}: inner tube ends ahead of the outer one
+                      ///< ((1), distal side)
 };
 
 /** One row a^T q <= b over the joints of one arm. */
 struct LinearRow {
-  ArmVector a;                                ///< coefficients, one per joint of the arm
-  double b = 0.0;                             ///< bound, m
+  ArmVector a;     ///< coefficients, one per joint of the arm
+  double b = 0.0;  ///< bound, m
   RowKind kind = RowKind::kCarriageSpacing;
   int inner_joint = 0;                        ///< joint index of tube i-1
   int outer_joint = 0;                        ///< joint index of tube i
@@ -67,13 +68,13 @@ std::string describe(const LinearRow& row);
 
 /** What makes the limits of a concentric tube arm. All lengths in m, index 0 = tube 1, the innermost and longest. */
 struct TubeLimitSpec {
-  std::vector<double> tube_length;         ///< l_i, straight plus curved
-  std::vector<double> carriage_spacing;    ///< n-1 margins of the proximal rows (Fig. 2's "spacing between the motors")
-  std::vector<double> minimum_extension;   ///< n-1 margins of the distal rows (Fig. 2's "minimum segment length")
-  std::vector<double> stage_minimum;       ///< per tube: smallest beta that the linear stage reaches, -l_i at the least
-  std::vector<double> stage_maximum;       ///< per tube: largest beta, 0 at the most
-  JointLimit translation;                  ///< velocity, accelerations, max_step of every translation (box ignored)
-  JointLimit rotation;                     ///< box, velocity, accelerations, max_step of every rotation
+  std::vector<double> tube_length;        ///< l_i, straight plus curved
+  std::vector<double> carriage_spacing;   ///< n-1 margins of the proximal rows (Fig. 2's "spacing between the motors")
+  std::vector<double> minimum_extension;  ///< n-1 margins of the distal rows (Fig. 2's "minimum segment length")
+  std::vector<double> stage_minimum;      ///< per tube: smallest beta that the linear stage reaches, -l_i at the least
+  std::vector<double> stage_maximum;      ///< per tube: largest beta, 0 at the most
+  JointLimit translation;                 ///< velocity, accelerations, max_step of every translation (box ignored)
+  JointLimit rotation;                    ///< box, velocity, accelerations, max_step of every rotation
 };
 
 /** Limits for q = [beta_1..beta_n, alpha_1..alpha_n]: equation (1) of Alsaka et al. 2024 as boxes and coupled rows,

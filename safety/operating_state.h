@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file The operating states of CRTK and which command leads where.
  *
- * A deliberate deviation from CRTK: in FAULT only `disable` is accepted; it clears a fault whose cause is gone and leads
- * to DISABLED. Nothing moves until a new `enable` and a fresh stream.
+ * A deliberate deviation from CRTK: in FAULT only `disable` is accepted; it clears a fault whose cause is gone and
+ * leads to DISABLED. Nothing moves until a new `enable` and a fresh stream.
  */
 #pragma once
 
@@ -17,8 +17,8 @@ namespace tandem::safety {
 enum class OperatingState : std::uint8_t { kDisabled = 0, kEnabled, kPaused, kFault };
 enum class StateCommand : std::uint8_t { kEnable = 0, kDisable, kPause, kResume, kHome, kUnhome };
 
-std::string_view name(OperatingState state);    ///< "DISABLED" ...
-std::string_view name(StateCommand command);    ///< "enable" ...
+std::string_view name(OperatingState state);  ///< "DISABLED" ...
+std::string_view name(StateCommand command);  ///< "enable" ...
 std::optional<StateCommand> stateCommandFromName(std::string_view name);
 
 /** State after a command, or nothing where the table forbids it. */

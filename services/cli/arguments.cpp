@@ -10,9 +10,11 @@
 namespace tandem::cli {
 
 std::shared_ptr<std::istream> openInput(const std::string& path) {
-  if (path == "-") return {&std::cin, [](std::istream*) {}};
+  if (path == "-")
+    return {&std::cin, [](std::istream*) {}};
   auto file = std::make_shared<std::ifstream>(path);
-  if (!*file) throw Failure(kUsage, path + ": cannot be opened for reading");
+  if (!*file)
+    throw Failure(kUsage, path + ": cannot be opened for reading");
   return file;
 }
 
@@ -33,8 +35,10 @@ void guarded(int& exit_code, const std::function<int()>& body) {
 
 std::string statusField(std::string text) {
   for (char& c : text) {
-    if (c == ',') c = ';';
-    if (c == '\n' || c == '\r' || c == '"') c = ' ';
+    if (c == ',')
+      c = ';';
+    if (c == '\n' || c == '\r' || c == '"')
+      c = ' ';
   }
   return text;
 }
@@ -43,7 +47,8 @@ std::string shareFile(const std::string& relative) {
   namespace fs = std::filesystem;
   const fs::path bin = fs::read_symlink("/proc/self/exe").parent_path();
   for (const fs::path& root : {bin / "../share/tandem", bin / "../../.."}) {
-    if (fs::exists(root / relative)) return fs::weakly_canonical(root / relative).string();
+    if (fs::exists(root / relative))
+      return fs::weakly_canonical(root / relative).string();
   }
   throw Failure(kFailure, relative + ": not found beside the executable; is the installation complete?");
 }

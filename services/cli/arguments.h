@@ -14,8 +14,8 @@ namespace tandem::cli {
 /** Exit codes of `tandem`. */
 enum ExitCode : int {
   kOk = 0,
-  kFailure = 1,   ///< it ran, and the answer is bad: rows refused, points not converged, a process died
-  kUsage = 2,     ///< the command line or a file is wrong
+  kFailure = 1,  ///< it ran, and the answer is bad: rows refused, points not converged, a process died
+  kUsage = 2,    ///< the command line or a file is wrong
 };
 
 /** A failure to be told to people and to end with `code`. */

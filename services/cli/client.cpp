@@ -10,8 +10,8 @@
 namespace tandem::cli {
 namespace {
 
-constexpr double kAnswerTime = 5.0;    // s
-constexpr int kRecorderDepth = 4096;   // samples: nothing is lost between two looks
+constexpr double kAnswerTime = 5.0;   // s
+constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two looks
 
 }  // namespace
 
@@ -25,13 +25,15 @@ Client::Client(const config::Deployment& deployment, Taps taps)
   control_replies_ = bus_.reader(dds::kControlReply, reply);
   planning_replies_ = bus_.reader(dds::kPlanningReply, reply);
   sim_replies_ = bus_.reader(dds::kSimReply, reply);
-  const auto heard = [this](auto Snapshot::* slot, std::uint64_t Snapshot::* count, const auto& message, const auto& tap) {
+  const auto heard = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
+                            const auto& tap) {
     {
       const std::lock_guard lock(mutex_);
       snapshot_.*slot = message;
       ++(snapshot_.*count);
     }
-    if (tap) tap(message);
+    if (tap)
+      tap(message);
     changed_.notify_all();
   };
   const dds::ReaderOptions deep{kRecorderDepth};
@@ -66,6 +68,10 @@ Client::~Client() {
     release.client = id_;
     release.kind = static_cast<std::uint8_t>(dds::ControlKind::kReleaseLease);
     control_requests_.write(release);
+    // A participant that goes at once may take the sample with it: wait until control shows that it has it.
+    interrupted_ = {};
+    longest_silence_ = 0.0;
+    waitFor(0.5, [this](const Snapshot& s) { return s.status.lease_holder != id_; });
   }
   {
     const std::lock_guard lock(mutex_);
@@ -87,12 +93,14 @@ bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>&
   std::uint64_t statuses = snapshot_.statuses;
   while (!condition(snapshot_)) {
     const auto now = std::chrono::steady_clock::now();
-    if (snapshot_.statuses != statuses) heard = now;
+    if (snapshot_.statuses != statuses)
+      heard = now;
     statuses = snapshot_.statuses;
     if (longest_silence_ > 0.0 && now - heard > std::chrono::duration<double>(longest_silence_)) {
       throw Failure(kFailure, "control has fallen silent; is `tandem up` still running?");
     }
-    if (now >= deadline || (interrupted_ && interrupted_())) return false;
+    if (now >= deadline || (interrupted_ && interrupted_()))
+      return false;
     changed_.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(
                                   now + std::chrono::milliseconds(50),
                                   std::chrono::time_point_cast<std::chrono::steady_clock::duration>(deadline)));
@@ -104,10 +112,15 @@ void Client::connect(double seconds) {
   std::string silent;
   const auto ready = [&](const Snapshot& s) {
     silent.clear();
-    if (s.states == 0) silent += " sim (or hal)";
+    if (s.states == 0)
+      silent += " sim (or hal)";
     // Heard is not enough: each must have heard of the one before it, too.
-    if (s.statuses == 0 || s.status.answers_state == 0 || control_requests_.matched() == 0 || control_replies_.matched() == 0) silent += " control";
-    if (s.reference.answers_state == 0 || s.reference.answers_control == 0 || planning_requests_.matched() == 0 || planning_replies_.matched() == 0) silent += " planning";
+    if (s.statuses == 0 || s.status.answers_state == 0 || control_requests_.matched() == 0 ||
+        control_replies_.matched() == 0)
+      silent += " control";
+    if (s.reference.answers_state == 0 || s.reference.answers_control == 0 || planning_requests_.matched() == 0 ||
+        planning_replies_.matched() == 0)
+      silent += " planning";
     return silent.empty();
   };
   if (!waitFor(seconds, ready)) {
@@ -117,7 +130,8 @@ void Client::connect(double seconds) {
 }
 
 void Client::onReply(const dds::Reply& reply) {
-  if (reply.client != id_ || reply.request == 0) return;
+  if (reply.client != id_ || reply.request == 0)
+    return;
   {
     const std::lock_guard lock(mutex_);
     replies_.push_back(reply);
@@ -140,7 +154,8 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, dds::Reade
   const bool answered = waitFor(kAnswerTime, [&](const Snapshot&) {
     const auto found = std::find_if(replies_.begin(), replies_.end(),
                                     [&](const dds::Reply& r) { return r.request == request.request; });
-    if (found == replies_.end()) return false;
+    if (found == replies_.end())
+      return false;
     answer = *found;
     return true;
   });
@@ -148,8 +163,10 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, dds::Reade
     const std::lock_guard lock(mutex_);
     std::erase_if(replies_, [&](const dds::Reply& r) { return r.request <= request.request; });
   }
-  if (!answered) throw Failure(kFailure, std::string(who) + " did not answer");
-  if (answer.accepted == 0) throw Failure(kFailure, std::string(who) + " refused: " + answer.reason);
+  if (!answered)
+    throw Failure(kFailure, std::string(who) + " did not answer");
+  if (answer.accepted == 0)
+    throw Failure(kFailure, std::string(who) + " refused: " + answer.reason);
   return answer;
 }
 
@@ -192,15 +209,17 @@ void Client::stateCommand(const std::string& command) {
   request.value = command;
   control(request);
   const auto wanted = command == "enable" || command == "resume" ? safety::OperatingState::kEnabled
-                      : command == "pause"                      ? safety::OperatingState::kPaused
-                                                                : safety::OperatingState::kDisabled;
+                      : command == "pause"                       ? safety::OperatingState::kPaused
+                                                                 : safety::OperatingState::kDisabled;
   const bool reached = waitFor(kAnswerTime, [&](const Snapshot& s) {
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.operating_state[k] != static_cast<std::uint8_t>(wanted)) return false;
+      if (s.status.operating_state[k] != static_cast<std::uint8_t>(wanted))
+        return false;
     }
     return s.status.arm_count > 0;
   });
-  if (!reached) throw Failure(kFailure, "'" + command + "' was accepted, but not all arms became " + std::string(name(wanted)));
+  if (!reached)
+    throw Failure(kFailure, "'" + command + "' was accepted, but not all arms became " + std::string(name(wanted)));
 }
 
 void Client::setMethod(control::Method method) {

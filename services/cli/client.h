@@ -23,7 +23,8 @@ struct Snapshot {
   std::uint64_t states = 0, statuses = 0, references = 0, hals = 0;  ///< samples heard
 };
 
-/** One participant of the console's side. While it holds the control lease it keeps it alive from a thread of its own. */
+/** One participant of the console's side. While it holds the control lease it keeps it alive from a thread of its own.
+ */
 class Client {
  public:
   /// Sees every sample in order, on DDS threads; empty functions are not called.
@@ -40,7 +41,8 @@ class Client {
   std::uint64_t id() const { return id_; }
   Snapshot snapshot() const;
 
-  /// Waits until `condition` holds, judged at every sample. @return false at the deadline (s), or where `interrupted` says so.
+  /// Waits until `condition` holds, judged at every sample. @return false at the deadline (s), or where `interrupted`
+  /// says so.
   bool waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const;
   /// Asked about every 50 ms while waiting: true ends the wait.
   void interruptBy(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }

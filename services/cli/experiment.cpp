@@ -33,21 +33,25 @@ class ProgressBar {
 
   void show(const std::string& run, int point, int points) {
     const auto now = std::chrono::steady_clock::now();
-    if (!terminal_ || now - shown_ < std::chrono::milliseconds(50)) return;
+    if (!terminal_ || now - shown_ < std::chrono::milliseconds(50))
+      return;
     shown_ = now;
-    const double done = (static_cast<double>(finished_) + static_cast<double>(point) / points) / static_cast<double>(runs_);
+    const double done =
+        (static_cast<double>(finished_) + static_cast<double>(point) / points) / static_cast<double>(runs_);
     const int width = static_cast<int>(done * 30.0);
-    std::fprintf(stderr, "\r[%-30s] %3.0f %%  %-28s", std::string(static_cast<std::size_t>(width), '#').c_str(), 100.0 * done,
-                 run.c_str());
+    std::fprintf(stderr, "\r[%-30s] %3.0f %%  %-28s", std::string(static_cast<std::size_t>(width), '#').c_str(),
+                 100.0 * done, run.c_str());
   }
   void finish(const experiments::RunSummary& s) {
     ++finished_;
-    if (terminal_) return;
-    std::fprintf(stderr, "%2zu/%zu %-30s %4d iterations, %d/%d points\n", finished_, runs_, s.key.name().c_str(), s.iterations,
-                 s.converged, s.points);
+    if (terminal_)
+      return;
+    std::fprintf(stderr, "%2zu/%zu %-30s %4d iterations, %d/%d points\n", finished_, runs_, s.key.name().c_str(),
+                 s.iterations, s.converged, s.points);
   }
   void end() const {
-    if (terminal_) std::fprintf(stderr, "\r%-70s\r", "");
+    if (terminal_)
+      std::fprintf(stderr, "\r%-70s\r", "");
   }
 
  private:
@@ -58,19 +62,24 @@ class ProgressBar {
 
 using RunOne = std::function<experiments::RunRecord(const experiments::RunPlan&, const std::function<void(int, int)>&)>;
 
-std::vector<experiments::RunSummary> runAll(const Options& options, const config::Robot& robot,
-                                            const std::vector<experiments::RunPlan>& plans, const RunOne& run_one) {
-  if (!options.csv.empty()) fs::create_directories(options.csv);
+std::vector<experiments::RunSummary> runAll(const Options& options,
+                                            const config::Robot& robot,
+                                            const std::vector<experiments::RunPlan>& plans,
+                                            const RunOne& run_one) {
+  if (!options.csv.empty())
+    fs::create_directories(options.csv);
   ProgressBar bar(plans.size());
   std::vector<experiments::RunSummary> summaries;
   for (const experiments::RunPlan& plan : plans) {
     const auto record = run_one(plan, [&](int point, int points) { bar.show(plan.key.name(), point, points); });
     summaries.push_back(record.summary());
     bar.finish(summaries.back());
-    if (options.csv.empty()) continue;
+    if (options.csv.empty())
+      continue;
     std::ofstream out(fs::path(options.csv) / (plan.key.name() + ".csv"));
     experiments::writeRun(out, record, robot);
-    if (!out.flush()) throw Failure(kFailure, options.csv + ": cannot be written");
+    if (!out.flush())
+      throw Failure(kFailure, options.csv + ": cannot be written");
   }
   bar.end();
   if (!options.csv.empty()) {
@@ -84,7 +93,8 @@ std::vector<experiments::RunSummary> runAll(const Options& options, const config
 void drawFigures(const Options& options, const config::Robot& robot) {
   const std::string script = shareFile("experiments/figures.py");
   std::string arms;
-  for (const config::Arm& arm : robot.arms) arms += (arms.empty() ? "" : ",") + arm.name;
+  for (const config::Arm& arm : robot.arms)
+    arms += (arms.empty() ? "" : ",") + arm.name;
   const pid_t pid = fork();
   if (pid == 0) {
     execl("/usr/bin/python3", "python3", script.c_str(), options.csv.c_str(), options.figures.c_str(), nullptr);
@@ -103,14 +113,10 @@ nlohmann::ordered_json statisticsJson(const experiments::ErrorStatistics& e) {
 nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& rows, double seconds) {
   nlohmann::ordered_json json{{"seconds", seconds}, {"rows", nlohmann::ordered_json::array()}};
   for (const experiments::ComparisonRow& row : rows) {
-    nlohmann::ordered_json line{{"trajectory", row.trajectory},
-                                {"method", control::name(row.method)},
-                                {"iterations", row.iterations},
-                                {"epsilon_ab", statisticsJson(row.ab)},
-                                {"epsilon_a", statisticsJson(row.a)},
-                                {"points", row.points},
-                                {"converged", row.converged},
-                                {"limit_violations", row.limit_violations},
+    nlohmann::ordered_json line{{"trajectory", row.trajectory},       {"method", control::name(row.method)},
+                                {"iterations", row.iterations},       {"epsilon_ab", statisticsJson(row.ab)},
+                                {"epsilon_a", statisticsJson(row.a)}, {"points", row.points},
+                                {"converged", row.converged},         {"limit_violations", row.limit_violations},
                                 {"gate_actions", row.gate_actions}};
     if (row.published != nullptr) {
       const config::PublishedRow& p = *row.published;
@@ -125,11 +131,14 @@ nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& 
 
 std::vector<experiments::RunPlan> selected(const Options& options, const config::Experiment& experiment) {
   std::vector<experiments::RunPlan> plans = experiments::plan(experiment);
-  if (options.only.empty()) return plans;
+  if (options.only.empty())
+    return plans;
   std::string names;
-  for (const auto& plan : plans) names += " " + plan.key.name();
+  for (const auto& plan : plans)
+    names += " " + plan.key.name();
   std::erase_if(plans, [&](const auto& plan) { return plan.key.name().find(options.only) == std::string::npos; });
-  if (plans.empty()) throw Failure(kUsage, "--only " + options.only + ": no such run; there are:" + names);
+  if (plans.empty())
+    throw Failure(kUsage, "--only " + options.only + ": no such run; there are:" + names);
   return plans;
 }
 
@@ -140,7 +149,8 @@ int run(Options options) {
   const experiments::RobotModel model(robot);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
   fs::path scratch;
-  if (!options.figures.empty() && options.csv.empty()) options.csv = (fs::path(options.figures) / "csv").string();
+  if (!options.figures.empty() && options.csv.empty())
+    options.csv = (fs::path(options.figures) / "csv").string();
 
   const auto start = std::chrono::steady_clock::now();
   std::vector<experiments::RunSummary> summaries;
@@ -151,8 +161,8 @@ int run(Options options) {
     });
   } else {
     if (!fs::equivalent(deployment.robot, experiment.robot)) {
-      throw Failure(kUsage, deployment.file.string() + " is for robot " + deployment.robot.string() + ", the experiment for " +
-                                experiment.robot.string());
+      throw Failure(kUsage, deployment.file.string() + " is for robot " + deployment.robot.string() +
+                                ", the experiment for " + experiment.robot.string());
     }
     if (deployment.relative_gain != experiment.relative_gain || deployment.tip_gain != experiment.tip_gain) {
       throw Failure(kUsage, "deployment and experiment differ in their gains");
@@ -166,24 +176,30 @@ int run(Options options) {
       summaries = runAll(options, robot, plans,
                          [&](const auto& plan, const auto& progress) { return runner.run(plan, progress); });
     } catch (const Failure&) {
-      if (dead) throw Failure(kFailure, dead->describe());
-      if (stop.requested()) throw Failure(kFailure, "interrupted");
+      if (dead)
+        throw Failure(kFailure, dead->describe());
+      if (stop.requested())
+        throw Failure(kFailure, "interrupted");
       throw;
     }
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (!options.figures.empty()) drawFigures(options, robot);
+  if (!options.figures.empty())
+    drawFigures(options, robot);
   const auto rows = experiments::compare(summaries, experiment.published);
   bool good = true;
-  for (const auto& row : rows) good = good && row.converged == row.points && row.limit_violations == 0;
+  for (const auto& row : rows)
+    good = good && row.converged == row.points && row.limit_violations == 0;
   if (options.json) {
     std::cout << tableJson(rows, seconds).dump(2) << '\n';
   } else {
     std::cout << experiments::formatTable(rows);
     std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
                 options.offline ? "in one process" : "over DDS in lock-step");
-    if (!options.csv.empty()) std::cout << "rows and summary: " << options.csv << '\n';
-    if (!options.figures.empty()) std::cout << "figures: " << options.figures << '\n';
+    if (!options.csv.empty())
+      std::cout << "rows and summary: " << options.csv << '\n';
+    if (!options.figures.empty())
+      std::cout << "figures: " << options.figures << '\n';
   }
   return good ? kOk : kFailure;
 }
@@ -202,8 +218,9 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   command->add_option("--only", options->only, "only runs whose name holds this, e.g. lissajous-1 or nspqp");
   command->add_option("--log", options->log, "log level of the services")->capture_default_str();
   command->add_flag("--json", options->json, "JSON instead of the table");
-  command->footer("Ends with 1 if a point did not converge or a joint left its limits.\n"
-                  "Example: tandem experiment table3 --csv results/csv --figures results/figures");
+  command->footer(
+      "Ends with 1 if a point did not converge or a joint left its limits.\n"
+      "Example: tandem experiment table3 --csv results/csv --figures results/figures");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
 }
 

@@ -13,13 +13,16 @@ constexpr double kSilence = 5.0;  // s without progress: something is wrong
 
 }  // namespace
 
-ExperimentRunner::ExperimentRunner(const config::Deployment& deployment, const config::Robot& robot,
-                                   const experiments::RobotModel& model, std::function<bool()> interrupted)
+ExperimentRunner::ExperimentRunner(const config::Deployment& deployment,
+                                   const config::Robot& robot,
+                                   const experiments::RobotModel& model,
+                                   std::function<bool()> interrupted)
     : model_(model) {
   if (deployment.clock != config::ClockMode::kLockStep) {
     throw Failure(kUsage, deployment.file.string() + ": experiments need `clock: lock_step`");
   }
-  if (static_cast<int>(robot.arms.size()) != model.armCount()) throw Failure(kUsage, "robot and model differ");
+  if (static_cast<int>(robot.arms.size()) != model.armCount())
+    throw Failure(kUsage, "robot and model differ");
   Client::Taps taps;
   taps.state = [this](const dds::ActuationState& m) {
     const std::lock_guard lock(mutex_);
@@ -27,7 +30,8 @@ ExperimentRunner::ExperimentRunner(const config::Deployment& deployment, const c
   };
   taps.status = [this](const dds::ControlStatus& m) {
     const std::lock_guard lock(mutex_);
-    if (m.task_count > 0) statuses_[m.answers_state] = m;
+    if (m.task_count > 0)
+      statuses_[m.answers_state] = m;
   };
   taps.reference = [this](const dds::PlanningReference& m) {
     const std::lock_guard lock(mutex_);
@@ -83,7 +87,8 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
     return positions(s.state) == wanted && s.reference.answers_state == s.state.sequence &&
            s.reference.answers_control >= enabled.status.sequence;
   });
-  if (!ready) throw Failure(kFailure, plan.key.name() + ": the robot did not get to its start configuration");
+  if (!ready)
+    throw Failure(kFailure, plan.key.name() + ": the robot did not get to its start configuration");
 }
 
 void ExperimentRunner::forget() {
@@ -92,7 +97,8 @@ void ExperimentRunner::forget() {
   states_.clear();
   statuses_.clear();
   // The counters at the start of the run are the last ones so far.
-  while (gate_actions_.size() > 1) gate_actions_.erase(gate_actions_.begin());
+  while (gate_actions_.size() > 1)
+    gate_actions_.erase(gate_actions_.begin());
 }
 
 bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::PlanningReference& reference) {
@@ -144,18 +150,21 @@ experiments::RunRecord ExperimentRunner::run(const experiments::RunPlan& plan,
         const auto phase = static_cast<planning::Phase>(next.phase);
         const bool ours = next.trajectory_id == id;
         ended = ours && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
-        if (ended) return true;
-        if (ours && !addRow(record, next)) return any;
+        if (ended)
+          return true;
+        if (ours && !addRow(record, next))
+          return any;
         references_.pop_front();
         any = true;
       }
       return any;
     });
     if (!progressed) {
-      throw Failure(kFailure, plan.key.name() + ": no progress for 5 s after iteration " +
-                                  std::to_string(record.rows().size()));
+      throw Failure(kFailure,
+                    plan.key.name() + ": no progress for 5 s after iteration " + std::to_string(record.rows().size()));
     }
-    if (progress && !record.rows().empty()) progress(record.rows().back().facts.point, plan.trajectory.point_count);
+    if (progress && !record.rows().empty())
+      progress(record.rows().back().facts.point, plan.trajectory.point_count);
   }
   return record;
 }

@@ -16,8 +16,10 @@ namespace tandem::cli {
 class ExperimentRunner {
  public:
   /// Connects and takes the control lease. @param interrupted  ends waiting: a process died or the user asked.
-  ExperimentRunner(const config::Deployment& deployment, const config::Robot& robot,
-                   const experiments::RobotModel& model, std::function<bool()> interrupted);
+  ExperimentRunner(const config::Deployment& deployment,
+                   const config::Robot& robot,
+                   const experiments::RobotModel& model,
+                   std::function<bool()> interrupted);
   ~ExperimentRunner();
 
   /// @throw Failure where a service refuses, falls silent, or a sample is missing.
@@ -34,7 +36,8 @@ class ExperimentRunner {
   std::deque<dds::PlanningReference> references_;         ///< in order of arrival
   std::map<std::uint64_t, dds::ActuationState> states_;   ///< by sequence
   std::map<std::uint64_t, dds::ControlStatus> statuses_;  ///< those with a solution, by the state that they answer
-  std::map<std::uint64_t, std::uint64_t> gate_actions_;   ///< since start, by the sequence of the state that they go with
+  std::map<std::uint64_t, std::uint64_t>
+      gate_actions_;  ///< since start, by the sequence of the state that they go with
   std::unique_ptr<Client> client_;
 };
 

@@ -32,7 +32,8 @@ struct Session {
     client.interruptBy([this] { return stop.requested(); });
     client.connect(10.0);
     client.expectLife(2.0 + 3.0 * deployment.control_period);
-    if (lease) client.acquireLease();
+    if (lease)
+      client.acquireLease();
   }
   service::StopSignal stop;
   config::Deployment deployment;
@@ -40,7 +41,9 @@ struct Session {
   Client client;
 };
 
-int done(const Options& options, const std::string& text, nlohmann::ordered_json json = nlohmann::ordered_json::object()) {
+int done(const Options& options,
+         const std::string& text,
+         nlohmann::ordered_json json = nlohmann::ordered_json::object()) {
   if (options.json) {
     json["text"] = text;
     std::cout << json.dump() << '\n';
@@ -54,7 +57,8 @@ int stateCommand(const Options& options, const std::string& command) {
   const bool gives_power = command == "enable" || command == "resume";
   Session session(options, gives_power);
   session.client.stateCommand(command);
-  if (gives_power) session.client.releaseLease();
+  if (gives_power)
+    session.client.releaseLease();
   return done(options, "all arms: " + command + "d");
 }
 
@@ -63,11 +67,13 @@ int stop(const Options& options) {
   session.client.stop("tandem robot stop");
   const bool stopped = session.client.waitFor(2.0, [](const Snapshot& s) {
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.faults[k] == 0) return false;
+      if (s.status.faults[k] == 0)
+        return false;
     }
     return std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
   });
-  if (!stopped) throw Failure(kFailure, "stop was sent, but the robot does not report standstill");
+  if (!stopped)
+    throw Failure(kFailure, "stop was sent, but the robot does not report standstill");
   return done(options, "stopped; `tandem robot disable` clears the fault");
 }
 
@@ -77,19 +83,24 @@ int moveJp(const Options& options) {
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kMoveJp);
   for (std::size_t k = 0; k < session.robot.arms.size(); ++k) {
     const std::string& name = session.robot.arms[k].name;
-    if (name == options.arm || name == "arm_" + options.arm) request.arm = static_cast<std::uint8_t>(k);
+    if (name == options.arm || name == "arm_" + options.arm)
+      request.arm = static_cast<std::uint8_t>(k);
   }
-  if (request.arm == 255) throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
-  if (options.joints.size() > safety::kMaxJointsPerArm) throw Failure(kUsage, "too many joints");
+  if (request.arm == 255)
+    throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
+  if (options.joints.size() > safety::kMaxJointsPerArm)
+    throw Failure(kUsage, "too many joints");
   request.joint_count = static_cast<std::uint8_t>(options.joints.size());
   std::copy(options.joints.begin(), options.joints.end(), request.joints.begin());
   session.client.control(request);
   const std::size_t arm = request.arm;
   const auto reached = [&](const Snapshot& s) {
-    if (s.status.faults[arm] != 0) return true;
+    if (s.status.faults[arm] != 0)
+      return true;
     for (std::size_t j = 0; j < options.joints.size(); ++j) {
       const double error = s.state.position[arm * safety::kMaxJointsPerArm + j] - options.joints[j];
-      if (std::abs(error) > 1e-6) return false;
+      if (std::abs(error) > 1e-6)
+        return false;
     }
     return s.status.busy[arm] == 0;
   };
@@ -98,7 +109,8 @@ int moveJp(const Options& options) {
     session.client.stateCommand("pause");
     throw Failure(kFailure, "move_jp ended before the goal was reached; the arms are paused");
   }
-  if (session.client.snapshot().status.faults[arm] != 0) throw Failure(kFailure, "the arm went into FAULT on the way");
+  if (session.client.snapshot().status.faults[arm] != 0)
+    throw Failure(kFailure, "the arm went into FAULT on the way");
   session.client.releaseLease();
   return done(options, "the arm is there");
 }
@@ -111,14 +123,18 @@ int home(const Options& options) {
   const std::uint64_t asked = session.client.snapshot().status.sequence;
   const bool there = session.client.waitFor(600.0, [&](const Snapshot& s) {
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.faults[k] != 0) return true;
-      if (s.status.busy[k] != 0) return false;
+      if (s.status.faults[k] != 0)
+        return true;
+      if (s.status.busy[k] != 0)
+        return false;
     }
     return s.status.sequence > asked + 1;
   });
   session.client.interruptBy({});
-  if (!there) session.client.stateCommand("pause");
-  if (!there || session.client.snapshot().status.faults[0] != 0) throw Failure(kFailure, "the arms did not get home");
+  if (!there)
+    session.client.stateCommand("pause");
+  if (!there || session.client.snapshot().status.faults[0] != 0)
+    throw Failure(kFailure, "the arms did not get home");
   session.client.releaseLease();
   return done(options, "the arms are at home");
 }
@@ -150,7 +166,8 @@ int runTrajectory(const Options& options) {
   Client& client = session.client;
   if (!options.method.empty()) {
     const auto method = control::methodFromName(options.method);
-    if (!method) throw Failure(kUsage, "--method: found '" + options.method + "'");
+    if (!method)
+      throw Failure(kUsage, "--method: found '" + options.method + "'");
     client.setMethod(*method);
   }
   client.stateCommand("enable");
@@ -165,7 +182,8 @@ int runTrajectory(const Options& options) {
   std::uint32_t shown = 0;
   const bool ended = client.waitFor(24.0 * 3600.0, [&](const Snapshot& s) {
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.faults[k] != 0) return true;
+      if (s.status.faults[k] != 0)
+        return true;
     }
     if (terminal && ours(s) && s.reference.point != shown) {
       shown = s.reference.point;
@@ -175,7 +193,8 @@ int runTrajectory(const Options& options) {
     const auto phase = static_cast<planning::Phase>(s.reference.phase);
     return ours(s) && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
   });
-  if (terminal) std::fprintf(stderr, "\n");
+  if (terminal)
+    std::fprintf(stderr, "\n");
   const Snapshot last = client.snapshot();
   if (!ended) {
     client.interruptBy({});
@@ -187,17 +206,20 @@ int runTrajectory(const Options& options) {
   }
   for (std::size_t k = 0; k < last.status.arm_count; ++k) {
     if (last.status.faults[k] != 0) {
-      throw Failure(kFailure, session.robot.arms[k].name + " is in FAULT: " + safety::describeFaults(last.status.faults[k]));
+      throw Failure(kFailure,
+                    session.robot.arms[k].name + " is in FAULT: " + safety::describeFaults(last.status.faults[k]));
     }
   }
-  if (!options.keep_enabled) client.stateCommand("disable");
+  if (!options.keep_enabled)
+    client.stateCommand("disable");
   client.releaseLease();
   const auto phase = static_cast<planning::Phase>(last.reference.phase);
   const nlohmann::ordered_json json{{"phase", planning::name(phase)},
                                     {"points", last.reference.point_count},
                                     {"iterations", last.reference.total_iterations}};
-  done(options, std::string(planning::name(phase)) + ": " + std::to_string(last.reference.point_count) + " points, " +
-                    std::to_string(last.reference.total_iterations) + " iterations",
+  done(options,
+       std::string(planning::name(phase)) + ": " + std::to_string(last.reference.point_count) + " points, " +
+           std::to_string(last.reference.total_iterations) + " iterations",
        json);
   return phase == planning::Phase::kFinished ? kOk : kFailure;
 }
@@ -221,7 +243,8 @@ void registerRobot(CLI::App& app, int& exit_code) {
         [name](const Options& o) { return stateCommand(o, name); });
   }
   add("stop", "soft stop of all arms; latches until `disable`", stop);
-  CLI::App* move = add("move-jp", "move one ENABLED arm to a joint vector along a straight line in joint space", moveJp);
+  CLI::App* move =
+      add("move-jp", "move one ENABLED arm to a joint vector along a straight line in joint space", moveJp);
   move->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
   move->add_option("joints", options->joints, "beta_1..beta_n alpha_1..alpha_n, m and rad; -- before negative numbers")
       ->required();

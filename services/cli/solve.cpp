@@ -18,7 +18,8 @@ struct Options {
 
 template <class Enum>
 Enum parse(const std::string& option, const std::string& text, std::optional<Enum> value, const std::string& expected) {
-  if (!value) throw Failure(kUsage, option + ": found '" + text + "', expected " + expected);
+  if (!value)
+    throw Failure(kUsage, option + ": found '" + text + "', expected " + expected);
   return *value;
 }
 
@@ -26,8 +27,10 @@ control::MethodParameters parameters(const Options& options, const config::Robot
   control::MethodParameters p = robot.parameters;
   p.backend = parse("--backend", options.backend, control::backendFromName(options.backend), "active-set or ipopt");
   p.bounds = parse("--bounds", options.bounds, control::boundsFromName(options.bounds), "coupled or frozen");
-  if (options.period > 0.0) p.period = options.period;
-  if (options.zeta > 0.0) p.nspqp_zeta = p.snsqp_zeta = options.zeta;
+  if (options.period > 0.0)
+    p.period = options.period;
+  if (options.zeta > 0.0)
+    p.nspqp_zeta = p.snsqp_zeta = options.zeta;
   return p;
 }
 
@@ -40,7 +43,8 @@ struct Answer {
 class Stepper {
  public:
   Stepper(const Options& options, const config::Robot& robot) : robot_(robot) {
-    if (robot_.armCount() < 2) throw Failure(kUsage, "--robot: solve needs a robot of two arms");
+    if (robot_.armCount() < 2)
+      throw Failure(kUsage, "--robot: solve needs a robot of two arms");
     const auto method = parse("--method", options.method, control::methodFromName(options.method),
                               "nsp, nspwln, nspwln-joint, nspqp or snsqp");
     resolver_ = control::makeResolver(method, parameters(options, robot));
@@ -50,11 +54,13 @@ class Stepper {
   int joints() const { return problem_.joint_count; }
 
   Answer answer(const experiments::CsvRow& row) {
-    if (!row.error.empty()) return {row.error, {}};
+    if (!row.error.empty())
+      return {row.error, {}};
     const safety::RobotVector q = Eigen::Map<const Eigen::VectorXd>(row.values.data(), joints());
     problem_.setPosition(q);
     problem_.task_count = 2;
-    for (control::Task& task : problem_.task) task.jacobian.setZero(3, joints());
+    for (control::Task& task : problem_.task)
+      task.jacobian.setZero(3, joints());
     for (int k = 0; k < 2; ++k) {
       kinematics::Tip tip;
       const auto arm = static_cast<std::size_t>(k);
@@ -64,7 +70,8 @@ class Stepper {
       }
       const auto columns = tip.jacobian.topRows<3>();
       problem_.task[0].jacobian.middleCols(robot_.offset(k), robot_.size(k)) = (k == 0 ? 1.0 : -1.0) * columns;
-      if (k == 0) problem_.task[1].jacobian.middleCols(0, robot_.size(0)) = columns;
+      if (k == 0)
+        problem_.task[1].jacobian.middleCols(0, robot_.size(0)) = columns;
     }
     const double* v = row.values.data() + joints();
     problem_.task[0].velocity = Eigen::Vector3d(v[0], v[1], v[2]);
@@ -91,10 +98,12 @@ int run(const Options& options) {
   Stepper stepper(options, robot);
   const auto input = openInput(options.csv);
   std::vector<std::string> names;
-  for (int j = 1; j <= stepper.joints(); ++j) names.push_back("qd_" + std::to_string(j));
+  for (int j = 1; j <= stepper.joints(); ++j)
+    names.push_back("qd_" + std::to_string(j));
   names.insert(names.end(), {"s_1", "s_2", "iterations", "kkt_residual"});
   if (!options.json) {
-    for (const std::string& name : names) std::cout << name << ',';
+    for (const std::string& name : names)
+      std::cout << name << ',';
     std::cout << "status\n";
   }
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
@@ -104,14 +113,19 @@ int run(const Options& options) {
     all = all && answer.status == "ok";
     nlohmann::ordered_json object;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      if (options.json && !answer.numbers.empty()) object[names[i]] = answer.numbers[i];
-      if (!options.json) std::cout << (answer.numbers.empty() ? "" : experiments::number(answer.numbers[i])) << ',';
+      if (options.json && !answer.numbers.empty())
+        object[names[i]] = answer.numbers[i];
+      if (!options.json)
+        std::cout << (answer.numbers.empty() ? "" : experiments::number(answer.numbers[i])) << ',';
     }
     object["status"] = answer.status;
-    if (options.json) json.push_back(object);
-    if (!options.json) std::cout << statusField(answer.status) << '\n';
+    if (options.json)
+      json.push_back(object);
+    if (!options.json)
+      std::cout << statusField(answer.status) << '\n';
   }
-  if (options.json) std::cout << json.dump(2) << '\n';
+  if (options.json)
+    std::cout << json.dump(2) << '\n';
   return all ? kOk : kFailure;
 }
 
@@ -123,14 +137,17 @@ void registerSolve(CLI::App& app, int& exit_code) {
   solve->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   solve->add_option("-m,--method", options->method, "nsp, nspwln, nspwln-joint, nspqp or snsqp")->capture_default_str();
   solve->add_option("-b,--backend", options->backend, "active-set or ipopt")->capture_default_str();
-  solve->add_option("--bounds", options->bounds,
-                    "coupled, or frozen: the paper's formula with the inner tube standing still")
+  solve
+      ->add_option("--bounds", options->bounds,
+                   "coupled, or frozen: the paper's formula with the inner tube standing still")
       ->capture_default_str();
   solve->add_option("-T,--period", options->period, "control period, s (default: the robot file's)")
       ->check(CLI::PositiveNumber);
   solve->add_option("-z,--zeta", options->zeta, "zeta of (7) or (8) (default: the robot file's)")
       ->check(CLI::PositiveNumber);
-  solve->add_option("--csv", options->csv, "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, without header; - is standard input")
+  solve
+      ->add_option("--csv", options->csv,
+                   "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, without header; - is standard input")
       ->capture_default_str();
   solve->add_flag("--json", options->json, "JSON instead of CSV");
   solve->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });

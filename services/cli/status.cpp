@@ -43,7 +43,8 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
                         {"points", s.reference.point_count},
                         {"iterations", s.reference.total_iterations}};
   json["errors_m"] = nlohmann::ordered_json::array();
-  for (std::size_t k = 0; k < s.status.task_count; ++k) json["errors_m"].push_back(s.status.task_error[k]);
+  for (std::size_t k = 0; k < s.status.task_count; ++k)
+    json["errors_m"].push_back(s.status.task_error[k]);
   json["control"] = {{"period_s", s.status.period},         {"cycles", s.status.cycles},
                      {"overruns", s.status.overruns},       {"jitter_max_s", s.status.jitter_max},
                      {"solve_time_s", s.status.solve_time}, {"cycle_time_max_s", s.status.cycle_time_max}};
@@ -63,7 +64,8 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
               << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")
               << ", faults: " << arm["faults"].get<std::string>() << "\n    joints (m, rad):";
-    for (double q : arm["joints"]) std::printf(" %.5f", q);
+    for (double q : arm["joints"])
+      std::printf(" %.5f", q);
     std::fflush(stdout);
     std::cout << '\n';
   }
@@ -71,10 +73,11 @@ void printStatus(const nlohmann::ordered_json& json) {
   std::cout << "  trajectory: " << t["phase"].get<std::string>() << ", point " << t["point"] << " of " << t["points"]
             << ", " << t["iterations"] << " iterations\n";
   const auto& c = json["control"];
-  std::printf("  control: period %.4g s, %llu cycles, %llu overruns, latest wake-up %.1f us late, longest cycle %.1f us\n",
-              c["period_s"].get<double>(), static_cast<unsigned long long>(c["cycles"].get<std::uint64_t>()),
-              static_cast<unsigned long long>(c["overruns"].get<std::uint64_t>()), 1e6 * c["jitter_max_s"].get<double>(),
-              1e6 * c["cycle_time_max_s"].get<double>());
+  std::printf(
+      "  control: period %.4g s, %llu cycles, %llu overruns, latest wake-up %.1f us late, longest cycle %.1f us\n",
+      c["period_s"].get<double>(), static_cast<unsigned long long>(c["cycles"].get<std::uint64_t>()),
+      static_cast<unsigned long long>(c["overruns"].get<std::uint64_t>()), 1e6 * c["jitter_max_s"].get<double>(),
+      1e6 * c["cycle_time_max_s"].get<double>());
   std::printf("  guards:");
   for (const auto& [name, count] : json["guards"].items()) {
     if (count.get<std::uint64_t>() > 0) {
@@ -118,11 +121,15 @@ int runTopics(const std::string& name, bool as_json) {
                   topic.publisher.c_str(), topic.description.c_str());
     }
   }
-  if (as_json) std::cout << json.dump(2) << '\n';
+  if (as_json)
+    std::cout << json.dump(2) << '\n';
   return kOk;
 }
 
-CLI::App* add(CLI::App& app, int& exit_code, const std::string& name, const std::string& text,
+CLI::App* add(CLI::App& app,
+              int& exit_code,
+              const std::string& name,
+              const std::string& text,
               int (*run)(const std::string&, bool)) {
   auto deployment = std::make_shared<std::string>("laptop");
   auto as_json = std::make_shared<bool>(false);
@@ -140,7 +147,8 @@ void registerStatus(CLI::App& app, int& exit_code) {
 }
 
 void registerTopics(CLI::App& app, int& exit_code) {
-  add(app, exit_code, "topics", "all topics of a deployment: names, types, quality of service, who publishes", runTopics);
+  add(app, exit_code, "topics", "all topics of a deployment: names, types, quality of service, who publishes",
+      runTopics);
 }
 
 }  // namespace tandem::cli

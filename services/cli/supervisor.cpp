@@ -25,12 +25,14 @@ std::string DeadProcess::describe() const {
 }
 
 Supervisor::Supervisor(const config::Deployment& deployment, const std::string& log_level) {
-  for (const config::Process& process : deployment.processes) start(deployment, process, log_level);
+  for (const config::Process& process : deployment.processes)
+    start(deployment, process, log_level);
 }
 
 Supervisor::~Supervisor() { stopAll(); }
 
-void Supervisor::start(const config::Deployment& deployment, const config::Process& process,
+void Supervisor::start(const config::Deployment& deployment,
+                       const config::Process& process,
                        const std::string& log_level) {
   const auto beside = std::filesystem::read_symlink("/proc/self/exe").parent_path() / process.executable;
   if (access(beside.c_str(), X_OK) != 0) {
@@ -38,19 +40,23 @@ void Supervisor::start(const config::Deployment& deployment, const config::Proce
                               " is not an executable");
   }
   std::vector<std::string> words{beside.string(), "--deployment", deployment.file.string()};
-  if (!log_level.empty()) words.insert(words.end(), {"--log", log_level});
+  if (!log_level.empty())
+    words.insert(words.end(), {"--log", log_level});
   words.insert(words.end(), process.arguments.begin(), process.arguments.end());
   std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
+  for (std::string& word : words)
+    arguments.push_back(word.data());
   arguments.push_back(nullptr);
 
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid < 0) throw Failure(kFailure, std::string("cannot start a process: ") + std::strerror(errno));
+  if (pid < 0)
+    throw Failure(kFailure, std::string("cannot start a process: ") + std::strerror(errno));
   if (pid == 0) {
     // Only async-signal-safe calls from here on. Ctrl-C reaches the parent alone, which ends its children in order.
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) _exit(127);
+    if (getppid() != parent)
+      _exit(127);
     setpgid(0, 0);
     execv(arguments[0], arguments.data());
     _exit(127);
@@ -61,7 +67,8 @@ void Supervisor::start(const config::Deployment& deployment, const config::Proce
 std::optional<DeadProcess> Supervisor::poll() {
   for (auto child = children_.begin(); child != children_.end(); ++child) {
     int status = 0;
-    if (waitpid(child->pid, &status, WNOHANG) != child->pid) continue;
+    if (waitpid(child->pid, &status, WNOHANG) != child->pid)
+      continue;
     DeadProcess dead{child->name, child->pid, status};
     children_.erase(child);
     return dead;
@@ -70,7 +77,8 @@ std::optional<DeadProcess> Supervisor::poll() {
 }
 
 void Supervisor::stopAll() {
-  for (const Child& child : children_) kill(child.pid, SIGTERM);
+  for (const Child& child : children_)
+    kill(child.pid, SIGTERM);
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(3);
   while (!children_.empty() && std::chrono::steady_clock::now() < deadline) {
     while (poll()) {

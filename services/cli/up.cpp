@@ -25,7 +25,8 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 
 bool standing(const dds::ActuationState& state) {
   for (double velocity : state.velocity) {
-    if (velocity != 0.0) return false;
+    if (velocity != 0.0)
+      return false;
   }
   return true;
 }
@@ -34,7 +35,8 @@ bool standing(const dds::ActuationState& state) {
 void tell(const Options& options, const std::string& event, const std::string& text, nlohmann::ordered_json more = {}) {
   if (options.json) {
     nlohmann::ordered_json line{{"event", event}};
-    for (const auto& [key, value] : more.items()) line[key] = value;
+    for (const auto& [key, value] : more.items())
+      line[key] = value;
     line["text"] = text;
     std::cout << line.dump() << std::endl;
   } else {
@@ -43,16 +45,21 @@ void tell(const Options& options, const std::string& event, const std::string& t
 }
 
 /// After a death: lets the robot stop by its own watchdogs, and says how long that took.
-void watchStandstill(const Options& options, const config::Deployment& deployment, const DeadProcess& dead, Client& client) {
+void watchStandstill(const Options& options,
+                     const config::Deployment& deployment,
+                     const DeadProcess& dead,
+                     Client& client) {
   tell(options, "died", dead.describe(), {{"process", dead.name}, {"pid", dead.pid}, {"status", dead.status}});
-  if (dead.name == "sim" || dead.name == "hal") return;  // nobody is left to tell
+  if (dead.name == "sim" || dead.name == "hal")
+    return;  // nobody is left to tell
   const auto start = Clock::now();
-  const double budget = std::max(deployment.budgets.commandAge(deployment.control_period),
-                                 deployment.budgets.planning_reference) + 1.0;
+  const double budget =
+      std::max(deployment.budgets.commandAge(deployment.control_period), deployment.budgets.planning_reference) + 1.0;
   const std::uint64_t heard = client.snapshot().states;
   const bool stands = client.waitFor(budget, [&](const Snapshot& s) { return s.states > heard && standing(s.state); });
   if (stands) {
-    tell(options, "standing", "the robot stands, " + std::to_string(since(start)) + " s later", {{"seconds", since(start)}});
+    tell(options, "standing", "the robot stands, " + std::to_string(since(start)) + " s later",
+         {{"seconds", since(start)}});
     return;
   }
   tell(options, "moving", "the robot does not stand after " + std::to_string(budget) + " s: sending stop");
@@ -81,14 +88,16 @@ int run(const Options& options) {
     tell(options, "ready", "ready after " + std::to_string(since(start)) + " s; Ctrl-C stops everything",
          {{"seconds", since(start)}});
   } catch (const Failure&) {
-    if (!dead && !stop.requested()) throw;
+    if (!dead && !stop.requested())
+      throw;
   }
   while (!dead && !stop.requested() && (options.seconds <= 0.0 || since(start) < options.seconds)) {
     stop.waitFor(0.01);
     dead = supervisor.poll();
   }
   client.interruptBy({});
-  if (dead) watchStandstill(options, deployment, *dead, client);
+  if (dead)
+    watchStandstill(options, deployment, *dead, client);
   supervisor.stopAll();
   tell(options, "stopped", "all processes stopped");
   return dead ? kFailure : kOk;

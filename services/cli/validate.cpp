@@ -22,7 +22,8 @@ int run(const std::vector<std::string>& files, bool as_json) {
       result["warnings"] = summary.warnings;
       if (!as_json) {
         std::cout << file << ": ok: " << summary.text << '\n';
-        for (const std::string& warning : summary.warnings) std::cout << "  warning: " << warning << '\n';
+        for (const std::string& warning : summary.warnings)
+          std::cout << "  warning: " << warning << '\n';
       }
     } catch (const config::Error& error) {
       good = false;
@@ -31,11 +32,13 @@ int run(const std::vector<std::string>& files, bool as_json) {
       result["column"] = error.column();
       result["key"] = error.key();
       result["error"] = error.what();
-      if (!as_json) std::cerr << error.what() << '\n';
+      if (!as_json)
+        std::cerr << error.what() << '\n';
     }
     results.push_back(result);
   }
-  if (as_json) std::cout << results.dump(2) << '\n';
+  if (as_json)
+    std::cout << results.dump(2) << '\n';
   return good ? kOk : kUsage;
 }
 

@@ -27,7 +27,8 @@ class Mailbox {
   std::optional<T> take(double seconds) {
     std::unique_lock lock(mutex_);
     arrived_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return !queue_.empty(); });
-    if (queue_.empty()) return std::nullopt;
+    if (queue_.empty())
+      return std::nullopt;
     T message = std::move(queue_.front());
     queue_.pop_front();
     return message;

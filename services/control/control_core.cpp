@@ -16,7 +16,8 @@ using safety::OperatingState;
 
 }  // namespace
 
-ControlCore::ControlCore(const Setup& setup, const experiments::RobotModel& robot,
+ControlCore::ControlCore(const Setup& setup,
+                         const experiments::RobotModel& robot,
                          std::unique_ptr<planning::ReferenceTracker> tracker)
     : setup_(setup),
       robot_(robot),
@@ -36,33 +37,41 @@ ControlCore::ControlCore(const Setup& setup, const experiments::RobotModel& robo
 }
 
 void ControlCore::onState(const dds::ActuationState& state) noexcept {
-  if (state.arm_count != arm_count_) return;  // another robot's
+  if (state.arm_count != arm_count_)
+    return;  // another robot's
   for (int k = 0; k < arm_count_; ++k) {
-    if (state.joint_count[static_cast<std::size_t>(k)] != robot_.size(k)) return;
+    if (state.joint_count[static_cast<std::size_t>(k)] != robot_.size(k))
+      return;
   }
   const bool new_session = state_.session != 0 && state.session != state_.session;
   state_ = state;
-  if (new_session) answered_state_ = 0;
+  if (new_session)
+    answered_state_ = 0;
   for (int k = 0; k < arm_count_; ++k) {
     ArmControl& arm = arm_[k];
     const auto i = static_cast<std::size_t>(k);
     // The drives started anew: whatever moved before does not move on.
-    if (new_session && arm.machine.state() != OperatingState::kDisabled) latch(k, bit(safety::Fault::kDrive));
-    if (state.faults[i] != 0 && state.answers_command >= arm.deaf_until) latch(k, state.faults[i]);
-    if (state.valid[i] == 0 && arm.machine.mayMove()) latch(k, bit(safety::Fault::kSensor));
+    if (new_session && arm.machine.state() != OperatingState::kDisabled)
+      latch(k, bit(safety::Fault::kDrive));
+    if (state.faults[i] != 0 && state.answers_command >= arm.deaf_until)
+      latch(k, state.faults[i]);
+    if (state.valid[i] == 0 && arm.machine.mayMove())
+      latch(k, bit(safety::Fault::kSensor));
     if (driveState(k) == OperatingState::kEnabled && arm.machine.mayMove()) {
       arm.pending = false;
     } else if (arm.machine.mayMove() && !arm.pending) {
       latch(k, bit(safety::Fault::kDrive));  // they left ENABLED by themselves
     }
-    if (!arm.machine.mayMove()) arm.activity = Activity::kNone;
+    if (!arm.machine.mayMove())
+      arm.activity = Activity::kNone;
   }
 }
 
 void ControlCore::onReference(const dds::PlanningReference& reference) noexcept { reference_ = reference; }
 
 void ControlCore::stop() noexcept {
-  for (int k = 0; k < arm_count_; ++k) latch(k, bit(safety::Fault::kStopRequested));
+  for (int k = 0; k < arm_count_; ++k)
+    latch(k, bit(safety::Fault::kStopRequested));
 }
 
 void ControlCore::latch(int k, safety::FaultMask faults) noexcept {
@@ -87,23 +96,29 @@ bool ControlCore::following() const noexcept {
 
 bool ControlCore::moving() const noexcept {
   for (int k = 0; k < arm_count_; ++k) {
-    if (arm_[k].machine.mayMove() && (arm_[k].activity != Activity::kNone || following())) return true;
+    if (arm_[k].machine.mayMove() && (arm_[k].activity != Activity::kNone || following()))
+      return true;
   }
   return false;
 }
 
 void ControlCore::latchMoving(safety::Fault fault) noexcept {
   for (int k = 0; k < arm_count_; ++k) {
-    if (arm_[k].machine.mayMove()) latch(k, bit(fault));
+    if (arm_[k].machine.mayMove())
+      latch(k, bit(fault));
   }
 }
 
 void ControlCore::watch(std::int64_t now) noexcept {
-  if (first_cycle_ == 0) first_cycle_ = now;
-  if (lease_.takeLoss(now) && moving()) latchMoving(safety::Fault::kLeaseLost);
-  if (lock_step_) return;  // stamps are simulated time there; a dead process stalls everything
+  if (first_cycle_ == 0)
+    first_cycle_ = now;
+  if (lease_.takeLoss(now) && moving())
+    latchMoving(safety::Fault::kLeaseLost);
+  if (lock_step_)
+    return;  // stamps are simulated time there; a dead process stalls everything
   const safety::Budgets& budgets = setup_.deployment.budgets;
-  if (command_times_.age(state_.answers_command, now) > budgets.commandAge(period_)) latchMoving(safety::Fault::kStateTimeout);
+  if (command_times_.age(state_.answers_command, now) > budgets.commandAge(period_))
+    latchMoving(safety::Fault::kStateTimeout);
   // A reference is as old as the status that it had seen: judged on this process's clock alone.
   const double reference_budget = std::max(budgets.planning_reference, 2.5 * period_);
   if (following() && status_times_.age(reference_.answers_control, now) > reference_budget) {
@@ -114,7 +129,8 @@ void ControlCore::watch(std::int64_t now) noexcept {
 
 void ControlCore::readPositions() noexcept {
   for (int k = 0; k < arm_count_; ++k) {
-    for (int j = 0; j < robot_.size(k); ++j) q_[robot_.offset(k) + j] = state_.position[index(k, j)];
+    for (int j = 0; j < robot_.size(k); ++j)
+      q_[robot_.offset(k) + j] = state_.position[index(k, j)];
     base_.segment(robot_.offset(k), robot_.size(k)) = base(k);
   }
 }
@@ -122,9 +138,11 @@ void ControlCore::readPositions() noexcept {
 safety::ArmVector ControlCore::base(int k) const noexcept {
   // The last setpoint that the gate let through, and what has been sent since and is on its way.
   safety::ArmVector from(robot_.size(k));
-  for (int j = 0; j < robot_.size(k); ++j) from[j] = state_.setpoint[index(k, j)];
+  for (int j = 0; j < robot_.size(k); ++j)
+    from[j] = state_.setpoint[index(k, j)];
   const std::uint64_t in_flight = command_sequence_ - state_.answers_command;
-  if (lock_step_ || in_flight >= kSentVelocities) return from;
+  if (lock_step_ || in_flight >= kSentVelocities)
+    return from;
   for (std::uint64_t i = state_.answers_command + 1; i <= command_sequence_; ++i) {
     from += period_ * sent_[i % kSentVelocities].segment(robot_.offset(k), robot_.size(k));
   }
@@ -147,10 +165,12 @@ void ControlCore::follow() noexcept {
   tracker_->step(q_, base_, tasks_, track_);
   solve_time_ = 1e-9 * static_cast<double>(monotonicNow() - start);
   tracked_ = true;
-  if (track_.status == planning::TrackStatus::kModel) latchMoving(safety::Fault::kSolver);
+  if (track_.status == planning::TrackStatus::kModel)
+    latchMoving(safety::Fault::kSolver);
   for (int k = 0; k < arm_count_; ++k) {
     moves_[static_cast<std::size_t>(k)] = arm_[k].machine.mayMove();
-    velocity_.segment(robot_.offset(k), robot_.size(k)) = track_.solution.velocity.segment(robot_.offset(k), robot_.size(k));
+    velocity_.segment(robot_.offset(k), robot_.size(k)) =
+        track_.solution.velocity.segment(robot_.offset(k), robot_.size(k));
   }
 }
 
@@ -169,9 +189,11 @@ void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
     arm.motion_time += period_;
     velocity = (arm.motion.position(arm.motion_time) - from) / period_;
     moves_[static_cast<std::size_t>(k)] = true;
-    if (!arm.motion.finished(arm.motion_time - period_)) return;
+    if (!arm.motion.finished(arm.motion_time - period_))
+      return;
     arm.activity = Activity::kNone;
-    if (arm.homing) arm.homed = true;
+    if (arm.homing)
+      arm.homed = true;
     arm.homing = false;
   }
 }
@@ -181,7 +203,8 @@ safety::DriveRequest ControlCore::requestFor(int k) const noexcept {
   const OperatingState drive = driveState(k);
   switch (arm.machine.state()) {
     case OperatingState::kEnabled:
-      if (!arm.pending) return safety::DriveRequest::kKeep;
+      if (!arm.pending)
+        return safety::DriveRequest::kKeep;
       return drive == OperatingState::kPaused ? safety::DriveRequest::kResume : safety::DriveRequest::kEnable;
     case OperatingState::kPaused:
       return drive == OperatingState::kEnabled ? safety::DriveRequest::kPause : safety::DriveRequest::kKeep;
@@ -203,7 +226,8 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   tracked_ = false;
   const bool enabled = [this] {
     for (int k = 0; k < arm_count_; ++k) {
-      if (!arm_[k].machine.mayMove() || arm_[k].pending || arm_[k].activity != Activity::kNone) return false;
+      if (!arm_[k].machine.mayMove() || arm_[k].pending || arm_[k].activity != Activity::kNone)
+        return false;
     }
     return state_.sequence > 0;
   }();
@@ -213,12 +237,14 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
     tracker_->observe(base_);
   }
   for (int k = 0; k < arm_count_; ++k) {
-    if (arm_[k].machine.mayMove() && !arm_[k].pending && (advance || !lock_step_)) moveJoints(k, now);
+    if (arm_[k].machine.mayMove() && !arm_[k].pending && (advance || !lock_step_))
+      moveJoints(k, now);
   }
   fillCommand(now, advance, output.command);
   fillLimits(output.limits);
   fillStatus(now, output.status);
-  if (advance) answered_state_ = state_.sequence;
+  if (advance)
+    answered_state_ = state_.sequence;
 }
 
 void ControlCore::fillCommand(std::int64_t now, bool advance, dds::ActuationCommand& command) noexcept {
@@ -308,20 +334,24 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
 }
 
 bool ControlCore::readyToAdvance() const noexcept {
-  if (state_.sequence == 0 || state_.sequence == answered_state_) return false;
+  if (state_.sequence == 0 || state_.sequence == answered_state_)
+    return false;
   bool motion = false;
   for (int k = 0; k < arm_count_; ++k) {
-    if (!arm_[k].machine.mayMove() || arm_[k].pending) return false;
+    if (!arm_[k].machine.mayMove() || arm_[k].pending)
+      return false;
     motion = motion || arm_[k].activity != Activity::kNone;
   }
-  if (motion) return true;
+  if (motion)
+    return true;
   return following() && static_cast<planning::Phase>(reference_.phase) == planning::Phase::kRunning &&
          reference_.answers_state == state_.sequence;
 }
 
 bool ControlCore::drivesPending() const noexcept {
   for (int k = 0; k < arm_count_; ++k) {
-    if (requestFor(k) != safety::DriveRequest::kKeep) return true;
+    if (requestFor(k) != safety::DriveRequest::kKeep)
+      return true;
   }
   return false;
 }

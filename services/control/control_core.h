@@ -20,11 +20,12 @@ struct CycleOutput {
   dds::ActuationLimits limits;
 };
 
-/** The controller of all arms: operating states, control lease, and who moves the robot: planning's references, a joint motion, a jog, or
- * nobody. All times are ns on one monotonic clock. */
+/** The controller of all arms: operating states, control lease, and who moves the robot: planning's references, a joint
+ * motion, a jog, or nobody. All times are ns on one monotonic clock. */
 class ControlCore {
  public:
-  ControlCore(const Setup& setup, const experiments::RobotModel& robot,
+  ControlCore(const Setup& setup,
+              const experiments::RobotModel& robot,
               std::unique_ptr<planning::ReferenceTracker> tracker);
 
   void onState(const dds::ActuationState& state) noexcept;
@@ -51,13 +52,13 @@ class ControlCore {
   enum class Activity : std::uint8_t { kNone, kMotion, kJog };
   struct ArmControl {
     safety::StateMachine machine;
-    bool pending = false;               ///< enable or resume was asked for and the drives do not show it yet
-    bool homed = true;                  ///< absolute encoders: homed from the start
+    bool pending = false;  ///< enable or resume was asked for and the drives do not show it yet
+    bool homed = true;     ///< absolute encoders: homed from the start
     bool homing = false;
-    std::uint64_t deaf_until = 0;       ///< faults in states older than the answer to this command are history
+    std::uint64_t deaf_until = 0;  ///< faults in states older than the answer to this command are history
     Activity activity = Activity::kNone;
     safety::JointMotion motion;
-    double motion_time = 0.0;           ///< s since its start
+    double motion_time = 0.0;  ///< s since its start
     safety::ArmVector jog_velocity;
     std::int64_t jog_until = 0;
     safety::ArmVector home;
@@ -100,16 +101,16 @@ class ControlCore {
   static constexpr std::size_t kSentVelocities = 64;
   std::array<safety::RobotVector, kSentVelocities> sent_;  ///< velocities of the last commands, by sequence
   std::uint32_t spent_trajectory_ = 0;                     ///< was running when an arm lost power: never followed again
-  safety::StateStamps command_times_, status_times_;  ///< when each was sent: echoes are judged on our own clock
+  safety::StateStamps command_times_, status_times_;       ///< when each was sent: echoes are judged on our own clock
   std::uint64_t command_sequence_ = 0, status_sequence_ = 0, answered_state_ = 0;
   std::int64_t first_cycle_ = 0;
-  safety::RobotVector q_;         ///< measured
-  safety::RobotVector base_;      ///< the setpoints from which this cycle goes on
+  safety::RobotVector q_;     ///< measured
+  safety::RobotVector base_;  ///< the setpoints from which this cycle goes on
   safety::RobotVector velocity_;
   std::array<bool, safety::kMaxArms> moves_{};
   planning::Reference tasks_;
   planning::TrackResult track_;
-  bool tracked_ = false;                ///< track_ holds a solution of this cycle
+  bool tracked_ = false;  ///< track_ holds a solution of this cycle
   double solve_time_ = 0.0;
   Timing timing_;
 };

@@ -25,42 +25,52 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
   if (order.kind == Kind::kAcquireLease || order.kind == Kind::kReleaseLease || order.kind == Kind::kKeepLease) {
     return leaseOrder(order, reply, now);
   }
-  // Anybody may take power away; only the commander may give it. CRTK's topic knows no clients: it counts while nobody holds the lease.
+  // Anybody may take power away; only the commander may give it. CRTK's topic knows no clients: it counts while nobody
+  // holds the lease.
   const bool stopping = order.kind == Kind::kStateCommand && (order.command == safety::StateCommand::kDisable ||
                                                               order.command == safety::StateCommand::kPause);
   const bool holds = order.from_topic ? lease_.holder(now) == 0 : lease_.holds(order.client, now);
   if (!stopping && !holds) {
-    return refuse(reply, dds::ReplyCode::kNotLeaseHolder,
-                  lease_.holder(now) == 0 ? "acquire the control lease first" : "another client holds the control lease");
+    return refuse(
+        reply, dds::ReplyCode::kNotLeaseHolder,
+        lease_.holder(now) == 0 ? "acquire the control lease first" : "another client holds the control lease");
   }
   switch (order.kind) {
-    case Kind::kStateCommand: return stateCommand(order, reply);
+    case Kind::kStateCommand:
+      return stateCommand(order, reply);
     case Kind::kMoveJp:
     case Kind::kJog:
     case Kind::kHome:
-    case Kind::kHold: return motionOrder(order, reply, now);
+    case Kind::kHold:
+      return motionOrder(order, reply, now);
     case Kind::kSetMethod:
     case Kind::kSetParameter:
-      if (following()) return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
+      if (following())
+        return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
       reply.retired = tracker_.release();
       tracker_.reset(order.tracker);
       reply.method_accepted = true;
       return reply;
-    default: return refuse(reply, dds::ReplyCode::kUnknown, "unknown kind of request");
+    default:
+      return refuse(reply, dds::ReplyCode::kUnknown, "unknown kind of request");
   }
 }
 
 OrderReply ControlCore::leaseOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept {
   switch (order.kind) {
     case dds::ControlKind::kAcquireLease:
-      if (lease_.acquire(order.client, now)) return reply;
+      if (lease_.acquire(order.client, now))
+        return reply;
       return refuse(reply, dds::ReplyCode::kLeaseTaken, "another client holds the control lease");
     case dds::ControlKind::kReleaseLease:
-      if (moving()) return refuse(reply, dds::ReplyCode::kBusy, "the robot moves; pause or stop it first");
-      if (lease_.release(order.client, now)) return reply;
+      if (moving())
+        return refuse(reply, dds::ReplyCode::kBusy, "the robot moves; pause or stop it first");
+      if (lease_.release(order.client, now))
+        return reply;
       break;
     default:
-      if (lease_.keep(order.client, now)) return reply;
+      if (lease_.keep(order.client, now))
+        return reply;
       break;
   }
   return refuse(reply, dds::ReplyCode::kNotLeaseHolder, "this client does not hold the control lease");
@@ -73,7 +83,8 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
   // All arms or none: what the table forbids for one is refused before any other one changes.
   for (int k = first; k <= last; ++k) {
     const safety::OperatingState state = arm_[k].machine.state();
-    if (powers && state_.sequence == 0) return refuse(reply, dds::ReplyCode::kWrongState, "no actuation/state yet");
+    if (powers && state_.sequence == 0)
+      return refuse(reply, dds::ReplyCode::kWrongState, "no actuation/state yet");
     if (powers && driveState(k) == safety::OperatingState::kFault) {
       return refuse(reply, dds::ReplyCode::kWrongState, "the drives are in FAULT; disable first");
     }
@@ -91,7 +102,9 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
     arm.machine.command(order.command);
     switch (order.command) {
       case safety::StateCommand::kEnable:
-      case safety::StateCommand::kResume: arm.pending = true; break;
+      case safety::StateCommand::kResume:
+        arm.pending = true;
+        break;
       case safety::StateCommand::kDisable:
         arm.deaf_until = command_sequence_ + 1;
         spent_trajectory_ = reference_.trajectory_id;
@@ -103,7 +116,9 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
       case safety::StateCommand::kHome:
         arm.homing = startMotion(k, arm.home);
         break;
-      case safety::StateCommand::kUnhome: arm.homed = false; break;
+      case safety::StateCommand::kUnhome:
+        arm.homed = false;
+        break;
     }
   }
   return reply;
@@ -111,7 +126,8 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
 
 bool ControlCore::startMotion(int k, const safety::ArmVector& goal) noexcept {
   ArmControl& arm = arm_[k];
-  if (following() || shownState(k) != safety::OperatingState::kEnabled) return false;
+  if (following() || shownState(k) != safety::OperatingState::kEnabled)
+    return false;
   arm.motion = safety::JointMotion(*robot_.limits()[static_cast<std::size_t>(k)], base(k), goal);
   arm.motion_time = 0.0;
   arm.activity = Activity::kMotion;
@@ -122,7 +138,8 @@ OrderReply ControlCore::motionOrder(const ControlOrder& order, OrderReply reply,
   const int first = order.arm == kAllArms ? 0 : order.arm;
   const int last = order.arm == kAllArms ? arm_count_ - 1 : order.arm;
   if (order.kind != dds::ControlKind::kHold) {
-    if (following()) return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
+    if (following())
+      return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
     for (int k = first; k <= last; ++k) {
       if (shownState(k) != safety::OperatingState::kEnabled) {
         return refuse(reply, dds::ReplyCode::kWrongState, "the arm is not ENABLED; enable it first");
@@ -137,15 +154,21 @@ OrderReply ControlCore::motionOrder(const ControlOrder& order, OrderReply reply,
   for (int k = first; k <= last; ++k) {
     ArmControl& arm = arm_[k];
     switch (order.kind) {
-      case dds::ControlKind::kMoveJp: startMotion(k, joints); break;
-      case dds::ControlKind::kHome: arm.homing = startMotion(k, arm.home); break;
+      case dds::ControlKind::kMoveJp:
+        startMotion(k, joints);
+        break;
+      case dds::ControlKind::kHome:
+        arm.homing = startMotion(k, arm.home);
+        break;
       case dds::ControlKind::kJog:
         arm.activity = Activity::kJog;
         arm.jog_velocity = joints;
-        arm.jog_until = now + static_cast<std::int64_t>(
-                                  1e9 * std::max(setup_.deployment.budgets.teleoperation, 2.0 * period_));
+        arm.jog_until =
+            now + static_cast<std::int64_t>(1e9 * std::max(setup_.deployment.budgets.teleoperation, 2.0 * period_));
         break;
-      default: arm.activity = Activity::kNone; break;
+      default:
+        arm.activity = Activity::kNone;
+        break;
     }
   }
   return reply;

@@ -20,7 +20,8 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiment
     Arm arm;
     arm.name = from.name;
     for (const char* kind : {"_beta_", "_alpha_"}) {
-      for (int i = 1; i <= from.model.tubeCount(); ++i) arm.joint_names.push_back(from.name + kind + std::to_string(i));
+      for (int i = 1; i <= from.model.tubeCount(); ++i)
+        arm.joint_names.push_back(from.name + kind + std::to_string(i));
     }
     arm.measured_js = bus.writer(dds::kMeasuredJs, from.name);
     arm.setpoint_js = bus.writer(dds::kSetpointJs, from.name);
@@ -38,7 +39,8 @@ void CrtkPublisher::publish(const Moment& moment) {
   for (int k = 0; k < robot_.armCount(); ++k) {
     Arm& arm = arms_[static_cast<std::size_t>(k)];
     publishState(arm, k, moment);
-    if (moment.state.sequence == 0) continue;  // nothing measured yet: say nothing rather than something invalid
+    if (moment.state.sequence == 0)
+      continue;  // nothing measured yet: say nothing rather than something invalid
     Eigen::VectorXd measured(robot_.size(k)), setpoint(robot_.size(k));
     for (int j = 0; j < robot_.size(k); ++j) {
       measured[j] = moment.state.position[index(k, j)];
@@ -54,7 +56,10 @@ void CrtkPublisher::publish(const Moment& moment) {
   }
 }
 
-void CrtkPublisher::publishJoints(Arm& arm, int k, const Moment& moment, const Eigen::VectorXd& measured,
+void CrtkPublisher::publishJoints(Arm& arm,
+                                  int k,
+                                  const Moment& moment,
+                                  const Eigen::VectorXd& measured,
                                   const Eigen::VectorXd& setpoint) {
   dds::JointState js;
   js.frame = frame_;
@@ -65,14 +70,18 @@ void CrtkPublisher::publishJoints(Arm& arm, int k, const Moment& moment, const E
   // CRTK: a stamp of zero marks what is not valid.
   js.stamp = moment.state.valid[static_cast<std::size_t>(k)] != 0 ? moment.state.stamp : 0;
   js.position.assign(measured.begin(), measured.end());
-  for (int j = 0; j < robot_.size(k); ++j) js.velocity.push_back(moment.state.velocity[index(k, j)]);
+  for (int j = 0; j < robot_.size(k); ++j)
+    js.velocity.push_back(moment.state.velocity[index(k, j)]);
   arm.measured_js.write(js);
 }
 
-void CrtkPublisher::publishPose(dds::Writer<dds::PoseStamped>& writer, int k, std::int64_t stamp,
+void CrtkPublisher::publishPose(dds::Writer<dds::PoseStamped>& writer,
+                                int k,
+                                std::int64_t stamp,
                                 const Eigen::VectorXd& q) const {
   kinematics::Tip tip;
-  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, tip) != kinematics::ModelStatus::kOk) return;
+  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, tip) != kinematics::ModelStatus::kOk)
+    return;
   const Eigen::Vector3d p = tip.pose.translation();
   const Eigen::Quaterniond r(tip.pose.linear());
   dds::PoseStamped pose;
@@ -86,7 +95,8 @@ void CrtkPublisher::publishPose(dds::Writer<dds::PoseStamped>& writer, int k, st
 void CrtkPublisher::publishGoal(Arm& arm, int k, const Moment& moment) const {
   for (std::size_t i = 0; i < moment.reference.task_count; ++i) {
     const dds::TaskReference& task = moment.reference.tasks[i];
-    if (task.kind != static_cast<std::uint8_t>(planning::TaskKind::kTipPosition) || task.arm != k) continue;
+    if (task.kind != static_cast<std::uint8_t>(planning::TaskKind::kTipPosition) || task.arm != k)
+      continue;
     dds::PoseStamped pose;
     pose.stamp = moment.state.stamp;
     pose.frame = frame_;
@@ -105,7 +115,8 @@ void CrtkPublisher::publishState(Arm& arm, int k, const Moment& moment) {
   state.is_busy = moment.status.busy[i] != 0;
   const bool same = state.state == arm.last_state.state && state.is_homed == arm.last_state.is_homed &&
                     state.is_busy == arm.last_state.is_busy;
-  if (same) return;  // the topic is latched: late readers get the last one
+  if (same)
+    return;  // the topic is latched: late readers get the last one
   arm.operating_state.write(state);
   arm.last_state = state;
 }
@@ -132,12 +143,14 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
 
 void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q) {
   const auto model = robot_.models()[static_cast<std::size_t>(k)];
-  if (model->shape(q, kShapePoints, shape_) != kinematics::ModelStatus::kOk) return;
+  if (model->shape(q, kShapePoints, shape_) != kinematics::ModelStatus::kOk)
+    return;
   dds::Shape shape;
   shape.stamp = stamp;
   shape.frame = frame_;
   for (const kinematics::ShapePoint& point : shape_) {
-    for (double x : point.pose.translation()) shape.points.push_back(static_cast<float>(x));
+    for (double x : point.pose.translation())
+      shape.points.push_back(static_cast<float>(x));
     shape.tubes.push_back(static_cast<std::uint8_t>(point.outermost_tube));
     const auto tube = static_cast<std::size_t>(std::max(point.outermost_tube, 1) - 1);
     shape.outer_radius.push_back(static_cast<float>(0.5 * model->arm().tubes[tube].outer_diameter));

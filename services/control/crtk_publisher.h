@@ -18,7 +18,8 @@ struct Moment {
   dds::PlanningReference reference;
 };
 
-/** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes and allocates. */
+/** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes
+ * and allocates. */
 class CrtkPublisher {
  public:
   CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot);
@@ -34,7 +35,10 @@ class CrtkPublisher {
     dds::Writer<dds::Shape> shape;
     dds::OperatingState last_state;
   };
-  void publishJoints(Arm& arm, int k, const Moment& moment, const Eigen::VectorXd& measured,
+  void publishJoints(Arm& arm,
+                     int k,
+                     const Moment& moment,
+                     const Eigen::VectorXd& measured,
                      const Eigen::VectorXd& setpoint);
   void publishPose(dds::Writer<dds::PoseStamped>& writer, int k, std::int64_t stamp, const Eigen::VectorXd& q) const;
   void publishGoal(Arm& arm, int k, const Moment& moment) const;

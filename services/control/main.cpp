@@ -20,8 +20,12 @@ namespace {
 /** What both ways of running share: the bus, the topics, the desk for requests. */
 struct Service {
   explicit Service(const service::Setup& s)
-      : setup(s), robot(s.robot), desk(s, robot), core(s, robot, desk.makeTracker()),
-        bus(service::busOptions(s.deployment, s.name)), crtk(bus, s, robot) {
+      : setup(s),
+        robot(s.robot),
+        desk(s, robot),
+        core(s, robot, desk.makeTracker()),
+        bus(service::busOptions(s.deployment, s.name)),
+        crtk(bus, s, robot) {
     commands = bus.writer(dds::kActuationCommand);
     limits = bus.writer(dds::kActuationLimits);
     statuses = bus.writer(dds::kControlStatus);
@@ -60,8 +64,10 @@ struct Service {
 
   void answer(const service::OrderReply& reply) {
     const dds::Reply message = desk.settle(reply);
-    if (message.accepted == 0 && message.request != 0) spdlog::warn("request refused: {}", message.reason);
-    if (message.request != 0) replies.write(message);
+    if (message.accepted == 0 && message.request != 0)
+      spdlog::warn("request refused: {}", message.reason);
+    if (message.request != 0)
+      replies.write(message);
   }
 
   const service::Setup& setup;
@@ -90,11 +96,13 @@ class LockStep {
     while (!stop.requested()) {
       const auto event = mailbox_.take(kIdle);
       bool tell = !event;
-      if (event) tell = std::visit([this](const auto& message) { return take(message); }, *event);
+      if (event)
+        tell = std::visit([this](const auto& message) { return take(message); }, *event);
       const std::int64_t now = service::monotonicNow();
       const bool advance = service_.core.readyToAdvance();
       tell = tell || now - last_told_ > static_cast<std::int64_t>(1e9 * kIdle);
-      if (advance || tell) speak(now, advance);
+      if (advance || tell)
+        speak(now, advance);
     }
   }
 
@@ -126,9 +134,12 @@ class LockStep {
     service_.core.cycle(now, advance, output_);
     // The status first: whoever sees the state that follows from the command has it already.
     service_.statuses.write(output_.status);
-    if (advance) service_.limits.write(output_.limits);
-    if (advance || service_.core.drivesPending()) service_.commands.write(output_.command);
-    if (!advance) last_told_ = now;
+    if (advance)
+      service_.limits.write(output_.limits);
+    if (advance || service_.core.drivesPending())
+      service_.commands.write(output_.command);
+    if (!advance)
+      last_told_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
       service_.crtk.publish({state_, output_.status, reference_});
       last_crtk_ = now;
@@ -150,7 +161,8 @@ class RealTime {
       : service_(service),
         loop_(service.setup.deployment.control_period),
         crtk_every_(std::max<std::uint64_t>(
-            1, static_cast<std::uint64_t>(service.setup.deployment.status_period / loop_.period()))),
+            1,
+            static_cast<std::uint64_t>(service.setup.deployment.status_period / loop_.period()))),
         commands_(outbox_.latest<dds::ActuationCommand>([&](const auto& m) { service_.commands.write(m); })),
         statuses_(outbox_.latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(outbox_.latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
@@ -179,7 +191,8 @@ class RealTime {
  private:
   void putOrder(const service::ControlOrder& order) {
     const std::lock_guard lock(order_mutex_);  // several DDS threads; the periodic one takes no lock
-    if (orders_.push(order)) return;
+    if (orders_.push(order))
+      return;
     service::OrderReply reply;
     reply.client = order.client;
     reply.request = order.request;
@@ -189,18 +202,23 @@ class RealTime {
   }
 
   void cycle(const service::Tick& tick) noexcept {
-    if (states_.take(state_)) service_.core.onState(state_);
-    if (references_.take(reference_)) service_.core.onReference(reference_);
-    if (stop_requested_.exchange(false, std::memory_order_relaxed)) service_.core.stop();
+    if (states_.take(state_))
+      service_.core.onState(state_);
+    if (references_.take(reference_))
+      service_.core.onReference(reference_);
+    if (stop_requested_.exchange(false, std::memory_order_relaxed))
+      service_.core.stop();
     service::ControlOrder order;
-    while (orders_.pop(order)) answers_.post(service_.core.order(order, tick.now));
+    while (orders_.pop(order))
+      answers_.post(service_.core.order(order, tick.now));
     const service::LoopStatistics& s = loop_.statistics();
     service_.core.setTiming({s.execution_last, s.execution_max, s.lateness_max, s.cycles, s.overruns});
     service_.core.cycle(tick.now, false, output_);
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
-    if (tick.cycle % crtk_every_ == 0) moments_.post({state_, output_.status, reference_});
+    if (tick.cycle % crtk_every_ == 0)
+      moments_.post({state_, output_.status, reference_});
   }
 
   Service& service_;
@@ -239,7 +257,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return service::runService(argc, argv, "control",
-                             "Resolves the redundancy of the cooperating arms at a fixed rate and commands their joints.",
-                             run);
+  return service::runService(
+      argc, argv, "control",
+      "Resolves the redundancy of the cooperating arms at a fixed rate and commands their joints.", run);
 }

@@ -37,7 +37,8 @@ OrderDesk::OrderDesk(const Setup& setup, const experiments::RobotModel& robot)
 }
 
 std::unique_ptr<planning::ReferenceTracker> OrderDesk::makeTracker(const Settings& s) const {
-  return std::make_unique<planning::ReferenceTracker>(robot_.models(), robot_.limits(), s.method, s.parameters, s.gains);
+  return std::make_unique<planning::ReferenceTracker>(robot_.models(), robot_.limits(), s.method, s.parameters,
+                                                      s.gains);
 }
 
 std::unique_ptr<planning::ReferenceTracker> OrderDesk::makeTracker() const {
@@ -60,21 +61,22 @@ OrderDesk::Settings OrderDesk::changed(const dds::ControlRequest& request) const
   const std::string& name = request.text;
   if (name == "bounds") {
     const auto bounds = control::boundsFromName(request.value);
-    if (!bounds) throw std::invalid_argument("bounds: found '" + request.value + "', expected coupled or frozen");
+    if (!bounds)
+      throw std::invalid_argument("bounds: found '" + request.value + "', expected coupled or frozen");
     s.parameters.bounds = *bounds;
     return s;
   }
   // The Ipopt backend allocates and waits; it has no place on the periodic path.
-  const std::array<std::pair<const char*, double*>, 9> known{{{"relative_gain", &s.gains.relative},
-                                                              {"tip_gain", &s.gains.tip},
-                                                              {"nsp_damping", &s.parameters.nsp_damping},
-                                                              {"track_weight", &s.parameters.track_weight},
-                                                              {"translation_weight", &s.parameters.translation_weight},
-                                                              {"rotation_weight", &s.parameters.rotation_weight},
-                                                              {"nspqp_zeta", &s.parameters.nspqp_zeta},
-                                                              {"snsqp_zeta", &s.parameters.snsqp_zeta},
-                                                              {"snsqp_rotation_velocity",
-                                                               &s.parameters.snsqp_rotation_velocity}}};
+  const std::array<std::pair<const char*, double*>, 9> known{
+      {{"relative_gain", &s.gains.relative},
+       {"tip_gain", &s.gains.tip},
+       {"nsp_damping", &s.parameters.nsp_damping},
+       {"track_weight", &s.parameters.track_weight},
+       {"translation_weight", &s.parameters.translation_weight},
+       {"rotation_weight", &s.parameters.rotation_weight},
+       {"nspqp_zeta", &s.parameters.nspqp_zeta},
+       {"snsqp_zeta", &s.parameters.snsqp_zeta},
+       {"snsqp_rotation_velocity", &s.parameters.snsqp_rotation_velocity}}};
   std::string names = "bounds";
   for (const auto& [key, value] : known) {
     if (name == key) {
@@ -95,7 +97,8 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
     refusal = refuse(request, code, std::move(reason));
     return std::nullopt;
   };
-  if (request.client == 0) return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
+  if (request.client == 0)
+    return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
   if (request.arm != 255) {
     if (request.arm >= arm_names_.size()) {
       return refused(dds::ReplyCode::kMalformed, "arm: found " + std::to_string(request.arm) + ", expected below " +
@@ -108,7 +111,8 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
     case dds::ControlKind::kReleaseLease:
     case dds::ControlKind::kKeepLease:
     case dds::ControlKind::kHome:
-    case dds::ControlKind::kHold: return order;
+    case dds::ControlKind::kHold:
+      return order;
     case dds::ControlKind::kStateCommand: {
       const auto command = safety::stateCommandFromName(request.value);
       if (!command) {
@@ -120,7 +124,8 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
     }
     case dds::ControlKind::kMoveJp:
     case dds::ControlKind::kJog: {
-      if (order.arm == kAllArms) return refused(dds::ReplyCode::kMalformed, "arm: expected one arm, not all");
+      if (order.arm == kAllArms)
+        return refused(dds::ReplyCode::kMalformed, "arm: expected one arm, not all");
       const int expected = robot_.size(order.arm);
       if (request.joint_count != expected) {
         return refused(dds::ReplyCode::kMalformed, "joints: found " + std::to_string(request.joint_count) +
@@ -150,13 +155,15 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
   return refused(dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
 }
 
-std::optional<ControlOrder> OrderDesk::parse(const std::string& arm, const dds::StringStamped& command,
+std::optional<ControlOrder> OrderDesk::parse(const std::string& arm,
+                                             const dds::StringStamped& command,
                                              std::string& refusal) const {
   ControlOrder order;
   order.kind = dds::ControlKind::kStateCommand;
   order.from_topic = true;
   for (std::size_t k = 0; k < arm_names_.size(); ++k) {
-    if (arm_names_[k] == arm) order.arm = static_cast<int>(k);
+    if (arm_names_[k] == arm)
+      order.arm = static_cast<int>(k);
   }
   const auto parsed = safety::stateCommandFromName(command.text);
   if (!parsed) {

@@ -25,11 +25,11 @@ struct ControlOrder {
   std::uint64_t request = 0;
   dds::ControlKind kind = dds::ControlKind::kKeepLease;
   int arm = kAllArms;
-  bool from_topic = false;                          ///< from arm_x/state_command, which knows no clients
+  bool from_topic = false;  ///< from arm_x/state_command, which knows no clients
   safety::StateCommand command = safety::StateCommand::kDisable;
   int joint_count = 0;
   std::array<double, safety::kMaxJointsPerArm> joints{};
-  planning::ReferenceTracker* tracker = nullptr;    ///< a method change: the tracker to use from now on
+  planning::ReferenceTracker* tracker = nullptr;  ///< a method change: the tracker to use from now on
 };
 
 /** The answer to an order, for the thread that publishes. */
@@ -38,19 +38,21 @@ struct OrderReply {
   std::uint64_t request = 0;
   dds::ReplyCode code = dds::ReplyCode::kOk;
   std::array<char, 160> reason{};
-  planning::ReferenceTracker* retired = nullptr;    ///< no longer used by the periodic thread: delete it
+  planning::ReferenceTracker* retired = nullptr;  ///< no longer used by the periodic thread: delete it
   bool method_accepted = false;
 };
 
-/** Turns requests into orders; owns the settings of the method. Used by DDS threads and by the publisher thread, never by the periodic
- * one. */
+/** Turns requests into orders; owns the settings of the method. Used by DDS threads and by the publisher thread, never
+ * by the periodic one. */
 class OrderDesk {
  public:
   OrderDesk(const Setup& setup, const experiments::RobotModel& robot);
 
   /// @return an order, or nothing and a reply that says why.
   std::optional<ControlOrder> parse(const dds::ControlRequest& request, dds::Reply& refusal);
-  std::optional<ControlOrder> parse(const std::string& arm, const dds::StringStamped& command, std::string& refusal) const;
+  std::optional<ControlOrder> parse(const std::string& arm,
+                                    const dds::StringStamped& command,
+                                    std::string& refusal) const;
 
   /// What follows from the answer: settings become those of the accepted method, retired trackers are deleted.
   dds::Reply settle(const OrderReply& reply);

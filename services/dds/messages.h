@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file What crosses the wire, as plain structs. Generated DDS types stay behind converters in this folder.
  *
- * Arrays over joints are indexed arm * kMaxJointsPerArm + joint. Stamps are ns on the publisher's monotonic clock, or simulated time in
- * lock-step; only the process that wrote a stamp may compare it with a clock.
+ * Arrays over joints are indexed arm * kMaxJointsPerArm + joint. Stamps are ns on the publisher's monotonic clock, or
+ * simulated time in lock-step; only the process that wrote a stamp may compare it with a clock.
  */
 #pragma once
 
@@ -21,9 +21,9 @@ using PerArm = std::array<T, safety::kMaxArms>;
 
 /// actuation/state, hal or sim -> all. tandem_msgs/ActuationState
 struct ActuationState {
-  std::uint64_t session = 0;   ///< random, new with every start of hal or sim
-  std::uint64_t sequence = 0;  ///< counts from 1 within the session
-  std::int64_t stamp = 0;      ///< ns
+  std::uint64_t session = 0;          ///< random, new with every start of hal or sim
+  std::uint64_t sequence = 0;         ///< counts from 1 within the session
+  std::int64_t stamp = 0;             ///< ns
   std::uint64_t answers_command = 0;  ///< sequence of the last command taken
   std::uint8_t lock_step = 0;
   std::uint8_t arm_count = 0;
@@ -40,15 +40,15 @@ struct ActuationState {
 struct ActuationCommand {
   std::uint64_t control_session = 0;  ///< random, new with every start of control
   std::uint64_t sequence = 0;
-  std::uint64_t state_session = 0;    ///< whose state is answered
-  std::uint64_t answers_state = 0;    ///< sequence of that state
+  std::uint64_t state_session = 0;  ///< whose state is answered
+  std::uint64_t answers_state = 0;  ///< sequence of that state
   std::int64_t stamp = 0;
-  std::uint8_t advance = 0;           ///< lock-step: 1 = the plant takes one step of one control period with this command
+  std::uint8_t advance = 0;  ///< lock-step: 1 = the plant takes one step of one control period with this command
   std::uint8_t arm_count = 0;
-  PerArm<std::uint8_t> request{};     ///< safety::DriveRequest: keep, disable, enable, pause, resume
-  PerArm<std::uint8_t> moving{};      ///< 1: velocity and position count; 0: hold the present setpoint
-  JointArray velocity{};              ///< m/s, rad/s over the next control period
-  JointArray position{};              ///< setpoint at the end of that period, m, rad
+  PerArm<std::uint8_t> request{};  ///< safety::DriveRequest: keep, disable, enable, pause, resume
+  PerArm<std::uint8_t> moving{};   ///< 1: velocity and position count; 0: hold the present setpoint
+  JointArray velocity{};           ///< m/s, rad/s over the next control period
+  JointArray position{};           ///< setpoint at the end of that period, m, rad
 };
 
 /// actuation/limits, control -> all. tandem_msgs/ActuationLimits
@@ -58,9 +58,9 @@ struct ActuationLimits {
   std::int64_t stamp = 0;
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> joint_count{};
-  JointArray lower{};            ///< moving lower bound of each joint with its neighbours at their present position
+  JointArray lower{};  ///< moving lower bound of each joint with its neighbours at their present position
   JointArray upper{};
-  JointArray velocity_lower{};   ///< m/s, rad/s
+  JointArray velocity_lower{};  ///< m/s, rad/s
   JointArray velocity_upper{};
   std::array<std::uint8_t, safety::kMaxJoints> active{};  ///< 1: the solution stands at a bound or row of this joint
 };
@@ -83,13 +83,13 @@ struct PlanningReference {
   std::uint64_t answers_control = 0;  ///< sequence of the last control/status seen: freshness on control's own clock
   std::int64_t stamp = 0;
   std::uint32_t trajectory_id = 0;
-  std::uint32_t point = 0;            ///< counts from 1; 0 = none
+  std::uint32_t point = 0;  ///< counts from 1; 0 = none
   std::uint32_t point_count = 0;
-  std::uint32_t iteration = 0;        ///< within the point, counts from 1
+  std::uint32_t iteration = 0;  ///< within the point, counts from 1
   std::uint32_t total_iterations = 0;
-  std::uint8_t phase = 0;             ///< planning::Phase: idle, running, paused, finished, failed
-  double tolerance = 0.0;             ///< m
-  double gain_scale = 1.0;            ///< 1: the gains of the controller
+  std::uint8_t phase = 0;   ///< planning::Phase: idle, running, paused, finished, failed
+  double tolerance = 0.0;   ///< m
+  double gain_scale = 1.0;  ///< 1: the gains of the controller
   std::uint8_t task_count = 0;
   std::array<TaskReference, 4> tasks{};
 };
@@ -119,10 +119,10 @@ struct ControlStatus {
   std::uint64_t answers_state = 0;
   std::uint64_t answers_reference = 0;
   std::int64_t stamp = 0;
-  std::uint8_t method = 0;         ///< control::Method
-  std::uint8_t backend = 0;        ///< control::Backend
-  std::uint8_t bounds = 0;         ///< control::BoundsKind
-  std::uint8_t solve_status = 0;   ///< control::SolveStatus
+  std::uint8_t method = 0;        ///< control::Method
+  std::uint8_t backend = 0;       ///< control::Backend
+  std::uint8_t bounds = 0;        ///< control::BoundsKind
+  std::uint8_t solve_status = 0;  ///< control::SolveStatus
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> operating_state{};
   PerArm<std::uint8_t> homed{};
@@ -135,24 +135,24 @@ struct ControlStatus {
   std::array<double, 4> task_residual{};  ///< m/s, |J qdot - v|
   std::uint32_t iterations = 0;           ///< of the solver
   double kkt_residual = 0.0;
-  double solve_time = 0.0;                ///< s
-  double cycle_time = 0.0;                ///< s, of the last cycle
-  double period = 0.0;                    ///< s
-  double jitter_max = 0.0;                ///< s, largest lateness of a wake-up
-  double cycle_time_max = 0.0;            ///< s
+  double solve_time = 0.0;      ///< s
+  double cycle_time = 0.0;      ///< s, of the last cycle
+  double period = 0.0;          ///< s
+  double jitter_max = 0.0;      ///< s, largest lateness of a wake-up
+  double cycle_time_max = 0.0;  ///< s
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  std::uint32_t active_limits = 0;        ///< how many bounds and rows the solution stands at
+  std::uint32_t active_limits = 0;  ///< how many bounds and rows the solution stands at
 };
 
 /// control/request, clients -> control. tandem_msgs/ControlRequest
 struct ControlRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
-  std::uint8_t kind = 0;        ///< dds::ControlKind
-  std::uint8_t arm = 255;       ///< 255 = all arms
-  std::string text;             ///< method name; "backend", "bounds" or parameter name
-  std::string value;            ///< parameter value; state command
+  std::uint8_t kind = 0;   ///< dds::ControlKind
+  std::uint8_t arm = 255;  ///< 255 = all arms
+  std::string text;        ///< method name; "backend", "bounds" or parameter name
+  std::string value;       ///< parameter value; state command
   std::uint8_t joint_count = 0;
   std::array<double, safety::kMaxJointsPerArm> joints{};  ///< move_jp: m, rad; jog: m/s, rad/s
 };
@@ -168,13 +168,13 @@ struct Stop {
 struct SimRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
-  std::uint8_t kind = 0;     ///< 1 reset to joints, 2 step, 3 inject fault
+  std::uint8_t kind = 0;  ///< 1 reset to joints, 2 step, 3 inject fault
   std::uint8_t arm_count = 0;
   JointArray joints{};
   std::uint32_t steps = 0;
   std::uint8_t arm = 0;
   std::uint8_t joint = 0;
-  std::string fault;         ///< off, stuck, garbage, invalid, none
+  std::string fault;  ///< off, stuck, garbage, invalid, none
 };
 
 /// hal/status, hal or sim -> all. tandem_msgs/HalStatus
@@ -193,16 +193,16 @@ struct HalStatus {
   double jitter_max = 0.0;
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  double bus_load = 0.0;                        ///< 0..1
+  double bus_load = 0.0;  ///< 0..1
 };
 
 /// arm_x/shape, control -> all: backbone for drawing. tandem_msgs/Shape (unbounded sequence)
 struct Shape {
   std::int64_t stamp = 0;
   std::string frame;
-  std::vector<float> points;           ///< x y z per point, m, robot base frame
-  std::vector<std::uint8_t> tubes;     ///< per point: outermost tube there, counts from 1
-  std::vector<float> outer_radius;     ///< per point, m
+  std::vector<float> points;        ///< x y z per point, m, robot base frame
+  std::vector<std::uint8_t> tubes;  ///< per point: outermost tube there, counts from 1
+  std::vector<float> outer_radius;  ///< per point, m
 };
 
 /// Standard ROS messages, as far as Tandem uses them.
@@ -255,7 +255,28 @@ struct DiagnosticArray {
   std::vector<DiagnosticStatus> status;
 };
 
-enum class ReplyCode : std::uint16_t { kOk = 0, kMalformed, kNotLeaseHolder, kLeaseTaken, kWrongState, kOutsideLimits, kUnknown, kBusy, kFailed };
-enum class ControlKind : std::uint8_t { kAcquireLease = 1, kReleaseLease, kKeepLease, kStateCommand, kSetMethod, kSetParameter, kMoveJp, kJog, kHome, kHold };
+enum class ReplyCode : std::uint16_t {
+  kOk = 0,
+  kMalformed,
+  kNotLeaseHolder,
+  kLeaseTaken,
+  kWrongState,
+  kOutsideLimits,
+  kUnknown,
+  kBusy,
+  kFailed
+};
+enum class ControlKind : std::uint8_t {
+  kAcquireLease = 1,
+  kReleaseLease,
+  kKeepLease,
+  kStateCommand,
+  kSetMethod,
+  kSetParameter,
+  kMoveJp,
+  kJog,
+  kHome,
+  kHold
+};
 
 }  // namespace tandem::dds

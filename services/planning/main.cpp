@@ -41,19 +41,20 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
     } else if (const auto* request = std::get_if<dds::PlanningRequest>(&*event)) {
       std::optional<dds::Path> path;
       const dds::Reply reply = core.onRequest(*request, path);
-      if (reply.accepted == 0) spdlog::warn("request refused: {}", reply.reason);
-      if (path) paths.write(*path);
+      if (reply.accepted == 0)
+        spdlog::warn("request refused: {}", reply.reason);
+      if (path)
+        paths.write(*path);
       replies.write(reply);
     }
     if (const auto reference = core.take()) {
       references.write(*reference);
       const auto phase = static_cast<planning::Phase>(reference->phase);
       using Level = service::Diagnostics::Level;
-      diagnostics.publish(service::monotonicNow(), reference->stamp,
-                          phase == planning::Phase::kFailed ? Level::kWarn : Level::kOk,
-                          std::string(planning::name(phase)),
-                          {{"point", std::to_string(reference->point)},
-                           {"points", std::to_string(reference->point_count)}});
+      diagnostics.publish(
+          service::monotonicNow(), reference->stamp, phase == planning::Phase::kFailed ? Level::kWarn : Level::kOk,
+          std::string(planning::name(phase)),
+          {{"point", std::to_string(reference->point)}, {"points", std::to_string(reference->point_count)}});
     }
   }
 }

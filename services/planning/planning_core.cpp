@@ -35,12 +35,15 @@ bool PlanningCore::active() const {
   return phase == planning::Phase::kRunning || phase == planning::Phase::kPaused;
 }
 
-bool PlanningCore::measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip,
+bool PlanningCore::measured(const planning::TrajectorySpec& spec,
+                            Eigen::Vector3d& tip,
                             Eigen::Vector3d& relative) const {
-  if (state_.sequence == 0 || state_.arm_count != robot_.armCount()) return false;
+  if (state_.sequence == 0 || state_.arm_count != robot_.armCount())
+    return false;
   safety::RobotVector q(robot_.jointCount());
   for (int k = 0; k < robot_.armCount(); ++k) {
-    if (state_.valid[static_cast<std::size_t>(k)] == 0) return false;
+    if (state_.valid[static_cast<std::size_t>(k)] == 0)
+      return false;
     for (int j = 0; j < robot_.size(k); ++j) {
       q[robot_.offset(k) + j] = state_.position[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
     }
@@ -62,7 +65,8 @@ void PlanningCore::onState(const dds::ActuationState& state) {
     end("the robot restarted");
     return;
   }
-  if (!lock_step_ || !new_state) return;
+  if (!lock_step_ || !new_state)
+    return;
   if (active() && new_instant) {
     advance();
   } else {
@@ -73,9 +77,12 @@ void PlanningCore::onState(const dds::ActuationState& state) {
 void PlanningCore::onStatus(const dds::ControlStatus& status) {
   const bool control_restarted = status_.session != 0 && status.session != status_.session;
   status_ = status;
-  if (!active()) return publish();
-  if (control_restarted) return end("control restarted");
-  if (status.lease_holder != commander_) return end("its commander gave up or lost the control lease");
+  if (!active())
+    return publish();
+  if (control_restarted)
+    return end("control restarted");
+  if (status.lease_holder != commander_)
+    return end("its commander gave up or lost the control lease");
   bool enabled = true;
   for (std::size_t k = 0; k < status.arm_count; ++k) {
     const auto state = static_cast<safety::OperatingState>(status.operating_state[k]);
@@ -85,7 +92,8 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
     }
     enabled = enabled && state == safety::OperatingState::kEnabled;
   }
-  if (lock_step_) return;
+  if (lock_step_)
+    return;
   if (enabled && status.answers_reference == sequence_) {
     advance();
   } else {
@@ -101,7 +109,8 @@ void PlanningCore::end(const std::string& why) {
 
 void PlanningCore::refresh() {
   // In lock-step the chain of states drives a running trajectory; a repeated reference would be answered twice.
-  if (!lock_step_ || !active()) publish();
+  if (!lock_step_ || !active())
+    publish();
 }
 
 void PlanningCore::advance() {
@@ -110,7 +119,8 @@ void PlanningCore::advance() {
     return end("the measured joints are not valid");
   }
   follower_.update(tip, relative, reference_);
-  if (!active()) spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(follower_.progress().phase));
+  if (!active())
+    spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(follower_.progress().phase));
   publish();
 }
 
@@ -153,18 +163,27 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
     return reply(request, dds::ReplyCode::kNotLeaseHolder, "only the holder of the control lease commands planning");
   }
   switch (request.kind) {
-    case kStart: return start(request, path);
-    case kPause: follower_.pause(); break;
-    case kResume: follower_.resume(); break;
-    case kStop: follower_.stop(); break;
-    default: return reply(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
+    case kStart:
+      return start(request, path);
+    case kPause:
+      follower_.pause();
+      break;
+    case kResume:
+      follower_.resume();
+      break;
+    case kStop:
+      follower_.stop();
+      break;
+    default:
+      return reply(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
   }
   publish();
   return reply(request, dds::ReplyCode::kOk, "");
 }
 
 dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
-  if (active()) return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
+  if (active())
+    return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
   planning::TrajectorySpec spec;
   try {
     spec = config::parseTrajectory(request.trajectory, "planning/request", {});  // names no files
@@ -179,7 +198,8 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   }
   for (std::size_t k = 0; k < status_.arm_count; ++k) {
     if (status_.operating_state[k] != static_cast<std::uint8_t>(safety::OperatingState::kEnabled)) {
-      return reply(request, dds::ReplyCode::kWrongState, setup_.robot.arms[k].name + " is not ENABLED; enable it first");
+      return reply(request, dds::ReplyCode::kWrongState,
+                   setup_.robot.arms[k].name + " is not ENABLED; enable it first");
     }
   }
   Eigen::Vector3d tip, relative;

@@ -13,9 +13,10 @@ namespace tandem::service {
 
 /** Runs trajectories: requests in, references out. One thread.
  *
- * Real time: every control/status that used the last reference asks for the next one, so that one reference is one control cycle; the
- * state that it judges is the latest. Lock-step: every state of a new instant asks for the next one. While nothing runs, references
- * without tasks echo what has been heard of state and control, so that a client knows when a trajectory may start. */
+ * Real time: every control/status that used the last reference asks for the next one, so that one reference is one
+ * control cycle; the state that it judges is the latest. Lock-step: every state of a new instant asks for the next one.
+ * While nothing runs, references without tasks echo what has been heard of state and control, so that a client knows
+ * when a trajectory may start. */
 class PlanningCore {
  public:
   explicit PlanningCore(const Setup& setup);
@@ -46,7 +47,7 @@ class PlanningCore {
   planning::Reference reference_;
   dds::ActuationState state_;
   dds::ControlStatus status_;
-  std::uint32_t trajectory_id_;        ///< starts anywhere: numbers of a former process are not given again
+  std::uint32_t trajectory_id_;  ///< starts anywhere: numbers of a former process are not given again
   std::uint64_t sequence_ = 0;
   std::uint64_t commander_ = 0;         ///< client that started the running trajectory
   std::uint64_t session_at_start_ = 0;  ///< hal or sim session of the running trajectory

@@ -6,10 +6,14 @@ namespace tandem::service {
 Diagnostics::Diagnostics(dds::Bus& bus, std::string service, std::string robot)
     : service_(std::move(service)), robot_(std::move(robot)), writer_(bus.writer(dds::kDiagnostics)) {}
 
-void Diagnostics::publish(std::int64_t now, std::int64_t stamp, Level level, const std::string& message,
+void Diagnostics::publish(std::int64_t now,
+                          std::int64_t stamp,
+                          Level level,
+                          const std::string& message,
                           std::vector<std::pair<std::string, std::string>> values) {
   constexpr std::int64_t kSecond = 1'000'000'000;
-  if (last_ != 0 && now - last_ < kSecond && level == last_level_) return;
+  if (last_ != 0 && now - last_ < kSecond && level == last_level_)
+    return;
   last_ = now;
   last_level_ = level;
   dds::DiagnosticArray array;

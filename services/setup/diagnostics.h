@@ -10,7 +10,8 @@
 
 namespace tandem::service {
 
-/** Publishes one DiagnosticStatus of a service, at most once a second and at once when its level changes. For publisher threads. */
+/** Publishes one DiagnosticStatus of a service, at most once a second and at once when its level changes. For publisher
+ * threads. */
 class Diagnostics {
  public:
   enum class Level : std::uint8_t { kOk = 0, kWarn = 1, kError = 2 };
@@ -18,7 +19,10 @@ class Diagnostics {
   Diagnostics(dds::Bus& bus, std::string service, std::string robot);
 
   /// @param now  ns, for the rate; @param stamp  of the message
-  void publish(std::int64_t now, std::int64_t stamp, Level level, const std::string& message,
+  void publish(std::int64_t now,
+               std::int64_t stamp,
+               Level level,
+               const std::string& message,
                std::vector<std::pair<std::string, std::string>> values);
 
  private:

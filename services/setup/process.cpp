@@ -12,7 +12,8 @@ namespace tandem::service {
 std::uint64_t randomIdentity() {
   std::random_device device;
   std::uint64_t value = 0;
-  while (value == 0) value = (static_cast<std::uint64_t>(device()) << 32) | device();
+  while (value == 0)
+    value = (static_cast<std::uint64_t>(device()) << 32) | device();
   return value;
 }
 
@@ -30,11 +31,15 @@ dds::BusOptions busOptions(const config::Deployment& deployment, const std::stri
 
 std::vector<std::string> armNames(const config::Robot& robot) {
   std::vector<std::string> names;
-  for (const config::Arm& arm : robot.arms) names.push_back(arm.name);
+  for (const config::Arm& arm : robot.arms)
+    names.push_back(arm.name);
   return names;
 }
 
-int runService(int argc, char** argv, const std::string& name, const std::string& description,
+int runService(int argc,
+               char** argv,
+               const std::string& name,
+               const std::string& description,
                const std::function<void(const Setup&, StopSignal& stop)>& body) {
   CLI::App app(description, "tandem-" + name);
   std::string deployment = "laptop", level;
@@ -54,7 +59,8 @@ int runService(int argc, char** argv, const std::string& name, const std::string
     setup.deployment = config::loadDeployment(config::findFile(deployment, "deployment"));
     setup.robot = config::loadRobot(setup.deployment.robot);
     setup.session = randomIdentity();
-    for (const std::string& warning : setup.robot.warnings) spdlog::debug("{}", warning);
+    for (const std::string& warning : setup.robot.warnings)
+      spdlog::debug("{}", warning);
     body(setup, stop);
     stopLog();
     return 0;

@@ -20,10 +20,13 @@ struct Setup {
   std::uint64_t session = 0;  ///< random, new with every start
 };
 
-/** Runs a service's main: parses `--deployment FILE [--log LEVEL]`, loads the files, starts the log, calls `body`, which returns when
- * `stop` is requested. Errors are printed as FILE:LINE:COLUMN: KEY: MESSAGE.
+/** Runs a service's main: parses `--deployment FILE [--log LEVEL]`, loads the files, starts the log, calls `body`,
+ * which returns when `stop` is requested. Errors are printed as FILE:LINE:COLUMN: KEY: MESSAGE.
  * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file. */
-int runService(int argc, char** argv, const std::string& name, const std::string& description,
+int runService(int argc,
+               char** argv,
+               const std::string& name,
+               const std::string& description,
                const std::function<void(const Setup&, StopSignal& stop)>& body);
 
 /// Options of a participant of this deployment.

@@ -19,8 +19,10 @@ namespace {
 void diagnose(service::Diagnostics& diagnostics, const dds::HalStatus& status) {
   safety::FaultMask faults = 0;
   std::uint64_t actions = 0;
-  for (std::size_t k = 0; k < status.arm_count; ++k) faults |= status.faults[k];
-  for (const std::uint64_t count : status.guard_count) actions += count;
+  for (std::size_t k = 0; k < status.arm_count; ++k)
+    faults |= status.faults[k];
+  for (const std::uint64_t count : status.guard_count)
+    actions += count;
   using Level = service::Diagnostics::Level;
   diagnostics.publish(service::monotonicNow(), status.stamp, faults == 0 ? Level::kOk : Level::kError,
                       faults == 0 ? "ok" : "faults: " + safety::describeFaults(faults),
@@ -46,7 +48,8 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   dds::HalStatus status;
   core.state(service::monotonicNow(), state);
   const auto publish = [&](bool fresh) {
-    if (fresh) core.state(service::monotonicNow(), state);
+    if (fresh)
+      core.state(service::monotonicNow(), state);
     core.status(status);
     statuses.write(status);
     states.write(state);
@@ -59,7 +62,8 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
     if (!event) {
       publish(false);
     } else if (const auto* command = std::get_if<dds::ActuationCommand>(&*event)) {
-      if (core.onCommand(*command, service::monotonicNow())) publish(true);
+      if (core.onCommand(*command, service::monotonicNow()))
+        publish(true);
     } else if (const auto* request = std::get_if<dds::SimRequest>(&*event)) {
       const dds::Reply reply = core.onRequest(*request);
       publish(true);
@@ -72,7 +76,8 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   }
 }
 
-/** Real time: a periodic thread that never sees DDS. Requests wait for a gap between two steps in their own thread's mailbox. */
+/** Real time: a periodic thread that never sees DDS. Requests wait for a gap between two steps in their own thread's
+ * mailbox. */
 class RealTime {
  public:
   explicit RealTime(const service::Setup& setup)
@@ -80,7 +85,8 @@ class RealTime {
         core_(setup),
         loop_(setup.deployment.sim_period),
         status_every_(std::max<std::uint64_t>(
-            1, static_cast<std::uint64_t>(setup.deployment.status_period / setup.deployment.sim_period))),
+            1,
+            static_cast<std::uint64_t>(setup.deployment.status_period / setup.deployment.sim_period))),
         bus_(service::busOptions(setup.deployment, setup.name)),
         states_(bus_.writer(dds::kActuationState)),
         statuses_(bus_.writer(dds::kHalStatus)),
@@ -114,10 +120,12 @@ class RealTime {
   }
 
  private:
-  /// Requests reset the robot or break an axis: rare, and they allocate. The periodic thread leaves the core alone while one is served.
+  /// Requests reset the robot or break an axis: rare, and they allocate. The periodic thread leaves the core alone
+  /// while one is served.
   void onRequest(const dds::SimRequest& request) {
     serving_ = true;
-    while (in_cycle_.load() && !ended_) std::this_thread::yield();
+    while (in_cycle_.load() && !ended_)
+      std::this_thread::yield();
     const dds::Reply reply = core_.onRequest(request);
     serving_ = false;
     replies_.write(reply);
@@ -130,8 +138,10 @@ class RealTime {
       return;
     }
     dds::ActuationCommand command;
-    if (command_.take(command)) core_.onCommand(command, tick.now);
-    if (stop_requested_.exchange(false)) core_.onStop();
+    if (command_.take(command))
+      core_.onCommand(command, tick.now);
+    if (stop_requested_.exchange(false))
+      core_.onStop();
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
@@ -176,5 +186,6 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return service::runService(argc, argv, "sim", "The simulated robot: the same topics, states and gate as the HAL.", run);
+  return service::runService(argc, argv, "sim", "The simulated robot: the same topics, states and gate as the HAL.",
+                             run);
 }

@@ -29,9 +29,7 @@ sim::SimulatedDrives makeDrives(const Setup& setup) {
 }  // namespace
 
 SimCore::SimCore(const Setup& setup)
-    : setup_(setup),
-      lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
-      drives_(makeDrives(setup)) {}
+    : setup_(setup), lock_step_(setup.deployment.clock == config::ClockMode::kLockStep), drives_(makeDrives(setup)) {}
 
 bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noexcept {
   // A command that answers a state of another session answers none of ours: its age is infinite.
@@ -52,9 +50,11 @@ bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noe
     return false;
   }
   const bool answers_now = ours && from.answers_state == sequence_;
-  if (from.advance != 0 && !answers_now) return false;  // late: the state that it answers has passed
+  if (from.advance != 0 && !answers_now)
+    return false;  // late: the state that it answers has passed
   drives_.command(command_, simulated_time_);
-  if (from.advance != 0) advance();
+  if (from.advance != 0)
+    advance();
   return true;
 }
 
@@ -121,8 +121,10 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
   };
   if (request.kind == kReset) {
     int joints = 0;
-    for (int k = 0; k < drives_.armCount(); ++k) joints += drives_.jointCount(k);
-    if (request.arm_count != drives_.armCount()) return answer(dds::ReplyCode::kMalformed, "wrong number of arms");
+    for (int k = 0; k < drives_.armCount(); ++k)
+      joints += drives_.jointCount(k);
+    if (request.arm_count != drives_.armCount())
+      return answer(dds::ReplyCode::kMalformed, "wrong number of arms");
     safety::RobotVector q(joints);
     for (int k = 0, i = 0; k < drives_.armCount(); ++k) {
       for (int j = 0; j < drives_.jointCount(k); ++j) {
@@ -131,26 +133,35 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
     }
     // Time moves with commands only: what is on its way to a stand gets the time that it needs.
     constexpr int kMostPeriods = 1000;
-    for (int i = 0; lock_step_ && !drives_.standing() && i < kMostPeriods; ++i) advance();
+    for (int i = 0; lock_step_ && !drives_.standing() && i < kMostPeriods; ++i)
+      advance();
     const sim::ResetResult result = drives_.reset(q);
-    if (result == sim::ResetResult::kDone) return answer(dds::ReplyCode::kOk, "");
-    return answer(result == sim::ResetResult::kOutsideLimits ? dds::ReplyCode::kOutsideLimits : dds::ReplyCode::kWrongState,
-                  std::string(sim::describe(result)));
+    if (result == sim::ResetResult::kDone)
+      return answer(dds::ReplyCode::kOk, "");
+    return answer(
+        result == sim::ResetResult::kOutsideLimits ? dds::ReplyCode::kOutsideLimits : dds::ReplyCode::kWrongState,
+        std::string(sim::describe(result)));
   }
   if (request.kind == kFault) {
     const auto fault = sim::axisFaultFromName(request.fault);
-    if (!fault) return answer(dds::ReplyCode::kMalformed, "unknown fault '" + request.fault.substr(0, 40) + "'");
-    if (drives_.inject(request.arm, request.joint, *fault)) return answer(dds::ReplyCode::kOk, "");
+    if (!fault)
+      return answer(dds::ReplyCode::kMalformed, "unknown fault '" + request.fault.substr(0, 40) + "'");
+    if (drives_.inject(request.arm, request.joint, *fault))
+      return answer(dds::ReplyCode::kOk, "");
     return answer(dds::ReplyCode::kMalformed, "no such axis");
   }
   if (request.kind == kStep) {
     constexpr std::uint32_t kMost = 100000;
-    if (!lock_step_) return answer(dds::ReplyCode::kWrongState, "stepping is for lock-step; this is real time");
-    if (request.steps < 1 || request.steps > kMost) return answer(dds::ReplyCode::kMalformed, "steps: expected 1 to 100000");
-    for (std::uint32_t i = 0; i < request.steps; ++i) advance();
+    if (!lock_step_)
+      return answer(dds::ReplyCode::kWrongState, "stepping is for lock-step; this is real time");
+    if (request.steps < 1 || request.steps > kMost)
+      return answer(dds::ReplyCode::kMalformed, "steps: expected 1 to 100000");
+    for (std::uint32_t i = 0; i < request.steps; ++i)
+      advance();
     return answer(dds::ReplyCode::kOk, "");
   }
-  return answer(dds::ReplyCode::kUnknown, "found kind " + std::to_string(request.kind) + ", expected 1 (reset), 2 (step) or 3 (fault)");
+  return answer(dds::ReplyCode::kUnknown,
+                "found kind " + std::to_string(request.kind) + ", expected 1 (reset), 2 (step) or 3 (fault)");
 }
 
 }  // namespace tandem::service

@@ -208,7 +208,7 @@ class System:
 
         until(moving, seconds, "the arms move")
 
-    def assert_still(self, test, looks=4):
+    def assert_still(self, test, looks=2):
         """Joints are the same to the last bit in `looks` looks, each of which sees new samples."""
         first = self.joints()
         for _ in range(looks - 1):

@@ -223,7 +223,7 @@ processes:
   EXPECT_EQ(d.processes.at(0).executable, "/opt/sim");
   EXPECT_EQ(d.processes.at(0).arguments, (std::vector<std::string>{"--quiet", "7"}));
   ASSERT_EQ(d.warnings.size(), 1u);
-  EXPECT_NE(d.warnings[0].find("20:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
+  EXPECT_NE(d.warnings[0].find("22:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
             std::string::npos)
       << d.warnings[0];
 }

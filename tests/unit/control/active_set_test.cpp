@@ -25,13 +25,19 @@ control::QuadraticProgram feasibleProblem(Random& random) {
   qp.H = root.transpose() * root + std::pow(10.0, random.uniform(-6, 0)) * Eigen::MatrixXd::Identity(n, n);
   qp.g = Eigen::VectorXd::NullaryExpr(n, entry);
   const Eigen::VectorXd inside = Eigen::VectorXd::NullaryExpr(n, entry);
-  if (equalities > 0) qp.E = Eigen::MatrixXd::NullaryExpr(equalities, n, entry);
-  if (equalities > 0) qp.e = qp.E * inside;
-  if (rows > 0) qp.A = Eigen::MatrixXd::NullaryExpr(rows, n, entry);
-  for (int i = 0; i < rows; ++i) qp.b[i] = qp.A.row(i).dot(inside) + (random.chance(0.3) ? 0.0 : random.uniform(0, 0.5));
+  if (equalities > 0)
+    qp.E = Eigen::MatrixXd::NullaryExpr(equalities, n, entry);
+  if (equalities > 0)
+    qp.e = qp.E * inside;
+  if (rows > 0)
+    qp.A = Eigen::MatrixXd::NullaryExpr(rows, n, entry);
+  for (int i = 0; i < rows; ++i)
+    qp.b[i] = qp.A.row(i).dot(inside) + (random.chance(0.3) ? 0.0 : random.uniform(0, 0.5));
   for (int i = 0; i < n; ++i) {
-    if (random.chance(0.7)) qp.lower[i] = inside[i] - (random.chance(0.2) ? 0.0 : random.uniform(0, 0.5));
-    if (random.chance(0.7)) qp.upper[i] = inside[i] + (random.chance(0.2) ? 0.0 : random.uniform(0, 0.5));
+    if (random.chance(0.7))
+      qp.lower[i] = inside[i] - (random.chance(0.2) ? 0.0 : random.uniform(0, 0.5));
+    if (random.chance(0.7))
+      qp.upper[i] = inside[i] + (random.chance(0.2) ? 0.0 : random.uniform(0, 0.5));
   }
   return qp;
 }
@@ -60,7 +66,8 @@ TEST(ActiveSet, AgreesWithIpopt) {
     solver.solve(qp, ours);
     judge.solve(qp, theirs);
     ASSERT_EQ(ours.status, QpStatus::kSolved);
-    if (theirs.status != QpStatus::kSolved) continue;  // zero-width feasible sets have no interior: Ipopt may give up
+    if (theirs.status != QpStatus::kSolved)
+      continue;  // zero-width feasible sets have no interior: Ipopt may give up
     const double scale = 1.0 + std::abs(objective(qp, theirs.x));
     EXPECT_NEAR(objective(qp, ours.x), objective(qp, theirs.x), 1e-6 * scale);
   }

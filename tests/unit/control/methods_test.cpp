@@ -27,7 +27,8 @@ double excess(const control::StepProblem& problem, const control::Solution& s) {
   }
   for (int i = 0; i < s.bounds.row_count; ++i) {
     const auto& row = problem.row[i];
-    worst = std::max(worst, row.a_first * s.velocity[row.first] + row.a_second * s.velocity[row.second] - s.bounds.row_rate[i]);
+    worst = std::max(
+        worst, row.a_first * s.velocity[row.first] + row.a_second * s.velocity[row.second] - s.bounds.row_rate[i]);
   }
   return worst;
 }
@@ -41,7 +42,8 @@ TEST(QpMethods, KeepLimitsAndOptimalityEverywhere) {
     for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 500; ++seed) {
       SCOPED_TRACE(trace(seed));
       Random random(seed);
-      if (!ark.setRandom(random, kSpeed)) continue;
+      if (!ark.setRandom(random, kSpeed))
+        continue;
       resolver->solve(ark.problem, solution);
       // Level 1 of (8) always has s = 0; (7) may have no answer under limits, and then says so.
       ASSERT_TRUE(method == Method::kNspqp || solution.status == SolveStatus::kSolved);
@@ -71,12 +73,14 @@ TEST(QpMethods, NextPositionStaysInsideEquationOne) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    if (!ark.setRandom(random, 0.1)) continue;  // far more than the limits allow
+    if (!ark.setRandom(random, 0.1))
+      continue;  // far more than the limits allow
     resolver->solve(ark.problem, solution);
     ASSERT_EQ(solution.status, SolveStatus::kSolved);
     for (int arm = 0; arm < 2; ++arm) {
       Eigen::VectorXd q(6);
-      for (int j = 0; j < 6; ++j) q[j] = ark.problem.joint[6 * arm + j].position + 0.1 * solution.velocity[6 * arm + j];
+      for (int j = 0; j < 6; ++j)
+        q[j] = ark.problem.joint[6 * arm + j].position + 0.1 * solution.velocity[6 * arm + j];
       EXPECT_LE(safety::largestViolation(ark.limits, q), 1e-12);
     }
   }
@@ -92,10 +96,12 @@ TEST(QpMethods, BackendsAgree) {
     for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 15; ++seed) {
       SCOPED_TRACE(trace(seed));
       Random random(seed);
-      if (!ark.setRandom(random, kSpeed)) continue;
+      if (!ark.setRandom(random, kSpeed))
+        continue;
       ours->solve(ark.problem, a);
       judge->solve(ark.problem, b);
-      if (a.status != SolveStatus::kSolved || b.status != SolveStatus::kSolved) continue;
+      if (a.status != SolveStatus::kSolved || b.status != SolveStatus::kSolved)
+        continue;
       EXPECT_LT((ark.problem.task[1].jacobian * (a.velocity - b.velocity)).norm(), 1e-7) << control::name(method);
       EXPECT_NEAR(a.scale[1], b.scale[1], 2e-4);  // the second level inherits Ipopt's error of the first
     }
@@ -109,7 +115,8 @@ TEST(VelocityBounds, FrozenIsThePapersFormulaLiterally) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
     const Eigen::VectorXd q = randomInside(ark.limits, random);
-    if (!ark.set(q, arkStart(0, 1), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero())) continue;
+    if (!ark.set(q, arkStart(0, 1), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()))
+      continue;
     control::velocityBounds(ark.problem, control::BoundsKind::kFrozen, 0.1, bounds);
     const double length[] = {0.437, 0.317, 0.199};
     for (int i = 0; i < 3; ++i) {
@@ -133,12 +140,15 @@ TEST(Nspwln, IsEquationSixAsPrinted) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 50; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    if (!ark.setRandom(random, kSpeed)) continue;
+    if (!ark.setRandom(random, kSpeed))
+      continue;
     const auto weights = control::limitWeights(ark.problem, p, control::kAsPrinted);
-    if (weights.maxCoeff() > 1e5) continue;  // at a limit the literal matrices lose all digits
+    if (weights.maxCoeff() > 1e5)
+      continue;  // at a limit the literal matrices lose all digits
     const auto inverse = [&](const Eigen::MatrixXd& J, int begin) {
       const Eigen::MatrixXd W = Eigen::VectorXd(weights.segment(begin, 6)).asDiagonal();
-      return Eigen::MatrixXd((p.track_weight * J.transpose() * J + W).fullPivLu().solve(p.track_weight * J.transpose()));
+      return Eigen::MatrixXd(
+          (p.track_weight * J.transpose() * J + W).fullPivLu().solve(p.track_weight * J.transpose()));
     };
     const Eigen::MatrixXd J_ab = ark.problem.task[0].jacobian, J_a = ark.problem.task[1].jacobian;
     Eigen::MatrixXd inv(12, 3);
@@ -203,7 +213,8 @@ TEST(Resolver, RefusesNumbersThatAreNotFinite) {
 }
 
 TEST(Resolver, AllocatesNothing) {
-  if (!canCountAllocations()) GTEST_SKIP() << "sanitizers bring their own allocator";
+  if (!canCountAllocations())
+    GTEST_SKIP() << "sanitizers bring their own allocator";
   for (int m = 0; m < control::kMethodCount; ++m) {
     const auto resolver = control::makeResolver(static_cast<Method>(m), {});
     ArkProblem ark;
@@ -211,7 +222,8 @@ TEST(Resolver, AllocatesNothing) {
     Random random(baseSeed());
     std::size_t allocated = 0;
     for (int i = 0; i < 50; ++i) {
-      if (!ark.setRandom(random, kSpeed)) continue;
+      if (!ark.setRandom(random, kSpeed))
+        continue;
       const std::size_t before = allocationCount();
       resolver->solve(ark.problem, solution);
       allocated += allocationCount() - before;

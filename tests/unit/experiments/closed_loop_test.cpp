@@ -24,7 +24,8 @@ struct Table3 : ::testing::Test {
 
 TEST_F(Table3, ReproducesThePublishedSignature) {
   std::vector<experiments::RunSummary> summaries;
-  for (const auto& plan : experiments::plan(experiment)) summaries.push_back(run(plan).summary());
+  for (const auto& plan : experiments::plan(experiment))
+    summaries.push_back(run(plan).summary());
   ASSERT_EQ(summaries.size(), 24u);
   const auto rows = experiments::compare(summaries, experiment.published);
   ASSERT_EQ(rows.size(), 8u);
@@ -44,7 +45,8 @@ TEST_F(Table3, ReproducesThePublishedSignature) {
 
 TEST_F(Table3, SameDigitsEveryTime) {
   for (const auto& plan : experiments::plan(experiment)) {
-    if (plan.key.name() != "lissajous-1-nspwln") continue;
+    if (plan.key.name() != "lissajous-1-nspwln")
+      continue;
     std::ostringstream first, second;
     experiments::writeRun(first, run(plan), robot);
     experiments::writeRun(second, run(plan), robot);

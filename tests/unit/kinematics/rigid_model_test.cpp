@@ -14,8 +14,8 @@ using kinematics::ModelStatus;
 using kinematics::RigidModel;
 using kinematics::Tip;
 
-/// Tip by integrating R' = R [u(s)]x, p' = R e_z in small steps, u(s) looked up at every step: nothing in common with the model
-/// but the physics.
+/// Tip by integrating R' = R [u(s)]x, p' = R e_z in small steps, u(s) looked up at every step: nothing in common with
+/// the model but the physics.
 Eigen::Isometry3d integrate(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q, int steps) {
   const int n = arm.tubeCount();
   Eigen::Isometry3d t = arm.base;
@@ -26,14 +26,17 @@ Eigen::Isometry3d integrate(const kinematics::ConcentricTubeArm& arm, const Eige
     double stiffness = 0.0;
     for (int i = 0; i < n; ++i) {
       const auto& tube = arm.tubes[i];
-      if (s > q[i] + tube.length()) continue;
+      if (s > q[i] + tube.length())
+        continue;
       stiffness += tube.bendingStiffness();
-      if (s < q[i] + tube.straight_length) continue;
+      if (s < q[i] + tube.straight_length)
+        continue;
       moment += tube.bendingStiffness() * tube.curvature *
                 (Eigen::AngleAxisd(q[n + i], Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitY());
     }
     const Eigen::Vector3d u = moment / stiffness;
-    const Eigen::Matrix3d half = Eigen::AngleAxisd(0.5 * h * u.norm(), u.norm() > 0 ? u.normalized() : u.UnitZ()).matrix();
+    const Eigen::Matrix3d half =
+        Eigen::AngleAxisd(0.5 * h * u.norm(), u.norm() > 0 ? u.normalized() : u.UnitZ()).matrix();
     t.translation() += h * (t.linear() * half.col(2));
     t.linear() = t.linear() * half * half;
   }
@@ -48,7 +51,8 @@ TEST(RigidModel, AgreesWithStepByStepIntegration) {
     const Eigen::VectorXd q = randomInside(limitsOf(arm), random);
     Tip tip;
     const RigidModel model(arm);
-    if (model.tip(q, tip) != ModelStatus::kOk) continue;  // fully retracted
+    if (model.tip(q, tip) != ModelStatus::kOk)
+      continue;  // fully retracted
     const Eigen::Isometry3d expected = integrate(arm, q, 20000);
     EXPECT_LT((tip.pose.translation() - expected.translation()).norm(), 5e-5);
     EXPECT_LT((tip.pose.linear() - expected.linear()).norm(), 5e-4);
@@ -64,15 +68,18 @@ TEST(RigidModel, JacobianIsTheDerivativeOfThePose) {
     const Eigen::VectorXd q = randomInside(limitsOf(arm), random);
     const RigidModel model(arm);
     Tip tip, left, right;
-    if (model.tip(q, tip) != ModelStatus::kOk) continue;
+    if (model.tip(q, tip) != ModelStatus::kOk)
+      continue;
     for (int j = 0; j < arm.jointCount(); ++j) {
       const double h = 1e-6;
       Eigen::VectorXd a = q, b = q;
       a[j] -= h;
       b[j] += h;
-      if (model.tip(a, left) != ModelStatus::kOk || model.tip(b, right) != ModelStatus::kOk) continue;
+      if (model.tip(a, left) != ModelStatus::kOk || model.tip(b, right) != ModelStatus::kOk)
+        continue;
       // Where two boundaries lie within the difference step the derivative jumps between them.
-      if ((left.jacobian - right.jacobian).cwiseAbs().maxCoeff() > 1e-3) continue;
+      if ((left.jacobian - right.jacobian).cwiseAbs().maxCoeff() > 1e-3)
+        continue;
       const Eigen::Vector3d linear = (right.pose.translation() - left.pose.translation()) / (2 * h);
       const Eigen::AngleAxisd turn(right.pose.linear() * left.pose.linear().transpose());
       const Eigen::Vector3d angular = turn.angle() * turn.axis() / (2 * h);
@@ -118,7 +125,8 @@ TEST(RigidModel, ShapeEndsAtTheTipAndHasNoGaps) {
     const RigidModel model(arm);
     Tip tip;
     std::vector<kinematics::ShapePoint> shape;
-    if (model.tip(q, tip) != ModelStatus::kOk) continue;
+    if (model.tip(q, tip) != ModelStatus::kOk)
+      continue;
     ASSERT_EQ(model.shape(q, 101, shape), ModelStatus::kOk);
     ASSERT_EQ(shape.size(), 101u);
     EXPECT_TRUE(shape.front().pose.isApprox(arm.base, 1e-12));
@@ -153,12 +161,14 @@ TEST(RigidModel, RefusesWhatItCannotAnswer) {
 }
 
 TEST(RigidModel, AllocatesNothing) {
-  if (!canCountAllocations()) GTEST_SKIP() << "sanitizers bring their own allocator";
+  if (!canCountAllocations())
+    GTEST_SKIP() << "sanitizers bring their own allocator";
   const RigidModel model(arkArm(0.0));
   const Eigen::VectorXd q = arkStart(1, 0);
   Tip tip;
   const std::size_t before = allocationCount();
-  for (int i = 0; i < 100; ++i) ASSERT_EQ(model.tip(q, tip), ModelStatus::kOk);
+  for (int i = 0; i < 100; ++i)
+    ASSERT_EQ(model.tip(q, tip), ModelStatus::kOk);
   EXPECT_EQ(allocationCount(), before);
 }
 

@@ -49,7 +49,8 @@ TEST(Follower, GivesUpAPointAfterTheLimitAndSaysSo) {
   follower.start(spec, kTip, kRelative);
   Reference reference;
   int updates = 0;
-  while (follower.update(kTip, kRelative, reference)) ++updates;  // the arm does not move
+  while (follower.update(kTip, kRelative, reference))
+    ++updates;  // the arm does not move
   EXPECT_EQ(updates, 14);
   EXPECT_EQ(follower.progress().phase, Phase::kFailed);
   EXPECT_EQ(follower.progress().converged_points, 0);

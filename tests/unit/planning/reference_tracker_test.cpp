@@ -81,7 +81,8 @@ TEST_F(TrackerTest, SaysWhichModelCannotAnswer) {
 }
 
 TEST_F(TrackerTest, StepAllocatesNothing) {
-  if (!canCountAllocations()) GTEST_SKIP() << "sanitizers bring their own allocator";
+  if (!canCountAllocations())
+    GTEST_SKIP() << "sanitizers bring their own allocator";
   for (int m = 0; m < control::kMethodCount; ++m) {
     auto tracker = make(static_cast<control::Method>(m));
     planning::TrackResult result;
@@ -89,7 +90,8 @@ TEST_F(TrackerTest, StepAllocatesNothing) {
     ASSERT_TRUE(tracker.computeTips(q, result));
     const auto reference = at(result, {0, 0.5e-3, 0});
     const std::size_t before = allocationCount();
-    for (int i = 0; i < 50; ++i) tracker.step(q, q, reference, result);
+    for (int i = 0; i < 50; ++i)
+      tracker.step(q, q, reference, result);
     EXPECT_EQ(allocationCount(), before) << control::name(static_cast<control::Method>(m));
   }
 }

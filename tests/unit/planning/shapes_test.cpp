@@ -21,7 +21,8 @@ TrajectorySpec spec(planning::Shape shape, int points = 100) {
 
 double largestSpacing(const std::vector<planning::TrajectoryPoint>& points) {
   double worst = (points.front().tip - kStart).norm();
-  for (std::size_t i = 1; i < points.size(); ++i) worst = std::max(worst, (points[i].tip - points[i - 1].tip).norm());
+  for (std::size_t i = 1; i < points.size(); ++i)
+    worst = std::max(worst, (points[i].tip - points[i - 1].tip).norm());
   return worst;
 }
 
@@ -32,7 +33,8 @@ TEST(Shapes, RectangleClosesWithEvenSpacing) {
   EXPECT_TRUE(points[24].tip.isApprox(kStart + Eigen::Vector3d(-0.02, 0, 0)));
   EXPECT_TRUE(points[49].tip.isApprox(kStart + Eigen::Vector3d(-0.02, 0, 0.02)));
   EXPECT_TRUE(points.back().tip.isApprox(kStart));
-  for (const auto& point : points) EXPECT_EQ(point.relative, kRelative);
+  for (const auto& point : points)
+    EXPECT_EQ(point.relative, kRelative);
 }
 
 TEST(Shapes, LissajousStartsAndEndsAtTheStart) {
@@ -52,7 +54,8 @@ TEST(Shapes, CircleKeepsItsRadius) {
   planning::Circle shape{{0.01, 0, 0}, {0, 0, 2}, 1.5};
   const auto points = sample(spec(shape), kStart, kRelative);
   const Eigen::Vector3d center = kStart + Eigen::Vector3d(0.01, 0, 0);
-  for (const auto& point : points) EXPECT_NEAR((point.tip - center).norm(), 0.01, 1e-8);
+  for (const auto& point : points)
+    EXPECT_NEAR((point.tip - center).norm(), 0.01, 1e-8);
   EXPECT_LT((points.back().tip - (center + Eigen::Vector3d(0.01, 0, 0))).norm(), 1e-9);  // half a turn further
   shape.normal = {1, 0, 0};
   EXPECT_THROW(sample(spec(shape), kStart, kRelative), std::invalid_argument);

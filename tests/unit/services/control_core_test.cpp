@@ -38,7 +38,8 @@ TEST(ControlCore, EnablingDoesNotMove) {
   for (int i = 0; i < 800; ++i) {
     s.tick();
     ASSERT_EQ(s.state.position, before);
-    if (i % 300 == 0) s.order(ControlKind::kKeepLease);
+    if (i % 300 == 0)
+      s.order(ControlKind::kKeepLease);
   }
   EXPECT_EQ(s.drives(0), OperatingState::kEnabled);
   EXPECT_EQ(s.drives(1), OperatingState::kEnabled);
@@ -51,13 +52,15 @@ TEST(ControlCore, FollowsAReferenceAtBothRates) {
     EXPECT_FALSE(s.standing()) << deployment;
     const double ended = s.until(
         [&] {
-          if (s.ticks % 200 == 0) s.order(ControlKind::kKeepLease);
+          if (s.ticks % 200 == 0)
+            s.order(ControlKind::kKeepLease);
           return s.reference_message.phase == static_cast<std::uint8_t>(planning::Phase::kFinished);
         },
         20.0);
     EXPECT_GT(ended, 0.0) << deployment;
     EXPECT_LT(s.output.status.faults[0], 1u) << deployment;
-    for (std::uint64_t count : s.hal.guard_count) EXPECT_EQ(count, 0u) << deployment;
+    for (std::uint64_t count : s.hal.guard_count)
+      EXPECT_EQ(count, 0u) << deployment;
   }
 }
 
@@ -174,17 +177,21 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   move.joints[0] += 0.2;  // past the entry
   EXPECT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOutsideLimits);
   move.joints[0] -= 0.2;
-  for (int j : {0, 1, 2}) move.joints[static_cast<std::size_t>(j)] -= 0.004;
+  for (int j : {0, 1, 2})
+    move.joints[static_cast<std::size_t>(j)] -= 0.004;
   move.joints[4] += 0.3;
   ASSERT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOk);
   const double seconds = s.until(
       [&] {
-        if (s.ticks % 200 == 0) s.order(ControlKind::kKeepLease);
-        return s.ticks > 0 && s.output.status.busy[0] == 0 && s.standing() && std::abs(s.state.position[0] - move.joints[0]) < 1e-9;
+        if (s.ticks % 200 == 0)
+          s.order(ControlKind::kKeepLease);
+        return s.ticks > 0 && s.output.status.busy[0] == 0 && s.standing() &&
+               std::abs(s.state.position[0] - move.joints[0]) < 1e-9;
       },
       20.0);
   EXPECT_GT(seconds, 0.5);
-  for (std::size_t j = 0; j < 6; ++j) EXPECT_NEAR(s.state.position[j], move.joints[j], 1e-9);
+  for (std::size_t j = 0; j < 6; ++j)
+    EXPECT_NEAR(s.state.position[j], move.joints[j], 1e-9);
 }
 
 TEST(ControlCore, ARestartedRobotDoesNotMoveByItself) {
@@ -199,7 +206,8 @@ TEST(ControlCore, ARestartedRobotDoesNotMoveByItself) {
   s.state_link = false;
   s.control.cycle(s.now, false, s.output);
   EXPECT_EQ(s.shown(0), OperatingState::kFault);
-  for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ(s.output.command.moving[k], 0);
+  for (std::size_t k = 0; k < 2; ++k)
+    EXPECT_EQ(s.output.command.moving[k], 0);
 }
 
 TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
@@ -232,7 +240,8 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
 }
 
 TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
-  if (!canCountAllocations()) GTEST_SKIP() << "sanitizers bring their own allocator";
+  if (!canCountAllocations())
+    GTEST_SKIP() << "sanitizers bring their own allocator";
   for (const char* method : {"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"}) {
     System s("laptop-1khz");
     s.setup.deployment.method = *control::methodFromName(method);

@@ -19,8 +19,12 @@ inline service::Setup makeSetup(const std::string& deployment) {
 /** Real time, 1 kHz simulator; control at its own period. Links can be cut. */
 struct System {
   explicit System(const std::string& deployment = "laptop")
-      : setup(makeSetup(deployment)), model(setup.robot), desk(setup, model), sim(setup),
-        control(setup, model, desk.makeTracker()), planning(setup) {
+      : setup(makeSetup(deployment)),
+        model(setup.robot),
+        desk(setup, model),
+        sim(setup),
+        control(setup, model, desk.makeTracker()),
+        planning(setup) {
     control_every = static_cast<std::int64_t>(setup.deployment.control_period / setup.deployment.sim_period + 0.5);
   }
 
@@ -43,17 +47,20 @@ struct System {
         }
       }
       control.cycle(now, false, output);
-      if (command_link) sim.onCommand(output.command, now);
+      if (command_link)
+        sim.onCommand(output.command, now);
     }
   }
   void run(double seconds) {
-    for (int i = 0; i < static_cast<int>(seconds * 1000 + 0.5); ++i) tick();
+    for (int i = 0; i < static_cast<int>(seconds * 1000 + 0.5); ++i)
+      tick();
   }
   /// Ticks until the condition holds. @return seconds, or a negative number after `most`.
   template <class Condition>
   double until(Condition condition, double most) {
     for (int i = 0; i < static_cast<int>(most * 1000); ++i) {
-      if (condition()) return 1e-3 * i;
+      if (condition())
+        return 1e-3 * i;
       tick();
     }
     return condition() ? most : -1.0;
@@ -84,7 +91,8 @@ struct System {
   }
   bool standing() const {
     for (double v : state.velocity) {
-      if (v != 0.0) return false;
+      if (v != 0.0)
+        return false;
     }
     return true;
   }

@@ -21,8 +21,12 @@ constexpr double kWindow = 0.5e-3;  ///< following error of a translation, m
 /** Two random arms under a commander that often behaves badly. */
 class Stream {
  public:
-  explicit Stream(std::uint32_t seed)
-      : random_(seed), limits_{randomLimits(random_), randomLimits(random_)}, drives_(limits_, starts(), options()) {
+  /// @param acceleration of the translations of the plant, m/s^2
+  explicit Stream(std::uint32_t seed, double acceleration = safety::kUnlimited)
+      : random_(seed),
+        acceleration_(acceleration),
+        limits_{randomLimits(random_), randomLimits(random_)},
+        drives_(limits_, starts(), options()) {
     for (std::size_t a = 0; a < 2; ++a) {
       for (const safety::JointLimit& joint : limits_[a].joints) {
         stop_time_[a] = std::max(stop_time_[a], joint.velocity / joint.stop_deceleration);
@@ -42,11 +46,19 @@ class Stream {
   int moves() const { return moves_; }
 
  private:
-  static sim::SimulatedDrivesOptions options() {
+  sim::SimulatedDrivesOptions options() const {
     sim::SimulatedDrivesOptions made;
     made.control_period = kPeriod;
-    made.following_error_translation = kWindow;
+    made.following_error_translation = kWindow + largestLag();
+    made.translation_acceleration = acceleration_;
     return made;
+  }
+  /// How far a translation falls back when its reference turns round at full speed, m.
+  double largestLag() const {
+    double speed = 0.0;
+    for (const safety::ArmLimits& limits : limits_)
+      speed = std::max(speed, limits.joints[0].velocity);
+    return 2.0 * speed * speed / acceleration_ + (std::isfinite(acceleration_) ? speed * kTick : 0.0);
   }
   std::vector<ArmVector> starts() { return {randomInside(limits_[0], random_), randomInside(limits_[1], random_)}; }
 
@@ -104,12 +116,13 @@ class Stream {
     const auto a = static_cast<std::size_t>(arm);
     const ArmVector& q = drives_.plant(arm).position();
     // The drives know where a stuck axis is only to within the following error, and two of them close one gap.
-    const double allowed = jammed_[arm] ? 2.0 * (kWindow + limits_[a].joints[0].velocity * kTick) : 1e-9;
+    const double allowed = jammed_[arm] ? 2.0 * (kWindow + largestLag() + limits_[a].joints[0].velocity * kTick)
+                                        : 1e-9 + 2.0 * largestLag();
     ASSERT_LE(safety::largestViolation(limits_[a], q), allowed) << "arm " << arm;
     moves_ += q != before ? 1 : 0;
     const bool may_move = drives_.state(arm) == OperatingState::kEnabled;
     still_for_[arm] = may_move ? 0.0 : still_for_[arm] + kTick;
-    if (still_for_[arm] > stop_time_[a] + 2.5 * kTick) {
+    if (still_for_[arm] > stop_time_[a] + 2.0 * limits_[a].joints[0].velocity / acceleration_ + 2.5 * kTick) {
       // An axis that comes loose again goes to its reference, which is within the window.
       ASSERT_LE((q - before).head(drives_.jointCount(arm) / 2).cwiseAbs().maxCoeff(), jammed_[arm] ? kWindow : 0.0);
       if (!jammed_[arm]) {
@@ -122,6 +135,7 @@ class Stream {
   }
 
   Random random_;
+  double acceleration_;
   std::vector<safety::ArmLimits> limits_;
   sim::SimulatedDrives drives_;
   std::array<double, 2> stop_time_{};
@@ -144,6 +158,17 @@ TEST(RandomStreams, StayInsideTheLimitsAndStandWhereTheyMayNotMove) {
       return;
   }
   EXPECT_GT(moves, 50000) << "arms that never move prove nothing";
+}
+
+TEST(RandomStreams, LagOfTheJointsIsAllThatAccelerationsAdd) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Stream stream(seed, 0.5);
+    stream.run();
+    if (HasFatalFailure())
+      return;
+    ASSERT_GT(stream.moves(), 0);
+  }
 }
 
 }  // namespace

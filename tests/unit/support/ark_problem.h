@@ -20,9 +20,13 @@ struct ArkProblem {
   }
 
   /// @return false where a model cannot answer.
-  bool set(const Eigen::VectorXd& q_a, const Eigen::VectorXd& q_b, const Eigen::Vector3d& v_ab, const Eigen::Vector3d& v_a) {
+  bool set(const Eigen::VectorXd& q_a,
+           const Eigen::VectorXd& q_b,
+           const Eigen::Vector3d& v_ab,
+           const Eigen::Vector3d& v_a) {
     kinematics::Tip tip_a, tip_b;
-    if (a.tip(q_a, tip_a) != kinematics::ModelStatus::kOk || b.tip(q_b, tip_b) != kinematics::ModelStatus::kOk) return false;
+    if (a.tip(q_a, tip_a) != kinematics::ModelStatus::kOk || b.tip(q_b, tip_b) != kinematics::ModelStatus::kOk)
+      return false;
     control::RobotVector q(12);
     q << q_a, q_b;
     problem.setPosition(q);

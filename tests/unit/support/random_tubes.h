@@ -38,7 +38,8 @@ inline kinematics::ConcentricTubeArm randomArm(Random& random) {
   return arm;
 }
 
-inline safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm, double velocity = safety::kUnlimited,
+inline safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm,
+                                  double velocity = safety::kUnlimited,
                                   double acceleration = safety::kUnlimited) {
   safety::TubeLimitSpec spec;
   for (const kinematics::Tube& tube : arm.tubes) {
@@ -68,11 +69,21 @@ inline Eigen::VectorXd arkStart(int configuration, int arm) {
   constexpr double deg = std::numbers::pi / 180.0;
   Eigen::VectorXd q(6);
   switch (2 * configuration + arm) {
-    case 0: q << -0.1, -0.08, -0.05, 45 * deg, 45 * deg, 45 * deg; break;
-    case 1: q << -0.08, -0.06, -0.03, 45 * deg, 45 * deg, 45 * deg; break;
-    case 2: q << -0.15, -0.1, -0.05, 180 * deg, 90 * deg, 45 * deg; break;
-    case 3: q << -0.13, -0.12, -0.1, 90 * deg, -60 * deg, -270 * deg; break;
-    default: q << -0.25, -0.2, -0.12, 0, 0, 0; break;
+    case 0:
+      q << -0.1, -0.08, -0.05, 45 * deg, 45 * deg, 45 * deg;
+      break;
+    case 1:
+      q << -0.08, -0.06, -0.03, 45 * deg, 45 * deg, 45 * deg;
+      break;
+    case 2:
+      q << -0.15, -0.1, -0.05, 180 * deg, 90 * deg, 45 * deg;
+      break;
+    case 3:
+      q << -0.13, -0.12, -0.1, 90 * deg, -60 * deg, -270 * deg;
+      break;
+    default:
+      q << -0.25, -0.2, -0.12, 0, 0, 0;
+      break;
   }
   return q;
 }
