@@ -90,13 +90,11 @@ std::vector<experiments::RunSummary> runAll(const Options& options,
 }
 
 /** Figures are drawn by a script from the CSV files. */
-void drawFigures(const Options& options, const config::Robot& robot) {
+void drawFigures(const Options& options) {
   const std::string script = shareFile("experiments/figures.py");
-  std::string arms;
-  for (const config::Arm& arm : robot.arms)
-    arms += (arms.empty() ? "" : ",") + arm.name;
   const pid_t pid = fork();
   if (pid == 0) {
+    dup2(STDERR_FILENO, STDOUT_FILENO);  // what the script tells is for people; stdout may be JSON
     execl("/usr/bin/python3", "python3", script.c_str(), options.csv.c_str(), options.figures.c_str(), nullptr);
     _exit(127);
   }
@@ -148,7 +146,6 @@ int run(Options options) {
   const config::Robot robot = config::loadRobot(experiment.robot);
   const experiments::RobotModel model(robot);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
-  fs::path scratch;
   if (!options.figures.empty() && options.csv.empty())
     options.csv = (fs::path(options.figures) / "csv").string();
 
@@ -185,7 +182,7 @@ int run(Options options) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!options.figures.empty())
-    drawFigures(options, robot);
+    drawFigures(options);
   const auto rows = experiments::compare(summaries, experiment.published);
   bool good = true;
   for (const auto& row : rows)
