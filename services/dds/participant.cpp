@@ -102,7 +102,10 @@ fast::DomainParticipantQos participantQos(const BusOptions& options) {
   for (const std::string& peer : peers) {
     builtin.initialPeersList.push_back(locator(peer));
   }
-  builtin.discovery_config.leaseDuration = Duration_t(2, 0);
+  // Longer than any freeze that shall be survived: a participant that thaws after its lease meets peers that have
+  // forgotten it while it has not forgotten them, and 2.9.1 may take a minute to match them again. Watchdogs of ours
+  // notice silence long before.
+  builtin.discovery_config.leaseDuration = Duration_t(15, 0);
   builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0, 250'000'000);
   return qos;
 }
