@@ -237,8 +237,31 @@ int ActiveSet::mostViolated() {
   return worst_warm >= 0 ? worst_warm : worst;
 }
 
+void ActiveSet::save(State& state) const {
+  state.J = J_;
+  state.R = R_;
+  state.x = x_;
+  state.multiplier = multiplier_;
+  state.active = active_;
+  state.is_active = is_active_;
+  state.active_count = active_count_;
+}
+
+void ActiveSet::restore(const State& state) {
+  J_ = state.J;
+  R_ = state.R;
+  x_ = state.x;
+  multiplier_ = state.multiplier;
+  active_ = state.active;
+  is_active_ = state.is_active;
+  active_count_ = state.active_count;
+}
+
 QpStatus ActiveSet::enforce(int id) {
   double multiplier = 0.0;
+  const bool perhaps_met = slack(id) >= -kUnreachable * size_;
+  if (perhaps_met)
+    save(before_);
   for (;;) {
     if (++iterations_ > iteration_limit_)
       return QpStatus::kIterationLimit;
@@ -266,8 +289,9 @@ QpStatus ActiveSet::enforce(int id) {
     const double primal_length = reachable ? -slack(id) / outside : kInf;
     const double length = std::min(dual_length, primal_length);
     if (!std::isfinite(length)) {
-      if (slack(id) < -kUnreachable * size_)
+      if (!perhaps_met)
         return QpStatus::kInfeasible;
+      restore(before_);  // the steps made for it balance a multiplier that it will not have
       is_met_[id] = true;
       return QpStatus::kSolved;
     }

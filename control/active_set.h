@@ -43,6 +43,17 @@ class ActiveSet final : public QpBackend {
   void dropActive(int position);
   void report(QpSolution& solution);
 
+  /// All that a step changes.
+  struct State {
+    QpMatrix J, R;
+    QpVector x, multiplier;
+    std::array<int, kMaxVariables> active{};
+    std::array<bool, kMaxConstraints> is_active{};
+    int active_count = 0;
+  };
+  void save(State& state) const;
+  void restore(const State& state);
+
   const QuadraticProgram* qp_ = nullptr;
   int n_ = 0, equalities_ = 0, rows_ = 0, constraints_ = 0;
   QpMatrix J_, R_;
@@ -52,6 +63,7 @@ class ActiveSet final : public QpBackend {
   std::array<bool, kMaxConstraints> is_met_{};      ///< violated by rounding alone, and no step can improve on that
   std::array<bool, kMaxConstraints> was_active_{};  ///< in the last solution of a problem of this size
   int remembered_ = 0;                              ///< constraints_ of that problem; 0 = none
+  State before_;                                    ///< a constraint that may turn out to be met
   double size_ = 0.0;                               ///< of the largest variable
   int active_count_ = 0, active_equalities_ = 0;
   int iterations_ = 0, iteration_limit_ = 0;

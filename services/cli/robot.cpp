@@ -94,23 +94,26 @@ int moveJp(const Options& options) {
   std::copy(options.joints.begin(), options.joints.end(), request.joints.begin());
   session.client.control(request);
   const std::size_t arm = request.arm;
+  const std::uint64_t asked = session.client.snapshot().status.sequence;
+  const auto ended = [&](const Snapshot& s) {
+    return s.status.faults[arm] != 0 || (s.status.sequence > asked + 1 && s.status.busy[arm] == 0);
+  };
   const auto reached = [&](const Snapshot& s) {
-    if (s.status.faults[arm] != 0)
-      return true;
     for (std::size_t j = 0; j < options.joints.size(); ++j) {
       const double error = s.state.position[arm * safety::kMaxJointsPerArm + j] - options.joints[j];
       if (std::abs(error) > 1e-6)
         return false;
     }
-    return s.status.busy[arm] == 0;
+    return true;
   };
-  if (!session.client.waitFor(600.0, reached)) {
+  constexpr double kLag = 2.0;  // s, of joints behind their setpoints
+  if (!session.client.waitFor(600.0, ended) || !session.client.waitFor(kLag, reached)) {
     session.client.interruptBy({});
+    if (session.client.snapshot().status.faults[arm] != 0)
+      throw Failure(kFailure, "the arm went into FAULT on the way");
     session.client.stateCommand("pause");
     throw Failure(kFailure, "move_jp ended before the goal was reached; the arms are paused");
   }
-  if (session.client.snapshot().status.faults[arm] != 0)
-    throw Failure(kFailure, "the arm went into FAULT on the way");
   session.client.releaseLease();
   return done(options, "the arm is there");
 }

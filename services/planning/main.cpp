@@ -30,15 +30,16 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
   spdlog::info("ready: robot {}, {}", setup.robot.name, setup.deployment.name);
   constexpr double kRefresh = 0.05;  // s, a fifth of the budget of a reference
+  std::int64_t published = 0;
   while (!stop.requested()) {
     const auto event = mailbox.take(kRefresh);
-    if (!event) {
+    if (service::monotonicNow() - published > static_cast<std::int64_t>(1e9 * kRefresh))
       core.refresh();
-    } else if (const auto* state = std::get_if<dds::ActuationState>(&*event)) {
+    if (const auto* state = event ? std::get_if<dds::ActuationState>(&*event) : nullptr) {
       core.onState(*state);
-    } else if (const auto* status = std::get_if<dds::ControlStatus>(&*event)) {
+    } else if (const auto* status = event ? std::get_if<dds::ControlStatus>(&*event) : nullptr) {
       core.onStatus(*status);
-    } else if (const auto* request = std::get_if<dds::PlanningRequest>(&*event)) {
+    } else if (const auto* request = event ? std::get_if<dds::PlanningRequest>(&*event) : nullptr) {
       std::optional<dds::Path> path;
       const dds::Reply reply = core.onRequest(*request, path);
       if (reply.accepted == 0)
@@ -48,6 +49,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
       replies.write(reply);
     }
     if (const auto reference = core.take()) {
+      published = service::monotonicNow();
       references.write(*reference);
       const auto phase = static_cast<planning::Phase>(reference->phase);
       using Level = service::Diagnostics::Level;

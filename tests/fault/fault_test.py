@@ -116,8 +116,9 @@ class Latched(Fault):
     def frozen_control(self):
         self.begin_run()
         os.kill(self.system.pids["control"], signal.SIGSTOP)
-        self.end_of_run("control")
+        time.sleep(5 * COMMAND_AGE)  # beyond the budget of a command, within the time in which DDS gives a process up
         os.kill(self.system.pids["control"], signal.SIGCONT)
+        self.end_of_run("FAULT")
         self.assert_fault("command_timeout", "state_timeout", "stale_command")
 
     def frozen_planning(self):
@@ -151,6 +152,27 @@ class Latched(Fault):
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
         self.assert_ok(self.system.robot("stop"))
         self.assert_fault("stop_requested")
+
+
+class Freeze(Fault):
+    def test_of_control_for_longer_than_dds_waits(self):
+        """Either control comes back in FAULT, or it is given up for dead: nothing in between, and no motion."""
+        self.begin_run()
+        os.kill(self.system.pids["control"], signal.SIGSTOP)
+        self.end_of_run("control")  # its silence of more than 2 s
+        os.kill(self.system.pids["control"], signal.SIGCONT)
+
+        def decided():
+            return self.system.up.poll() is not None or system.run("status", self.system.path).returncode == 0
+
+        system.until(decided, 10, "control is back, or `tandem up` has ended")
+        if self.system.up.poll() is None:
+            self.assert_fault("command_timeout", "state_timeout", "stale_command")
+            self.assert_recovers()
+        else:
+            self.assertEqual(self.system.up.poll(), 1)
+            self.assertEqual(self.system.event("died", 1)["process"], "control")
+            self.assert_nothing_left()
 
 
 if __name__ == "__main__":

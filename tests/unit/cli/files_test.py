@@ -139,6 +139,13 @@ class CommandLine(unittest.TestCase):
             topics = json.loads(system.run("topics", path, "--json").stdout)
         self.assertTrue(all(topic["topic"].startswith("/left_robot/") for topic in topics))
 
+    def test_status_of_nobody(self):
+        with tempfile.TemporaryDirectory(prefix="tandem-test-") as folder:
+            answer = system.run("status", system.deployment(folder, "laptop"))
+        self.assertEqual(answer.returncode, 1)
+        for word in ("sim", "control", "planning", "domain", "tandem up"):
+            self.assertIn(word, answer.stderr)
+
     def test_help_of_every_subcommand(self):
         for words in SUBCOMMANDS:
             answer = system.run(*words, "--help")
