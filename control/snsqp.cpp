@@ -73,6 +73,12 @@ class Snsqp final : public Resolver {
       setLevel(problem, k, solution);
       backend_[k]->solve(qp_, qp_solution_);
       solution.iterations += qp_solution_.iterations;
+      if (k > 0 && qp_solution_.status == QpStatus::kInfeasible) {
+        // qdot_{k-1} with s_k = 0 satisfies every constraint of this level, so no point but that one does, up to
+        // rounding.
+        solution.scale[k] = 0.0;
+        continue;
+      }
       if (qp_solution_.status != QpStatus::kSolved)
         return statusOf(qp_solution_.status);
       solution.kkt_residual = std::max(solution.kkt_residual, kktResidual(qp_, qp_solution_));
