@@ -189,12 +189,13 @@ void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
     arm.motion_time += period_;
     velocity = (arm.motion.position(arm.motion_time) - from) / period_;
     moves_[static_cast<std::size_t>(k)] = true;
-    // Over when the drives have taken the goal, not when the last setpoint has been sent: that one may have been lost.
-    constexpr double kThere = 1e-9, kPatience = 2.0;  // m or rad; s
+    // Over when the joints are there, not when the last setpoint has been sent or taken: that one may have been lost,
+    // and a hold before its end would leave the joints short of it.
+    constexpr double kThere = 1e-7, kPatience = 2.0;  // m or rad; s
     double distance = 0.0;
     for (int j = 0; j < robot_.size(k); ++j) {
       const double goal = arm.motion.goal()[j];
-      distance = std::max({distance, std::abs(from[j] - goal), std::abs(state_.setpoint[index(k, j)] - goal)});
+      distance = std::max({distance, std::abs(from[j] - goal), std::abs(q_[robot_.offset(k) + j] - goal)});
     }
     const bool there = distance <= kThere;
     const bool late = arm.motion.finished(arm.motion_time - kPatience);
