@@ -141,9 +141,11 @@ safety::ArmVector ControlCore::base(int k) const noexcept {
   for (int j = 0; j < robot_.size(k); ++j)
     from[j] = state_.setpoint[index(k, j)];
   const std::uint64_t in_flight = command_sequence_ - state_.answers_command;
-  if (lock_step_ || in_flight >= kSentVelocities)
+  if (lock_step_)
     return from;
-  for (std::uint64_t i = state_.answers_command + 1; i <= command_sequence_; ++i) {
+  // No more than two can be: older ones that are not answered have been lost, and must not come back as one long step.
+  const std::uint64_t first = command_sequence_ - std::min<std::uint64_t>(in_flight, 2) + 1;
+  for (std::uint64_t i = first; i <= command_sequence_; ++i) {
     from += period_ * sent_[i % kSentVelocities].segment(robot_.offset(k), robot_.size(k));
   }
   return from;

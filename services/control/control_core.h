@@ -98,7 +98,7 @@ class ControlCore {
 
   dds::ActuationState state_;
   dds::PlanningReference reference_;
-  static constexpr std::size_t kSentVelocities = 64;
+  static constexpr std::size_t kSentVelocities = 4;
   std::array<safety::RobotVector, kSentVelocities> sent_;  ///< velocities of the last commands, by sequence
   std::uint32_t spent_trajectory_ = 0;                     ///< was running when an arm lost power: never followed again
   safety::StateStamps command_times_, status_times_;       ///< when each was sent: echoes are judged on our own clock
