@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dead, frozen and silent processes during a run in real time: the robot stands in time, says why, and moves again only when told to."""
+"""Dead, frozen and silent processes during a run in real time.
+
+The robot stands in time, says why, and moves again only when told to."""
 import os
 import pathlib
 import signal
@@ -107,7 +109,8 @@ class Latched(Fault):
     """Faults that the processes survive, one after the other in one life."""
 
     def test_one_after_the_other(self):
-        for step in ("frozen_control", "frozen_planning", "dead_commander", "stop_during_a_run", "stop_of_a_standing_robot"):
+        for step in ("frozen_control", "frozen_planning", "dead_commander", "stop_during_a_run",
+                     "stop_of_a_standing_robot"):
             print(f"  {step}", flush=True)
             getattr(self, step)()
             self.assert_recovers()
@@ -135,7 +138,8 @@ class Latched(Fault):
         killed = time.monotonic()
         self.run_process.kill()
         self.run_process.wait()
-        system.until(lambda: self.faults() == ["lease_lost", "lease_lost"], LEASE + 4 * MACHINE, "the arms stop without a commander")
+        system.until(lambda: self.faults() == ["lease_lost", "lease_lost"], LEASE + 4 * MACHINE,
+                     "the arms stop without a commander")
         self.assertGreater(time.monotonic() - killed, 0.5 * LEASE, "it was not the lease that ended the motion")
         self.assert_fault("lease_lost")
         self.assertEqual(self.system.status()["lease_holder"], 0)

@@ -1,5 +1,5 @@
-# tandem_process_test(NAME FILE file.py [CASE class] LABEL label TIMEOUT seconds [REALTIME]): a Python program that drives the
-# executables of this build. REALTIME: it runs alone, because its processes have deadlines.
+# tandem_process_test(NAME FILE file.py [CASE class] LABEL label TIMEOUT seconds [REALTIME]): a Python program that drives
+# the executables of this build. REALTIME: it runs alone, because its processes have deadlines.
 include_guard(DIRECTORY)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
@@ -7,7 +7,8 @@ function(tandem_process_test name)
   cmake_parse_arguments(arg "REALTIME" "FILE;CASE;LABEL;TIMEOUT" "" ${ARGN})
   add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/${arg_FILE}
            ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} ${arg_CASE})
-  set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+  set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT}
+                       ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
   if(arg_REALTIME)
     set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
   endif()

@@ -52,8 +52,8 @@ def run(*arguments, text=None, timeout=60, program="tandem"):
 
 def client(path, *words):
     """A `tandem robot` command to the deployment, left running."""
-    return subprocess.Popen([executable(), "robot", "--deployment", str(path), *map(str, words)], stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, start_new_session=True)
+    return subprocess.Popen([executable(), "robot", "--deployment", str(path), *map(str, words)],
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
 def reap(process):
@@ -84,7 +84,8 @@ def free_domain():
 
 def deployment(folder, preset, **changes):
     """A copy of a preset in `folder`, with a domain and a prefix of its own and other keys changed or appended."""
-    changes = {"robot": PRESETS / "robots" / "ark2024.yaml", "domain": free_domain(), "prefix": f"t{os.getpid()}", **changes}
+    changes = {"robot": PRESETS / "robots" / "ark2024.yaml", "domain": free_domain(),
+               "prefix": f"t{os.getpid()}", **changes}
     lines = (PRESETS / "deployments" / f"{preset}.yaml").read_text().splitlines()
     for key, value in changes.items():
         kept = [line for line in lines if not line.startswith(f"{key}:")]
@@ -157,7 +158,8 @@ class System:
             try:
                 at, line = self._incoming.get(timeout=max(0.0, deadline - time.monotonic()))
             except queue.Empty:
-                raise AssertionError(f"`tandem up` did not say '{name}' within {seconds} s; it said {self.events}") from None
+                raise AssertionError(
+                    f"`tandem up` did not say '{name}' within {seconds} s; it said {self.events}") from None
             if not line:
                 self._incoming.put((at, ""))
                 raise AssertionError(f"`tandem up` ended without saying '{name}'; it said {self.events}")

@@ -192,7 +192,8 @@ class RealTime:
         self.assert_refused(self.system.robot("method", "nspwln"), "another client holds the control lease")
         self.assert_refused(self.system.robot("run", self.long_line()), "another client holds the control lease")
         status = self.status()
-        self.assertEqual((status["lease_holder"], status["trajectory"]["phase"], status["method"]), (held, "running", method))
+        self.assertEqual((status["lease_holder"], status["trajectory"]["phase"], status["method"]),
+                         (held, "running", method))
         # Anybody may take power away.
         self.assert_ok(self.system.robot("pause"))
         self.system.assert_still(self)
@@ -217,7 +218,8 @@ class TenHertz(RealTime, system.SystemTest):
 
 class OneKilohertz(RealTime, system.SystemTest):
     preset, period = "laptop-1khz", 0.001
-    steps = ("begin", "run_short", "run_timed", "positions", "refusals", "pausing", "methods", "interrupted_move", "end")
+    steps = ("begin", "run_short", "run_timed", "positions", "refusals", "pausing", "methods",
+             "interrupted_move", "end")
 
 
 if __name__ == "__main__":

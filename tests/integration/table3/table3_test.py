@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Table 3 over DDS in lock-step, twice, and in one process: the same bytes; and what they say, by kinematics of the tests' own."""
+"""Table 3 over DDS in lock-step, twice, and in one process: the same bytes.
+
+What they say is judged by kinematics of the tests' own."""
 import csv
 import filecmp
 import math
@@ -54,7 +56,8 @@ class Run:
             a, b = tip(q[0], "a"), tip(q[1], "b")
             target = [float(row[f"target_{axis}"]) for axis in "xyz"]
             self.joints.append(q)
-            self.errors.append((tubes.norm(tubes.minus(self.relative, tubes.minus(a, b))), tubes.norm(tubes.minus(target, a))))
+            self.errors.append((tubes.norm(tubes.minus(self.relative, tubes.minus(a, b))),
+                                tubes.norm(tubes.minus(target, a))))
         points = [int(row["point"]) for row in self.rows]
         self.last = [i for i in range(len(points)) if i + 1 == len(points) or points[i + 1] != points[i]]
         self.points = points
@@ -70,8 +73,8 @@ class Table3(unittest.TestCase):
         cls.answers, cls.seconds = {}, {}
         for name, options in (("first", []), ("second", []), ("offline", ["--offline"])):
             start = time.monotonic()
-            cls.answers[name] = system.run("experiment", "table3", "--deployment", deployment, "--csv", folder / name, *options,
-                                           timeout=150)
+            cls.answers[name] = system.run("experiment", "table3", "--deployment", deployment, "--csv", folder / name,
+                                           *options, timeout=150)
             cls.seconds[name] = time.monotonic() - start
         cls.path = folder / "first"
         with open(cls.path / "summary.csv", newline="", encoding="utf-8") as file:

@@ -11,13 +11,16 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integratio
 import system  # noqa: E402
 
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
-SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"], ["experiment"], ["robot"],
-               *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "move-jp", "method", "set", "run"))]
+SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"],
+               ["experiment"], ["robot"],
+               *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp", "method",
+                                              "set", "run"))]
 
 
 def swapped(text):
     """The first two tubes in the other order."""
-    found = re.search(r"(      - \{outer_diameter_mm: 1\.524.*?\}\n)(      - \{outer_diameter_mm: 1\.8,.*?\}\n)", text, re.S)
+    found = re.search(r"(      - \{outer_diameter_mm: 1\.524.*?\}\n)(      - \{outer_diameter_mm: 1\.8,.*?\}\n)",
+                      text, re.S)
     return text.replace(found.group(0), found.group(2) + found.group(1), 1)
 
 
@@ -46,12 +49,16 @@ class Validate(unittest.TestCase):
     def test_refusals_name_the_place_what_was_found_and_what_was_expected(self):
         cases = [  # from the preset, to the broken file, what stands at the named place, what the message holds
             ("name: ark2024\n", "name: ark2024\ncolour: red\n", "colour", ["colour", "expected"]),
-            ("straight_length_mm: 387", "straight_length_mm: -387", "-387", ["straight_length_mm", "found -387", "expected"]),
-            ("inner_diameter_mm: 1.3,", "inner_diameter_mm: 1.6,", "1.6", ["inner_diameter_mm", "found 1.6", "expected", "1.524"]),
+            ("straight_length_mm: 387", "straight_length_mm: -387", "-387",
+             ["straight_length_mm", "found -387", "expected"]),
+            ("inner_diameter_mm: 1.3,", "inner_diameter_mm: 1.6,", "1.6",
+             ["inner_diameter_mm", "found 1.6", "expected", "1.524"]),
             ("curvature_per_mm: 0.01}", "curvature_per_mm: .nan}", ".nan", ["curvature_per_mm", ".nan", "expected"]),
             ("curvature_per_mm: 0.01}", "curvature_per_mm: .inf}", ".inf", ["curvature_per_mm", ".inf", "expected"]),
-            ("youngs_modulus_GPa: 58", "youngs_modulus_GPa: stiff", "stiff", ["youngs_modulus_GPa", "stiff", "expected"]),
-            ("{outer_diameter_mm: 1.524", "{outer_diameter: 1.524", "outer_diameter:", ["outer_diameter", "unit", "outer_diameter_mm"]),
+            ("youngs_modulus_GPa: 58", "youngs_modulus_GPa: stiff", "stiff",
+             ["youngs_modulus_GPa", "stiff", "expected"]),
+            ("{outer_diameter_mm: 1.524", "{outer_diameter: 1.524", "outer_diameter:",
+             ["outer_diameter", "unit", "outer_diameter_mm"]),
             ("name: arm_b", "name: arm_a", "arm_a", ["found 'arm_a'", "expected"]),
             ("tandem: robot/1", "tandem: robot/7", "robot/7", ["robot/7", "expected"]),
             ("beta_mm: [-150, -100, -50]", "beta_mm: [-150, -100]", "", ["beta_mm", "found", "expected"]),

@@ -34,7 +34,7 @@ def numbers(row, names):
 
 def turn(matrix):
     """Rotation vector of a small rotation."""
-    axis = [0.5 * (matrix[2][1] - matrix[1][2]), 0.5 * (matrix[0][2] - matrix[2][0]), 0.5 * (matrix[1][0] - matrix[0][1])]
+    axis = [0.5 * (matrix[i][j] - matrix[j][i]) for i, j in ((2, 1), (0, 2), (1, 0))]
     sine = tubes.norm(axis)
     return [x * math.asin(sine) / sine for x in axis] if sine > 0 else axis
 
@@ -191,7 +191,8 @@ class BadRows(unittest.TestCase):
 
     def test_what_spreadsheets_write(self):
         plain, _, _ = fk(self.GOOD + "\n")
-        for variant in (self.GOOD, "\ufeff" + self.GOOD + "\r\n", self.GOOD.replace(",", " , "), self.GOOD.replace(",0", ",+0")):
+        for variant in (self.GOOD, "\ufeff" + self.GOOD + "\r\n", self.GOOD.replace(",", " , "),
+                        self.GOOD.replace(",0", ",+0")):
             answers, _, code = fk(variant)
             self.assertEqual((code, answers), (0, plain), repr(variant))
 

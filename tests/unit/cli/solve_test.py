@@ -93,7 +93,7 @@ class Solve(unittest.TestCase):
         pairs = []
         for row, answer in zip(rows, answers):
             if answer["status"] == "ok":
-                self.assertLess(float(answer["kkt_residual"]), 1e-6)
+                self.assertLess(float(answer["kkt_residual"]), 1e-9)
                 pairs.append((row, answer))
             else:
                 self.assertEqual([name for name in answer if name != "status" and answer[name] != ""], [])
@@ -104,7 +104,8 @@ class Solve(unittest.TestCase):
     def test_frozen_bounds(self):
         for method in ("nspqp", "snsqp"):
             active = 0
-            for row, answer in self.solved([self.problem() for _ in range(150)], "--method", method, "--bounds", "frozen"):
+            rows = [self.problem() for _ in range(150)]
+            for row, answer in self.solved(rows, "--method", method, "--bounds", "frozen"):
                 qd = velocity(answer)
                 for arm in (0, 6):
                     beta = row[arm:arm + 3]
@@ -193,23 +194,26 @@ class Solve(unittest.TestCase):
         self.assertLess(scale, 0.5)
 
     def test_active_set_agrees_with_ipopt(self):
-        # Ipopt is an interior point method: where a bound is barely active it stops some 1e-6 from the edge.
+        # Ipopt is an interior point method: where a bound is barely active it stops short of the edge,
+        # and its own residual says so. Ours does not: solved() wants it below 1e-9.
         for method in ("nspqp", "snsqp"):
             rows = [self.problem() for _ in range(60)]
             ours, _ = solve(rows, "--method", method)
             judge, _ = solve(rows, "--method", method, "--backend", "ipopt")
             worst = []
             for row, mine, other in zip(rows, ours, judge):
-                self.assertEqual(mine["status"] == "ok", other["status"] == "ok", (method, mine["status"], other["status"], row))
+                self.assertEqual(mine["status"] == "ok", other["status"] == "ok",
+                                 (method, mine["status"], other["status"], row))
                 if mine["status"] == "ok":
                     worst.append(max(abs(x - y) / (1 + abs(x)) for x, y in zip(velocity(mine), velocity(other))))
             worst.sort()
             self.assertGreater(len(worst), 40)
             self.assertLess(worst[int(0.9 * len(worst))], 1e-6, method)
-            self.assertLess(worst[-1], 1e-4, method)
+            self.assertLess(worst[-1], 1e-3, method)
 
     def test_bad_rows(self):
-        good = ",".join(repr(x) for x in [-0.15, -0.1, -0.05, 3.1, 1.6, 0.8, -0.13, -0.12, -0.1, 1.6, -1, -4.7] + [0.0] * 6)
+        arms = [-0.15, -0.1, -0.05, 3.1, 1.6, 0.8, -0.13, -0.12, -0.1, 1.6, -1, -4.7]
+        good = ",".join(repr(x) for x in arms + [0.0] * 6)
         bad = [("1,2", "found 2 numbers"), (good + ",0", "found 19 numbers"), (good.replace("1.6", "x", 1), "column 5"),
                (good.replace("1.6", "nan", 1), "finite"), (good.replace("-0.15", "0.01", 1), "arm a"), ("", "expected")]
         rows = [good] + [row for row, _ in bad] + [good]
