@@ -2,7 +2,8 @@
 """Piecewise constant curvature kinematics and equation (1) of Alsaka et al. 2024, written from the paper for the tests.
 
 Shares no code and no formula with the product: a section's transform is the matrix exponential of its twist, by its
-power series. SI units. A joint vector is [beta_1..beta_3, alpha_1..alpha_3], tube 1 the innermost; vectors are lists, matrices lists of rows.
+power series. SI units. A joint vector is [beta_1..beta_3, alpha_1..alpha_3], tube 1 the innermost; vectors are lists,
+matrices lists of rows.
 """
 import math
 

@@ -13,8 +13,8 @@ import system  # noqa: E402
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
 SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"],
                ["experiment"], ["robot"],
-               *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp", "method",
-                                              "set", "run"))]
+               *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp",
+                                              "method", "set", "run"))]
 
 
 def swapped(text):
