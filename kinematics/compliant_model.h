@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Concentric tubes that bend and twist: the torsionally compliant model, with or without a load at the tip. */
+#pragma once
+
+#include "kinematics/equilibrium.h"
+
+namespace tandem::kinematics {
+
+/** Torsionally compliant tubes (Dupont et al. 2010, Rucker et al. 2010).
+ *
+ * Tubes share the backbone but twist, each as its torsional stiffness allows:
+ *   (c_i psi_i')' = b_i (u_x cos psi_i + u_y sin psi_i),   u = (m_xy + sum_j b_j (-sin psi_j, cos psi_j)) / K,
+ * with b_i = K_i kappa_i, K_i = E_i I_i, K the sum over the tubes present, c_i = G_i J_i, psi_i the angle in the
+ * torsion-free frame, and m the internal moment, zero without a load. psi_i(beta_i) = alpha_i at the motor; at its end
+ * a tube carries no torsional moment. Behind the entry point the tubes are held straight and twist independently.
+ *
+ * Without a load the tip, its Jacobian and its stability are exact up to 1e-9 m; see Equilibrium for branches.
+ */
+class CompliantModel final : public ArmModel {
+ public:
+  /// @throw std::invalid_argument as checkArm() does.
+  explicit CompliantModel(ConcentricTubeArm arm);
+  CompliantModel(const CompliantModel&) = delete;
+  CompliantModel& operator=(const CompliantModel&) = delete;
+
+  using ArmModel::shape;
+  using ArmModel::tip;
+  const ConcentricTubeArm& arm() const override { return arm_; }
+  ModelStatus tip(const JointsRef& q, Branch& branch, Tip& tip) const noexcept override;
+  ModelStatus loadedTip(const JointsRef& q,
+                        const Wrench& wrench,
+                        Branch& branch,
+                        LoadedTip& tip) const noexcept override;
+  ModelStatus shape(const JointsRef& q,
+                    const Wrench& wrench,
+                    Branch& branch,
+                    int points,
+                    std::vector<ShapePoint>& shape) const override;
+
+ private:
+  ConcentricTubeArm arm_;
+  Equilibrium equilibrium_;
+};
+
+}  // namespace tandem::kinematics
