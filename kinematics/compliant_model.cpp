@@ -67,15 +67,6 @@ void toTool(const ConcentricTubeArm& arm, const Answer& answer, Tip& tip) {
   tip.conjugate_points = answer.determinant.conjugatePoints();
 }
 
-void remember(const JointsRef& q, const Equilibrium::Root& root, Branch& branch) {
-  branch.known = true;
-  branch.snapped = root.snapped;
-  branch.q = q;
-  branch.end_angle = root.theta;
-  branch.by_translation = root.by_translation;
-  branch.by_rotation = root.by_rotation;
-}
-
 /// A small move along a branch: the prediction, if it proves good enough.
 bool predict(const ConcentricTubeArm& arm,
              const Segmentation& parts,
@@ -109,7 +100,7 @@ ModelStatus CompliantModel::tip(const JointsRef& q, Branch& branch, Tip& tip) co
     for (int i = 0; i < 3 && evaluate(arm_, parts, q, answer) >= kLinear; ++i) {
     }
   }
-  remember(q, answer.root, branch);
+  answer.root.remember(q, branch);
   toTool(arm_, answer, tip);
   return ModelStatus::kOk;
 }
@@ -135,12 +126,35 @@ ModelStatus CompliantModel::shape(const JointsRef& q,
   const TubeJoints joints(q);
   const EndAngleSweep<double> sweep(arm_, parts, joints.beta, root.theta, 1.0, StepDepth::kPose, &shape);
   root.linearise(sweep);
-  remember(q, root, branch);
+  root.remember(q, branch);
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
   end.linear() = sweep.endRotation();
   end.translation() = sweep.endPosition();
   for (ShapePoint& point : shape)
     point.pose = arm_.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());
+  return ModelStatus::kOk;
+}
+
+ModelStatus CompliantModel::tipFromEndAngles(const JointsRef& ends,
+                                             Eigen::Ref<Eigen::VectorXd> alpha,
+                                             Tip& tip) const noexcept {
+  if (const ModelStatus status = checkJoints(arm_, ends); status != ModelStatus::kOk)
+    return status;
+  if (alpha.size() != arm_.tubeCount())
+    return ModelStatus::kWrongSize;
+  Segmentation parts;
+  segment(arm_, ends, parts);
+  const TubeJoints given(ends);
+  Answer answer;
+  const EndAngleSweep<double> sweep(arm_, parts, given.beta, given.alpha, 1.0, StepDepth::kPose);
+  answer.root.theta = given.alpha;
+  answer.by_rotation = sweep.twistByEnd();
+  answer.by_translation = sweep.twistByTranslation();
+  answer.rotation = sweep.endRotation();
+  answer.position = sweep.endPosition();
+  answer.determinant = sweep.determinant();
+  alpha = sweep.baseAngle().head(arm_.tubeCount());
+  toTool(arm_, answer, tip);
   return ModelStatus::kOk;
 }
 

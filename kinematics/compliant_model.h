@@ -2,7 +2,10 @@
 /** @file Concentric tubes that bend and twist: the torsionally compliant model, with or without a load at the tip. */
 #pragma once
 
+#include <vector>
+
 #include "kinematics/equilibrium.h"
+#include "kinematics/stability.h"
 
 namespace tandem::kinematics {
 
@@ -36,6 +39,20 @@ class CompliantModel final : public ArmModel {
                     Branch& branch,
                     int points,
                     std::vector<ShapePoint>& shape) const override;
+
+  /// Stability report, for people and planners: it follows the branch until it ends, so it is not for the periodic
+  /// path.
+  ModelStatus stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept;
+
+  /// All equilibria that a search from many end angles finds for the same joints, by energy, unstable ones included;
+  /// none where the joints cannot be answered.
+  std::vector<EquilibriumInfo> equilibria(const JointsRef& q) const;
+
+  /// The tip-angle parametrisation: one initial value problem, one answer.
+  /// @param ends  [beta_1..beta_n, theta_1..theta_n]: translations, and angles of the tubes' ends, m and rad
+  /// @param alpha  the motors' angles that belong to it, rad, n
+  /// @param tip  with the Jacobian by `ends`; unstable equilibria are answered too, see Tip::conjugate_points
+  ModelStatus tipFromEndAngles(const JointsRef& ends, Eigen::Ref<Eigen::VectorXd> alpha, Tip& tip) const noexcept;
 
  private:
   ConcentricTubeArm arm_;

@@ -23,6 +23,9 @@ class DeterminantTrack {
  public:
   using Square = Eigen::Matrix<Scalar, kMaxTubes, kMaxTubes>;
 
+  /// @param s_end where the arm ends, m
+  explicit DeterminantTrack(double s_end = 0.0) : at_(s_end) {}
+
   const Scalar& minimum() const { return minimum_; }
   double at() const { return at_; }  ///< s of the minimum, m
   int conjugatePoints() const { return conjugate_points_; }
@@ -35,7 +38,7 @@ class DeterminantTrack {
   /// Takes the piece from s_begin back to s_end; interior(x) gives the Place in between.
   template <class Interior>
   void add(double s_begin, double s_end, const Place& begin, const Place& end, const Interior& interior) {
-    propose(end.z.determinant(), s_end);
+    propose(determinant(end.z), s_end);
     if (valueOf(determinantSlope(begin)) >= 0.0 || valueOf(determinantSlope(end)) <= 0.0)
       return;
     double low = 0.0, high = 1.0;  // the determinant turns from falling to rising between them
@@ -44,7 +47,7 @@ class DeterminantTrack {
       (valueOf(determinantSlope(interior(middle))) < 0.0 ? low : high) = middle;
     }
     const double x = 0.5 * (low + high);
-    propose(interior(x).z.determinant(), s_begin + x * (s_end - s_begin));
+    propose(determinant(interior(x).z), s_begin + x * (s_end - s_begin));
   }
 
   /// Counts the conjugate points of a piece; `form` is Z_k' B^-1 Z_k+1, with a positive diagonal for absent tubes.
@@ -66,19 +69,33 @@ class DeterminantTrack {
       at_ = s;
     }
   }
+  /// By 2 x 2 minors of the upper and the lower rows (Laplace); static sizes, and any scalar.
+  static Scalar determinant(const Square& m) {
+    static_assert(kMaxTubes == 4);
+    const auto minor = [&](int row, int a, int b) {
+      return Scalar(m(row, a) * m(row + 1, b) - m(row, b) * m(row + 1, a));
+    };
+    Scalar sum = minor(0, 0, 1) * minor(2, 2, 3);
+    sum -= minor(0, 0, 2) * minor(2, 1, 3);
+    sum += minor(0, 0, 3) * minor(2, 1, 2);
+    sum += minor(0, 1, 2) * minor(2, 0, 3);
+    sum -= minor(0, 1, 3) * minor(2, 0, 2);
+    sum += minor(0, 2, 3) * minor(2, 0, 1);
+    return sum;
+  }
   /// d det Z = sum over columns of det(Z with the column replaced by its derivative); holds for singular Z too.
   static Scalar determinantSlope(const Place& place) {
     Scalar sum(0.0);
     for (int j = 0; j < kMaxTubes; ++j) {
       Square replaced = place.z;
       replaced.col(j) = place.slope.col(j);
-      sum += replaced.determinant();
+      sum += determinant(replaced);
     }
     return sum;
   }
 
   Scalar minimum_{1.0};
-  double at_ = 0.0;
+  double at_;
   int conjugate_points_ = 0;
 };
 

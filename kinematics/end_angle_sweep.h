@@ -2,6 +2,8 @@
 /** @file From the ends of the tubes back to the motors: the unloaded arm as an initial value problem. */
 #pragma once
 
+#include <type_traits>
+
 #include "kinematics/determinant_track.h"
 #include "kinematics/segmentation.h"
 #include "kinematics/taylor_step.h"
@@ -42,6 +44,8 @@ class EndAngleSweep {
   const Vector& baseAngle() const { return base_angle_; }            ///< alpha_i, rad
   const Square& baseByEnd() const { return base_by_end_; }           ///< d alpha / d theta
   const Square& baseByTranslation() const { return base_by_beta_; }  ///< d alpha / d beta at fixed theta, rad/m
+  const Vector& entryAngle() const { return psi_; }                  ///< psi_i(0), rad
+  const Vector& entryMoment() const { return moment_; }              ///< t_i(0), N m; constant back to the motor
   /// Stability of the equilibrium; see DeterminantTrack.
   const DeterminantTrack<Scalar>& determinant() const { return track_; }
 

@@ -38,7 +38,8 @@ EndAngleSweep<Scalar>::EndAngleSweep(const ConcentricTubeArm& arm,
       samples_(samples),
       unsampled_(samples ? samples->size() : 0),
       s_(parts.length()),
-      psi_(end_angle) {
+      psi_(end_angle),
+      track_(parts.length()) {
   moment_.setConstant(Scalar(0.0));
   psi_by_end_.setIdentity();
   psi_by_beta_.setConstant(Scalar(0.0));
@@ -328,85 +329,16 @@ void EndAngleSweep<Scalar>::track(const Interval& part,
     interior(x, place.z, place.slope);
     return place;
   });
-  Square force;
-  force.setIdentity();  // absent tubes add nothing
-  for (int i = 0; i < tubes_; ++i) {
-    if (part.present[i])
-      force.row(i) = psi_by_end_.row(i) * (part.torsion[i] / length);
-  }
-  stiffness(force);
-  track_.count(valuesOf((z.transpose() * force).eval()));
-}
-
-/// Behind the entry point every tube twists on its own, down to its motor, through the sections that stand there.
-template <class Scalar>
-void EndAngleSweep<Scalar>::transmission() {
-  base_angle_ = psi_;
-  base_by_end_ = psi_by_end_;
-  base_by_beta_ = psi_by_beta_;
-  Vector compliance;  // F_i, rad / (kMaxTubes m)
-  compliance.setConstant(Scalar(0.0));
-  Interval part;
-  std::array<int, kMaxTubes> section{};
-  for (int i = 0; i < tubes_; ++i) {
-    section[i] = parts_.interval[0].section[i];
-    part.present[i] = section[i] != Segmentation::kAbsent && valueOf(beta_[i]) < 0.0;
-    if (section[i] == Segmentation::kAbsent)
-      continue;
-    part.torsion[i] = arm_.tubes[i].sections[section[i]].torsional_stiffness;
-    base_by_beta_(i, i) += moment_[i] * (1.0 / part.torsion[i]);
-  }
-  // The nearest place, from the entry point backwards, where a tube's section begins; at its first one is its motor.
-  const auto begin = [&](int tube) {
-    Scalar s = beta_[tube];
-    for (int k = 0; k < section[tube]; ++k)
-      s += arm_.tubes[tube].sections[k].length;
-    return s;
-  };
-  Scalar s(0.0);
-  for (;;) {
-    int next = -1;
+  if constexpr (std::is_same_v<Scalar, double>) {  // the index has no derivatives
+    Square force;
+    force.setIdentity();  // absent tubes add nothing
     for (int i = 0; i < tubes_; ++i) {
-      if (part.present[i] && (next < 0 || valueOf(begin(i)) > valueOf(begin(next))))
-        next = i;
+      if (part.present[i])
+        force.row(i) = psi_by_end_.row(i) * (part.torsion[i] / length);
     }
-    if (next < 0)
-      break;
-    const Scalar length = s - begin(next);
-    s = begin(next);
-    if (valueOf(length) > 0.0) {
-      const Square z = base_by_end_;
-      const Square slope = psiSlope(part, length, moment_by_end_);
-      base_by_end_ += slope;
-      track_.add(s_, valueOf(s), {z, slope}, {base_by_end_, slope}, [&](double x) {
-        return typename DeterminantTrack<Scalar>::Place{(z + slope * Scalar(x)).eval(), slope};
-      });
-      s_ = valueOf(s);
-      for (int i = 0; i < tubes_; ++i) {
-        if (part.present[i])
-          compliance[i] += length * (1.0 / part.torsion[i]);
-      }
-    }
-    part.present[next] = --section[next] >= 0;
-    if (part.present[next])
-      part.torsion[next] = arm_.tubes[next].sections[section[next]].torsional_stiffness;
+    stiffness(force);
+    track_.count(z.transpose() * force);
   }
-  for (int i = 0; i < tubes_; ++i) {
-    base_angle_[i] -= moment_[i] * compliance[i];
-    base_by_beta_.row(i) -= moment_by_beta_.row(i) * compliance[i];
-  }
-  // One piece for the index: a motor right at the entry point is taken as 10 nm behind it.
-  constexpr double kShortest = 1e-8;
-  Square force;
-  force.setIdentity();
-  for (int i = 0; i < tubes_; ++i) {
-    const int entry = parts_.interval[0].section[i];
-    if (entry == Segmentation::kAbsent)
-      continue;
-    const double least = kShortest / arm_.tubes[i].sections[entry].torsional_stiffness;
-    force.row(i) = base_by_end_.row(i) * Scalar(1.0 / std::max(valueOf(compliance[i]), least));
-  }
-  track_.count(valuesOf((psi_by_end_.transpose() * force).eval()));
 }
 
 template <class Scalar>
@@ -415,3 +347,5 @@ typename EndAngleSweep<Scalar>::Twists EndAngleSweep<Scalar>::inBase(const Twist
 }
 
 }  // namespace tandem::kinematics
+
+#include "kinematics/transmission_impl.h"

@@ -29,6 +29,15 @@ void Equilibrium::Root::linearise(const Sweep& sweep) {
   by_translation = -by_rotation * sweep.baseByTranslation();
 }
 
+void Equilibrium::Root::remember(const JointsRef& q, Branch& branch) const {
+  branch.known = true;
+  branch.snapped = snapped;
+  branch.q = q;
+  branch.end_angle = theta;
+  branch.by_translation = by_translation;
+  branch.by_rotation = by_rotation;
+}
+
 bool Equilibrium::correct(const Segmentation& parts,
                           const JointsRef& q,
                           double coupling,

@@ -29,6 +29,8 @@ class Equilibrium {
     TubeVector change(const JointsRef& dq) const;
     /// Takes the derivatives from a sweep at theta.
     void linearise(const Sweep& sweep);
+    /// Writes it down for the next call.
+    void remember(const JointsRef& q, Branch& branch) const;
   };
 
   explicit Equilibrium(const ConcentricTubeArm& arm) : arm_(arm) {}

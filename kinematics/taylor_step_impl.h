@@ -47,7 +47,8 @@ int TaylorStep<NC, Scalar>::leastOrder(const CurvedTubes<NC, Scalar>& tubes) {
 template <int NC, class Scalar>
 void TaylorStep<NC, Scalar>::expandAngle(const CurvedTubes<NC, Scalar>& tubes, int k) {
   using std::cos, std::sin;
-  Row<NC> force{};
+  Row<NC> force;
+  force.fill(Scalar(0.0));  // numbers with derivatives start undefined
   int pair = 0;
   for (int i = 0; i < NC; ++i) {
     for (int j = i + 1; j < NC; ++j, ++pair) {
@@ -127,7 +128,8 @@ void TaylorStep<NC, Scalar>::expandColumns(const CurvedTubes<NC, Scalar>& tubes)
   for (int k = 0; k <= order_; ++k) {
     const Scalar scale = h_ * h_ / static_cast<double>((k + 1) * (k + 2));
     for (int c = 0; c < kColumns; ++c) {
-      Row<NC> force{};
+      Row<NC> force;
+      force.fill(Scalar(0.0));  // numbers with derivatives start undefined
       int pair = 0;
       for (int i = 0; i < NC; ++i) {
         for (int j = i + 1; j < NC; ++j, ++pair) {
@@ -162,7 +164,7 @@ auto TaylorStep<NC, Scalar>::psiByState(double x) const -> ByState {
 template <int NC, class Scalar>
 Scalar TaylorStep<NC, Scalar>::rate(int tube, double x) const {
   return horner(
-             x, [&](int k) { return a_[k + 1][tube] * static_cast<double>(k + 1); }, order_ + 2) /
+             x, [&](int k) { return Scalar(a_[k + 1][tube] * static_cast<double>(k + 1)); }, order_ + 2) /
          h_;
 }
 
@@ -209,8 +211,10 @@ void TaylorStep<NC, Scalar>::expandPose(const CurvedTubes<NC, Scalar>& tubes) {
   quaternion_[0] = {Scalar(1.0), Scalar(0.0), Scalar(0.0), Scalar(0.0)};
   p_[0] = {Scalar(0.0), Scalar(0.0), Scalar(0.0)};
   for (int k = 0; k <= order_; ++k) {
-    Row<4> q{};
-    Row<3> tangent{};
+    Row<4> q;
+    q.fill(Scalar(0.0));  // numbers with derivatives start undefined
+    Row<3> tangent;
+    tangent.fill(Scalar(0.0));  // numbers with derivatives start undefined
     for (int l = 0; l <= k; ++l) {
       const auto& [w, x, y, z] = quaternion_[l];
       q[0] -= x * ux[k - l] + y * uy[k - l];
