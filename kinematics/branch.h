@@ -24,8 +24,10 @@ struct Branch {
   TubeVector end_angle = TubeVector::Zero();
   /// d theta / d beta and d theta / d alpha of the last answer; identity rows for tubes that the arm does not have.
   TubeMatrix by_translation = TubeMatrix::Zero(), by_rotation = TubeMatrix::Identity();
-  Eigen::Matrix3d end_frame =
-      Eigen::Matrix3d::Identity();  ///< arm base frame <- frame of tube 1's end, under load only
+  /// Wrench of the last answer, arm base frame, N and N m.
+  Eigen::Matrix<double, 6, 1> load = Eigen::Matrix<double, 6, 1>::Zero();
+  /// Arm base frame <- torsion-free frame of tube 1's end; defined under a load only.
+  Eigen::Matrix3d end_frame = Eigen::Matrix3d::Identity();
 
   /// Full turns by which the end of tube i (from 0) is wound past the end of tube 1, so that the rest lies in [-pi,
   /// pi): the name of the branch. Answers for the same joints are on the same branch if these numbers agree for all

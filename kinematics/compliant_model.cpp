@@ -86,10 +86,15 @@ bool predict(const ConcentricTubeArm& arm,
 
 }  // namespace
 
-CompliantModel::CompliantModel(ConcentricTubeArm arm) : arm_(std::move(arm)), equilibrium_(arm_) { checkArm(arm_); }
+CompliantModel::CompliantModel(ConcentricTubeArm arm)
+    : arm_(std::move(arm)), equilibrium_(arm_), loaded_(arm_, equilibrium_) {
+  checkArm(arm_);
+}
 
 ModelStatus CompliantModel::tip(const JointsRef& q, Branch& branch, Tip& tip) const noexcept {
   if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
+    return status;
+  if (const ModelStatus status = unload(q, branch); status != ModelStatus::kOk)
     return status;
   Segmentation parts;
   segment(arm_, q, parts);
@@ -112,19 +117,22 @@ ModelStatus CompliantModel::shape(const JointsRef& q,
                                   std::vector<ShapePoint>& shape) const {
   if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
     return status;
-  if (!wrench.isZero(0.0))
-    return ModelStatus::kCarriesNoLoad;
-  Equilibrium::Root root;
-  if (const ModelStatus status = equilibrium_.find(q, branch, root); status != ModelStatus::kOk)
-    return status;
+  if (!wrench.allFinite())
+    return ModelStatus::kNotFinite;
   Segmentation parts;
   segment(arm_, q, parts);
   shape.resize(static_cast<std::size_t>(std::max(points, 2)));
   const double last = static_cast<double>(shape.size() - 1);
   for (std::size_t j = 0; j < shape.size(); ++j)
     shape[j].s = j + 1 == shape.size() ? parts.length() : parts.length() * static_cast<double>(j) / last;
-  const TubeJoints joints(q);
-  const EndAngleSweep<double> sweep(arm_, parts, joints.beta, root.theta, 1.0, StepDepth::kPose, &shape);
+  if (!wrench.isZero(0.0))
+    return loadedShape(q, wrench, branch, shape);
+  if (const ModelStatus status = unload(q, branch); status != ModelStatus::kOk)
+    return status;
+  Equilibrium::Root root;
+  if (const ModelStatus status = equilibrium_.find(q, branch, root); status != ModelStatus::kOk)
+    return status;
+  const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose, &shape);
   root.linearise(sweep);
   root.remember(q, branch);
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
@@ -156,10 +164,6 @@ ModelStatus CompliantModel::tipFromEndAngles(const JointsRef& ends,
   alpha = sweep.baseAngle().head(arm_.tubeCount());
   toTool(arm_, answer, tip);
   return ModelStatus::kOk;
-}
-
-ModelStatus CompliantModel::loadedTip(const JointsRef&, const Wrench&, Branch&, LoadedTip&) const noexcept {
-  return ModelStatus::kCarriesNoLoad;
 }
 
 }  // namespace tandem::kinematics

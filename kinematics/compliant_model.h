@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kinematics/equilibrium.h"
+#include "kinematics/loaded_equilibrium.h"
 #include "kinematics/stability.h"
 
 namespace tandem::kinematics {
@@ -55,8 +56,16 @@ class CompliantModel final : public ArmModel {
   ModelStatus tipFromEndAngles(const JointsRef& ends, Eigen::Ref<Eigen::VectorXd> alpha, Tip& tip) const noexcept;
 
  private:
+  ModelStatus unload(const JointsRef& q, Branch& branch) const noexcept;
+  ModelStatus loadedShape(const JointsRef& q,
+                          const Wrench& wrench,
+                          Branch& branch,
+                          std::vector<ShapePoint>& shape) const;
+  Wrench inArm(const Wrench& wrench) const;
+
   ConcentricTubeArm arm_;
   Equilibrium equilibrium_;
+  LoadedEquilibrium loaded_;
 };
 
 }  // namespace tandem::kinematics

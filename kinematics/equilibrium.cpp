@@ -36,6 +36,7 @@ void Equilibrium::Root::remember(const JointsRef& q, Branch& branch) const {
   branch.end_angle = theta;
   branch.by_translation = by_translation;
   branch.by_rotation = by_rotation;
+  branch.load.setZero();
 }
 
 bool Equilibrium::correct(const Segmentation& parts,
