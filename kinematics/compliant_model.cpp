@@ -10,7 +10,7 @@ namespace {
 /// A residual correction of the end angles below this is applied to first order, rad.
 constexpr double kLinear = 1e-7;
 /// Joint moves that turn no end by more than this are answered from the prediction, if it proves good enough, rad.
-constexpr double kSmallMove = 2e-3;
+constexpr double kSmallMove = 3e-4;
 
 struct Answer {
   Equilibrium::Root root;

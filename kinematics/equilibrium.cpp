@@ -9,12 +9,13 @@
 namespace tandem::kinematics {
 namespace {
 
-constexpr double kConverged = 1e-5;   ///< a correction below this leaves an error of its square, rad
-constexpr double kLongestMove = 0.3;  ///< of an end angle in one step along a path, rad
-constexpr double kLongestFix = 0.1;   ///< Newton's first correction of a predicted angle, rad
-constexpr double kFirstGuess = 0.5;   ///< Newton's first correction of untwisted tubes, rad
-constexpr double kLeastMove = 1e-4;   ///< a branch that cannot be followed this far ends, rad
-constexpr int kMaxSteps = 400;        ///< along a path
+constexpr double kConverged = 1e-5;    ///< a correction below this leaves an error of its square, rad
+constexpr double kLongestMove = 0.3;   ///< of an end angle in one step along a path, rad
+constexpr double kLongestFix = 0.1;    ///< Newton's first correction of a predicted angle, rad
+constexpr double kFirstGuess = 0.5;    ///< Newton's first correction of untwisted tubes, rad
+constexpr double kUnexplained = 0.01;  ///< of a step by the derivatives at its ends, rad
+constexpr double kLeastMove = 1e-4;    ///< a branch that cannot be followed this far ends, rad
+constexpr int kMaxSteps = 400;         ///< along a path
 constexpr int kMaxFalls = 8;
 
 }  // namespace
@@ -97,6 +98,11 @@ bool Equilibrium::startCold(const JointsRef& q, Root& root) const noexcept {
   return true;
 }
 
+bool Equilibrium::connected(const Root& from, const Root& to, const JointsRef& dq) noexcept {
+  const TubeVector mean = 0.5 * (from.change(dq) + to.change(dq));
+  return (to.theta - from.theta - mean).cwiseAbs().maxCoeff() < kUnexplained;
+}
+
 /// The straight path from branch.q to q.
 bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept {
   const safety::ArmVector start = branch.q, way = q - branch.q;
@@ -117,7 +123,8 @@ bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) c
     root = reached;
     root.theta += step * velocity;
     int conjugate_points = 0;
-    if (correct(parts, next, 1.0, kLongestFix, root, conjugate_points) && conjugate_points == 0) {
+    if (correct(parts, next, 1.0, kLongestFix, root, conjugate_points) && conjugate_points == 0 &&
+        connected(reached, root, step * way)) {
       if (last)
         return true;
       reached = root;

@@ -51,6 +51,10 @@ class Equilibrium {
                Root& root,
                int& conjugate_points) const noexcept;
 
+  /// Whether the derivatives at both ends of a step along a path explain it: Newton's method may have leapt to another
+  /// branch.
+  static bool connected(const Root& from, const Root& to, const JointsRef& dq) noexcept;
+
  private:
   bool startCold(const JointsRef& q, Root& root) const noexcept;
   bool follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept;

@@ -54,7 +54,10 @@ double turnLeft(const Equilibrium& equilibrium,
     Equilibrium::Root root = reached;
     root.theta += step * velocity;
     int conjugate_points = 0;
-    if (equilibrium.correct(parts, next, 1.0, kLongestFix, root, conjugate_points) && conjugate_points == 0) {
+    safety::ArmVector turn = safety::ArmVector::Zero(q.size());
+    turn[joint] = sense * step;
+    if (equilibrium.correct(parts, next, 1.0, kLongestFix, root, conjugate_points) && conjugate_points == 0 &&
+        Equilibrium::connected(reached, root, turn)) {
       reached = root;
       done += step;
       step *= 2.0;
