@@ -115,12 +115,7 @@ class EndAngleSweep {
   Square base_by_end_, base_by_beta_;
 };
 
-}  // namespace tandem::kinematics
-
-#include "kinematics/end_angle_sweep_impl.h"
-
-namespace tandem::kinematics {
-
+// Members are in end_angle_sweep_impl.h, for the sources that instantiate them.
 extern template class EndAngleSweep<double>;
 
 }  // namespace tandem::kinematics

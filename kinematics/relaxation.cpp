@@ -9,6 +9,7 @@ namespace {
 
 /// Elements of equal length at most this many in all, more where intervals are shorter.
 constexpr int kElements = 48;
+constexpr double kShortestElement = 1e-9;  ///< shorter intervals carry no energy worth counting, m
 constexpr int kMaxNodes = kElements + Segmentation::kMaxIntervals + 1;
 constexpr int kMaxIterations = 120;
 using Vector = TubeVector;
@@ -22,13 +23,13 @@ class Energy {
   using Nodes = std::array<Vector, kMaxNodes>;
 
   Energy(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q)
-      : tubes_(arm.tubeCount()), alpha_(Vector::Zero()), base_stiffness_(Vector::Ones()) {
+      : tubes_(arm.tubeCount()), length_(parts.length()), alpha_(Vector::Zero()), base_stiffness_(Vector::Ones()) {
     alpha_.head(tubes_) = q.tail(tubes_);
     const double longest = parts.length() / kElements;
     for (int k = 0; k < parts.count; ++k) {
       const Segmentation::Interval& interval = parts.interval[k];
       const double length = interval.end - interval.start;
-      if (length <= 0.0)
+      if (length <= kShortestElement)
         continue;
       const int pieces = std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
       for (int j = 0; j < pieces; ++j)
@@ -88,6 +89,14 @@ class Energy {
           diagonal[k + 1](i, i) = 1.0;
       }
     }
+  }
+
+  /// What damps node k: the stiffness c_i / L^2 of its share of the arm, N m; no element is too short for it.
+  Vector mass(int k) const {
+    Vector sum = Vector::Zero();
+    for (int j = std::max(k - 1, 0); j < std::min(k + 1, count_); ++j)
+      sum += 0.5 * element_[j].length * element_[j].length / (length_ * length_) * element_[j].stiffness;
+    return sum;
   }
 
   /// End angles: psi at the last node of each tube.
@@ -153,6 +162,7 @@ class Energy {
   }
 
   int tubes_;
+  double length_;  ///< of the arm, m
   Vector alpha_;
   Vector base_stiffness_;  ///< 1 / F_i, N m / rad
   std::array<Element, kMaxNodes> element_;
@@ -197,11 +207,9 @@ bool relax(const ConcentricTubeArm& arm, const Segmentation& parts, const Joints
   double value = energy.value(psi), damping = 0.0;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     energy.derivatives(psi, step, diagonal, upper);
-    double scale = 0.0;
     for (int k = 0; k < energy.nodes(); ++k) {
-      scale = std::max(scale, diagonal[k].diagonal().maxCoeff());
       step[k] = -step[k];
-      diagonal[k].diagonal().array() += damping;
+      diagonal[k].diagonal() += damping * energy.mass(k);
     }
     double largest = 0.0;
     bool down = solveTridiagonal(diagonal, upper, step, energy.nodes());
@@ -214,16 +222,16 @@ bool relax(const ConcentricTubeArm& arm, const Segmentation& parts, const Joints
     const double trial_value = down && largest < kLongest ? energy.value(trial) : 0.0;
     down = down && largest < kLongest && trial_value <= value + 1e-14 * std::abs(value);
     if (!down) {
-      damping = std::max(4.0 * damping, 1e-6 * scale);
+      damping = std::max(4.0 * damping, 1.0);
       continue;
     }
     psi = trial;
     value = trial_value;
-    damping = damping < 1e-6 * scale ? 0.0 : 0.25 * damping;
-    if (largest < 1e-7 && damping == 0.0) {
+    if (largest < 1e-7 && damping == 0.0) {  // an undamped step: the Hessian is positive definite here
       theta = energy.ends(psi);
       return true;
     }
+    damping = damping <= 1.0 ? 0.0 : 0.25 * damping;
   }
   return false;
 }

@@ -47,6 +47,7 @@ void segment(const ConcentricTubeArm& arm, const JointsRef& q, Segmentation& res
   std::array<int, kMaxTubes> section{};
   std::array<Boundary, Segmentation::kMaxIntervals> boundary;
   int boundaries = 0;
+  double inner_end = 0.0;
   for (int i = 0; i < n; ++i) {
     const auto& sections = arm.tubes[i].sections;
     const int last = static_cast<int>(sections.size()) - 1;
@@ -54,12 +55,15 @@ void segment(const ConcentricTubeArm& arm, const JointsRef& q, Segmentation& res
     section[i] = Segmentation::kAbsent;
     for (int k = 0; k <= last; ++k) {
       end += sections[k].length;
+      if (i > 0 && k == last)
+        end = std::min(end, inner_end);  // they may meet up to rounding: the outer one ends first
       if (end <= 0.0)
         continue;
       if (section[i] == Segmentation::kAbsent)
         section[i] = k;
       boundary[boundaries++] = {end, i, k == last ? Segmentation::kAbsent : k + 1};
     }
+    inner_end = end;
   }
   std::sort(boundary.begin(), boundary.begin() + boundaries, before);
   result.count = 0;

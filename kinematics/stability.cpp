@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "kinematics/compliant_model.h"
+#include "kinematics/end_angle_sweep_impl.h"
+#include "kinematics/taylor_step_impl.h"
 
 namespace tandem::kinematics {
 namespace {

@@ -113,12 +113,7 @@ class TaylorStep {
   Eigen::Matrix<Scalar, 6, kStates> twist_;
 };
 
-}  // namespace tandem::kinematics
-
-#include "kinematics/taylor_step_impl.h"
-
-namespace tandem::kinematics {
-
+// Members are in taylor_step_impl.h, for the sources that instantiate them.
 extern template class TaylorStep<1, double>;
 extern template class TaylorStep<2, double>;
 extern template class TaylorStep<3, double>;

@@ -77,14 +77,17 @@ safety::ArmVector SimulatedArm::velocityReading() const noexcept { return withGa
 
 bool SimulatedArm::valid() const noexcept { return (presentFaults() & safety::bit(safety::Fault::kSensor)) == 0; }
 
-safety::FaultMask SimulatedArm::presentFaults() const noexcept {
-  safety::FaultMask present = 0;
+safety::FaultRecord SimulatedArm::presentFailure() const noexcept {
+  safety::FaultRecord present;
   for (Eigen::Index j = 0; j < position_.size(); ++j) {
     const AxisFault fault = faults_[static_cast<std::size_t>(j)];
-    if (fault == AxisFault::kOff)
-      present |= safety::bit(safety::Fault::kDrive);
-    if (fault == AxisFault::kGarbage || fault == AxisFault::kInvalid)
-      present |= safety::bit(safety::Fault::kSensor);
+    if (fault == AxisFault::kNone || fault == AxisFault::kStuck)
+      continue;
+    if (present.faults == 0) {
+      present.joint = static_cast<std::uint8_t>(j);
+      present.cause = fault == AxisFault::kOff ? safety::FaultCause::kOff : safety::FaultCause::kUnspecified;
+    }
+    present.faults |= safety::bit(fault == AxisFault::kOff ? safety::Fault::kDrive : safety::Fault::kSensor);
   }
   return present;
 }

@@ -60,7 +60,9 @@ class SimulatedArm {
   bool valid() const noexcept;
   bool standing() const noexcept { return velocity_.isZero(0.0); }
   /// Faults that the plant reports by itself: kDrive for a dead drive, kSensor for a bad reading.
-  safety::FaultMask presentFaults() const noexcept;
+  safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
+  /// The same, with the joint of the first of them.
+  safety::FaultRecord presentFailure() const noexcept;
 
  private:
   double nextVelocity(int joint, double dt, double error) const noexcept;

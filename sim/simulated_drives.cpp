@@ -28,6 +28,10 @@ PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOp
   return plant;
 }
 
+safety::FaultRecord driveFailure(safety::FaultCause cause, int joint, double amount = 0.0, double allowed = 0.0) {
+  return {bit(safety::Fault::kDrive), cause, static_cast<std::uint8_t>(joint), amount, allowed};
+}
+
 void checkArguments(const std::vector<safety::ArmLimits>& limits,
                     const std::vector<ArmVector>& start,
                     const SimulatedDrivesOptions& options) {
@@ -101,7 +105,7 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
     if (verdict.new_session)
       arm.supervisor.disableForNewSession();
     const safety::ArmRequest request = requestFor(a, command, verdict);
-    guards_.add(a, arm.supervisor.command(request, arm.plant.reading(), arm.plant.presentFaults(), now));
+    guards_.add(a, arm.supervisor.command(request, arm.plant.reading(), arm.plant.presentFailure(), now));
   }
   return verdict.faults == 0;
 }
@@ -112,8 +116,9 @@ void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
     const double window =
         isTranslation(j, n) ? options_.following_error_translation : options_.following_error_rotation;
     const double position = arm.plant.position()[j];
-    if (std::abs(arm.supervisor.reference()[j] - position) > window)
-      arm.supervisor.latchAxisFailure(j, position);
+    const double error = std::abs(arm.supervisor.reference()[j] - position);
+    if (error > window)
+      arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kFollowingError, j, error, window), position);
   }
 }
 
@@ -123,11 +128,11 @@ void SimulatedDrives::checkDrives(Arm& arm) const noexcept {
     const double position = arm.plant.position()[j];
     // A drive that dies while its arm stops must not catch up when it comes back.
     if (arm.plant.fault(j) == AxisFault::kOff && (powered || !arm.supervisor.standing())) {
-      arm.supervisor.latchAxisFailure(j, position);
+      arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kOff, j), position);
     }
   }
   if (powered)
-    arm.supervisor.latch(arm.plant.presentFaults());
+    arm.supervisor.latch(arm.plant.presentFailure());
 }
 
 void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
@@ -145,7 +150,7 @@ void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
 
 void SimulatedDrives::stop() noexcept {
   for (Arm& arm : arms_)
-    arm.supervisor.latch(safety::bit(safety::Fault::kStopRequested));
+    arm.supervisor.latch({safety::bit(safety::Fault::kStopRequested)});
 }
 
 ResetResult SimulatedDrives::reset(const safety::RobotVector& joints) noexcept {

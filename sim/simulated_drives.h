@@ -79,6 +79,8 @@ class SimulatedDrives {
   const safety::ArmVector& reference(int arm) const noexcept { return arms_[arm].supervisor.reference(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[arm].supervisor.state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[arm].supervisor.faults(); }
+  /// What led an arm into FAULT; empty in the other states.
+  const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_[arm].supervisor.faultRecord(); }
   const SimulatedArm& plant(int arm) const noexcept { return arms_[arm].plant; }
   const safety::GuardCounters& guards() const noexcept { return guards_; }
   /// Neither a reference nor a joint moves.

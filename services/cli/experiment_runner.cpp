@@ -5,6 +5,7 @@
 
 #include "planning/follower.h"
 #include "services/cli/arguments.h"
+#include "services/dds/convert.h"
 
 namespace tandem::cli {
 namespace {
@@ -60,7 +61,7 @@ safety::RobotVector ExperimentRunner::positions(const dds::ActuationState& state
   safety::RobotVector q(model_.jointCount());
   for (int k = 0; k < model_.armCount(); ++k) {
     for (int j = 0; j < model_.size(k); ++j) {
-      q[model_.offset(k) + j] = state.position[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
+      q[model_.offset(k) + j] = state.position[dds::jointIndex(k, j)];
     }
   }
   return q;
@@ -73,8 +74,7 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
   reset.arm_count = static_cast<std::uint8_t>(model_.armCount());
   for (int k = 0; k < model_.armCount(); ++k) {
     for (int j = 0; j < model_.size(k); ++j) {
-      reset.joints[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)] =
-          plan.start[static_cast<std::size_t>(k)][j];
+      reset.joints[dds::jointIndex(k, j)] = plan.start[static_cast<std::size_t>(k)][j];
     }
   }
   client_->sim(reset);
@@ -113,15 +113,7 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
   experiments::StepFacts facts;
   facts.point = static_cast<int>(reference.point);
   facts.iteration = static_cast<int>(reference.iteration);
-  facts.reference.task_count = reference.task_count;
-  for (std::size_t k = 0; k < reference.task_count; ++k) {
-    const dds::TaskReference& from = reference.tasks[k];
-    planning::TaskReference& to = facts.reference.tasks[k];
-    to.kind = static_cast<planning::TaskKind>(from.kind);
-    to.arm = from.arm;
-    to.other_arm = from.other_arm;
-    to.position = Eigen::Vector3d(from.position[0], from.position[1], from.position[2]);
-  }
+  facts.reference = dds::tasksOf(reference);
   facts.position = positions(state->second);
   facts.scale = {status->second.task_scale[0], status->second.task_scale[1]};
   facts.solver_iterations = status->second.iterations;

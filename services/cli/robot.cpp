@@ -86,7 +86,7 @@ int moveJp(const Options& options) {
     if (name == options.arm || name == "arm_" + options.arm)
       request.arm = static_cast<std::uint8_t>(k);
   }
-  if (request.arm == 255)
+  if (request.arm == dds::kAllArms)
     throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
   if (options.joints.size() > safety::kMaxJointsPerArm)
     throw Failure(kUsage, "too many joints");
@@ -100,7 +100,8 @@ int moveJp(const Options& options) {
   };
   const auto reached = [&](const Snapshot& s) {
     for (std::size_t j = 0; j < options.joints.size(); ++j) {
-      const double error = s.state.position[arm * safety::kMaxJointsPerArm + j] - options.joints[j];
+      const double error =
+          s.state.position[dds::jointIndex(static_cast<int>(arm), static_cast<int>(j))] - options.joints[j];
       if (std::abs(error) > 1e-6)
         return false;
     }

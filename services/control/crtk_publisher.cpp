@@ -10,12 +10,13 @@ namespace {
 
 constexpr int kShapePoints = 60;
 
-std::size_t index(int arm, int joint) { return static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + joint); }
-
 }  // namespace
 
 CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
-    : robot_(robot), frame_(setup.deployment.prefix + "_base"), diagnostics_(bus, setup.name, setup.robot.name) {
+    : setup_(setup),
+      robot_(robot),
+      frame_(setup.deployment.prefix + "_base"),
+      diagnostics_(bus, setup.name, setup.robot.name) {
   for (const config::Arm& from : setup.robot.arms) {
     Arm arm;
     arm.name = from.name;
@@ -43,8 +44,8 @@ void CrtkPublisher::publish(const Moment& moment) {
       continue;  // nothing measured yet: say nothing rather than something invalid
     Eigen::VectorXd measured(robot_.size(k)), setpoint(robot_.size(k));
     for (int j = 0; j < robot_.size(k); ++j) {
-      measured[j] = moment.state.position[index(k, j)];
-      setpoint[j] = moment.state.setpoint[index(k, j)];
+      measured[j] = moment.state.position[dds::jointIndex(k, j)];
+      setpoint[j] = moment.state.setpoint[dds::jointIndex(k, j)];
     }
     publishJoints(arm, k, moment, measured, setpoint);
     if (moment.state.valid[static_cast<std::size_t>(k)] != 0) {
@@ -71,7 +72,7 @@ void CrtkPublisher::publishJoints(Arm& arm,
   js.stamp = moment.state.valid[static_cast<std::size_t>(k)] != 0 ? moment.state.stamp : 0;
   js.position.assign(measured.begin(), measured.end());
   for (int j = 0; j < robot_.size(k); ++j)
-    js.velocity.push_back(moment.state.velocity[index(k, j)]);
+    js.velocity.push_back(moment.state.velocity[dds::jointIndex(k, j)]);
   arm.measured_js.write(js);
 }
 
@@ -123,17 +124,16 @@ void CrtkPublisher::publishState(Arm& arm, int k, const Moment& moment) {
 
 void CrtkPublisher::publishDiagnostics(const Moment& moment) {
   const dds::ControlStatus& status = moment.status;
-  safety::FaultMask faults = 0;
-  std::string states;
+  std::string states, faults;
   for (int k = 0; k < robot_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    faults |= status.faults[i];
+    if (moment.faults[i].faults != 0)
+      faults += "; FAULT of " + describe(setup_.robot, {k, moment.faults[i]});
     states += (k == 0 ? "" : ", ") + arms_[i].name + " " +
               std::string(safety::name(static_cast<safety::OperatingState>(status.operating_state[i])));
   }
-  const std::string message = faults == 0 ? states : states + "; faults: " + safety::describeFaults(faults);
   diagnostics_.publish(monotonicNow(), moment.state.stamp,
-                       faults == 0 ? Diagnostics::Level::kOk : Diagnostics::Level::kError, message,
+                       faults.empty() ? Diagnostics::Level::kOk : Diagnostics::Level::kError, states + faults,
                        {{"method", std::string(control::name(static_cast<control::Method>(status.method)))},
                         {"cycles", std::to_string(status.cycles)},
                         {"overruns", std::to_string(status.overruns)},

@@ -7,6 +7,7 @@
 
 #include "experiments/run_record.h"
 #include "services/setup/diagnostics.h"
+#include "services/setup/fault_log.h"
 #include "services/setup/process.h"
 
 namespace tandem::service {
@@ -16,6 +17,7 @@ struct Moment {
   dds::ActuationState state;
   dds::ControlStatus status;
   dds::PlanningReference reference;
+  std::array<safety::FaultRecord, safety::kMaxArms> faults;
 };
 
 /** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes
@@ -46,6 +48,7 @@ class CrtkPublisher {
   void publishDiagnostics(const Moment& moment);
   void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
 
+  const Setup& setup_;
   const experiments::RobotModel& robot_;
   std::string frame_;
   std::vector<Arm> arms_;

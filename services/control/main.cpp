@@ -62,6 +62,15 @@ struct Service {
     }
   }
 
+  /// Calls `tell` with every new fault of an arm.
+  template <class Tell>
+  void tellFaults(service::FaultWatch& watch, Tell tell) const noexcept {
+    for (int k = 0; k < robot.armCount(); ++k) {
+      if (watch.fresh(k, core.faultRecord(k)))
+        tell(service::FaultReport{k, core.faultRecord(k)});
+    }
+  }
+
   void answer(const service::OrderReply& reply) {
     const dds::Reply message = desk.settle(reply);
     if (message.accepted == 0 && message.request != 0)
@@ -138,10 +147,12 @@ class LockStep {
       service_.limits.write(output_.limits);
     if (advance || service_.core.drivesPending())
       service_.commands.write(output_.command);
+    service_.tellFaults(
+        fault_watch_, [this](const service::FaultReport& report) { service::logFault(service_.setup.robot, report); });
     if (!advance)
       last_told_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
-      service_.crtk.publish({state_, output_.status, reference_});
+      service_.crtk.publish({state_, output_.status, reference_, service_.core.faultRecords()});
       last_crtk_ = now;
     }
   }
@@ -152,6 +163,7 @@ class LockStep {
   dds::ActuationState state_;
   dds::PlanningReference reference_;
   std::int64_t last_told_ = 0, last_crtk_ = 0;
+  service::FaultWatch fault_watch_;
 };
 
 /** Real time: a periodic thread that never sees DDS. */
@@ -167,7 +179,10 @@ class RealTime {
         statuses_(outbox_.latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(outbox_.latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
         moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.crtk.publish(m); })),
-        answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })) {}
+        answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
+        faults_(publisher_.queue<service::FaultReport>(64, [&](const auto& m) {
+          service::logFault(service_.setup.robot, m);
+        })) {}
 
   void run(service::StopSignal& stop) {
     outbox_.start();
@@ -217,8 +232,9 @@ class RealTime {
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
+    service_.tellFaults(fault_watch_, [this](const service::FaultReport& report) { faults_.post(report); });
     if (tick.cycle % crtk_every_ == 0)
-      moments_.post({state_, output_.status, reference_});
+      moments_.post({state_, output_.status, reference_, service_.core.faultRecords()});
   }
 
   Service& service_;
@@ -231,6 +247,8 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationLimits>& limits_;
   service::Outbox::Latest<service::Moment>& moments_;
   service::Outbox::Queue<service::OrderReply>& answers_;
+  service::Outbox::Queue<service::FaultReport>& faults_;
+  service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationState> states_;
   service::LatestValue<dds::PlanningReference> references_;
   std::mutex order_mutex_;

@@ -19,6 +19,14 @@ using JointArray = std::array<double, safety::kMaxJoints>;
 template <class T>
 using PerArm = std::array<T, safety::kMaxArms>;
 
+/// Where a joint of an arm stands in arrays over joints; both count from 0.
+constexpr std::size_t jointIndex(int arm, int joint) {
+  return static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + joint);
+}
+
+/// ControlRequest::arm for all arms.
+inline constexpr std::uint8_t kAllArms = 255;
+
 /// actuation/state, hal or sim -> all. tandem_msgs/ActuationState
 struct ActuationState {
   std::uint64_t session = 0;          ///< random, new with every start of hal or sim
@@ -46,9 +54,9 @@ struct ActuationCommand {
   std::uint8_t advance = 0;  ///< lock-step: 1 = the plant takes one step of one control period with this command
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> request{};  ///< safety::DriveRequest: keep, disable, enable, pause, resume
-  PerArm<std::uint8_t> moving{};   ///< 1: velocity and position count; 0: hold the present setpoint
-  JointArray velocity{};           ///< m/s, rad/s over the next control period
-  JointArray position{};           ///< setpoint at the end of that period, m, rad
+  PerArm<std::uint8_t> moving{};   ///< 1: the velocity counts; 0: end the segment under way and hold
+  JointArray velocity{};           ///< m/s, rad/s over the next control period, from the drives' last setpoint on
+  JointArray position{};           ///< where control takes that to end, m, rad; finite, otherwise of no effect
 };
 
 /// actuation/limits, control -> all. tandem_msgs/ActuationLimits
@@ -87,9 +95,8 @@ struct PlanningReference {
   std::uint32_t point_count = 0;
   std::uint32_t iteration = 0;  ///< within the point, counts from 1
   std::uint32_t total_iterations = 0;
-  std::uint8_t phase = 0;   ///< planning::Phase: idle, running, paused, finished, failed
-  double tolerance = 0.0;   ///< m
-  double gain_scale = 1.0;  ///< 1: the gains of the controller
+  std::uint8_t phase = 0;  ///< planning::Phase: idle, running, paused, finished, failed
+  double tolerance = 0.0;  ///< m
   std::uint8_t task_count = 0;
   std::array<TaskReference, 4> tasks{};
 };
@@ -149,10 +156,10 @@ struct ControlStatus {
 struct ControlRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
-  std::uint8_t kind = 0;   ///< dds::ControlKind
-  std::uint8_t arm = 255;  ///< 255 = all arms
-  std::string text;        ///< method name; "backend", "bounds" or parameter name
-  std::string value;       ///< parameter value; state command
+  std::uint8_t kind = 0;  ///< dds::ControlKind
+  std::uint8_t arm = kAllArms;
+  std::string text;   ///< method name; "backend", "bounds" or parameter name
+  std::string value;  ///< parameter value; state command
   std::uint8_t joint_count = 0;
   std::array<double, safety::kMaxJointsPerArm> joints{};  ///< move_jp: m, rad; jog: m/s, rad/s
 };
@@ -189,11 +196,18 @@ struct HalStatus {
   std::array<double, 16> guard_largest{};       ///< largest amount per guard, SI
   std::array<std::uint8_t, 16> guard_arm{};     ///< arm and joint of the last intervention
   std::array<std::uint8_t, 16> guard_joint{};
+  PerArm<std::uint32_t> first_fault{};  ///< what led the arm into FAULT: safety::FaultRecord
+  PerArm<std::uint8_t> fault_cause{};   ///< safety::FaultCause
+  PerArm<std::uint8_t> fault_joint{};   ///< counts from 0; 255 = no joint
+  PerArm<double> fault_amount{};        ///< m or rad of that joint; s without a joint
+  PerArm<double> fault_allowed{};
   double period = 0.0;
   double jitter_max = 0.0;
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  double bus_load = 0.0;  ///< 0..1
+  std::uint64_t caught_up = 0;  ///< sim: periods stepped later than they were due
+  std::uint64_t left_out = 0;   ///< sim: periods never stepped
+  double bus_load = 0.0;        ///< 0..1
 };
 
 /// arm_x/shape, control -> all: backbone for drawing. tandem_msgs/Shape (unbounded sequence)

@@ -68,7 +68,7 @@ TANDEM_MEMBERS(ActuationLimits, F(sequence) F(answers_state) F(stamp) F(arm_coun
 TANDEM_MEMBERS(TaskReference, F(kind) F(arm) F(other_arm) F(position) F(orientation) F(feed_forward))
 TANDEM_MEMBERS(PlanningReference, F(sequence) F(state_session) F(answers_state) F(answers_control) F(stamp)
                F(trajectory_id) F(point) F(point_count) F(iteration) F(total_iterations) F(phase) F(tolerance)
-               F(gain_scale) F(task_count) F(tasks))
+               F(task_count) F(tasks))
 TANDEM_MEMBERS(PlanningRequest, F(client) F(request) F(kind) F(trajectory))
 TANDEM_MEMBERS(Reply, F(client) F(request) F(accepted) F(code) F(reason) F(value))
 TANDEM_MEMBERS(ControlStatus, F(session) F(sequence) F(answers_state) F(answers_reference) F(stamp) F(method) F(backend)
@@ -79,7 +79,8 @@ TANDEM_MEMBERS(ControlRequest, F(client) F(request) F(kind) F(arm) F(text) F(val
 TANDEM_MEMBERS(Stop, F(client) F(sequence) F(reason))
 TANDEM_MEMBERS(SimRequest, F(client) F(request) F(kind) F(arm_count) F(joints) F(steps) F(arm) F(joint) F(fault))
 TANDEM_MEMBERS(HalStatus, F(session) F(sequence) F(stamp) F(arm_count) F(operating_state) F(faults) F(guard_count)
-               F(guard_largest) F(guard_arm) F(guard_joint) F(period) F(jitter_max) F(cycles) F(overruns) F(bus_load))
+               F(guard_largest) F(guard_arm) F(guard_joint) F(first_fault) F(fault_cause) F(fault_joint)
+               F(fault_amount) F(fault_allowed) F(period) F(jitter_max) F(cycles) F(overruns) F(caught_up) F(left_out) F(bus_load))
 TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))
 #undef TANDEM_MEMBERS
 #undef F

@@ -5,6 +5,7 @@
 
 #include "safety/operating_state.h"
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 
 namespace tandem::service {
 namespace {
@@ -45,7 +46,7 @@ bool PlanningCore::measured(const planning::TrajectorySpec& spec,
     if (state_.valid[static_cast<std::size_t>(k)] == 0)
       return false;
     for (int j = 0; j < robot_.size(k); ++j) {
-      q[robot_.offset(k) + j] = state_.position[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
+      q[robot_.offset(k) + j] = state_.position[dds::jointIndex(k, j)];
     }
   }
   try {
@@ -139,20 +140,8 @@ void PlanningCore::publish() {
   message.total_iterations = static_cast<std::uint32_t>(progress.total_iterations);
   message.phase = static_cast<std::uint8_t>(progress.phase);
   message.tolerance = follower_.spec().tolerance;
-  if (active() && progress.total_iterations > 0) {
-    message.task_count = static_cast<std::uint8_t>(reference_.task_count);
-    for (int k = 0; k < reference_.task_count; ++k) {
-      const planning::TaskReference& from = reference_.tasks[static_cast<std::size_t>(k)];
-      dds::TaskReference& to = message.tasks[static_cast<std::size_t>(k)];
-      to.kind = static_cast<std::uint8_t>(from.kind);
-      to.arm = static_cast<std::uint8_t>(from.arm);
-      to.other_arm = static_cast<std::uint8_t>(from.other_arm);
-      for (int axis = 0; axis < 3; ++axis) {
-        to.position[static_cast<std::size_t>(axis)] = from.position[axis];
-        to.feed_forward[static_cast<std::size_t>(axis)] = from.feed_forward[axis];
-      }
-    }
-  }
+  if (active() && progress.total_iterations > 0)
+    dds::setTasks(reference_, message);
   outgoing_ = message;
 }
 

@@ -3,30 +3,38 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
+#include <cmath>
 #include <variant>
 
 #include "services/common/latest_value.h"
 #include "services/common/mailbox.h"
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 #include "services/setup/diagnostics.h"
+#include "services/setup/fault_log.h"
 #include "services/sim/sim_core.h"
 
 using namespace tandem;
 
 namespace {
 
-void diagnose(service::Diagnostics& diagnostics, const dds::HalStatus& status) {
-  safety::FaultMask faults = 0;
+void diagnose(service::Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status) {
+  std::string faults;
   std::uint64_t actions = 0;
-  for (std::size_t k = 0; k < status.arm_count; ++k)
-    faults |= status.faults[k];
+  for (int k = 0; k < status.arm_count; ++k) {
+    if (status.faults[static_cast<std::size_t>(k)] != 0)
+      faults += (faults.empty() ? "" : "; ") + service::describe(robot, {k, dds::faultRecordOf(status, k)});
+  }
   for (const std::uint64_t count : status.guard_count)
     actions += count;
   using Level = service::Diagnostics::Level;
-  diagnostics.publish(service::monotonicNow(), status.stamp, faults == 0 ? Level::kOk : Level::kError,
-                      faults == 0 ? "ok" : "faults: " + safety::describeFaults(faults),
-                      {{"gate_actions", std::to_string(actions)}, {"overruns", std::to_string(status.overruns)}});
+  diagnostics.publish(service::monotonicNow(), status.stamp, faults.empty() ? Level::kOk : Level::kError,
+                      faults.empty() ? "ok" : "FAULT of " + faults,
+                      {{"gate_actions", std::to_string(actions)},
+                       {"overruns", std::to_string(status.overruns)},
+                       {"periods_caught_up", std::to_string(status.caught_up)},
+                       {"periods_left_out", std::to_string(status.left_out)}});
 }
 
 /** Lock-step: commands move the time. */
@@ -44,6 +52,7 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   auto requests = bus.reader(dds::kSimRequest, put);
   auto stops = bus.reader(dds::kStop, put);
 
+  service::FaultWatch watch;
   dds::ActuationState state;
   dds::HalStatus status;
   core.state(service::monotonicNow(), state);
@@ -53,7 +62,11 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
     core.status(status);
     statuses.write(status);
     states.write(state);
-    diagnose(diagnostics, status);
+    for (int k = 0; k < core.armCount(); ++k) {
+      if (watch.fresh(k, core.faultRecord(k)))
+        service::logFault(setup.robot, {k, core.faultRecord(k)});
+    }
+    diagnose(diagnostics, setup.robot, status);
   };
   spdlog::info("ready: robot {}, lock-step", setup.robot.name);
   constexpr double kRepeat = 0.1;  // s: whoever came late hears the present state
@@ -95,8 +108,12 @@ class RealTime {
         diagnostics_(bus_, setup.name, setup.robot.name),
         status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
-          diagnose(diagnostics_, m);
-        })) {}
+          diagnose(diagnostics_, setup_.robot, m);
+        })),
+        fault_out_(outbox_.queue<service::FaultReport>(
+            64,
+            [this](const auto& report) { service::logFault(setup_.robot, report); })),
+        period_(std::llround(1e9 * setup.deployment.sim_period)) {}
 
   void run(service::StopSignal& stop) {
     outbox_.start();
@@ -121,7 +138,7 @@ class RealTime {
 
  private:
   /// Requests reset the robot or break an axis: rare, and they allocate. The periodic thread leaves the core alone
-  /// while one is served.
+  /// while one is served, and makes up for the time.
   void onRequest(const dds::SimRequest& request) {
     serving_ = true;
     while (in_cycle_.load() && !ended_)
@@ -131,12 +148,25 @@ class RealTime {
     replies_.write(reply);
   }
 
+  /// How many periods have passed by now, the first cycle's included.
+  std::uint64_t periodsDue(const service::Tick& tick) noexcept {
+    if (tick.cycle == 1)
+      start_ = tick.scheduled - period_;
+    return static_cast<std::uint64_t>((tick.now - start_) / period_);
+  }
+
   void cycle(const service::Tick& tick) noexcept {
     in_cycle_ = true;
-    if (serving_) {  // this step is left out: simulated joints have time
+    const std::uint64_t due = periodsDue(tick);
+    // While a request is served the drives wait; a cycle right behind a late one has nothing to do.
+    if (serving_ || due == stepped_) {
       in_cycle_ = false;
       return;
     }
+    // What went by was before the command and the stop that are here now.
+    if (due > stepped_ + 1)
+      core_.catchUp(due - stepped_ - 1, tick.now - period_);
+    stepped_ = due;
     dds::ActuationCommand command;
     if (command_.take(command))
       core_.onCommand(command, tick.now);
@@ -145,6 +175,10 @@ class RealTime {
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
+    for (int k = 0; k < core_.armCount(); ++k) {
+      if (fault_watch_.fresh(k, core_.faultRecord(k)))
+        fault_out_.post({k, core_.faultRecord(k)});
+    }
     if (tick.cycle % status_every_ == 0) {
       core_.status(status_);
       const service::LoopStatistics& s = loop_.statistics();
@@ -169,8 +203,12 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationState>& state_out_;
   service::Diagnostics diagnostics_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
+  service::Outbox::Queue<service::FaultReport>& fault_out_;
+  service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationCommand> command_;
   std::atomic<bool> stop_requested_{false}, serving_{false}, in_cycle_{false}, ended_{false};
+  std::int64_t period_, start_ = 0;  ///< ns
+  std::uint64_t stepped_ = 0;        ///< periods that the drives have gone
   dds::ActuationState state_;
   dds::HalStatus status_;
 };

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/sim/sim_core.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 
 namespace tandem::service {
 namespace {
+
+constexpr double kLongestCatchUp = 1.0;  // s
 
 enum RequestKind : std::uint8_t { kReset = 1, kStep, kFault };
 
@@ -65,6 +69,15 @@ void SimCore::advance() noexcept {
 
 void SimCore::step(std::int64_t now) noexcept { drives_.step(setup_.deployment.sim_period, now); }
 
+void SimCore::catchUp(std::uint64_t periods, std::int64_t now) noexcept {
+  const double period = setup_.deployment.sim_period;
+  const std::uint64_t taken = std::min(periods, static_cast<std::uint64_t>(std::max(1.0, kLongestCatchUp / period)));
+  caught_up_ += taken;
+  left_out_ += periods - taken;
+  for (std::uint64_t behind = taken; behind-- > 0;)
+    step(now - std::llround(1e9 * period * static_cast<double>(behind)));
+}
+
 void SimCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   state.session = setup_.session;
   state.sequence = ++sequence_;
@@ -82,7 +95,7 @@ void SimCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
     const safety::ArmVector position = drives_.position(k), velocity = drives_.velocity(k);
     const safety::ArmVector& setpoint = drives_.setpoint(k);
     for (int j = 0; j < drives_.jointCount(k); ++j) {
-      const auto joint = static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j);
+      const auto joint = dds::jointIndex(k, j);
       state.position[joint] = position[j];
       state.velocity[joint] = velocity[j];
       state.setpoint[joint] = setpoint[j];
@@ -95,9 +108,12 @@ void SimCore::status(dds::HalStatus& status) const noexcept {
   status.sequence = sequence_;  // of the state that it goes with
   status.stamp = lock_step_ ? simulated_time_ : monotonicNow();
   status.arm_count = static_cast<std::uint8_t>(drives_.armCount());
+  status.caught_up = caught_up_;
+  status.left_out = left_out_;
   for (int k = 0; k < drives_.armCount(); ++k) {
     status.operating_state[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(drives_.state(k));
     status.faults[static_cast<std::size_t>(k)] = drives_.faults(k);
+    dds::setFaultRecord(drives_.faultRecord(k), k, status);
   }
   for (int g = 0; g < safety::kGuardCount; ++g) {
     const safety::GuardCounters::Entry& entry = drives_.guards()[static_cast<safety::Guard>(g)];
@@ -128,7 +144,7 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
     safety::RobotVector q(joints);
     for (int k = 0, i = 0; k < drives_.armCount(); ++k) {
       for (int j = 0; j < drives_.jointCount(k); ++j) {
-        q[i++] = request.joints[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
+        q[i++] = request.joints[dds::jointIndex(k, j)];
       }
     }
     // Time moves with commands only: what is on its way to a stand gets the time that it needs.

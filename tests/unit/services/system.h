@@ -2,15 +2,21 @@
 /** @file Simulator, control and planning wired together without DDS, on a clock that the test moves. */
 #pragma once
 
+#include <numeric>
+
 #include "services/control/control_core.h"
 #include "services/planning/planning_core.h"
 #include "services/sim/sim_core.h"
 
 namespace tandem::test {
 
-inline service::Setup makeSetup(const std::string& deployment) {
+using Change = void (*)(config::Deployment&);  ///< of a preset, before the services are made
+
+inline service::Setup makeSetup(const std::string& deployment, Change change = nullptr) {
   service::Setup setup;
   setup.deployment = config::loadDeployment(std::string(TANDEM_PRESETS) + "/deployments/" + deployment + ".yaml");
+  if (change != nullptr)
+    change(setup.deployment);
   setup.robot = config::loadRobot(setup.deployment.robot);
   setup.session = service::randomIdentity();
   return setup;
@@ -18,8 +24,8 @@ inline service::Setup makeSetup(const std::string& deployment) {
 
 /** Real time, 1 kHz simulator; control at its own period. Links can be cut. */
 struct System {
-  explicit System(const std::string& deployment = "laptop")
-      : setup(makeSetup(deployment)),
+  explicit System(const std::string& deployment = "laptop", Change change = nullptr)
+      : setup(makeSetup(deployment, change)),
         model(setup.robot),
         desk(setup, model),
         sim(setup),
@@ -47,8 +53,11 @@ struct System {
         }
       }
       control.cycle(now, false, output);
-      if (command_link)
-        sim.onCommand(output.command, now);
+      command_due = command_link ? ticks + command_delay : -1;
+    }
+    if (ticks == command_due) {
+      sim.onCommand(output.command, now);
+      command_due = -1;
     }
   }
   void run(double seconds) {
@@ -88,6 +97,9 @@ struct System {
     request.trajectory = config::formatTrajectory(spec);
     std::optional<dds::Path> path;
     return planning.onRequest(request, path);
+  }
+  std::uint64_t guardActions() const {
+    return std::accumulate(hal.guard_count.begin(), hal.guard_count.end(), std::uint64_t{0});
   }
   bool standing() const {
     for (double v : state.velocity) {
@@ -130,6 +142,7 @@ struct System {
   dds::PlanningReference reference_message;
   service::CycleOutput output;
   std::int64_t now = 1'000'000'000, ticks = 0, control_every = 100;
+  std::int64_t command_delay = 0, command_due = -1;  ///< in ticks; shorter than a control period
   bool state_link = true, command_link = true, control_runs = true, planning_runs = true;
 };
 
