@@ -13,6 +13,8 @@ const Mapping& robotTable();
 const Mapping& experimentTable();
 const Mapping& deploymentTable();
 const Mapping& trajectoryTable();
+/// The `plant` of a deployment.
+const Mapping& plantTable();
 
 /// "robot", "experiment", "deployment", "trajectory".
 const std::vector<std::string>& kinds();

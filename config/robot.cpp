@@ -5,6 +5,7 @@
 
 #include "config/file_tables.h"
 #include "config/loaders.h"
+#include "config/translation_room.h"
 
 namespace tandem::config {
 namespace {
@@ -178,33 +179,13 @@ safety::ArmLimits readLimits(const Map& arm, const std::vector<Tube>& tubes, boo
 }
 
 /// The middle of what equation (1) and the stages leave, tube by tube from the innermost; without margins every tube is
-/// half extended. Every choice leaves room for the tubes that follow.
+/// half extended.
 Eigen::VectorXd middleOf(const safety::ArmLimits& limits) {
-  const int n = limits.jointCount() / 2;
-  struct Interval {
-    double lower, upper;
-  };
-  std::vector<Interval> room(n);    // of beta_i, with all outer tubes inside their limits
-  std::vector<Interval> offset(n);  // of beta_i - beta_{i-1}
-  for (int i = 0; i < n; ++i)
-    room[i] = {limits.joints[i].lower, limits.joints[i].upper};
-  for (int i = 1; i < n; ++i)
-    offset[i] = {-safety::kUnlimited, safety::kUnlimited};
-  for (const safety::LinearRow& row : limits.rows) {
-    Interval& step = offset[row.outer_joint];
-    if (row.kind == safety::RowKind::kCarriageSpacing)
-      step.lower = std::max(step.lower, -row.b);
-    if (row.kind == safety::RowKind::kMinimumExtension)
-      step.upper = std::min(step.upper, row.b);
-  }
-  for (int i = n - 1; i > 0; --i) {
-    room[i - 1] = {std::max(room[i - 1].lower, room[i].lower - offset[i].upper),
-                   std::min(room[i - 1].upper, room[i].upper - offset[i].lower)};
-  }
+  const TranslationRoom room(limits);
+  const int n = room.tubes();
   Eigen::VectorXd q = Eigen::VectorXd::Zero(2 * n);
   for (int i = 0; i < n; ++i) {
-    const double lower = i == 0 ? room[0].lower : std::max(room[i].lower, q[i - 1] + offset[i].lower);
-    const double upper = i == 0 ? room[0].upper : std::min(room[i].upper, q[i - 1] + offset[i].upper);
+    const auto [lower, upper] = room.of(i, i == 0 ? 0.0 : q[i - 1]);
     q[i] = (lower + upper) / 2.0;
     q[n + i] = std::clamp(0.0, limits.joints[n + i].lower, limits.joints[n + i].upper);
   }

@@ -50,7 +50,8 @@ struct Tip {
 
 /** Tip of an arm that carries a wrench at its tool tip. */
 struct LoadedTip : Tip {
-  /// Twist of the tool tip (m, rad; rows linear first) per wrench (columns force first), robot base frame; symmetric.
+  /// Twist of the tool tip (m, rad; rows linear first) per wrench (columns force first), robot base frame. Symmetric
+  /// unless the wrench has a moment: one that keeps its direction in space has no potential.
   Eigen::Matrix<double, 6, 6> compliance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -264,8 +264,9 @@ void EndAngleSweep<Scalar>::take(const Interval& part, const TaylorStep<NC, Scal
 template <class Scalar>
 template <class Place>
 void EndAngleSweep<Scalar>::sample(const Interval& part, const Scalar& length, const Place& place) {
+  constexpr double kRounding = 1e-12;  // a sample at s = 0 is in the last piece, m
   const double h = valueOf(length);
-  for (; unsampled_ > 0 && (*samples_)[unsampled_ - 1].s >= s_ - h; --unsampled_) {
+  for (; unsampled_ > 0 && (*samples_)[unsampled_ - 1].s >= s_ - h - kRounding; --unsampled_) {
     ShapePoint& point = (*samples_)[unsampled_ - 1];
     const double x = std::clamp((s_ - point.s) / h, 0.0, 1.0);
     point.psi.fill(std::numeric_limits<double>::quiet_NaN());

@@ -16,13 +16,14 @@ constexpr double kFirstGuess = 0.5;    ///< Newton's first correction of untwist
 constexpr double kUnexplained = 0.01;  ///< of a step by the derivatives at its ends, rad
 constexpr double kLeastMove = 1e-4;    ///< a branch that cannot be followed this far ends, rad
 constexpr int kMaxSteps = 400;         ///< along a path
+constexpr double kNudge = 1e-2;        ///< out of an equilibrium that ends, rad
 constexpr int kMaxFalls = 8;
 
 }  // namespace
 
-TubeVector Equilibrium::Root::change(const JointsRef& dq) const {
-  const TubeJoints step(dq);
-  return by_translation * step.beta + by_rotation * step.alpha;
+TubeVector Equilibrium::Root::change(const safety::ArmVector& dq) const {
+  const Eigen::Index n = dq.size() / 2;
+  return by_translation.leftCols(n) * dq.head(n) + by_rotation.leftCols(n) * dq.tail(n);
 }
 
 void Equilibrium::Root::linearise(const Sweep& sweep) {
@@ -92,13 +93,13 @@ bool Equilibrium::startCold(const JointsRef& q, Root& root) const noexcept {
       step *= 2.0;
     } else if ((step *= 0.5) < 1e-3) {
       root = reached;
-      return fall(q, root);
+      return fall(q, kNudge * TubeVector(0.0, 1.0, 2.0, 3.0), root);
     }
   }
   return true;
 }
 
-bool Equilibrium::connected(const Root& from, const Root& to, const JointsRef& dq) noexcept {
+bool Equilibrium::connected(const Root& from, const Root& to, const safety::ArmVector& dq) noexcept {
   const TubeVector mean = 0.5 * (from.change(dq) + to.change(dq));
   return (to.theta - from.theta - mean).cwiseAbs().maxCoeff() < kUnexplained;
 }
@@ -137,7 +138,7 @@ bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) c
       continue;
     }
     root = reached;
-    if (++falls > kMaxFalls || !fall(next, root))
+    if (++falls > kMaxFalls || !fall(next, kNudge / std::max(fastest, 1e-9) * velocity, root))
       return false;
     root.snapped = true;
     if (last)
@@ -149,12 +150,19 @@ bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) c
   return false;
 }
 
-bool Equilibrium::fall(const JointsRef& q, Root& root) const noexcept {
+bool Equilibrium::fall(const JointsRef& q, const TubeVector& aside, Root& root) const noexcept {
   Segmentation parts;
   segment(arm_, q, parts);
-  int conjugate_points = 0;
-  return relax(arm_, parts, q, root.theta) && correct(parts, q, 1.0, kFirstGuess, root, conjugate_points) &&
-         conjugate_points == 0;
+  const TubeVector from = root.theta;
+  // The finite elements' branch ends a little later than the real one, so a small push may come back to it.
+  for (double push = 1.0; push < 40.0; push *= 3.0) {
+    root.theta = from;
+    int conjugate_points = 0;
+    if (relax(arm_, parts, q, push * aside, root.theta) &&
+        correct(parts, q, 1.0, kFirstGuess, root, conjugate_points) && conjugate_points == 0)
+      return true;
+  }
+  return false;
 }
 
 }  // namespace tandem::kinematics

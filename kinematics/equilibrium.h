@@ -26,7 +26,7 @@ class Equilibrium {
     bool snapped = false;                             ///< the branch that was followed ended on the way
 
     /// Change of theta to first order with the joints.
-    TubeVector change(const JointsRef& dq) const;
+    TubeVector change(const safety::ArmVector& dq) const;
     /// Takes the derivatives from a sweep at theta.
     void linearise(const Sweep& sweep);
     /// Writes it down for the next call.
@@ -53,12 +53,12 @@ class Equilibrium {
 
   /// Whether the derivatives at both ends of a step along a path explain it: Newton's method may have leapt to another
   /// branch.
-  static bool connected(const Root& from, const Root& to, const JointsRef& dq) noexcept;
+  static bool connected(const Root& from, const Root& to, const safety::ArmVector& dq) noexcept;
 
  private:
   bool startCold(const JointsRef& q, Root& root) const noexcept;
   bool follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept;
-  bool fall(const JointsRef& q, Root& root) const noexcept;
+  bool fall(const JointsRef& q, const TubeVector& aside, Root& root) const noexcept;
 
   const ConcentricTubeArm& arm_;
 };

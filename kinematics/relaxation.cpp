@@ -9,13 +9,14 @@ namespace {
 
 /// Elements of equal length at most this many in all, more where intervals are shorter.
 constexpr int kElements = 48;
-constexpr double kShortestElement = 1e-9;  ///< shorter intervals carry no energy worth counting, m
 constexpr int kMaxNodes = kElements + Segmentation::kMaxIntervals + 1;
-constexpr int kMaxIterations = 120;
+constexpr int kMaxIterations = 200;
+/// In units of weight(): near a bifurcation the energy is all but flat.
+constexpr double kLeastDamping = 1e-5;
 using Vector = TubeVector;
 using Square = Eigen::Matrix<double, kMaxTubes, kMaxTubes>;
-/// Angle by which each tube is turned out of an equilibrium that may be a saddle, rad.
-constexpr double kNudge = 1e-2;
+/// Intervals shorter than this are left to the boundary value solver, m.
+constexpr double kSliver = 1e-9;
 
 /** Finite elements: node 0 is the entry point, element k stands between nodes k and k + 1. */
 class Energy {
@@ -23,13 +24,14 @@ class Energy {
   using Nodes = std::array<Vector, kMaxNodes>;
 
   Energy(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q)
-      : tubes_(arm.tubeCount()), length_(parts.length()), alpha_(Vector::Zero()), base_stiffness_(Vector::Ones()) {
+      : tubes_(arm.tubeCount()), alpha_(Vector::Zero()), base_stiffness_(Vector::Ones()) {
     alpha_.head(tubes_) = q.tail(tubes_);
-    const double longest = parts.length() / kElements;
+    length_ = parts.length();
+    const double longest = length_ / kElements;
     for (int k = 0; k < parts.count; ++k) {
       const Segmentation::Interval& interval = parts.interval[k];
       const double length = interval.end - interval.start;
-      if (length <= kShortestElement)
+      if (length <= kSliver)
         continue;
       const int pieces = std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
       for (int j = 0; j < pieces; ++j)
@@ -91,11 +93,12 @@ class Energy {
     }
   }
 
-  /// What damps node k: the stiffness c_i / L^2 of its share of the arm, N m; no element is too short for it.
-  Vector mass(int k) const {
+  /// What damping weighs the angle of tube i at node k with: its share of c_i / L, so that damping does not depend on
+  /// the elements' lengths.
+  Vector weight(int k) const {
     Vector sum = Vector::Zero();
-    for (int j = std::max(k - 1, 0); j < std::min(k + 1, count_); ++j)
-      sum += 0.5 * element_[j].length * element_[j].length / (length_ * length_) * element_[j].stiffness;
+    for (int j = std::max(0, k - 1); j < std::min(k + 1, count_); ++j)
+      sum += 0.5 * element_[j].stiffness * (element_[j].length * element_[j].length / (length_ * length_));
     return sum;
   }
 
@@ -162,11 +165,11 @@ class Energy {
   }
 
   int tubes_;
-  double length_;  ///< of the arm, m
   Vector alpha_;
   Vector base_stiffness_;  ///< 1 / F_i, N m / rad
   std::array<Element, kMaxNodes> element_;
   int count_ = 0;
+  double length_ = 0.0;
 };
 
 /// Solves the block tridiagonal (H + damping) x = -gradient by Cholesky's method. False: not positive definite.
@@ -195,21 +198,23 @@ bool solveTridiagonal(std::array<Square, kMaxNodes>& diagonal,
 
 }  // namespace
 
-bool relax(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, TubeVector& theta) noexcept {
+bool relax(const ConcentricTubeArm& arm,
+           const Segmentation& parts,
+           const JointsRef& q,
+           const TubeVector& nudge,
+           TubeVector& theta) noexcept {
   const Energy energy(arm, parts, q);
   Energy::Nodes psi, step, trial;
   std::array<Square, kMaxNodes> diagonal, upper;
   energy.shoot(theta, psi);
-  for (int k = 0; k < energy.nodes(); ++k) {
-    for (int i = 0; i < kMaxTubes; ++i)
-      psi[k][i] += kNudge * i * (k + 1.0) / energy.nodes();
-  }
+  for (int k = 0; k < energy.nodes(); ++k)
+    psi[k] += nudge * ((k + 1.0) / energy.nodes());
   double value = energy.value(psi), damping = 0.0;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     energy.derivatives(psi, step, diagonal, upper);
     for (int k = 0; k < energy.nodes(); ++k) {
       step[k] = -step[k];
-      diagonal[k].diagonal() += damping * energy.mass(k);
+      diagonal[k].diagonal() += damping * energy.weight(k);
     }
     double largest = 0.0;
     bool down = solveTridiagonal(diagonal, upper, step, energy.nodes());
@@ -222,16 +227,16 @@ bool relax(const ConcentricTubeArm& arm, const Segmentation& parts, const Joints
     const double trial_value = down && largest < kLongest ? energy.value(trial) : 0.0;
     down = down && largest < kLongest && trial_value <= value + 1e-14 * std::abs(value);
     if (!down) {
-      damping = std::max(4.0 * damping, 1.0);
+      damping = std::max(4.0 * damping, kLeastDamping);
       continue;
     }
     psi = trial;
     value = trial_value;
-    if (largest < 1e-7 && damping == 0.0) {  // an undamped step: the Hessian is positive definite here
+    if (largest < 1e-7 && damping == 0.0) {
       theta = energy.ends(psi);
       return true;
     }
-    damping = damping <= 1.0 ? 0.0 : 0.25 * damping;
+    damping = damping <= kLeastDamping ? 0.0 : 0.25 * damping;
   }
   return false;
 }

@@ -15,9 +15,14 @@ namespace tandem::kinematics {
  * Finite elements along s, Newton's method with damping, so that every step goes down: the end is a stable equilibrium,
  * up to the discretisation, which a boundary value solver then takes away.
  *
+ * @param nudge turns of the ends by which the arm is pushed out of an equilibrium that may be a saddle, rad
  * @param theta angles of the tubes' ends, rad: in, where the arm is; out, where it comes to rest
  * @return false if the bounded number of iterations did not suffice.
  * Allocates nothing. */
-bool relax(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, TubeVector& theta) noexcept;
+bool relax(const ConcentricTubeArm& arm,
+           const Segmentation& parts,
+           const JointsRef& q,
+           const TubeVector& nudge,
+           TubeVector& theta) noexcept;
 
 }  // namespace tandem::kinematics

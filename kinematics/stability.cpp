@@ -147,10 +147,12 @@ std::vector<EquilibriumInfo> CompliantModel::equilibria(const JointsRef& q) cons
   for (int i = 1; i < n; ++i)
     starts *= across;
   constexpr double kLongestFix = 2.0, kSame = 1e-5;
-  for (int start = 0; start < starts; ++start) {
+  Equilibrium::Root cold;
+  const bool answered = equilibrium_.find(q, Branch{}, cold) == ModelStatus::kOk;
+  for (int start = answered ? -1 : 0; start < starts; ++start) {  // -1: what a cold start finds
     Equilibrium::Root root;
-    root.theta = TubeJoints(q).alpha;
-    for (int i = 1, rest = start; i < n; ++i, rest /= across)
+    root.theta = start < 0 ? cold.theta : TubeJoints(q).alpha;
+    for (int i = 1, rest = start; start >= 0 && i < n; ++i, rest /= across)
       root.theta[i] += kTurn * (2.0 * (rest % across) / across - 1.0);
     int conjugate_points = 0;
     if (!equilibrium_.correct(parts, q, 1.0, kLongestFix, root, conjugate_points))

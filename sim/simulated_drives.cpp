@@ -28,6 +28,11 @@ PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOp
   return plant;
 }
 
+JointOptions jointOptions(int arm, const SimulatedDrivesOptions& options) {
+  const double step = options.lock_step ? options.control_period : options.shortest_step;
+  return {options.mechanics, options.encoders, options.seed, arm, step};
+}
+
 safety::FaultRecord driveFailure(safety::FaultCause cause, int joint, double amount = 0.0, double allowed = 0.0) {
   return {bit(safety::Fault::kDrive), cause, static_cast<std::uint8_t>(joint), amount, allowed};
 }
@@ -78,8 +83,9 @@ SimulatedDrives::SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
   checkArguments(limits, start, options);
   const safety::SupervisorOptions supervisor{options.control_period, options.budgets, options.lock_step};
   for (std::size_t a = 0; a < limits.size(); ++a) {
-    arms_.push_back({safety::ArmSupervisor(limits[a], start[a], supervisor),
-                     SimulatedArm(start[a], plantLimits(limits[a], options))});
+    arms_.push_back(
+        {safety::ArmSupervisor(limits[a], start[a], supervisor),
+         SimulatedArm(start[a], plantLimits(limits[a], options), jointOptions(static_cast<int>(a), options))});
   }
 }
 
@@ -116,9 +122,12 @@ void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
     const double window =
         isTranslation(j, n) ? options_.following_error_translation : options_.following_error_rotation;
     const double position = arm.plant.position()[j];
-    const double error = std::abs(arm.supervisor.reference()[j] - position);
-    if (error > window)
+    // Delay and lag are how this drive is; it fails when it is not where they would have brought it.
+    const double error = std::abs(arm.plant.expected()[j] - position);
+    if (error > window) {
       arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kFollowingError, j, error, window), position);
+      arm.plant.forget(j);
+    }
   }
 }
 
@@ -129,6 +138,7 @@ void SimulatedDrives::checkDrives(Arm& arm) const noexcept {
     // A drive that dies while its arm stops must not catch up when it comes back.
     if (arm.plant.fault(j) == AxisFault::kOff && (powered || !arm.supervisor.standing())) {
       arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kOff, j), position);
+      arm.plant.forget(j);
     }
   }
   if (powered)
@@ -143,8 +153,10 @@ void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
     arm.plant.step(dt, arm.supervisor.reference());
     checkFollowing(arm);
     // Without power a joint stays where it is; it owes nothing to an earlier reference.
-    if (!arm.supervisor.powered() && standing(a))
+    if (!arm.supervisor.powered() && standing(a)) {
       arm.supervisor.place(arm.plant.position());
+      arm.plant.forget();
+    }
   }
 }
 

@@ -21,6 +21,10 @@ struct SimulatedDrivesOptions {
   double following_error_rotation = 0.02;       ///< rad
   double translation_acceleration = safety::kUnlimited;  ///< of the plant, in real time, m/s^2
   double rotation_acceleration = safety::kUnlimited;     ///< rad/s^2
+  double shortest_step = 1e-3;                           ///< of step(), s; in lock-step the control period
+  JointMechanics mechanics;                              ///< of every joint
+  EncoderOptions encoders;
+  std::uint64_t seed = 1;  ///< of the encoders' noise
 };
 
 /** A command for all arms: what tandem_msgs/ActuationCommand carries, after its freshness has been looked up. Arrays

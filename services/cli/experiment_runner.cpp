@@ -38,6 +38,10 @@ ExperimentRunner::ExperimentRunner(const config::Deployment& deployment,
     const std::lock_guard lock(mutex_);
     references_.push_back(m);
   };
+  taps.sim_tips = [this](const dds::TipPoses& m) {
+    const std::lock_guard lock(mutex_);
+    tips_[m.answers_state] = m;
+  };
   taps.hal = [this](const dds::HalStatus& m) {
     const std::lock_guard lock(mutex_);
     gate_actions_[m.sequence] = std::accumulate(m.guard_count.begin(), m.guard_count.end(), std::uint64_t{0});
@@ -77,14 +81,14 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
       reset.joints[dds::jointIndex(k, j)] = plan.start[static_cast<std::size_t>(k)][j];
     }
   }
+  const std::uint32_t placements = client_->snapshot().state.placements;
   client_->sim(reset);
   client_->setMethod(plan.key.method);
   client_->stateCommand("enable");
   // Planning must have seen the robot at the start, and enabled, before it lays the trajectory from there.
-  const safety::RobotVector wanted = model_.stack(plan.start);
   const Snapshot enabled = client_->snapshot();
   const bool ready = client_->waitFor(kSilence, [&](const Snapshot& s) {
-    return positions(s.state) == wanted && s.reference.answers_state == s.state.sequence &&
+    return s.state.placements != placements && s.reference.answers_state == s.state.sequence &&
            s.reference.answers_control >= enabled.status.sequence;
   });
   if (!ready)
@@ -95,6 +99,7 @@ void ExperimentRunner::forget() {
   const std::lock_guard lock(mutex_);
   references_.clear();
   states_.clear();
+  tips_.clear();
   statuses_.clear();
   // The counters at the start of the run are the last ones so far.
   while (gate_actions_.size() > 1)
@@ -105,9 +110,10 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
   const std::uint64_t before = reference.answers_state, after = before + 1;
   const auto state = states_.find(after);
   const auto status = statuses_.find(before);
+  const auto tips = tips_.find(after);
   const auto actions_before = gate_actions_.find(before), actions_after = gate_actions_.find(after);
-  if (state == states_.end() || status == statuses_.end() || actions_before == gate_actions_.end() ||
-      actions_after == gate_actions_.end()) {
+  if (state == states_.end() || tips == tips_.end() || status == statuses_.end() ||
+      actions_before == gate_actions_.end() || actions_after == gate_actions_.end()) {
     return false;
   }
   experiments::StepFacts facts;
@@ -115,6 +121,11 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
   facts.iteration = static_cast<int>(reference.iteration);
   facts.reference = dds::tasksOf(reference);
   facts.position = positions(state->second);
+  for (int k = 0; k < model_.armCount(); ++k) {
+    if (tips->second.valid[static_cast<std::size_t>(k)] == 0)
+      throw Failure(kFailure, "the plant has no equilibrium for these joints");
+    facts.tip[static_cast<std::size_t>(k)] = dds::tipPosition(tips->second, k);
+  }
   facts.scale = {status->second.task_scale[0], status->second.task_scale[1]};
   facts.solver_iterations = status->second.iterations;
   facts.active_limits = status->second.active_limits;

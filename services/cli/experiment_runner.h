@@ -37,7 +37,8 @@ class ExperimentRunner {
   std::map<std::uint64_t, dds::ActuationState> states_;   ///< by sequence
   std::map<std::uint64_t, dds::ControlStatus> statuses_;  ///< those with a solution, by the state that they answer
   std::map<std::uint64_t, std::uint64_t>
-      gate_actions_;  ///< since start, by the sequence of the state that they go with
+      gate_actions_;                             ///< since start, by the sequence of the state that they go with
+  std::map<std::uint64_t, dds::TipPoses> tips_;  ///< where the tips really are, by the state that they go with
   std::unique_ptr<Client> client_;
 };
 

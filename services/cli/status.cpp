@@ -29,6 +29,8 @@ nlohmann::ordered_json armJson(const config::Robot& robot, const Snapshot& s, st
     joints.push_back(s.state.position[dds::jointIndex(static_cast<int>(k), static_cast<int>(j))]);
   }
   arm["joints"] = joints;
+  arm["plant_snaps"] = s.hal.snaps[k];
+  arm["model_snaps"] = s.status.snaps[k];
   return arm;
 }
 
@@ -40,6 +42,9 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   json["stamps_ns"] = {
       {"state", s.state.stamp}, {"status", s.status.stamp}, {"reference", s.reference.stamp}, {"hal", s.hal.stamp}};
   json["method"] = control::name(static_cast<control::Method>(s.status.method));
+  json["model"] = s.status.model == 1 ? "compliant" : "rigid";
+  json["feedback"] = planning::name(static_cast<planning::Feedback>(s.status.feedback));
+  json["hold"] = dds::describe(static_cast<dds::HoldReason>(s.status.hold));
   json["lease_holder"] = s.status.lease_holder;
   json["arms"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < std::min<std::size_t>(s.state.arm_count, robot.arms.size()); ++k) {
@@ -66,7 +71,8 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
 
 void printStatus(const nlohmann::ordered_json& json) {
   std::cout << json["deployment"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
-            << json["method"].get<std::string>() << ", lease "
+            << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
+            << json["feedback"].get<std::string>() << ", lease "
             << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << '\n';
   for (const auto& arm : json["arms"]) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
@@ -83,6 +89,8 @@ void printStatus(const nlohmann::ordered_json& json) {
   const auto& t = json["trajectory"];
   std::cout << "  trajectory: " << t["phase"].get<std::string>() << ", point " << t["point"] << " of " << t["points"]
             << ", " << t["iterations"] << " iterations\n";
+  if (const auto hold = json["hold"].get<std::string>(); !hold.empty())
+    std::cout << "  held: " << hold << '\n';
   const auto& c = json["control"];
   std::printf(
       "  control: period %.4g s, %llu cycles, %llu overruns, latest wake-up %.1f us late, longest cycle %.1f us\n",

@@ -34,7 +34,9 @@ ControlCore::ControlCore(const Setup& setup,
       period_(setup.deployment.control_period),
       tracker_(std::move(tracker)),
       lease_(setup.deployment.budgets.lease),
-      arm_count_(robot.armCount()) {
+      arm_count_(robot.armCount()),
+      sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
+      tips_(lock_step_, setup.deployment.budgets.tipAge(period_)) {
   q_.setZero(robot.jointCount());
   velocity_.setZero(robot.jointCount());
   base_.setZero(robot.jointCount());
@@ -53,6 +55,9 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
       return;
   }
   const bool new_session = state_.session != 0 && state.session != state_.session;
+  // Elastic arms remember their way; there is none to where somebody put them.
+  if (new_session || state.placements != state_.placements)
+    tracker_->restart();
   fresh_state_ = fresh_state_ || new_session || state.sequence != state_.sequence;
   state_ = state;
   if (new_session)
@@ -180,10 +185,19 @@ safety::ArmVector ControlCore::base(int k) const noexcept {
   return from;
 }
 
-void ControlCore::follow() noexcept {
+void ControlCore::closeLoop(std::int64_t now) noexcept {
   tasks_ = dds::tasksOf(reference_);
+  hold_ = sensor_ ? tips_.check(tasks_, state_, command_times_, now) : dds::HoldReason::kNone;
+  if (hold_ != dds::HoldReason::kNone) {
+    tracker_->hold(q_, base_, planning::TrackStatus::kSensor, track_);
+  } else {
+    tracker_->step(q_, base_, tasks_, sensor_ ? &tips_.tips() : nullptr, track_);
+  }
+}
+
+void ControlCore::follow(std::int64_t now) noexcept {
   const std::int64_t start = monotonicNow();
-  tracker_->step(q_, base_, tasks_, track_);
+  closeLoop(now);
   solve_time_ = 1e-9 * static_cast<double>(monotonicNow() - start);
   tracked_ = true;
   if (track_.status == planning::TrackStatus::kModel)
@@ -200,7 +214,7 @@ void ControlCore::follow() noexcept {
     unsolved_ = 0.0;
   }
   for (int k = 0; k < arm_count_; ++k) {
-    moves_[static_cast<std::size_t>(k)] = arm_[k].machine.mayMove();
+    moves_[static_cast<std::size_t>(k)] = hold_ == dds::HoldReason::kNone && arm_[k].machine.mayMove();
     velocity_.segment(robot_.offset(k), robot_.size(k)) =
         track_.solution.velocity.segment(robot_.offset(k), robot_.size(k));
   }
@@ -276,6 +290,7 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   velocity_.setZero();
   moves_.fill(false);
   tracked_ = false;
+  hold_ = dds::HoldReason::kNone;
   const bool enabled = [this] {
     for (int k = 0; k < arm_count_; ++k) {
       if (!arm_[k].machine.mayMove() || arm_[k].pending || arm_[k].activity != Activity::kNone)
@@ -284,9 +299,9 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
     return state_.sequence > 0;
   }();
   if (following() && enabled && (advance || !lock_step_)) {
-    follow();
+    follow(now);
   } else if (state_.sequence > 0) {
-    tracker_->observe(base_);
+    tracker_->observe(q_, base_);
   }
   for (int k = 0; k < arm_count_; ++k) {
     if (arm_[k].machine.mayMove() && !arm_[k].pending && (advance || !lock_step_))
@@ -312,7 +327,7 @@ bool ControlCore::readyToAdvance() const noexcept {
   if (motion)
     return true;
   return following() && static_cast<planning::Phase>(reference_.phase) == planning::Phase::kRunning &&
-         reference_.answers_state == state_.sequence;
+         reference_.answers_state == state_.sequence && (!sensor_ || tips_.knows(state_));
 }
 
 bool ControlCore::drivesPending() const noexcept {

@@ -10,6 +10,7 @@
 #include "safety/control_lease.h"
 #include "safety/joint_motion.h"
 #include "services/control/orders.h"
+#include "services/control/tip_feedback.h"
 
 namespace tandem::service {
 
@@ -30,6 +31,7 @@ class ControlCore {
 
   void onState(const dds::ActuationState& state) noexcept;
   void onReference(const dds::PlanningReference& reference) noexcept;
+  void onTips(const dds::TipPoses& tips) noexcept { tips_.take(tips); }
   OrderReply order(const ControlOrder& order, std::int64_t now) noexcept;
   void stop() noexcept;  ///< the stop topic: every arm into FAULT
 
@@ -83,7 +85,8 @@ class ControlCore {
   void latchMoving(const safety::FaultRecord& record) noexcept;
   void latch(int arm, const safety::FaultRecord& record) noexcept;
   void readPositions() noexcept;
-  void follow() noexcept;
+  void follow(std::int64_t now) noexcept;
+  void closeLoop(std::int64_t now) noexcept;
   bool arrived(int arm) const noexcept;
   void moveJoints(int arm, std::int64_t now) noexcept;
   void fillCommand(std::int64_t now, bool advance, dds::ActuationCommand& command) noexcept;
@@ -107,6 +110,9 @@ class ControlCore {
   bool fresh_state_ = false;     ///< state_ came since the last cycle
   std::int64_t state_seen_ = 0;  ///< when the last new state was there, ns
   dds::PlanningReference reference_;
+  bool sensor_;  ///< errors are those of measured tips
+  TipFeedback tips_;
+  dds::HoldReason hold_ = dds::HoldReason::kNone;  ///< of this cycle
   static constexpr std::size_t kSentVelocities = 16;
   std::array<safety::RobotVector, kSentVelocities> sent_;  ///< velocities of the last commands, by sequence
   std::uint32_t spent_trajectory_ = 0;                     ///< was running when an arm lost power: never followed again

@@ -47,6 +47,7 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
     case Kind::kSetParameter:
       if (following())
         return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
+      order.tracker->continueFrom(*tracker_);
       reply.retired = tracker_.release();
       tracker_.reset(order.tracker);
       reply.method_accepted = true;

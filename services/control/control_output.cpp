@@ -69,6 +69,7 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     status.homed[i] = arm_[k].homed ? 1 : 0;
     status.busy[i] = arm_[k].pending || arm_[k].activity == Activity::kMotion ? 1 : 0;
     status.faults[i] = arm_[k].machine.faults();
+    status.snaps[i] = tracker_->tips().snaps(k);
   }
   if (tracked_) {
     const control::Solution& solution = track_.solution;
@@ -84,6 +85,10 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     status.active_limits = static_cast<std::uint32_t>(solution.active_count);
     status.solve_time = solve_time_;
   }
+  status.model = setup_.deployment.model == "compliant" ? 1 : 0;
+  status.feedback = static_cast<std::uint8_t>(setup_.deployment.feedback);
+  status.hold = static_cast<std::uint8_t>(hold_);
+  status.tip_age = sensor_ && tracked_ ? tips_.age() : 0.0;
   status.period = period_;
   status.cycle_time = timing_.cycle_time;
   status.cycle_time_max = timing_.cycle_time_max;

@@ -4,6 +4,7 @@
 #include "planning/reference.h"
 #include "safety/operating_state.h"
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 
 namespace tandem::service {
 namespace {
@@ -48,11 +49,16 @@ void CrtkPublisher::publish(const Moment& moment) {
       setpoint[j] = moment.state.setpoint[dds::jointIndex(k, j)];
     }
     publishJoints(arm, k, moment, measured, setpoint);
+    if (arm.session != moment.state.session || arm.placements != moment.state.placements)
+      arm.branch = {};
+    arm.session = moment.state.session;
+    arm.placements = moment.state.placements;
     if (moment.state.valid[static_cast<std::size_t>(k)] != 0) {
-      publishPose(arm.measured_cp, k, moment.state.stamp, measured);
+      publishPose(arm.measured_cp, k, moment.state.stamp, measured, arm.branch);
       publishShape(arm, k, moment.state.stamp, measured);
     }
-    publishPose(arm.setpoint_cp, k, moment.state.stamp, setpoint);
+    kinematics::Branch ahead = arm.branch;
+    publishPose(arm.setpoint_cp, k, moment.state.stamp, setpoint, ahead);
     publishGoal(arm, k, moment);
   }
 }
@@ -79,9 +85,10 @@ void CrtkPublisher::publishJoints(Arm& arm,
 void CrtkPublisher::publishPose(dds::Writer<dds::PoseStamped>& writer,
                                 int k,
                                 std::int64_t stamp,
-                                const Eigen::VectorXd& q) const {
+                                const Eigen::VectorXd& q,
+                                kinematics::Branch& branch) const {
   kinematics::Tip tip;
-  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, tip) != kinematics::ModelStatus::kOk)
+  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, branch, tip) != kinematics::ModelStatus::kOk)
     return;
   const Eigen::Vector3d p = tip.pose.translation();
   const Eigen::Quaterniond r(tip.pose.linear());
@@ -132,9 +139,15 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
     states += (k == 0 ? "" : ", ") + arms_[i].name + " " +
               std::string(safety::name(static_cast<safety::OperatingState>(status.operating_state[i])));
   }
-  diagnostics_.publish(monotonicNow(), moment.state.stamp,
-                       faults.empty() ? Diagnostics::Level::kOk : Diagnostics::Level::kError, states + faults,
-                       {{"method", std::string(control::name(static_cast<control::Method>(status.method)))},
+  const std::string hold(dds::describe(static_cast<dds::HoldReason>(status.hold)));
+  const auto level = !faults.empty() ? Diagnostics::Level::kError
+                     : hold.empty()  ? Diagnostics::Level::kOk
+                                     : Diagnostics::Level::kWarn;
+  diagnostics_.publish(monotonicNow(), moment.state.stamp, level,
+                       states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + faults,
+                       {{"model", setup_.deployment.model},
+                        {"feedback", std::string(planning::name(setup_.deployment.feedback))},
+                        {"method", std::string(control::name(static_cast<control::Method>(status.method)))},
                         {"cycles", std::to_string(status.cycles)},
                         {"overruns", std::to_string(status.overruns)},
                         {"jitter_max_s", std::to_string(status.jitter_max)},
@@ -143,7 +156,7 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
 
 void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q) {
   const auto model = robot_.models()[static_cast<std::size_t>(k)];
-  if (model->shape(q, kShapePoints, shape_) != kinematics::ModelStatus::kOk)
+  if (model->shape(q, kinematics::Wrench::Zero(), arm.branch, kShapePoints, shape_) != kinematics::ModelStatus::kOk)
     return;
   dds::Shape shape;
   shape.stamp = stamp;

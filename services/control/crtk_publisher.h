@@ -36,13 +36,20 @@ class CrtkPublisher {
     dds::Writer<dds::OperatingState> operating_state;
     dds::Writer<dds::Shape> shape;
     dds::OperatingState last_state;
+    kinematics::Branch branch;  ///< of the measured joints, which an elastic arm's model follows
+    std::uint64_t session = 0;  ///< of the state that was last followed
+    std::uint32_t placements = 0;
   };
   void publishJoints(Arm& arm,
                      int k,
                      const Moment& moment,
                      const Eigen::VectorXd& measured,
                      const Eigen::VectorXd& setpoint);
-  void publishPose(dds::Writer<dds::PoseStamped>& writer, int k, std::int64_t stamp, const Eigen::VectorXd& q) const;
+  void publishPose(dds::Writer<dds::PoseStamped>& writer,
+                   int k,
+                   std::int64_t stamp,
+                   const Eigen::VectorXd& q,
+                   kinematics::Branch& branch) const;
   void publishGoal(Arm& arm, int k, const Moment& moment) const;
   void publishState(Arm& arm, int k, const Moment& moment);
   void publishDiagnostics(const Moment& moment);

@@ -21,7 +21,7 @@ namespace {
 struct Service {
   explicit Service(const service::Setup& s)
       : setup(s),
-        robot(s.robot),
+        robot(s.robot, s.deployment.model),
         desk(s, robot),
         core(s, robot, desk.makeTracker()),
         bus(service::busOptions(s.deployment, s.name)),
@@ -33,8 +33,10 @@ struct Service {
   }
 
   /// Readers; every callback runs on a DDS thread.
-  template <class OnState, class OnReference, class OnOrder, class OnStop>
-  void listen(OnState on_state, OnReference on_reference, OnOrder on_order, OnStop on_stop) {
+  template <class OnState, class OnTips, class OnReference, class OnOrder, class OnStop>
+  void listen(OnState on_state, OnTips on_tips, OnReference on_reference, OnOrder on_order, OnStop on_stop) {
+    if (setup.deployment.feedback == planning::Feedback::kSensor)
+      readers.push_back(bus.reader(dds::kSensingTips, on_tips));
     readers.push_back(bus.reader(dds::kActuationState, on_state));
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
     readers.push_back(bus.reader(dds::kControlRequest, [this, on_order](const dds::ControlRequest& request) {
@@ -99,6 +101,7 @@ class LockStep {
 
   void run(service::StopSignal& stop) {
     service_.listen([this](const dds::ActuationState& m) { mailbox_.put(m); },
+                    [this](const dds::TipPoses& m) { mailbox_.put(m); },
                     [this](const dds::PlanningReference& m) { mailbox_.put(m); },
                     [this](const service::ControlOrder& m) { mailbox_.put(m); }, [this] { mailbox_.put(dds::Stop{}); });
     spdlog::info("ready: lock-step, period {} s of simulated time", service_.setup.deployment.control_period);
@@ -117,12 +120,17 @@ class LockStep {
 
  private:
   static constexpr double kIdle = 0.02;  // s
-  using Event = std::variant<dds::ActuationState, dds::PlanningReference, service::ControlOrder, dds::Stop>;
+  using Event =
+      std::variant<dds::ActuationState, dds::TipPoses, dds::PlanningReference, service::ControlOrder, dds::Stop>;
 
   // Each returns whether the others should hear of it at once.
   bool take(const dds::ActuationState& message) {
     state_ = message;
     service_.core.onState(message);
+    return false;
+  }
+  bool take(const dds::TipPoses& message) {
+    service_.core.onTips(message);
     return false;
   }
   bool take(const dds::PlanningReference& message) {
@@ -188,6 +196,7 @@ class RealTime {
     outbox_.start();
     publisher_.start();
     service_.listen([this](const dds::ActuationState& m) { states_.store(m); },
+                    [this](const dds::TipPoses& m) { tips_.store(m); },
                     [this](const dds::PlanningReference& m) { references_.store(m); },
                     [this](const service::ControlOrder& m) { putOrder(m); }, [this] { stop_requested_ = true; });
     const config::Deployment& deployment = service_.setup.deployment;
@@ -219,6 +228,8 @@ class RealTime {
   void cycle(const service::Tick& tick) noexcept {
     if (states_.take(state_))
       service_.core.onState(state_);
+    if (tips_.take(measured_))
+      service_.core.onTips(measured_);
     if (references_.take(reference_))
       service_.core.onReference(reference_);
     if (stop_requested_.exchange(false, std::memory_order_relaxed))
@@ -250,11 +261,13 @@ class RealTime {
   service::Outbox::Queue<service::FaultReport>& faults_;
   service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationState> states_;
+  service::LatestValue<dds::TipPoses> tips_;
   service::LatestValue<dds::PlanningReference> references_;
   std::mutex order_mutex_;
   service::SpscQueue<service::ControlOrder> orders_{64};
   std::atomic<bool> stop_requested_{false};
   dds::ActuationState state_;
+  dds::TipPoses measured_;
   dds::PlanningReference reference_;
   service::CycleOutput output_;
 };

@@ -33,6 +33,41 @@ void setTasks(const planning::Reference& reference, PlanningReference& message) 
   }
 }
 
+std::string_view describe(HoldReason reason) noexcept {
+  switch (reason) {
+    case HoldReason::kNone:
+      return "";
+    case HoldReason::kNoTips:
+      return "no tip has been measured yet";
+    case HoldReason::kStaleTips:
+      return "the last measurement of a tip is too old";
+    case HoldReason::kInvalidTips:
+      return "a tip is not seen by its tracker";
+  }
+  return "unknown";
+}
+
+Eigen::Vector3d tipPosition(const TipPoses& message, int arm) noexcept {
+  return Eigen::Vector3d::Map(message.position.data() + 3 * arm);
+}
+
+void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept {
+  for (int k = 0; k < std::min<int>(message.arm_count, safety::kMaxArms); ++k) {
+    tips.take(k, message.valid[static_cast<std::size_t>(k)] != 0, tipPosition(message, k), message.stamp,
+              message.answers_command);
+  }
+}
+
+void setTip(int arm,
+            bool valid,
+            const Eigen::Vector3d& position,
+            const Eigen::Quaterniond& orientation,
+            TipPoses& message) noexcept {
+  message.valid[static_cast<std::size_t>(arm)] = valid ? 1 : 0;
+  Eigen::Vector3d::Map(message.position.data() + 3 * arm) = position;
+  Eigen::Vector4d::Map(message.orientation.data() + 4 * arm) = orientation.coeffs();  // x y z w
+}
+
 safety::FaultRecord faultRecordOf(const HalStatus& message, int arm) noexcept {
   const auto k = static_cast<std::size_t>(arm);
   return {message.first_fault[k], static_cast<safety::FaultCause>(message.fault_cause[k]), message.fault_joint[k],

@@ -33,6 +33,7 @@ struct ActuationState {
   std::uint64_t sequence = 0;         ///< counts from 1 within the session
   std::int64_t stamp = 0;             ///< ns
   std::uint64_t answers_command = 0;  ///< sequence of the last command taken
+  std::uint32_t placements = 0;       ///< times the joints were put elsewhere without a path (sim reset)
   std::uint8_t lock_step = 0;
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> joint_count{};
@@ -119,6 +120,28 @@ struct Reply {
   std::uint32_t value = 0;  ///< planning: trajectory id
 };
 
+/// sensing/tips, tip tracker or sim -> control, planning; sim/tips, sim -> experiments. tandem_msgs/TipPoses
+struct TipPoses {
+  std::uint64_t session = 0;   ///< random, new with every start of whoever measures
+  std::uint64_t sequence = 0;  ///< counts measurements from 1
+  std::uint64_t state_session = 0;
+  std::uint64_t answers_state = 0;    ///< of the last state published before this; in lock-step of the one with it
+  std::uint64_t answers_command = 0;  ///< the last command that the robot had taken when it was measured
+  std::int64_t stamp = 0;             ///< when it was measured, ns
+  std::uint8_t arm_count = 0;
+  PerArm<std::uint8_t> valid{};
+  std::array<double, 3 * safety::kMaxArms> position{};     ///< x y z of each tool tip, m, robot base frame
+  std::array<double, 4 * safety::kMaxArms> orientation{};  ///< x y z w
+};
+
+/// Why control holds a trajectory. ControlStatus::hold
+enum class HoldReason : std::uint8_t {
+  kNone = 0,
+  kNoTips,       ///< feedback: sensor, and no tip has been measured yet
+  kStaleTips,    ///< the last good measurement of a tip is too old
+  kInvalidTips,  ///< the same, and what came since is marked invalid
+};
+
 /// control/status, control -> all. tandem_msgs/ControlStatus
 struct ControlStatus {
   std::uint64_t session = 0;
@@ -150,6 +173,11 @@ struct ControlStatus {
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
   std::uint32_t active_limits = 0;  ///< how many bounds and rows the solution stands at
+  std::uint8_t model = 0;           ///< kinematic model in force: 0 rigid, 1 compliant
+  std::uint8_t feedback = 0;        ///< planning::Feedback
+  std::uint8_t hold = 0;            ///< HoldReason
+  double tip_age = 0.0;             ///< s, of the oldest measured tip in use
+  PerArm<std::uint32_t> snaps{};    ///< times the model's arm snapped into another equilibrium
 };
 
 /// control/request, clients -> control. tandem_msgs/ControlRequest
@@ -205,9 +233,10 @@ struct HalStatus {
   double jitter_max = 0.0;
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  std::uint64_t caught_up = 0;  ///< sim: periods stepped later than they were due
-  std::uint64_t left_out = 0;   ///< sim: periods never stepped
-  double bus_load = 0.0;        ///< 0..1
+  std::uint64_t caught_up = 0;    ///< sim: periods stepped later than they were due
+  std::uint64_t left_out = 0;     ///< sim: periods never stepped
+  double bus_load = 0.0;          ///< 0..1
+  PerArm<std::uint32_t> snaps{};  ///< sim: times the arm snapped into another equilibrium
 };
 
 /// arm_x/shape, control -> all: backbone for drawing. tandem_msgs/Shape (unbounded sequence)

@@ -24,6 +24,7 @@ const char* malformed(const ActuationLimits& message);
 const char* malformed(const PlanningReference& message);
 const char* malformed(const PlanningRequest& message);
 const char* malformed(const Reply& message);
+const char* malformed(const TipPoses& message);
 const char* malformed(const ControlStatus& message);
 const char* malformed(const ControlRequest& message);
 const char* malformed(const Stop& message);

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <variant>
 
 #include "services/common/latest_value.h"
@@ -19,6 +20,22 @@ using namespace tandem;
 
 namespace {
 
+/** Tells of arms of the plant that snap from one equilibrium into another. */
+class SnapLog {
+ public:
+  void tell(const config::Robot& robot, const dds::HalStatus& status) {
+    for (std::size_t k = 0; k < status.arm_count; ++k) {
+      if (status.snaps[k] != told_[k])
+        spdlog::warn("{}: the plant snapped into another equilibrium, {} times so far", robot.arms[k].name,
+                     status.snaps[k]);
+    }
+    told_ = status.snaps;
+  }
+
+ private:
+  dds::PerArm<std::uint32_t> told_{};
+};
+
 void diagnose(service::Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status) {
   std::string faults;
   std::uint64_t actions = 0;
@@ -28,10 +45,12 @@ void diagnose(service::Diagnostics& diagnostics, const config::Robot& robot, con
   }
   for (const std::uint64_t count : status.guard_count)
     actions += count;
+  const std::uint64_t snaps = std::accumulate(status.snaps.begin(), status.snaps.end(), std::uint64_t{0});
   using Level = service::Diagnostics::Level;
   diagnostics.publish(service::monotonicNow(), status.stamp, faults.empty() ? Level::kOk : Level::kError,
                       faults.empty() ? "ok" : "FAULT of " + faults,
                       {{"gate_actions", std::to_string(actions)},
+                       {"snaps", std::to_string(snaps)},
                        {"overruns", std::to_string(status.overruns)},
                        {"periods_caught_up", std::to_string(status.caught_up)},
                        {"periods_left_out", std::to_string(status.left_out)}});
@@ -46,6 +65,10 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   auto states = bus.writer(dds::kActuationState);
   auto statuses = bus.writer(dds::kHalStatus);
   auto replies = bus.writer(dds::kSimReply);
+  auto true_tips = bus.writer(dds::kSimTips);
+  dds::Writer<dds::TipPoses> measured_tips;
+  if (core.tracking())
+    measured_tips = bus.writer(dds::kSensingTips);
   const auto put = [&](const auto& message) { mailbox.put(message); };
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
   auto commands = bus.reader(dds::kActuationCommand, put);
@@ -55,13 +78,23 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   service::FaultWatch watch;
   dds::ActuationState state;
   dds::HalStatus status;
+  dds::TipPoses tips;
+  SnapLog snaps;
   core.state(service::monotonicNow(), state);
   const auto publish = [&](bool fresh) {
     if (fresh)
       core.state(service::monotonicNow(), state);
     core.status(status);
     statuses.write(status);
+    core.trueTips(tips);
+    true_tips.write(tips);
+    // Every state has its tips, new ones or not: who needs both waits for both.
+    if (core.tracking()) {
+      core.measuredTips(tips);
+      measured_tips.write(tips);
+    }
     states.write(state);
+    snaps.tell(setup.robot, status);
     for (int k = 0; k < core.armCount(); ++k) {
       if (watch.fresh(k, core.faultRecord(k)))
         service::logFault(setup.robot, {k, core.faultRecord(k)});
@@ -104,16 +137,23 @@ class RealTime {
         states_(bus_.writer(dds::kActuationState)),
         statuses_(bus_.writer(dds::kHalStatus)),
         replies_(bus_.writer(dds::kSimReply)),
+        true_tips_(bus_.writer(dds::kSimTips)),
+        true_tips_out_(outbox_.latest<dds::TipPoses>([this](const auto& m) { true_tips_.write(m); })),
+        tips_out_(outbox_.latest<dds::TipPoses>([this](const auto& m) { measured_tips_.write(m); })),
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
         diagnostics_(bus_, setup.name, setup.robot.name),
         status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
+          snaps_.tell(setup_.robot, m);
           diagnose(diagnostics_, setup_.robot, m);
         })),
         fault_out_(outbox_.queue<service::FaultReport>(
             64,
             [this](const auto& report) { service::logFault(setup_.robot, report); })),
-        period_(std::llround(1e9 * setup.deployment.sim_period)) {}
+        period_(std::llround(1e9 * setup.deployment.sim_period)) {
+    if (core_.tracking())
+      measured_tips_ = bus_.writer(dds::kSensingTips);
+  }
 
   void run(service::StopSignal& stop) {
     outbox_.start();
@@ -175,11 +215,15 @@ class RealTime {
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
+    if (core_.tracking() && core_.measuredTips(tips_))
+      tips_out_.post(tips_);
     for (int k = 0; k < core_.armCount(); ++k) {
       if (fault_watch_.fresh(k, core_.faultRecord(k)))
         fault_out_.post({k, core_.faultRecord(k)});
     }
     if (tick.cycle % status_every_ == 0) {
+      core_.trueTips(tips_);
+      true_tips_out_.post(tips_);
       core_.status(status_);
       const service::LoopStatistics& s = loop_.statistics();
       status_.period = loop_.period();
@@ -199,7 +243,10 @@ class RealTime {
   dds::Writer<dds::ActuationState> states_;
   dds::Writer<dds::HalStatus> statuses_;
   dds::Writer<dds::Reply> replies_;
+  dds::Writer<dds::TipPoses> true_tips_, measured_tips_;
   service::Outbox outbox_;
+  service::Outbox::Latest<dds::TipPoses>& true_tips_out_;
+  service::Outbox::Latest<dds::TipPoses>& tips_out_;
   service::Outbox::Latest<dds::ActuationState>& state_out_;
   service::Diagnostics diagnostics_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
@@ -211,6 +258,8 @@ class RealTime {
   std::uint64_t stepped_ = 0;        ///< periods that the drives have gone
   dds::ActuationState state_;
   dds::HalStatus status_;
+  dds::TipPoses tips_;
+  SnapLog snaps_;
 };
 
 void run(const service::Setup& setup, service::StopSignal& stop) {

@@ -11,7 +11,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integratio
 import system  # noqa: E402
 
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
-SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"],
+SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"], ["stability"],
+               ["workspace"],
                ["experiment"], ["robot"],
                *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp",
                                               "method", "set", "run"))]

@@ -26,7 +26,7 @@ inline service::Setup makeSetup(const std::string& deployment, Change change = n
 struct System {
   explicit System(const std::string& deployment = "laptop", Change change = nullptr)
       : setup(makeSetup(deployment, change)),
-        model(setup.robot),
+        model(setup.robot, setup.deployment.model),
         desk(setup, model),
         sim(setup),
         control(setup, model, desk.makeTracker()),
@@ -40,6 +40,10 @@ struct System {
     sim.step(now);
     sim.state(now, state);
     sim.status(hal);
+    if (sim.tracking() && sim.measuredTips(tips) && tips_link) {
+      control.onTips(tips);
+      planning.onTips(tips);
+    }
     if (state_link) {
       control.onState(state);
       planning.onState(state);
@@ -139,11 +143,12 @@ struct System {
   service::PlanningCore planning;
   dds::ActuationState state;
   dds::HalStatus hal;
+  dds::TipPoses tips;
   dds::PlanningReference reference_message;
   service::CycleOutput output;
   std::int64_t now = 1'000'000'000, ticks = 0, control_every = 100;
   std::int64_t command_delay = 0, command_due = -1;  ///< in ticks; shorter than a control period
-  bool state_link = true, command_link = true, control_runs = true, planning_runs = true;
+  bool tips_link = true, state_link = true, command_link = true, control_runs = true, planning_runs = true;
 };
 
 }  // namespace tandem::test
