@@ -220,6 +220,7 @@ control::MethodParameters readParameters(const Map& map) {
   parameters.rotation_weight = map.number("rotation_weight");
   parameters.nspqp_zeta = map.number("nspqp_zeta");
   parameters.snsqp_zeta = map.number("snsqp_zeta");
+  parameters.rotation_velocity = map.number("rotation_velocity");
   parameters.snsqp_rotation_velocity = map.number("snsqp_rotation_velocity");
   return parameters;
 }

@@ -201,6 +201,9 @@ const Mapping& controlTable() {
           number("rotation_weight", kNone, "lambda_r").above(0).defaultsTo(defaults.rotation_weight),
           number("nspqp_zeta", kNone, "zeta of (7)").above(0).defaultsTo(defaults.nspqp_zeta),
           number("snsqp_zeta", kNone, "zeta of (8)").above(0).defaultsTo(defaults.snsqp_zeta),
+          number("rotation_velocity", kAngularSpeed, "bound on every rotation in all methods: no tube spins")
+              .above(0)
+              .defaultsTo(defaults.rotation_velocity),
           number("snsqp_rotation_velocity", kAngularSpeed, "bound on every rotation in (8)")
               .above(0)
               .defaultsTo(defaults.snsqp_rotation_velocity),

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tandem::control {
 namespace {
@@ -165,6 +166,8 @@ void IpoptBackend::solve(const QuadraticProgram& qp, QpSolution& solution) noexc
   solution.z.setZero(n);
   solution.w.setZero(qp.rows());
   solution.iterations = 0;
+  solution.residual = std::numeric_limits<double>::infinity();
+  solution.crossed = -1;
   if ((qp.lower.array() > qp.upper.array()).any()) {
     solution.status = QpStatus::kInfeasible;
     return;
@@ -196,6 +199,8 @@ void IpoptBackend::solve(const QuadraticProgram& qp, QpSolution& solution) noexc
   }
   if (!solution.x.allFinite())
     solution.status = QpStatus::kFailed;
+  if (solution.status == QpStatus::kSolved)
+    solution.residual = kktResidual(qp, solution);
 }
 
 }  // namespace tandem::control

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "control/conflict.h"
 #include "control/methods.h"
 #include "control/qp_methods.h"
+#include "control/recovery.h"
 
 namespace tandem::control {
 namespace {
@@ -11,29 +15,38 @@ namespace {
  *   s.t.            J_k qdot = v_k  for all tasks k before the last one, m,
  *                   lower <= qdot <= upper,   a_i^T qdot <= rate_i  (coupled rows; none with frozen bounds).
  *
- * Rotations are bounded only where the robot file gives them a velocity or travel. Infeasible where the limits forbid a
- * task above the last: the paper's method has no answer then, and neither has this one. */
+ * Where the limits forbid a task above the last, the paper's method has no answer. Here the certificate says which
+ * limits those are, and the velocity is the one that comes nearest, task by task: with v_k replaced by J_k qdot_k,
+ *
+ *   qdot_k = argmin 1/2 |J_k qdot - v_k|^2 + 1/2 zeta |qdot|^2   s.t.  J_i qdot = J_i qdot_i for i < k, and the limits.
+ *
+ * Rotations are bounded by rotation_velocity, or by the robot file where that is less. */
 class Nspqp final : public Resolver {
  public:
   explicit Nspqp(const MethodParameters& parameters)
-      : Resolver(parameters), backend_(makeQpBackend(parameters.backend)) {}
+      : Resolver(parameters),
+        recovery_(parameters.backend),
+        backend_(makeQpBackend(parameters.backend)),
+        nearest_(makeQpBackend(parameters.backend)) {}
   Method method() const override { return Method::kNspqp; }
-  void reset() noexcept override { backend_->reset(); }
+  void reset() noexcept override {
+    backend_->reset();
+    nearest_->reset();
+  }
 
  private:
-  SolveStatus resolve(const StepProblem& problem, Solution& solution) noexcept override {
+  /// Minimises the error of task `last` with the tasks before it met as wanted_ says.
+  void setProblem(const StepProblem& problem, int last, const VelocityBounds& bounds) {
     const int n = problem.joint_count;
-    velocityBounds(problem, parameters_.bounds, parameters_.period, solution.bounds);
-    const int last = problem.task_count - 1;
     int equalities = 0;
     for (int k = 0; k < last; ++k)
       equalities += static_cast<int>(problem.task[k].velocity.size());
-    qp_.resize(n, equalities, solution.bounds.row_count);
-    addLimits(problem, solution.bounds, qp_);
+    qp_.resize(n, equalities, bounds.row_count);
+    addLimits(problem, bounds, qp_);
     for (int k = 0, row = 0; k < last; ++k) {
       const int size = static_cast<int>(problem.task[k].velocity.size());
       qp_.E.middleRows(row, size) = problem.task[k].jacobian;
-      qp_.e.segment(row, size) = problem.task[k].velocity;
+      qp_.e.segment(row, size) = wanted_[k];
       row += size;
     }
     if (last >= 0) {
@@ -42,18 +55,63 @@ class Nspqp final : public Resolver {
       qp_.g = -(task.jacobian.transpose().lazyProduct(task.velocity));
     }
     qp_.H.diagonal().array() += parameters_.nspqp_zeta;
-    backend_->solve(qp_, qp_solution_);
-    solution.iterations = qp_solution_.iterations;
-    if (qp_solution_.status != QpStatus::kSolved)
-      return statusOf(qp_solution_.status);
-    solution.velocity = qp_solution_.x;
-    solution.kkt_residual = kktResidual(qp_, qp_solution_);
-    for (int k = 0; k < problem.task_count; ++k)
-      solution.scale[k] = 1.0;
+  }
+
+  /// Replaces what the tasks before the last want by what is possible of it.
+  SolveStatus comeNearest(const StepProblem& problem, Solution& solution) noexcept {
+    for (int k = 0; k + 1 < problem.task_count; ++k) {
+      setProblem(problem, k, solution.bounds);
+      nearest_->solve(qp_, qp_solution_);
+      solution.iterations += qp_solution_.iterations;
+      if (qp_solution_.status != QpStatus::kSolved)
+        return statusOf(qp_solution_.status);
+      wanted_[k] = problem.task[k].jacobian.lazyProduct(qp_solution_.x);
+      solution.velocity = qp_solution_.x;
+    }
     return SolveStatus::kSolved;
   }
 
-  std::unique_ptr<QpBackend> backend_;
+  SolveStatus resolve(const StepProblem& problem, Solution& solution) noexcept override {
+    velocityBounds(problem, parameters_.bounds, parameters_.period, solution.bounds);
+    boundRotations(problem, parameters_.rotation_velocity, solution.bounds);
+    recovery_.apply(problem, solution.bounds, solution.velocity);
+    const int last = problem.task_count - 1;
+    for (int k = 0; k < last; ++k)
+      wanted_[k] = problem.task[k].velocity;
+    setProblem(problem, last, solution.bounds);
+    backend_->solve(qp_, qp_solution_);
+    solution.iterations = qp_solution_.iterations;
+    const bool infeasible = qp_solution_.status == QpStatus::kInfeasible;
+    if (infeasible) {
+      explain(problem, solution.bounds, qp_solution_, solution.conflict);
+      if (const SolveStatus status = comeNearest(problem, solution); status != SolveStatus::kSolved)
+        return status == SolveStatus::kInfeasible ? SolveStatus::kFailed : status;
+      setProblem(problem, last, solution.bounds);
+      backend_->solve(qp_, qp_solution_);
+      solution.iterations += qp_solution_.iterations;
+      // solution.velocity satisfies every constraint: what is called infeasible then has no other point, up to
+      // rounding.
+      if (qp_solution_.status == QpStatus::kInfeasible)
+        return SolveStatus::kInfeasible;
+    }
+    if (qp_solution_.status != QpStatus::kSolved)
+      return statusOf(qp_solution_.status);
+    solution.velocity = qp_solution_.x;
+    solution.kkt_residual = qp_solution_.residual;
+    for (int k = 0; k < problem.task_count; ++k)
+      solution.scale[k] = shareOf(problem.task[k], k < last ? wanted_[k] : problem.task[k].velocity);
+    return infeasible ? SolveStatus::kInfeasible : SolveStatus::kSolved;
+  }
+
+  /// Part of a wanted velocity that is left, along itself.
+  static double shareOf(const Task& task, const TaskVector& wanted) {
+    const double size = task.velocity.squaredNorm();
+    return size > 0.0 ? std::clamp(wanted.dot(task.velocity) / size, 0.0, 1.0) : 1.0;
+  }
+
+  Recovery recovery_;
+  std::unique_ptr<QpBackend> backend_, nearest_;
+  std::array<TaskVector, kMaxTasks> wanted_;
   QuadraticProgram qp_;
   QpSolution qp_solution_;
 };

@@ -44,6 +44,8 @@ struct MethodParameters {
   double rotation_weight = 1e-3;     ///< lambda_r
   double nspqp_zeta = 1e-6;          ///< zeta of (7)
   double snsqp_zeta = 3e-2;          ///< zeta of (8)
+  /// rad/s, bound on every rotation in all methods: steps stay where the Jacobian holds, and no tube spins
+  double rotation_velocity = 2.0;
   double snsqp_rotation_velocity =
       0.5;  ///< rad/s, bound on every rotation in (8); without it the optimum spins the tubes
 };

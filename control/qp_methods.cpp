@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "control/qp_methods.h"
 
+#include <algorithm>
+
 namespace tandem::control {
 
 void addLimits(const StepProblem& problem, const VelocityBounds& bounds, QuadraticProgram& qp) noexcept {
@@ -10,6 +12,16 @@ void addLimits(const StepProblem& problem, const VelocityBounds& bounds, Quadrat
     qp.A(i, problem.row[i].first) = problem.row[i].a_first;
     qp.A(i, problem.row[i].second) = problem.row[i].a_second;
     qp.b[i] = bounds.row_rate[i];
+  }
+}
+
+void boundRotations(const StepProblem& problem, double velocity, VelocityBounds& bounds) noexcept {
+  for (int j = 0; j < problem.joint_count; ++j) {
+    if (problem.joint[j].kind != JointKind::kRotation)
+      continue;
+    // A bound that asks for a way back is not to be contradicted.
+    bounds.lower[j] = std::min(std::max(bounds.lower[j], -velocity), velocity);
+    bounds.upper[j] = std::max(std::min(bounds.upper[j], velocity), -velocity);
   }
 }
 

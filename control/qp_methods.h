@@ -11,6 +11,9 @@ namespace tandem::control {
 /// Bounds and coupled rows of one step into a QP whose first joint_count variables are the joint velocities.
 void addLimits(const StepProblem& problem, const VelocityBounds& bounds, QuadraticProgram& qp) noexcept;
 
+/// Bounds every rotation velocity, rad/s.
+void boundRotations(const StepProblem& problem, double velocity, VelocityBounds& bounds) noexcept;
+
 /// What the outcome of a QP means for the step.
 SolveStatus statusOf(QpStatus status) noexcept;
 

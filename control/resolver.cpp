@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "control/resolver.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -42,6 +43,55 @@ void markActive(const StepProblem& problem, Solution& solution) {
   }
 }
 
+/// Scales the velocity, direction and all, so that no rotation is faster than `limit`, rad/s: methods without limits of
+/// their own would turn tubes by any amount near singular poses.
+void slowDown(const StepProblem& problem, double limit, RobotVector& velocity) {
+  double fastest = 0.0;
+  for (int j = 0; j < problem.joint_count; ++j) {
+    if (problem.joint[j].kind == JointKind::kRotation)
+      fastest = std::max(fastest, std::abs(velocity[j]));
+  }
+  if (fastest > limit)
+    velocity *= limit / fastest;
+}
+
+/** Where all tubes of an arm lie in one plane, turning them moves the tip out of that plane only, and a task within the
+ * plane that translations cannot do has no gradient in the rotations: a saddle, which every method would stay on. Turns
+ * neighbouring tubes apart by a little, after which the task itself drives them on. */
+void leaveSaddle(const StepProblem& problem, double period, double limit, Solution& solution) {
+  constexpr double kUndone = 0.05;   // part of a wanted velocity
+  constexpr double kNoLever = 1e-6;  // of a rotation on what is left undone, of its own size
+  constexpr double kOffset = 1e-4;   // rad
+  constexpr double kSlow = 1e-9;     // wanted velocities below this are rounding, m/s
+  for (int k = 0; k < problem.task_count; ++k) {
+    const Task& task = problem.task[k];
+    const TaskVector undone = task.velocity - task.jacobian.lazyProduct(solution.velocity);
+    const double wanted = task.velocity.norm(), rest = undone.norm();
+    if (rest < kUndone * wanted || wanted < kSlow)
+      continue;
+    for (int arm = 0; arm < problem.arm_count; ++arm) {
+      const int begin = problem.arm_offset[arm], end = problem.arm_offset[arm + 1];
+      double lever = 0.0, size = 0.0;
+      for (int j = begin; j < end; ++j) {
+        if (problem.joint[j].kind != JointKind::kRotation)
+          continue;
+        lever = std::max(lever, std::abs(task.jacobian.col(j).dot(undone)));
+        size = std::max(size, task.jacobian.col(j).norm());
+      }
+      if (size == 0.0 || lever > kNoLever * size * rest)
+        continue;
+      const double speed = std::min(limit, kOffset / period);
+      for (int j = begin, sign = 1; j < end; ++j) {
+        if (problem.joint[j].kind != JointKind::kRotation)
+          continue;
+        solution.velocity[j] =
+            std::clamp(solution.velocity[j] + sign * speed, solution.bounds.lower[j], solution.bounds.upper[j]);
+        sign = -sign;
+      }
+    }
+  }
+}
+
 void requirePositive(double value, const char* what) {
   if (!(value > 0.0) || !std::isfinite(value)) {
     throw std::invalid_argument(std::string(what) + ": found " + std::to_string(value) +
@@ -56,7 +106,7 @@ std::string_view describe(SolveStatus status) {
     case SolveStatus::kSolved:
       return "ok";
     case SolveStatus::kInfeasible:
-      return "infeasible: the limits leave no velocity that does the task";
+      return "the limits leave no velocity that does the whole task; the nearest one is taken";
     case SolveStatus::kIterationLimit:
       return "the solver ran out of iterations";
     case SolveStatus::kNotFinite:
@@ -76,18 +126,21 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
   solution.kkt_residual = 0.0;
   solution.joint_active.fill(0);
   solution.active_count = 0;
+  solution.conflict.count = 0;
   solution.bounds.lower.setConstant(n, -safety::kUnlimited);
   solution.bounds.upper.setConstant(n, safety::kUnlimited);
   solution.bounds.row_count = 0;
 
   solution.status = finite(problem) ? resolve(problem, solution) : SolveStatus::kNotFinite;
-  if (solution.status == SolveStatus::kSolved && !solution.velocity.allFinite())
+  if (!solution.velocity.allFinite())
     solution.status = SolveStatus::kFailed;
-  if (solution.status != SolveStatus::kSolved) {
+  if (solution.status != SolveStatus::kSolved && solution.status != SolveStatus::kInfeasible) {
     solution.velocity.setZero(n);
     solution.scale.fill(0.0);
     return;
   }
+  leaveSaddle(problem, parameters_.period, parameters_.rotation_velocity, solution);
+  slowDown(problem, parameters_.rotation_velocity, solution.velocity);
   for (int k = 0; k < problem.task_count; ++k) {
     const Task& task = problem.task[k];
     double squares = 0.0;
@@ -108,6 +161,7 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
   requirePositive(p.rotation_weight, "rotation_weight");
   requirePositive(p.nspqp_zeta, "zeta");
   requirePositive(p.snsqp_zeta, "zeta");
+  requirePositive(p.rotation_velocity, "rotation_velocity");
   requirePositive(p.snsqp_rotation_velocity, "snsqp_rotation_velocity");
   switch (method) {
     case Method::kNsp:

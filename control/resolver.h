@@ -20,7 +20,8 @@ class Resolver {
 
   virtual Method method() const = 0;
 
-  /// Solves one step. A problem that cannot be solved gives zero velocity and says why.
+  /// Solves one step. A task that the limits forbid gives the velocity that comes nearest to it, and says which limits
+  /// those are; a problem that cannot be solved gives zero velocity and says why.
   void solve(const StepProblem& problem, Solution& solution) noexcept;
 
   /// Forgets the last step.

@@ -3,6 +3,7 @@
 
 #include "control/methods.h"
 #include "control/qp_methods.h"
+#include "control/recovery.h"
 
 namespace tandem::control {
 namespace {
@@ -15,12 +16,14 @@ namespace {
  *          lower <= qdot <= upper,   a_i^T qdot <= rate_i  (coupled rows; none with frozen bounds).
  *
  * At k = 1 the first line is J_1 qdot = s_1 v_1, as printed. Behind it the printed J_k qdot = s_k v_k is often
- * infeasible under limits, whereas here s_k = 0 is always allowed: qdot_{k-1} is a feasible point of level k. Rotations
+ * infeasible under limits, whereas here s_k = 0 is always allowed: qdot_{k-1} is a feasible point of level k. qdot_0 is
+ * zero inside all limits, else the way back (Recovery). With zeta -> 0, s_k is the largest that the limits allow, and
+ * qdot the least velocity for it; at zeta = 1e-5 s_k is that of the linear programme to 1e-9. Rotations
  * are bounded by snsqp_rotation_velocity: without a bound the optimum buys the last per mille of s with any number of
  * turns. */
 class Snsqp final : public Resolver {
  public:
-  explicit Snsqp(const MethodParameters& parameters) : Resolver(parameters) {
+  explicit Snsqp(const MethodParameters& parameters) : Resolver(parameters), recovery_(parameters.backend) {
     for (auto& backend : backend_)
       backend = makeQpBackend(parameters.backend);
   }
@@ -31,15 +34,6 @@ class Snsqp final : public Resolver {
   }
 
  private:
-  void boundRotations(const StepProblem& problem, VelocityBounds& bounds) const {
-    for (int j = 0; j < problem.joint_count; ++j) {
-      if (problem.joint[j].kind != JointKind::kRotation)
-        continue;
-      bounds.lower[j] = std::max(bounds.lower[j], -parameters_.snsqp_rotation_velocity);
-      bounds.upper[j] = std::min(bounds.upper[j], parameters_.snsqp_rotation_velocity);
-    }
-  }
-
   /// Level k over the variables [qdot, s_k].
   void setLevel(const StepProblem& problem, int k, const Solution& solution) {
     const int n = problem.joint_count;
@@ -68,7 +62,9 @@ class Snsqp final : public Resolver {
 
   SolveStatus resolve(const StepProblem& problem, Solution& solution) noexcept override {
     velocityBounds(problem, parameters_.bounds, parameters_.period, solution.bounds);
-    boundRotations(problem, solution.bounds);
+    boundRotations(problem, std::min(parameters_.rotation_velocity, parameters_.snsqp_rotation_velocity),
+                   solution.bounds);
+    recovery_.apply(problem, solution.bounds, solution.velocity);
     for (int k = 0; k < problem.task_count; ++k) {
       setLevel(problem, k, solution);
       backend_[k]->solve(qp_, qp_solution_);
@@ -81,13 +77,14 @@ class Snsqp final : public Resolver {
       }
       if (qp_solution_.status != QpStatus::kSolved)
         return statusOf(qp_solution_.status);
-      solution.kkt_residual = std::max(solution.kkt_residual, kktResidual(qp_, qp_solution_));
+      solution.kkt_residual = std::max(solution.kkt_residual, qp_solution_.residual);
       solution.velocity = qp_solution_.x.head(problem.joint_count);
       solution.scale[k] = qp_solution_.x[problem.joint_count];
     }
     return SolveStatus::kSolved;
   }
 
+  Recovery recovery_;
   std::array<std::unique_ptr<QpBackend>, kMaxTasks> backend_;  ///< one per level: each is warm-started by itself
   QuadraticProgram qp_;
   QpSolution qp_solution_;

@@ -12,12 +12,26 @@ namespace tandem::control {
 
 enum class SolveStatus : std::uint8_t {
   kSolved = 0,
-  kInfeasible,      ///< the limits leave no velocity that does the task; the velocity given is zero
+  kInfeasible,      ///< the limits leave no velocity that does the task: the one given comes nearest, conflict says why
   kIterationLimit,  ///< the solver ran out of iterations; the velocity given is zero
   kNotFinite,       ///< the problem holds a number that is not finite; the velocity given is zero
   kFailed,          ///< the solver gave up; the velocity given is zero
 };
 std::string_view describe(SolveStatus status);
+
+/** The limits that forbid a task, by the multipliers of a certificate of infeasibility (Farkas' lemma). */
+struct Conflict {
+  enum class Kind : std::uint8_t { kLower, kUpper, kRow };
+  struct Limit {
+    Kind kind = Kind::kLower;
+    int index = 0;        ///< joint of the robot, or coupled row
+    double weight = 0.0;  ///< multiplier
+    double bound = 0.0;   ///< the bound on the velocity, m/s or rad/s
+  };
+  static constexpr int kMost = 8;
+  std::array<Limit, kMost> limit{};  ///< heaviest first
+  int count = 0;
+};
 
 /** Joint velocities and how they came about. */
 struct Solution {
@@ -31,6 +45,7 @@ struct Solution {
   std::array<std::uint8_t, safety::kMaxJoints>
       joint_active{};    ///< 1: qdot stands at a bound of the joint or at a row of it
   int active_count = 0;  ///< bounds and rows at which qdot stands
+  Conflict conflict;     ///< kInfeasible: what forbids the task
 };
 
 }  // namespace tandem::control

@@ -7,14 +7,18 @@
 namespace tandem::control {
 namespace {
 
-/// Largest approach speed over a distance that remains, m/s (rad/s); zero where nothing remains.
-double approach(double distance, double period, double velocity, double acceleration) {
-  if (distance <= 0.0)
+/// A distance outside a limit that rounding explains, m or rad.
+constexpr double kRounding = 1e-12;
+
+/// Largest approach speed over a distance that remains, m/s (rad/s). Outside, where it is below zero, the speed back.
+double approach(double distance, double period, double velocity, double acceleration, bool come_back) {
+  const double size = std::abs(distance);
+  if (distance < 0.0 && (!come_back || size <= kRounding))
     return 0.0;
-  double speed = std::min(distance / period, velocity);
+  double speed = std::min(size / period, velocity);
   if (std::isfinite(acceleration))
-    speed = std::min(speed, std::sqrt(2.0 * acceleration * distance));
-  return speed;
+    speed = std::min(speed, std::sqrt(2.0 * acceleration * size));
+  return distance < 0.0 ? -speed : speed;
 }
 
 }  // namespace
@@ -27,13 +31,13 @@ void velocityBounds(const StepProblem& problem, BoundsKind kind, double period, 
     const JointState& joint = problem.joint[j];
     const double min = frozen ? joint.frozen_lower : joint.lower;
     const double max = frozen ? joint.frozen_upper : joint.upper;
-    bounds.lower[j] = -approach(joint.position - min, period, joint.velocity, joint.approach_acceleration);
-    bounds.upper[j] = approach(max - joint.position, period, joint.velocity, joint.approach_acceleration);
+    bounds.lower[j] = -approach(joint.position - min, period, joint.velocity, joint.approach_acceleration, !frozen);
+    bounds.upper[j] = approach(max - joint.position, period, joint.velocity, joint.approach_acceleration, !frozen);
   }
   bounds.row_count = frozen ? 0 : problem.row_count;
   for (int i = 0; i < bounds.row_count; ++i) {
     const CoupledRow& row = problem.row[i];
-    bounds.row_rate[i] = approach(row.gap, period, safety::kUnlimited, row.approach_acceleration);
+    bounds.row_rate[i] = approach(row.gap, period, safety::kUnlimited, row.approach_acceleration, true);
   }
 }
 

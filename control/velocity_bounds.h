@@ -15,7 +15,8 @@ namespace tandem::control {
  * Frozen: q_min, q_max are the intervals of equation (1) with the inner neighbour standing still, as printed.
  * Coupled: q_min, q_max are the boxes, and every row a^T q <= b of equation (1) becomes
  *   a^T qdot <= min{ gap / T, sqrt(2 A gap) },  gap = b - a^T q.
- * A joint or gap outside its limit is not driven farther out: that side's bound is zero.
+ * Frozen, a joint outside its limit is not driven farther out: that side's bound is zero. Coupled, what is outside is
+ * brought back: that side's bound is the same speed with the other sign (see Recovery).
  * @param period  T, s, positive. */
 void velocityBounds(const StepProblem& problem, BoundsKind kind, double period, VelocityBounds& bounds) noexcept;
 

@@ -117,7 +117,8 @@ void ReferenceTracker::step(const safety::RobotVector& q,
       return;
   }
   resolver_->solve(problem_, result.solution);
-  if (result.solution.status != control::SolveStatus::kSolved)
+  const control::SolveStatus status = result.solution.status;
+  if (status != control::SolveStatus::kSolved && status != control::SolveStatus::kInfeasible)
     result.status = TrackStatus::kSolver;
 }
 

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "control/conflict.h"
 #include "control/resolver.h"
 #include "experiments/csv.h"
 #include "services/cli/arguments.h"
@@ -77,10 +78,11 @@ class Stepper {
     problem_.task[0].velocity = Eigen::Vector3d(v[0], v[1], v[2]);
     problem_.task[1].velocity = Eigen::Vector3d(v[3], v[4], v[5]);
     resolver_->solve(problem_, solution_);
-    if (solution_.status != control::SolveStatus::kSolved) {
+    const bool infeasible = solution_.status == control::SolveStatus::kInfeasible;
+    if (solution_.status != control::SolveStatus::kSolved && !infeasible)
       return {std::string(control::describe(solution_.status)), {}};
-    }
-    Answer answer{"ok", {solution_.velocity.begin(), solution_.velocity.end()}};
+    Answer answer{infeasible ? "infeasible: " + control::describe(problem_, solution_.conflict, {"a", "b"}) : "ok",
+                  {solution_.velocity.begin(), solution_.velocity.end()}};
     answer.numbers.insert(answer.numbers.end(), {solution_.scale[0], solution_.scale[1],
                                                  static_cast<double>(solution_.iterations), solution_.kkt_residual});
     return answer;

@@ -202,10 +202,8 @@ void ControlCore::follow(std::int64_t now) noexcept {
   tracked_ = true;
   if (track_.status == planning::TrackStatus::kModel)
     latchMoving({bit(safety::Fault::kSolver), safety::FaultCause::kModel});
-  // That the limits leave no velocity is an answer: the arms hold. A solver that gives none, step after step, is
-  // broken.
-  const bool unsolved =
-      track_.status == planning::TrackStatus::kSolver && track_.solution.status != control::SolveStatus::kInfeasible;
+  // That the limits forbid a task is an answer, with a velocity. A solver that gives none, step after step, is broken.
+  const bool unsolved = track_.status == planning::TrackStatus::kSolver;
   unsolved_ = unsolved ? unsolved_ + period_ : 0.0;
   const double allowed = setup_.deployment.budgets.commandAge(period_);
   if (unsolved_ > allowed * (1.0 + 1e-9)) {

@@ -67,7 +67,7 @@ OrderDesk::Settings OrderDesk::changed(const dds::ControlRequest& request) const
     return s;
   }
   // The Ipopt backend allocates and waits; it has no place on the periodic path.
-  const std::array<std::pair<const char*, double*>, 9> known{
+  const std::array<std::pair<const char*, double*>, 10> known{
       {{"relative_gain", &s.gains.relative},
        {"tip_gain", &s.gains.tip},
        {"nsp_damping", &s.parameters.nsp_damping},
@@ -76,6 +76,7 @@ OrderDesk::Settings OrderDesk::changed(const dds::ControlRequest& request) const
        {"rotation_weight", &s.parameters.rotation_weight},
        {"nspqp_zeta", &s.parameters.nspqp_zeta},
        {"snsqp_zeta", &s.parameters.snsqp_zeta},
+       {"rotation_velocity", &s.parameters.rotation_velocity},
        {"snsqp_rotation_velocity", &s.parameters.snsqp_rotation_velocity}}};
   std::string names = "bounds";
   for (const auto& [key, value] : known) {
