@@ -7,14 +7,18 @@ source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
 
 usage() {
   cat <<'TEXT'
-Usage: deploy/bench.sh [--output FILE] [--no-install] [--table FILE] [BENCHMARK ARGUMENTS]
+Usage: deploy/bench.sh [--output FOLDER] [--no-install] [--table FILE] [BENCHMARK ARGUMENTS]
 
-Installs the Debian packages that are missing, builds bench_kinematics, runs it and prints one table: time per call of
-forward kinematics with its Jacobian, us, and how many times longer a textbook solution takes in the same run. Percentiles
-are over the joint vectors (10,000; 400 for the textbook solution), each with the best of five repetitions, so that they
-tell of the code and not of what else the machine did. All other arguments go to Google Benchmark.
+Installs the Debian packages that are missing, builds the benchmarks, runs them and prints a table of each, times in us:
 
-  --output FILE  the results as JSON (default: results/bench_kinematics.json)
+  bench_kinematics  forward kinematics with its Jacobian, beside a textbook solution in the same run
+  bench_control     one quadratic programme and one control step, beside Ipopt in the same run
+
+Percentiles are over the cases (10,000 joint vectors, 2,000 programmes or steps; fewer for the slow peers), each with the
+best of five repetitions, so that they tell of the code and not of what else the machine did. All other arguments go to
+Google Benchmark.
+
+  --output FOLDER  for the results, bench_*.json (default: results)
   --table FILE   prints the table of earlier results; runs nothing
   --no-install   use what is installed; neither apt nor root is needed
   --help         this text
@@ -32,30 +36,33 @@ import sys
 
 with open(sys.argv[1], encoding="utf-8") as file:
     results = json.load(file)
-rows = {}
-for run in results["benchmarks"]:
-    rows[tuple(run["name"].split("/")[:4])] = run
 times = ("p50", "p90", "p99", "p999", "max")
 cpu = results["context"]
-print(f"{cpu['date']}, {cpu['num_cpus']} CPUs at {cpu['mhz_per_cpu']} MHz, load {cpu.get('load_avg', ['?'])[0]}; "
-      "time per call, us; ratio: shooting (unloaded) / this, p50")
-head = f"{'model':<11}{'arm':<10}{'curved parts':<14}{'joints':<13}"
-print(head + "".join(f"{name:>11}" for name in times) + f"{'failed':>8}{'ratio':>8}")
-for (model, arm, overlap, use), run in rows.items():
-    peer = rows.get(("shooting", arm, overlap, use))
-    ratio = f"{peer['p50'] / run['p50']:.0f}" if peer and run["p50"] > 0 else "-"
-    print(f"{model:<11}{arm:<10}{overlap:<14}{use:<13}"
-          + "".join(f"{run[name]:>11.2f}" for name in times) + f"{run['failed']:>8.0f}{ratio:>8}")
+print(f"{cpu['date']}, {cpu['num_cpus']} CPUs at {cpu['mhz_per_cpu']} MHz, load {cpu.get('load_avg', ['?'])[0]}; time per call, us")
+runs = [(run["name"].split("/iterations")[0].split("/"), run) for run in results["benchmarks"]]
+kinematics = any(name[0] == "shooting" or name[0] in ("rigid", "compliant", "loaded") for name, _ in runs)
+heads, peer = ((("model", "arm", "curved parts", "joints"), (0, "shooting")) if kinematics else
+               (("what", "problem", "solver", "start"), (2, "ipopt")))
+print("".join(f"{head:<{38 if head == 'problem' else 14}}" for head in heads)
+      + "".join(f"{name:>11}" for name in times) + f"{'failed':>8}{'ratio':>8}  (median of {peer[1]} / of this)")
+medians = {tuple(name): run["p50"] for name, run in runs}
+for name, run in runs:
+    other = list(name)
+    other[peer[0]] = peer[1]
+    beside = medians.get(tuple(other)) or (None if kinematics else medians.get(tuple(other[:3] + ["cold"])))
+    ratio = f"{beside / run['p50']:.0f}" if beside and run["p50"] > 0 else "-"
+    print("".join(f"{part:<{38 if head == 'problem' else 14}}" for head, part in zip(heads, name))
+          + "".join(f"{run[time]:>11.2f}" for time in times) + f"{run['failed']:>8.0f}{ratio:>8}")
 PYTHON
 }
 
-install=true output=$root/results/bench_kinematics.json
+install=true output=$root/results
 arguments=()
 while (($# > 0)); do
   case $1 in
     --no-install) install=false ;;
     --output | --table)
-      (($# > 1)) || die "$1: expected a file"
+      (($# > 1)) || die "$1: expected a name"
       if [[ $1 == --table ]]; then
         table "$2"
         exit
@@ -70,11 +77,13 @@ while (($# > 0)); do
 done
 
 if $install; then install_packages; else report_packages; fi
-build release bench_kinematics
-mkdir -p "$(dirname -- "$output")"
-say "running bench_kinematics"
-"$root/build/release/bin/bench_kinematics" --benchmark_out="$output" --benchmark_out_format=json \
-  --benchmark_format=console ${arguments[@]+"${arguments[@]}"} >"${output%.json}.log" ||
-  die "bench_kinematics failed; see ${output%.json}.log"
-say "results in $output"
-table "$output"
+build release bench_kinematics bench_control
+mkdir -p "$output"
+for program in bench_kinematics bench_control; do
+  say "running $program"
+  "$root/build/release/bin/$program" --benchmark_out="$output/$program.json" --benchmark_out_format=json \
+    --benchmark_format=console ${arguments[@]+"${arguments[@]}"} >"$output/$program.log" ||
+    die "$program failed; see $output/$program.log"
+  say "results in $output/$program.json"
+  table "$output/$program.json"
+done

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Time of one quadratic programme and of one control step, with our backend and with Ipopt. */
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <string>
+
+#include "bench/percentiles.h"
+#include "control/quadratic_program.h"
+#include "control/resolver.h"
+#include "tests/unit/support/ark_problem.h"
+
+namespace tandem::bench {
+namespace {
+
+using control::Backend;
+using control::Method;
+
+constexpr std::uint32_t kSeed = 20240607;
+
+/// Twelve variables between bounds, three equalities, rows; strictly convex, with a point that satisfies all.
+control::QuadraticProgram anyProgram(test::Random& random, int rows) {
+  constexpr int kVariables = 12, kEqualities = 3;
+  control::QuadraticProgram qp;
+  qp.resize(kVariables, kEqualities, rows);
+  const auto entry = [&] { return random.uniform(-1.0, 1.0); };
+  const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(kVariables, kVariables, entry);
+  qp.H = root.transpose() * root + 1e-3 * Eigen::MatrixXd::Identity(kVariables, kVariables);
+  qp.g = Eigen::VectorXd::NullaryExpr(kVariables, entry);
+  const Eigen::VectorXd inside = Eigen::VectorXd::NullaryExpr(kVariables, entry);
+  qp.E = Eigen::MatrixXd::NullaryExpr(kEqualities, kVariables, entry);
+  qp.e = qp.E * inside;
+  qp.A = Eigen::MatrixXd::NullaryExpr(rows, kVariables, entry);
+  for (int i = 0; i < rows; ++i)
+    qp.b[i] = qp.A.row(i).dot(inside) + random.uniform(0.0, 0.5);
+  for (int i = 0; i < kVariables; ++i) {
+    qp.lower[i] = inside[i] - random.uniform(0.0, 1.5);
+    qp.upper[i] = inside[i] + random.uniform(0.0, 1.5);
+  }
+  return qp;
+}
+
+/// @param call call(k) answers case k and says whether it could
+void pass(benchmark::State& state,
+          int count,
+          const std::function<void(int)>& before,
+          const std::function<bool(int)>& call) {
+  Percentiles percentiles(static_cast<std::size_t>(count));
+  int failed = 0;
+  for (auto _ : state) {
+    double seconds = 0.0;
+    failed = 0;
+    for (int k = 0; k < count; ++k) {
+      bool answered = false;
+      before(k);
+      seconds += percentiles.time(static_cast<std::size_t>(k), [&] { answered = call(k); });
+      failed += answered ? 0 : 1;
+    }
+    state.SetIterationTime(seconds / count);
+  }
+  percentiles.report(state);
+  state.counters["failed"] = failed;
+}
+
+void timeProgram(benchmark::State& state, Backend backend, int rows, bool warm, int count) {
+  std::vector<control::QuadraticProgram> programs;
+  for (int k = 0; k < count; ++k) {
+    test::Random random(kSeed + static_cast<std::uint32_t>(k));
+    programs.push_back(anyProgram(random, rows));
+  }
+  const auto solver = control::makeQpBackend(backend);
+  control::QpSolution solution;
+  const auto prepare = [&](int k) {
+    if (!warm) {
+      solver->reset();
+      return;
+    }
+    solver->solve(programs[static_cast<std::size_t>(k)], solution);
+    programs[static_cast<std::size_t>(k)].g *= 1.01;  // the next control step asks for a little more
+  };
+  pass(state, count, prepare, [&](int k) {
+    solver->solve(programs[static_cast<std::size_t>(k)], solution);
+    benchmark::DoNotOptimize(solution.x.data());
+    return solution.status == control::QpStatus::kSolved;
+  });
+}
+
+/// One step of the two arms: limits as bounds, the method, its outcome; without the models.
+void timeStep(benchmark::State& state, Method method, Backend backend, int count) {
+  std::vector<control::StepProblem> problems;
+  test::ArkProblem ark;
+  for (std::uint32_t seed = kSeed; static_cast<int>(problems.size()) < count; ++seed) {
+    test::Random random(seed);
+    if (ark.setRandom(random, 3e-3))
+      problems.push_back(ark.problem);
+  }
+  control::MethodParameters parameters;
+  parameters.backend = backend;
+  const auto resolver = control::makeResolver(method, parameters);
+  control::Solution solution;
+  pass(
+      state, count, [&](int) { resolver->reset(); },
+      [&](int k) {
+        resolver->solve(problems[static_cast<std::size_t>(k)], solution);
+        benchmark::DoNotOptimize(solution.velocity.data());
+        return solution.status == control::SolveStatus::kSolved || solution.status == control::SolveStatus::kInfeasible;
+      });
+}
+
+void enroll(const std::string& name, const std::function<void(benchmark::State&)>& function) {
+  benchmark::RegisterBenchmark(name.c_str(), function)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5);
+}
+
+void enrollAll() {
+  constexpr int kMany = 2000, kFew = 60;  // Ipopt takes its time
+  for (const int rows : {5, 8}) {
+    const std::string name = "qp/12 variables 3 equalities " + std::to_string(rows) + " rows/";
+    for (const bool warm : {false, true}) {
+      enroll(name + "active-set/" + (warm ? "warm" : "cold"),
+             [=](auto& state) { timeProgram(state, Backend::kActiveSet, rows, warm, kMany); });
+    }
+    enroll(name + "ipopt/cold", [=](auto& state) { timeProgram(state, Backend::kIpopt, rows, false, kFew); });
+  }
+  for (const Method method : {Method::kNspwln, Method::kNspwlnJoint, Method::kNspqp, Method::kSnsqp}) {
+    const std::string name = "step/" + std::string(control::name(method)) + "/";
+    enroll(name + "active-set/cold", [=](auto& state) { timeStep(state, method, Backend::kActiveSet, kMany); });
+    if (method == Method::kNspqp || method == Method::kSnsqp)
+      enroll(name + "ipopt/cold", [=](auto& state) { timeStep(state, method, Backend::kIpopt, kFew); });
+  }
+}
+
+}  // namespace
+}  // namespace tandem::bench
+
+int main(int argc, char** argv) {
+  tandem::bench::enrollAll();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv))
+    return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}

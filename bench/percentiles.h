@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Times of single calls, as percentiles. */
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace tandem::bench {
+
+/// Times every call by itself. Passes repeat the same work, so of each call the best time counts: it is what the code
+/// takes, without what the machine did in between. Percentiles are over the calls, us.
+class Percentiles {
+ public:
+  explicit Percentiles(std::size_t calls) : times_(calls, std::numeric_limits<double>::infinity()) {}
+
+  /// @return seconds
+  template <class Call>
+  double time(std::size_t index, const Call& call) {
+    const auto begin = std::chrono::steady_clock::now();
+    call();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    times_[index] = std::min(times_[index], 1e6 * seconds);
+    return seconds;
+  }
+
+  void report(benchmark::State& state) {
+    std::erase_if(times_, [](double time) { return !std::isfinite(time); });  // beginnings of paths
+    std::sort(times_.begin(), times_.end());
+    const auto at = [&](double part) { return times_[static_cast<std::size_t>(part * (times_.size() - 1.0))]; };
+    state.counters["p50"] = at(0.5);
+    state.counters["p90"] = at(0.9);
+    state.counters["p99"] = at(0.99);
+    state.counters["p999"] = at(0.999);
+    state.counters["max"] = at(1.0);
+  }
+
+ private:
+  std::vector<double> times_;
+};
+
+}  // namespace tandem::bench
