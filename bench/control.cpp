@@ -3,12 +3,13 @@
 #include <benchmark/benchmark.h>
 
 #include <functional>
+#include <random>
 #include <string>
 
 #include "bench/percentiles.h"
+#include "bench/step_problems.h"
 #include "control/quadratic_program.h"
 #include "control/resolver.h"
-#include "tests/unit/support/ark_problem.h"
 
 namespace tandem::bench {
 namespace {
@@ -19,11 +20,15 @@ using control::Method;
 constexpr std::uint32_t kSeed = 20240607;
 
 /// Twelve variables between bounds, three equalities, rows; strictly convex, with a point that satisfies all.
-control::QuadraticProgram anyProgram(test::Random& random, int rows) {
+control::QuadraticProgram anyProgram(std::uint32_t seed, int rows) {
+  std::mt19937 engine(seed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine);
+  };
   constexpr int kVariables = 12, kEqualities = 3;
   control::QuadraticProgram qp;
   qp.resize(kVariables, kEqualities, rows);
-  const auto entry = [&] { return random.uniform(-1.0, 1.0); };
+  const auto entry = [&] { return uniform(-1.0, 1.0); };
   const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(kVariables, kVariables, entry);
   qp.H = root.transpose() * root + 1e-3 * Eigen::MatrixXd::Identity(kVariables, kVariables);
   qp.g = Eigen::VectorXd::NullaryExpr(kVariables, entry);
@@ -32,10 +37,10 @@ control::QuadraticProgram anyProgram(test::Random& random, int rows) {
   qp.e = qp.E * inside;
   qp.A = Eigen::MatrixXd::NullaryExpr(rows, kVariables, entry);
   for (int i = 0; i < rows; ++i)
-    qp.b[i] = qp.A.row(i).dot(inside) + random.uniform(0.0, 0.5);
+    qp.b[i] = qp.A.row(i).dot(inside) + uniform(0.0, 0.5);
   for (int i = 0; i < kVariables; ++i) {
-    qp.lower[i] = inside[i] - random.uniform(0.0, 1.5);
-    qp.upper[i] = inside[i] + random.uniform(0.0, 1.5);
+    qp.lower[i] = inside[i] - uniform(0.0, 1.5);
+    qp.upper[i] = inside[i] + uniform(0.0, 1.5);
   }
   return qp;
 }
@@ -64,10 +69,8 @@ void pass(benchmark::State& state,
 
 void timeProgram(benchmark::State& state, Backend backend, int rows, bool warm, int count) {
   std::vector<control::QuadraticProgram> programs;
-  for (int k = 0; k < count; ++k) {
-    test::Random random(kSeed + static_cast<std::uint32_t>(k));
-    programs.push_back(anyProgram(random, rows));
-  }
+  for (int k = 0; k < count; ++k)
+    programs.push_back(anyProgram(kSeed + static_cast<std::uint32_t>(k), rows));
   const auto solver = control::makeQpBackend(backend);
   control::QpSolution solution;
   const auto prepare = [&](int k) {
@@ -87,13 +90,7 @@ void timeProgram(benchmark::State& state, Backend backend, int rows, bool warm, 
 
 /// One step of the two arms: limits as bounds, the method, its outcome; without the models.
 void timeStep(benchmark::State& state, Method method, Backend backend, int count) {
-  std::vector<control::StepProblem> problems;
-  test::ArkProblem ark;
-  for (std::uint32_t seed = kSeed; static_cast<int>(problems.size()) < count; ++seed) {
-    test::Random random(seed);
-    if (ark.setRandom(random, 3e-3))
-      problems.push_back(ark.problem);
-  }
+  const std::vector<control::StepProblem> problems = randomSteps(count, kSeed);
   control::MethodParameters parameters;
   parameters.backend = backend;
   const auto resolver = control::makeResolver(method, parameters);
