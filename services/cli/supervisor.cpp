@@ -39,8 +39,10 @@ void Supervisor::start(const config::Deployment& deployment,
     throw Failure(kUsage, deployment.file.string() + ": process '" + process.name + "': " + beside.string() +
                               " is not an executable");
   }
-  std::vector<std::string> words{beside.string(), "--deployment", deployment.file.string()};
-  if (!log_level.empty())
+  std::vector<std::string> words{beside.string()};
+  if (process.is_service)
+    words.insert(words.end(), {"--deployment", deployment.file.string()});
+  if (process.is_service && !log_level.empty())
     words.insert(words.end(), {"--log", log_level});
   words.insert(words.end(), process.arguments.begin(), process.arguments.end());
   std::vector<char*> arguments;

@@ -189,6 +189,7 @@ INSTANTIATE_TEST_SUITE_P(Presets,
                          testing::Values("robots/ark2024.yaml",
                                          "experiments/table3.yaml",
                                          "deployments/laptop.yaml",
+                                         "hardware/ark2024-two-buses.yaml",
                                          "trajectories/circle.yaml",
                                          "trajectories/lissajous.yaml"),
                          [](const auto& preset) {

@@ -170,6 +170,7 @@ TEST(Deployment, EveryKeyReachesItsField) {
   const std::string text = R"(tandem: deployment/1
 name: lab
 robot: ark2024-as-printed
+hardware: ark2024-two-buses
 prefix: lab_1
 domain: 232
 interface_address: 10.0.0.255
@@ -193,12 +194,13 @@ method: snsqp
 relative_gain_per_s: 4
 tip_gain_per_s: 2
 processes:
-  - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"]}
+  - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false}
 )";
   expectEveryKey(text, deploymentTable());
   const Deployment d = loadDeployment(folder.write("d.yaml", text));
   EXPECT_EQ(d.name, "lab");
   EXPECT_EQ(d.robot.filename(), "ark2024-as-printed.yaml");
+  EXPECT_EQ(d.hardware.filename(), "ark2024-two-buses.yaml");
   EXPECT_EQ(d.prefix, "lab_1");
   EXPECT_EQ(d.domain, 232);
   EXPECT_EQ(d.interface_address, "10.0.0.255");
@@ -222,8 +224,9 @@ processes:
   EXPECT_EQ(d.tip_gain, 2.0);
   EXPECT_EQ(d.processes.at(0).executable, "/opt/sim");
   EXPECT_EQ(d.processes.at(0).arguments, (std::vector<std::string>{"--quiet", "7"}));
+  EXPECT_FALSE(d.processes.at(0).is_service);
   ASSERT_EQ(d.warnings.size(), 1u);
-  EXPECT_NE(d.warnings[0].find("22:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
+  EXPECT_NE(d.warnings[0].find("23:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
             std::string::npos)
       << d.warnings[0];
 }
@@ -288,8 +291,10 @@ TEST(Validate, EveryPresetIsGood) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(presets())) {
     if (!entry.is_regular_file())
       continue;
-    EXPECT_EQ(entry.path().parent_path().filename(),
-              validate(entry.path()).kind == "trajectory" ? "trajectories" : validate(entry.path()).kind + "s");
+    const std::string kind = validate(entry.path()).kind;
+    EXPECT_EQ(entry.path().parent_path().filename(), kind == "trajectory" ? "trajectories"
+                                                     : kind == "hardware" ? kind
+                                                                          : kind + "s");
     ++count;
   }
   EXPECT_GE(count, 10);
