@@ -2,6 +2,7 @@
 #include "hal/hardware.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -294,6 +295,9 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   if (!hardware.simulated && !robot.hardware)
     map.fail("robot", "found a robot with `hardware: false`, expected `hardware: true`, or `simulated: true` here");
   hardware.period = map.number("period");
+  constexpr double kTicksPerSecond = 1e4;
+  if (std::abs(kTicksPerSecond * hardware.period - std::round(kTicksPerSecond * hardware.period)) > 1e-6)
+    map.fail("period", "found " + map.inUnit("period", hardware.period) + ", expected a multiple of 0.1 ms");
   hardware.node_heartbeat = map.number("node_heartbeat");
   hardware.boot_budget = map.number("boot_budget");
   hardware.transition_budget = map.number("transition_budget");

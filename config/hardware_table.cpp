@@ -207,7 +207,7 @@ const Mapping& hardwareTable() {
           text("robot", "robot file, relative to the folder of this file, or the name of a preset").required(),
           flag("simulated", "true: the nodes are simulated drives; a robot file with `hardware: false` is accepted")
               .defaultsTo(0.0),
-          number("period", kTime, "of SYNC on all buses").within(1e-3, 20e-3).defaultsTo(defaults.period),
+          number("period", kTime, "of SYNC on all buses; a multiple of 0.1 ms").within(1e-3, 20e-3).defaultsTo(defaults.period),
           number("node_heartbeat", kTime, "period of the nodes' heartbeats")
               .within(5e-3, 1.0)
               .defaultsTo(defaults.node_heartbeat),

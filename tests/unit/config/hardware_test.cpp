@@ -136,6 +136,7 @@ TEST(Hardware, Refusals) {
     expectHardwareRefusal({from, to, at, offset, key, message});
   };
   refuse("simulated: true", "simulated: false", "robot: ", 7, "robot", "expected `hardware: true`");
+  refuse("period_ms: 4", "period_ms: 4.05", "4.05", 0, "period_ms", "a multiple of 0.1 ms");
   refuse("unix:/tmp/tandem-bus-b", "unix:/tmp/tandem-bus-a", "name: bus_b", 24, "buses[1].interface", "a second time");
   refuse("name: bus_b,", "name: bus_a,", "name: bus_a, interface: \"unix:/tmp/tandem-bus-b", 6, "buses[1].name",
          "a second time");
