@@ -102,6 +102,12 @@ Group readGroup(const Map& map, bool translation) {
   axis.following_time = drive.number("following_time");
   axis.reference = readReference(drive);
   readHoming(drive, group);
+  axis.temperature_scale = drive.number("temperature_scale");
+  if (drive.has("temperature_object")) {
+    const std::string object = drive.text("temperature_object");
+    axis.temperature_index = static_cast<std::uint16_t>(std::stoul(object.substr(0, 4), nullptr, 16));
+    axis.temperature_sub = static_cast<std::uint8_t>(std::stoul(object.substr(5), nullptr, 16));
+  }
   axis.identity = readIdentity(drive);
   if (map.has("encoder")) {
     const Map encoder = map.map("encoder");

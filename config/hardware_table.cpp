@@ -122,6 +122,11 @@ Mapping driveMapping(Kind kind) {
              text("reference", "where the position comes from after power on")
                  .oneOf({"absolute_encoder", "drive", "homing"})
                  .defaultsTo("absolute_encoder"),
+             text("temperature_object", "object with a temperature, signed")
+                 .matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal")
+                 .orInteger()
+                 .defaultNote("none"),
+             number("temperature_scale", kNone, "degrees Celsius per unit of that object").above(0).defaultsTo(1.0),
              mapping("homing", homingTable(kind), "with `reference: homing`").defaultNote("none"),
          });
   append(table.fields, identityFields());
@@ -207,7 +212,9 @@ const Mapping& hardwareTable() {
           text("robot", "robot file, relative to the folder of this file, or the name of a preset").required(),
           flag("simulated", "true: the nodes are simulated drives; a robot file with `hardware: false` is accepted")
               .defaultsTo(0.0),
-          number("period", kTime, "of SYNC on all buses; a multiple of 0.1 ms").within(1e-3, 20e-3).defaultsTo(defaults.period),
+          number("period", kTime, "of SYNC on all buses; a multiple of 0.1 ms")
+              .within(1e-3, 20e-3)
+              .defaultsTo(defaults.period),
           number("node_heartbeat", kTime, "period of the nodes' heartbeats")
               .within(5e-3, 1.0)
               .defaultsTo(defaults.node_heartbeat),

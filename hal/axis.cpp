@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "hal/node_setups.h"
 
@@ -33,7 +34,8 @@ Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, canopen::Ne
       network_(network),
       drive_(network.addNode(driveSetup(hardware, config, heartbeat_budget))),
       units_(config.gearing),
-      power_(hardware.transition_budget) {
+      power_(hardware.transition_budget),
+      temperature_(std::numeric_limits<double>::quiet_NaN()) {
   if (!config.encoder)
     return;
   encoder_ = network.addNode(encoderSetup(hardware, config, heartbeat_budget));
@@ -205,6 +207,28 @@ void Axis::reference(std::int64_t now) noexcept {
   }
 }
 
+/// Once a second, when nothing else uses the node's SDO client.
+void Axis::readTemperature(std::int64_t now) noexcept {
+  if (config_.temperature_index == 0 || phase_ != AxisPhase::kReady)
+    return;
+  if (jobs_.status() != SdoJobs::Status::kBusy && now >= next_temperature_) {
+    constexpr std::int64_t kSecond = 1'000'000'000;
+    next_temperature_ = now + kSecond;
+    jobs_.clear();
+    jobs_.read({config_.temperature_index, config_.temperature_sub});
+    return;
+  }
+  if (jobs_.status() != SdoJobs::Status::kBusy)
+    return;
+  const SdoJobs::Status status = jobs_.step(driveNode(), now);
+  if (status == SdoJobs::Status::kDone) {
+    const int bits = 8 * static_cast<int>(std::clamp<std::size_t>(driveNode().sdo().data().size(), 1, 4));
+    temperature_ = config_.temperature_scale * static_cast<double>(canopen::signExtend(jobs_.value(), bits));
+  } else if (status == SdoJobs::Status::kFailed) {
+    temperature_ = std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
 void Axis::noteGuard(HardwareGuard guard, bool stands) noexcept {
   if (stands)
     guards_ |= bit(guard);
@@ -261,6 +285,7 @@ void Axis::update(std::int64_t now) noexcept {
   }
   if (phase_ == AxisPhase::kReferencing)
     reference(now);
+  readTemperature(now);
   judge(now);
 }
 

@@ -73,6 +73,8 @@ class Axis {
   double encoderPosition() const noexcept { return encoder_position_; }
   double followingError() const noexcept { return following_error_; }  ///< m or rad
   std::uint16_t errorCode() const noexcept { return error_code_; }     ///< of the last emergency, 0: none
+  /// Of the drive, degrees Celsius; NaN where it is not known.
+  double temperature() const noexcept { return temperature_; }
   const AxisConfig& config() const noexcept { return config_; }
   const AxisUnits& units() const noexcept { return units_; }
   canopen::Node& driveNode() noexcept { return network_.node(drive_); }
@@ -104,6 +106,7 @@ class Axis {
   void readEncoder(std::int64_t now) noexcept;
   void reference(std::int64_t now) noexcept;
   void setLimits() noexcept;
+  void readTemperature(std::int64_t now) noexcept;
   void judge(std::int64_t now) noexcept;
   void judgeMotion(std::int64_t now) noexcept;
   void noteGuard(HardwareGuard guard, bool stands) noexcept;
@@ -140,6 +143,8 @@ class Axis {
   double target_ = 0.0;
   double target_velocity_ = 0.0;
   double following_error_ = 0.0;
+  double temperature_;
+  std::int64_t next_temperature_ = 0;  ///< when it is read again, ns
   std::int32_t target_counts_ = 0;
 
   /// A command acts two periods later; the joint may be anywhere between the targets since then.

@@ -77,7 +77,10 @@ struct AxisConfig {
   double following_time = 0.0;           ///< s for which the error may stay outside the window
   double velocity_gain = 0.0;            ///< 1/s: mode CSV closes the position loop with it
   PositionReference reference = PositionReference::kAbsoluteEncoder;
-  HomingConfig homing;  ///< where reference is kHoming
+  std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
+  std::uint8_t temperature_sub = 0;
+  double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
+  HomingConfig homing;             ///< where reference is kHoming
   std::optional<EncoderConfig> encoder;
 };
 

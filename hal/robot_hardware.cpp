@@ -21,7 +21,7 @@ canopen::NetworkOptions networkOptions(const BusConfig& bus, double heartbeat_bu
 }  // namespace
 
 RobotHardware::RobotHardware(const HardwareConfig& config,
-                             std::vector<std::unique_ptr<can::Bus>> buses,
+                             const std::vector<can::Bus*>& buses,
                              const RobotOptions& options)
     : config_(config),
       monitor_(static_cast<int>(config.arms.size()), options.budgets.commandAge(options.control_period)) {
@@ -30,7 +30,7 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
   const double heartbeat_budget = options.budgets.drive_heartbeat;
   for (std::size_t b = 0; b < buses.size(); ++b) {
     BusSlot slot;
-    slot.bus = std::move(buses[b]);
+    slot.bus = buses[b];
     slot.network = std::make_unique<canopen::Network>(*slot.bus, networkOptions(config.buses[b], heartbeat_budget));
     buses_.push_back(std::move(slot));
   }

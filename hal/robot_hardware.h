@@ -43,11 +43,9 @@ struct HardwareEvent {
  * One thread; nothing after construction allocates, locks or throws. Times are ns on one monotonic clock. */
 class RobotHardware {
  public:
-  /** @param buses as in the configuration, open
+  /** @param buses as in the configuration, open; they outlive the robot
    * @throw std::invalid_argument where counts differ or nodes contradict each other. */
-  RobotHardware(const HardwareConfig& config,
-                std::vector<std::unique_ptr<can::Bus>> buses,
-                const RobotOptions& options);
+  RobotHardware(const HardwareConfig& config, const std::vector<can::Bus*>& buses, const RobotOptions& options);
 
   /// Begins to send heartbeats and boots all nodes.
   void start(std::int64_t now) noexcept;
@@ -94,7 +92,7 @@ class RobotHardware {
 
  private:
   struct BusSlot {
-    std::unique_ptr<can::Bus> bus;
+    can::Bus* bus = nullptr;
     std::unique_ptr<canopen::Network> network;
     std::vector<int> axis_of_node;  ///< index in axes_, by the network's index of the node
     bool restart = false;

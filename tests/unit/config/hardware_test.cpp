@@ -76,7 +76,7 @@ TEST(Hardware, EveryKeyReachesItsField) {
                   "power_budget_s: 3\n");
   text = replaced(text, "bit_rate_kbit_per_s: 1000}", "bit_rate_kbit_per_s: 900, load_limit: 0.7, node_id: 120}");
   text = replaced(text, "reference: absolute_encoder",
-                  "reference: homing\n      mode: csv\n      velocity_gain_per_s: 12\n      vendor: 0x12\n"
+                  "reference: homing\n      temperature_scale: 0.1\n      mode: csv\n      velocity_gain_per_s: 12\n      vendor: 0x12\n"
                   "      product: 34\n      revision: 0xFFFFFFFF\n"
                   "      homing: {method: 17, fast_mm_per_s: 4, slow_mm_per_s: 1, acceleration_mm_per_s2: 50, order: 2,"
                   " budget_s: 90}");
@@ -105,6 +105,9 @@ TEST(Hardware, EveryKeyReachesItsField) {
   EXPECT_EQ(axis.identity.product, 34u);
   EXPECT_EQ(axis.identity.revision, 0xFFFFFFFFu);
   EXPECT_EQ(axis.identity.serial, 4711u);
+  EXPECT_EQ(axis.temperature_index, 0x2001);
+  EXPECT_EQ(axis.temperature_sub, 0);
+  EXPECT_EQ(axis.temperature_scale, 0.1);
   EXPECT_EQ(axis.homing.method, 17);
   EXPECT_EQ(axis.homing.fast, 4e-3);
   EXPECT_EQ(axis.homing.slow, 1e-3);
