@@ -312,7 +312,7 @@ void Drive::note(double dt, double before) noexcept {
   record_.peak_velocity = std::max(record_.peak_velocity, std::abs(motor_.velocity()));
   if (stopping_) {
     record_.stop_travel += way;
-    if (std::abs(motor_.velocity()) < 1.0) {
+    if (std::abs(motor_.velocity()) < 1e-3 * spec_.motor.max_velocity) {
       stopping_ = false;
     } else {
       record_.stop_duration += dt;
