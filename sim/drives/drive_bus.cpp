@@ -214,7 +214,9 @@ void DriveBus::sendError(std::uint32_t error_class) noexcept {
   frame.error = true;
   frame.id = error_class;
   frame.length = 8;
-  bus_.send({&frame, 1});
+  const std::size_t sent = bus_.send({&frame, 1});
+  record_.sent += sent;
+  record_.unsent += 1 - sent;
 }
 
 void DriveBus::poll(std::int64_t now) noexcept {
