@@ -94,14 +94,16 @@ chmod +x "$work/init"
 # A guest cannot open the host's pipes: its output goes through a file that is followed here.
 : >"$work/output"
 
-tail -c +1 -f "$work/output" &
-follower=$!
-code=0
+# In the background, so that a signal reaches this shell, which ends the guest.
 timeout --kill-after=10 "$limit" "$kernel" mem="$memory" rootfstype=hostfs rootflags=/ rw init="$work/init" \
-  con=null con0=null,null quiet umid="tandem$$" uml_dir="$work/" </dev/null >"$work/console" 2>&1 || code=$?
-sleep 0.3
-kill "$follower" 2>/dev/null || true
-wait "$follower" 2>/dev/null || true
+  con=null con0=null,null quiet umid="tandem$$" uml_dir="$work/" </dev/null >"$work/console" 2>&1 &
+guest=$!
+trap 'kill "$guest" 2>/dev/null || true; rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
+tail -c +1 -s 0.1 -f --pid="$guest" "$work/output"
+code=0
+wait "$guest" || code=$?
+trap 'rm -rf "$work"' EXIT
 if [[ -s $work/code && $(<"$work/code") == 125 ]]; then
   cat "$work/guest" >&2
   die "the guest could not be set up"
