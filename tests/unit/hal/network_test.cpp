@@ -90,7 +90,8 @@ TEST(Network, OptionalStepsAndWaits) {
   absent.optional = true;
   auto wait = check({0x6061, 0}, 8, 1, "mode display");
   wait.kind = SetupStep::Kind::kAwait;
-  setup.steps = {absent, write({0x1017, 0}, 25, 2, "heartbeat period"), writeOnly({0x6060, 0}, 8, 1, "mode"), wait, read({0x6064, 0}, 4, "position")};
+  setup.steps = {absent, write({0x1017, 0}, 25, 2, "heartbeat period"), writeOnly({0x6060, 0}, 8, 1, "mode"), wait,
+                 read({0x6064, 0}, 4, "position")};
   rig.network.addNode(setup);
   ASSERT_TRUE(rig.bringUp()) << rig.network.node(0).describeFailure();
   EXPECT_NE(rig.network.node(0).readValue({0x6064, 0}), nullptr);
