@@ -134,9 +134,11 @@ Experiment loadExperiment(const std::filesystem::path& file);
 Deployment loadDeployment(const std::filesystem::path& file);
 
 /** A hardware file, checked against its robot and against the load limits of its buses.
- * @param heartbeat_budget the drives' patience with the HAL (Budgets::drive_heartbeat), s: part of the bus load. */
+ * @param heartbeat_budget the drives' patience with the HAL (Budgets::drive_heartbeat), s: part of the bus load
+ * @param refuse_overload false: a bus beyond its load limit is let through, for the calculator. */
 hal::HardwareConfig loadHardware(const std::filesystem::path& file,
-                                 double heartbeat_budget = safety::Budgets{}.drive_heartbeat);
+                                 double heartbeat_budget = safety::Budgets{}.drive_heartbeat,
+                                 bool refuse_overload = true);
 
 /** A trajectory given as YAML text (planning/request, `tandem run`), `origin` names it in errors. CSV paths are
  * relative to `folder`; an empty folder refuses them, as texts from the wire must not name files. */

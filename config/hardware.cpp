@@ -290,13 +290,14 @@ void readArms(const Map& map, const Robot& robot, hal::HardwareConfig& hardware)
 
 }  // namespace
 
-hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heartbeat_budget) {
+hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heartbeat_budget, bool refuse_overload) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(hardwareTable());
   map.text("tandem");
   hal::HardwareConfig hardware;
   hardware.name = map.text("name");
   const Robot robot = loadRobot(robotPath(map, file));
+  hardware.robot_file = robot.file.string();
   hardware.simulated = map.flag("simulated");
   if (!hardware.simulated && !robot.hardware)
     map.fail("robot", "found a robot with `hardware: false`, expected `hardware: true`, or `simulated: true` here");
@@ -305,6 +306,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   if (std::abs(kTicksPerSecond * hardware.period - std::round(kTicksPerSecond * hardware.period)) > 1e-6)
     map.fail("period", "found " + map.inUnit("period", hardware.period) + ", expected a multiple of 0.1 ms");
   hardware.node_heartbeat = map.number("node_heartbeat");
+  hardware.feedback_budget = map.number("feedback_budget");
   hardware.boot_budget = map.number("boot_budget");
   hardware.transition_budget = map.number("transition_budget");
   hardware.power_budget = map.number("power_budget");
@@ -322,7 +324,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   checkHoming(map, hardware);
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
     const hal::BusPlan plan = hardware.planOf(static_cast<int>(b), heartbeat_budget);
-    if (!hal::computeLoad(plan).fits) {
+    if (refuse_overload && !hal::computeLoad(plan).fits) {
       map.fail("buses",
                hardware.buses[b].name + ": " +
                    hal::explainLoad(plan, hardware.trafficOf(static_cast<int>(b), heartbeat_budget)),

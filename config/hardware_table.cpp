@@ -218,6 +218,9 @@ const Mapping& hardwareTable() {
           number("node_heartbeat", kTime, "period of the nodes' heartbeats")
               .within(5e-3, 1.0)
               .defaultsTo(defaults.node_heartbeat),
+          number("feedback_budget", kTime, "for which a node in operation may owe its PDO; three periods at the least")
+              .within(5e-3, 1.0)
+              .defaultsTo(defaults.feedback_budget),
           number("boot_budget", kTime, "a node has to be there within it after a reset")
               .within(0.1, 60.0)
               .defaultsTo(defaults.boot_budget),

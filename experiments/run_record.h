@@ -28,6 +28,7 @@ struct StepFacts {
   int iteration = 0;
   planning::Reference reference;  ///< the one that was answered: relative position, then tip
   safety::RobotVector position;   ///< of all joints after the step, m and rad
+  safety::RobotVector setpoint;   ///< past the gate, where joints lag behind it; empty: they are at it
   std::array<double, 2> scale{};  ///< task scales of the solution
   std::uint32_t solver_iterations = 0;
   std::uint32_t active_limits = 0;
@@ -37,9 +38,9 @@ struct StepFacts {
 /** One row: the facts and what follows from them with the robot's model. */
 struct Row {
   StepFacts facts;
-  double error_ab = 0.0;             ///< m, after the step
-  double error_a = 0.0;              ///< m, after the step
-  double violation = 0.0;            ///< largest excess over boxes and rows, m or rad; not above zero inside
+  double error_ab = 0.0;   ///< m, after the step
+  double error_a = 0.0;    ///< m, after the step
+  double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
   safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
 };
 

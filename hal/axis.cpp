@@ -12,8 +12,7 @@ namespace {
 
 using canopen::NodePhase;
 
-/// As for the age of a state: a TPDO is missed after three periods, and 30 ms at the least.
-constexpr double kFeedbackBudget = 0.030;
+/// A TPDO is missed after so many SYNCs, and the budget's time at the least.
 constexpr std::uint64_t kMissedSyncs = 3;
 /// For which a drive may not say that it follows: one TPDO may have been sampled before the command came.
 constexpr double kIgnoreBudget = 0.030;
@@ -31,6 +30,7 @@ std::string_view name(AxisPhase phase) {
 Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, canopen::Network& network, double heartbeat_budget)
     : config_(config),
       period_(hardware.period),
+      feedback_budget_(std::max(hardware.feedback_budget, 3.0 * hardware.period)),
       network_(network),
       drive_(network.addNode(driveSetup(hardware, config, heartbeat_budget))),
       units_(config.gearing),
@@ -124,8 +124,7 @@ void Axis::watchStream(const canopen::Tpdo& tpdo, Stream& stream, std::int64_t n
 
 bool Axis::silent(const Stream& stream, std::int64_t now) const noexcept {
   // Not heard while this process itself stood still proves nothing: the SYNCs count, too.
-  return network_.syncCount() - stream.sync_mark >= kMissedSyncs &&
-         now - stream.time > nanoseconds(std::max(kFeedbackBudget, 3.0 * period_));
+  return network_.syncCount() - stream.sync_mark >= kMissedSyncs && now - stream.time > nanoseconds(feedback_budget_);
 }
 
 void Axis::readDrive(std::int64_t now) noexcept {

@@ -113,6 +113,7 @@ class Axis {
 
   AxisConfig config_;
   double period_;
+  double feedback_budget_;
   canopen::Network& network_;
   int drive_;
   int encoder_ = -1;

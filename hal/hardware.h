@@ -93,9 +93,11 @@ struct ArmConfig {
 /** A whole robot's hardware. */
 struct HardwareConfig {
   std::string name;
+  std::string robot_file;          ///< whose joints these are
   bool simulated = false;          ///< the nodes are simulated drives
   double period = 4e-3;            ///< of SYNC on all buses, s
   double node_heartbeat = 50e-3;   ///< period of the nodes' heartbeats, s
+  double feedback_budget = 30e-3;  ///< for which a node in operation may owe its PDO, s; three periods at the least
   double boot_budget = 3.0;        ///< for a node to say that it is there after a reset, s
   double transition_budget = 0.5;  ///< for a drive to take each step of its state machine, s
   double power_budget = 2.0;       ///< for all drives of an arm to be in operation, s

@@ -20,11 +20,13 @@ Client::Client(const config::Deployment& deployment, Taps taps)
   control_requests_ = bus_.writer(dds::kControlRequest);
   planning_requests_ = bus_.writer(dds::kPlanningRequest);
   sim_requests_ = bus_.writer(dds::kSimRequest);
+  hal_requests_ = bus_.writer(dds::kHalRequest);
   stops_ = bus_.writer(dds::kStop);
   const auto reply = [this](const dds::Reply& r) { onReply(r); };
   control_replies_ = bus_.reader(dds::kControlReply, reply);
   planning_replies_ = bus_.reader(dds::kPlanningReply, reply);
   sim_replies_ = bus_.reader(dds::kSimReply, reply);
+  hal_replies_ = bus_.reader(dds::kHalReply, reply);
   const auto heard = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
                             const auto& tap) {
     {
@@ -177,6 +179,8 @@ dds::Reply Client::planning(dds::PlanningRequest request) {
   return ask("planning", planning_requests_, planning_replies_, request);
 }
 dds::Reply Client::sim(dds::SimRequest request) { return ask("sim", sim_requests_, sim_replies_, request); }
+
+dds::Reply Client::hal(dds::HalRequest request) { return ask("hal", hal_requests_, hal_replies_, request); }
 
 void Client::stop(const std::string& reason) {
   dds::Stop stop;

@@ -9,25 +9,12 @@
 #include "services/common/mailbox.h"
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
-#include "services/setup/diagnostics.h"
+#include "services/setup/actuation.h"
 #include "services/sim/sim_core.h"
 
 using namespace tandem;
 
 namespace {
-
-void diagnose(service::Diagnostics& diagnostics, const dds::HalStatus& status) {
-  safety::FaultMask faults = 0;
-  std::uint64_t actions = 0;
-  for (std::size_t k = 0; k < status.arm_count; ++k)
-    faults |= status.faults[k];
-  for (const std::uint64_t count : status.guard_count)
-    actions += count;
-  using Level = service::Diagnostics::Level;
-  diagnostics.publish(service::monotonicNow(), status.stamp, faults == 0 ? Level::kOk : Level::kError,
-                      faults == 0 ? "ok" : "faults: " + safety::describeFaults(faults),
-                      {{"gate_actions", std::to_string(actions)}, {"overruns", std::to_string(status.overruns)}});
-}
 
 /** Lock-step: commands move the time. */
 void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
@@ -53,7 +40,7 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
     core.status(status);
     statuses.write(status);
     states.write(state);
-    diagnose(diagnostics, status);
+    service::diagnose(diagnostics, status);
   };
   spdlog::info("ready: robot {}, lock-step", setup.robot.name);
   constexpr double kRepeat = 0.1;  // s: whoever came late hears the present state
@@ -95,7 +82,7 @@ class RealTime {
         diagnostics_(bus_, setup.name, setup.robot.name),
         status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
-          diagnose(diagnostics_, m);
+          service::diagnose(diagnostics_, m);
         })) {}
 
   void run(service::StopSignal& stop) {

@@ -72,7 +72,7 @@ TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
 TEST(Hardware, EveryKeyReachesItsField) {
   std::string text = good();
   text = replaced(text, "simulated: true\n",
-                  "simulated: true\nnode_heartbeat_ms: 40\nboot_budget_s: 5\ntransition_budget_s: 0.3\n"
+                  "simulated: true\nnode_heartbeat_ms: 40\nfeedback_budget_ms: 25\nboot_budget_s: 5\ntransition_budget_s: 0.3\n"
                   "power_budget_s: 3\n");
   text = replaced(text, "bit_rate_kbit_per_s: 1000}", "bit_rate_kbit_per_s: 900, load_limit: 0.7, node_id: 120}");
   text = replaced(text, "reference: absolute_encoder",
@@ -91,6 +91,7 @@ TEST(Hardware, EveryKeyReachesItsField) {
   text = replaced(text, "tube: 3, bus: bus_b, node: 3,", "tube: 3, bus: bus_b, node: 3, home_position_mm: -190,");
   const hal::HardwareConfig hardware = loadText(text);
   EXPECT_EQ(hardware.node_heartbeat, 0.04);
+  EXPECT_EQ(hardware.feedback_budget, 0.025);
   EXPECT_EQ(hardware.boot_budget, 5.0);
   EXPECT_EQ(hardware.transition_budget, 0.3);
   EXPECT_EQ(hardware.power_budget, 3.0);

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/setup/actuation.h"
+
+#include "services/common/periodic_loop.h"
+
+namespace tandem::service {
+
+void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCommand& command) noexcept {
+  command.head.session = from.control_session;
+  command.head.sequence = from.sequence;
+  command.head.arm_count = from.arm_count;
+  command.head.age = age;
+  for (std::size_t k = 0; k < safety::kMaxArms; ++k) {
+    const bool known = from.request[k] <= static_cast<std::uint8_t>(safety::DriveRequest::kResume);
+    command.request[k] = known ? static_cast<safety::DriveRequest>(from.request[k]) : safety::DriveRequest::kKeep;
+    command.moving[k] = from.moving[k] != 0;
+  }
+  command.velocity = from.velocity;
+  command.position = from.position;
+}
+
+void diagnose(Diagnostics& diagnostics,
+              const dds::HalStatus& status,
+              std::vector<std::pair<std::string, std::string>> more) {
+  safety::FaultMask faults = 0;
+  std::uint64_t actions = 0;
+  for (std::size_t k = 0; k < status.arm_count; ++k)
+    faults |= status.faults[k];
+  for (const std::uint64_t count : status.guard_count)
+    actions += count;
+  std::vector<std::pair<std::string, std::string>> values{{"gate_actions", std::to_string(actions)},
+                                                          {"overruns", std::to_string(status.overruns)}};
+  values.insert(values.end(), more.begin(), more.end());
+  using Level = Diagnostics::Level;
+  diagnostics.publish(monotonicNow(), status.stamp, faults == 0 ? Level::kOk : Level::kError,
+                      faults == 0 ? "ok" : "faults: " + safety::describeFaults(faults), std::move(values));
+}
+
+}  // namespace tandem::service
