@@ -234,13 +234,9 @@ void Axis::noteGuard(HardwareGuard guard, bool stands) noexcept {
 }
 
 void Axis::judgeMotion(std::int64_t now) noexcept {
-  const auto [least, most] = std::minmax_element(recent_targets_.begin(), recent_targets_.end());
-  following_error_ = position_ > *most ? position_ - *most : position_ < *least ? position_ - *least : 0.0;
-  if (std::abs(following_error_) <= config_.following_error) {
-    outside_since_ = 0;
-  } else if (outside_since_ == 0) {
-    outside_since_ = now;
-  }
+  // What is old says nothing about where the joint is; that it is old is another guard's business.
+  if (drive_stream_.fresh)
+    judgeFollowing(now);
   noteGuard(HardwareGuard::kFollowing,
             outside_since_ != 0 && now - outside_since_ >= nanoseconds(config_.following_time));
   noteGuard(HardwareGuard::kPowerLost, driveState() != DriveState::kOperationEnabled);
@@ -251,6 +247,16 @@ void Axis::judgeMotion(std::int64_t now) noexcept {
   }
   noteGuard(HardwareGuard::kIgnoresCommand,
             ignoring_since_ != 0 && now - ignoring_since_ >= nanoseconds(kIgnoreBudget));
+}
+
+void Axis::judgeFollowing(std::int64_t now) noexcept {
+  const auto [least, most] = std::minmax_element(recent_targets_.begin(), recent_targets_.end());
+  following_error_ = position_ > *most ? position_ - *most : position_ < *least ? position_ - *least : 0.0;
+  if (std::abs(following_error_) <= config_.following_error) {
+    outside_since_ = 0;
+  } else if (outside_since_ == 0) {
+    outside_since_ = now;
+  }
 }
 
 void Axis::judge(std::int64_t now) noexcept {

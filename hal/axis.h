@@ -109,6 +109,7 @@ class Axis {
   void readTemperature(std::int64_t now) noexcept;
   void judge(std::int64_t now) noexcept;
   void judgeMotion(std::int64_t now) noexcept;
+  void judgeFollowing(std::int64_t now) noexcept;
   void noteGuard(HardwareGuard guard, bool stands) noexcept;
 
   AxisConfig config_;

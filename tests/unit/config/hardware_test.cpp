@@ -71,16 +71,18 @@ TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
 
 TEST(Hardware, EveryKeyReachesItsField) {
   std::string text = good();
-  text = replaced(text, "simulated: true\n",
-                  "simulated: true\nnode_heartbeat_ms: 40\nfeedback_budget_ms: 25\nboot_budget_s: 5\ntransition_budget_s: 0.3\n"
-                  "power_budget_s: 3\n");
+  text = replaced(
+      text, "simulated: true\n",
+      "simulated: true\nnode_heartbeat_ms: 40\nfeedback_budget_ms: 25\nboot_budget_s: 5\ntransition_budget_s: 0.3\n"
+      "power_budget_s: 3\n");
   text = replaced(text, "bit_rate_kbit_per_s: 1000}", "bit_rate_kbit_per_s: 900, load_limit: 0.7, node_id: 120}");
   text = replaced(text, "reference: absolute_encoder",
-                  "reference: homing\n      temperature_scale: 0.1\n      mode: csv\n      velocity_gain_per_s: 12\n      vendor: 0x12\n"
+                  "reference: homing\n      temperature_scale: 0.1\n      mode: csv\n      velocity_gain_per_s: 12\n   "
+                  "   vendor: 0x12\n"
                   "      product: 34\n      revision: 0xFFFFFFFF\n"
                   "      homing: {method: 17, fast_mm_per_s: 4, slow_mm_per_s: 1, acceleration_mm_per_s2: 50, order: 2,"
                   " budget_s: 90}");
-  text = replaced(text, "tolerance_mm: 0.2}", "tolerance_mm: 0.3, vendor: 9, product: 8, revision: 7}");
+  text = replaced(text, "tolerance_mm: 0.3}", "tolerance_mm: 0.4, vendor: 9, product: 8, revision: 7}");
   text = replaced(text, "node: 1, lower_mm: -437, upper_mm: 0,",
                   "node: 1, lower_mm: -430, upper_mm: -1, serial: 4711, reversed: true, offset_mm: 3, "
                   "encoder_serial: 0x4712, encoder_reversed: true, home_position_mm: -400,");
@@ -122,9 +124,9 @@ TEST(Hardware, EveryKeyReachesItsField) {
   EXPECT_EQ(axis.upper, -1e-3);
   EXPECT_EQ(axis.velocity, 0.01);
   EXPECT_EQ(axis.quick_stop_deceleration, 0.2);
-  EXPECT_EQ(axis.following_error, 0.5e-3);
-  EXPECT_EQ(axis.following_time, 0.02);
-  EXPECT_EQ(axis.encoder->tolerance, 0.3e-3);
+  EXPECT_EQ(axis.following_error, 1e-3);
+  EXPECT_EQ(axis.following_time, 0.1);
+  EXPECT_EQ(axis.encoder->tolerance, 0.4e-3);
   EXPECT_EQ(axis.encoder->identity.vendor, 9u);
   EXPECT_EQ(axis.encoder->identity.product, 8u);
   EXPECT_EQ(axis.encoder->identity.revision, 7u);
@@ -157,7 +159,7 @@ TEST(Hardware, Refusals) {
   refuse("lower_mm: -437", "lower_mm: 1", "lower_mm: 1", 10, "translations[0].axes[0].lower_mm", "expected less than");
   refuse("encoder_node: 17,", "", "{arm: arm_a, tube: 1, bus: bus_a", 0, "translations[0].axes[0].encoder_node",
          "expected one");
-  refuse("following_error_mm: 0.5", "following_error_mm: 0.00001", "node: 1, lower", 6, "translations[0].axes[0].node",
+  refuse("following_error_mm: 1", "following_error_mm: 0.00001", "node: 1, lower", 6, "translations[0].axes[0].node",
          "below two counts");
   refuse("counts_per_revolution: 4096\n      gear_ratio: 10\n",
          "counts_per_revolution: 4096000000\n      gear_ratio: 10\n", "upper_mm: 0", 10,

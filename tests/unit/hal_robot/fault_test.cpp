@@ -150,8 +150,7 @@ TEST(HardwareWatchdogs, TheStopTopicStopsInEveryState) {
   for (const bool enabled : {false, true}) {
     System system;
     ASSERT_TRUE(system.boot());
-    if (enabled)
-      ASSERT_TRUE(system.enable());
+    ASSERT_TRUE(!enabled || system.enable());
     system.move(0, speeds(4e-3, 0.3));
     system.run(0.3);
     system.robot->stop();

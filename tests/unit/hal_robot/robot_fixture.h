@@ -29,6 +29,11 @@ inline HardwareConfig presetHardware() {
   HardwareConfig config =
       config::loadHardware(std::filesystem::path(TANDEM_SOURCE) / "config/presets/hardware/ark2024-two-buses.yaml");
   config.feedback_budget = HardwareConfig{}.feedback_budget;  // simulated time is never late
+  for (AxisConfig& axis : config.axes) {
+    axis.following_error = axis.translation ? 0.5e-3 : 0.05;
+    axis.following_time = 0.02;
+    axis.encoder->tolerance = axis.translation ? 0.2e-3 : 0.02;
+  }
   return config;
 }
 
