@@ -222,6 +222,14 @@ void Client::stateCommand(const std::string& command) {
     }
     return s.status.arm_count > 0;
   });
+  const Snapshot now = snapshot();
+  bool homed = true;
+  for (std::size_t k = 0; k < now.hal.arm_count && now.hal.bus_count > 0; ++k)
+    homed = homed && now.hal.homed[k] != 0;
+  if (!reached && !homed)
+    throw Failure(kFailure, "'" + command +
+                                "' was accepted, but not all joints know where they are: `tandem home`, or "
+                                "`tandem can monitor` for what keeps their nodes from coming up");
   if (!reached)
     throw Failure(kFailure, "'" + command + "' was accepted, but not all arms became " + std::string(name(wanted)));
 }

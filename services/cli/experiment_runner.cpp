@@ -287,6 +287,7 @@ experiments::RunRecord ExperimentRunner::run(const experiments::RunPlan& plan,
     if (progress && !record.rows().empty())
       progress(record.rows().back().facts.point, plan.trajectory.point_count);
   }
+  refuseFault(client_->snapshot(), plan.key.name());
   return record;
 }
 

@@ -12,7 +12,8 @@ import system  # noqa: E402
 
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
 SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"],
-               ["experiment"], ["robot"],
+               ["experiment"], ["robot"], ["can"], ["home"], ["jog"],
+               *(["can", name] for name in ("scan", "od", "budget", "monitor", "log", "replay")),
                *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp",
                                               "method", "set", "run"))]
 
