@@ -15,9 +15,11 @@
 #include "control/parameters.h"
 #include "hal/hardware.h"
 #include "kinematics/concentric_tube.h"
+#include "planning/tips.h"
 #include "planning/trajectory.h"
 #include "safety/budgets.h"
 #include "safety/limits.h"
+#include "sim/plant_options.h"
 
 namespace tandem::config {
 
@@ -122,8 +124,11 @@ struct Deployment {
   bool lock_memory = false;
   safety::Budgets budgets;
   control::Method method = control::Method::kNspqp;
-  double relative_gain = 5.0;  ///< lambda_AB, 1/s
-  double tip_gain = 3.0;       ///< lambda_A, 1/s
+  double relative_gain = 5.0;   ///< lambda_AB, 1/s
+  double tip_gain = 3.0;        ///< lambda_A, 1/s
+  std::string model = "rigid";  ///< kinematic model of control and planning: "rigid" or "compliant"
+  planning::Feedback feedback = planning::Feedback::kModel;
+  sim::PlantOptions plant;  ///< of the simulated robot
   std::vector<Process> processes;
   std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default
   std::filesystem::path file;

@@ -20,6 +20,7 @@ safety::Budgets readBudgets(const Map& map) {
   budgets.age_periods = read("age_periods", defaults.age_periods);
   budgets.planning_reference = read("planning_reference", defaults.planning_reference);
   budgets.teleoperation = read("teleoperation", defaults.teleoperation);
+  budgets.tip_measurement = read("tip_measurement", defaults.tip_measurement);
   budgets.drive_heartbeat = read("drive_heartbeat", defaults.drive_heartbeat);
   budgets.lease = read("lease", defaults.lease);
   return budgets;
@@ -55,6 +56,19 @@ void readTiming(const Map& map, Deployment& deployment) {
   }
 }
 
+void readFeedback(const Map& map, Deployment& deployment) {
+  deployment.model = map.text("model");
+  deployment.feedback = planning::feedbackFromName(map.text("feedback")).value();
+  deployment.plant = readPlant(map.map("plant"), deployment.robot);
+  const bool needs_tracker =
+      deployment.clock == ClockMode::kLockStep && deployment.feedback == planning::Feedback::kSensor;
+  if (needs_tracker && !deployment.plant.tracker.present) {
+    map.fail(
+        "feedback",
+        "found feedback: sensor in lock-step, where only the simulated tracker is in step; expected plant.tracker");
+  }
+}
+
 }  // namespace
 
 Deployment loadDeployment(const std::filesystem::path& file) {
@@ -77,6 +91,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   deployment.method = control::methodFromName(map.text("method")).value();
   deployment.relative_gain = map.number("relative_gain");
   deployment.tip_gain = map.number("tip_gain");
+  readFeedback(map, deployment);
   deployment.processes = readProcesses(map);
   document.finish();
   deployment.warnings = document.warnings();

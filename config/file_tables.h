@@ -14,6 +14,8 @@ const Mapping& experimentTable();
 const Mapping& deploymentTable();
 const Mapping& trajectoryTable();
 const Mapping& hardwareTable();
+/// The `plant` of a deployment.
+const Mapping& plantTable();
 
 /// "robot", "experiment", "deployment", "trajectory", "hardware".
 const std::vector<std::string>& kinds();

@@ -79,6 +79,8 @@ struct Mapping {
   std::string description;
   std::vector<Field> fields;
   bool exactly_one = false;  ///< of the fields must be present
+  /// Names of optional fields that say the same in different ways: all of one group must be present, none of another.
+  std::vector<std::vector<std::string>> alternatives = {};
 
   /// @throw std::logic_error for a name that is not in the table.
   const Field& field(const std::string& field_name) const;

@@ -26,6 +26,10 @@ std::filesystem::path companionPath(const Map& map, const std::string& kind, con
 /// @throw Error at the element that is outside.
 Eigen::VectorXd readJoints(const Map& map, const safety::ArmLimits& limits);
 
+/// The `plant` of a deployment. @param robot_file read where the plant names arms.
+/// @throw Error at the value that names an arm or tube that there is not, or at a load on a rigid plant.
+sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_file);
+
 /// A trajectory without its `tandem` line. @param folder that CSV paths start from; empty: CSV files are refused.
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder);
 

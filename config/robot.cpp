@@ -5,6 +5,7 @@
 
 #include "config/file_tables.h"
 #include "config/loaders.h"
+#include "config/translation_room.h"
 
 namespace tandem::config {
 namespace {
@@ -29,15 +30,38 @@ Eigen::Isometry3d readPose(const Map& map) {
   return pose;
 }
 
+void warnOfStrain(const Map& map, const Tube& tube) {
+  const double curvature = tube.sections.back().curvature;
+  const double strain = std::abs(curvature) * tube.outer_diameter / 2.0;
+  if (strain > kRecoverableStrain) {
+    map.warn("curvature", "found " + map.inUnit("curvature", curvature) + ", which strains the wall by " +
+                              formatNumber(std::round(strain * 1e3) / 10.0) + " %, expected at most 4 %");
+  }
+}
+
+void readSections(const Map& map, Tube& tube) {
+  if (!map.has("sections")) {
+    tube.addSection(map.number("straight_length"), 0.0);
+    tube.addSection(map.number("curved_length"), map.number("curvature"));
+    warnOfStrain(map, tube);
+    return;
+  }
+  for (const Map& section : map.maps("sections")) {
+    tube.addSection(section.number("length"), section.number("curvature"));
+    if (section.has("bending_stiffness"))
+      tube.sections.back().bending_stiffness = section.number("bending_stiffness");
+    if (section.has("torsional_stiffness"))
+      tube.sections.back().torsional_stiffness = section.number("torsional_stiffness");
+    warnOfStrain(section, tube);
+  }
+}
+
 Tube readTube(const Map& map) {
   Tube tube;
   tube.outer_diameter = map.number("outer_diameter");
   tube.inner_diameter = map.number("inner_diameter");
   tube.youngs_modulus = map.number("youngs_modulus");
   tube.poisson_ratio = map.number("poisson_ratio");
-  tube.straight_length = map.number("straight_length");
-  tube.curved_length = map.number("curved_length");
-  tube.curvature = map.number("curvature");
   if (tube.inner_diameter >= tube.outer_diameter) {
     map.fail("inner_diameter", "found " + map.inUnit("inner_diameter", tube.inner_diameter) +
                                    ", expected less than the outer diameter of " +
@@ -47,11 +71,7 @@ Tube readTube(const Map& map) {
     map.warn("poisson_ratio", "found " + formatNumber(tube.poisson_ratio) +
                                   ", expected at most 0.5; it serves only in G = E / (2 (1 + nu))");
   }
-  const double strain = std::abs(tube.curvature) * tube.outer_diameter / 2.0;
-  if (strain > kRecoverableStrain) {
-    map.warn("curvature", "found " + map.inUnit("curvature", tube.curvature) + ", which strains the wall by " +
-                              formatNumber(std::round(strain * 1e3) / 10.0) + " %, expected at most 4 %");
-  }
+  readSections(map, tube);
   return tube;
 }
 
@@ -63,9 +83,10 @@ void checkNesting(const Map& map, const Tube& inner, const Tube& tube) {
                                    map.inUnit("inner_diameter", inner.outer_diameter) + "; swapped tubes?");
   }
   if (tube.length() >= inner.length()) {
-    map.fail("straight_length", "found a tube of " + map.inUnit("straight_length", tube.length()) +
-                                    ", expected less than the length of the tube before, " +
-                                    map.inUnit("straight_length", inner.length()) + "; swapped tubes?");
+    map.fail(map.has("sections") ? "sections" : "straight_length",
+             "found a tube of " + map.inUnit("straight_length", tube.length()) +
+                 ", expected less than the length of the tube before, " +
+                 map.inUnit("straight_length", inner.length()) + "; swapped tubes?");
   }
 }
 
@@ -158,30 +179,13 @@ safety::ArmLimits readLimits(const Map& arm, const std::vector<Tube>& tubes, boo
 }
 
 /// The middle of what equation (1) and the stages leave, tube by tube from the innermost; without margins every tube is
-/// half extended. Every choice leaves room for the tubes that follow.
+/// half extended.
 Eigen::VectorXd middleOf(const safety::ArmLimits& limits) {
-  const int n = limits.jointCount() / 2;
-  std::vector<safety::Interval> room(n);    // of beta_i, with all outer tubes inside their limits
-  std::vector<safety::Interval> offset(n);  // of beta_i - beta_{i-1}
-  for (int i = 0; i < n; ++i)
-    room[i] = {limits.joints[i].lower, limits.joints[i].upper};
-  for (int i = 1; i < n; ++i)
-    offset[i] = {-safety::kUnlimited, safety::kUnlimited};
-  for (const safety::LinearRow& row : limits.rows) {
-    safety::Interval& step = offset[row.outer_joint];
-    if (row.kind == safety::RowKind::kCarriageSpacing)
-      step.lower = std::max(step.lower, -row.b);
-    if (row.kind == safety::RowKind::kMinimumExtension)
-      step.upper = std::min(step.upper, row.b);
-  }
-  for (int i = n - 1; i > 0; --i) {
-    room[i - 1] = {std::max(room[i - 1].lower, room[i].lower - offset[i].upper),
-                   std::min(room[i - 1].upper, room[i].upper - offset[i].lower)};
-  }
+  const TranslationRoom room(limits);
+  const int n = room.tubes();
   Eigen::VectorXd q = Eigen::VectorXd::Zero(2 * n);
   for (int i = 0; i < n; ++i) {
-    const double lower = i == 0 ? room[0].lower : std::max(room[i].lower, q[i - 1] + offset[i].lower);
-    const double upper = i == 0 ? room[0].upper : std::min(room[i].upper, q[i - 1] + offset[i].upper);
+    const auto [lower, upper] = room.of(i, i == 0 ? 0.0 : q[i - 1]);
     q[i] = (lower + upper) / 2.0;
     q[n + i] = std::clamp(0.0, limits.joints[n + i].lower, limits.joints[n + i].upper);
   }
@@ -195,6 +199,11 @@ Arm readArm(const Map& map, bool hardware) {
   arm.model.base = readPose(map.map("base"));
   arm.model.tool = readPose(map.map("tool"));
   arm.model.tubes = readTubes(map);
+  try {
+    kinematics::checkArm(arm.model);
+  } catch (const std::invalid_argument& error) {
+    map.fail("tubes", "found tubes that no model can answer for: " + std::string(error.what()));
+  }
   arm.limits = readLimits(map, arm.model.tubes, hardware);
   arm.home = map.has("home") ? readJoints(map.map("home"), arm.limits) : middleOf(arm.limits);
   return arm;

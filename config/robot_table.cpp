@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/file_tables.h"
 #include "control/parameters.h"
+#include "kinematics/concentric_tube.h"
 #include "safety/dimensions.h"
 #include "safety/limits.h"
 
@@ -21,10 +22,25 @@ const Mapping& poseTable() {
   return table;
 }
 
+const Mapping& sectionTable() {
+  static const Mapping table{
+      "section",
+      "A part of a tube over which nothing changes. Stiffnesses of their own say what the cross-section does not: "
+      "patterns cut into the wall, another material.",
+      {
+          number("length", kLength, "length").required().above(0),
+          number("curvature", kCurvature, "kappa; positive bends toward +x of the arm's base at alpha = 0").required(),
+          number("bending_stiffness", kStiffness, "E I").above(0).defaultNote("E times I of the cross-section"),
+          number("torsional_stiffness", kStiffness, "G J").above(0).defaultNote("G times J of the cross-section"),
+      }};
+  return table;
+}
+
 const Mapping& tubeTable() {
   static const Mapping table{
       "tube",
-      "One tube: a straight part, then a part of constant precurvature.",
+      "One tube: either a straight part and then a curved one (`straight_length`, `curved_length`, `curvature`), or "
+      "`sections`.",
       {
           number("outer_diameter", kLength, "outer diameter, smaller than the next tube's inner one")
               .required()
@@ -36,10 +52,18 @@ const Mapping& tubeTable() {
           number("poisson_ratio", kNone, "nu; serves only in G = E / (2 (1 + nu)); above 0.5 with a warning")
               .required()
               .above(-1),
-          number("straight_length", kLength, "L_s, from the proximal end").required().above(0),
-          number("curved_length", kLength, "L_c, at the tip; each tube is longer than the next").required().above(0),
-          number("curvature", kCurvature, "kappa; positive bends toward +x of the arm's base at alpha = 0").required(),
-      }};
+          number("straight_length", kLength, "L_s, from the proximal end").above(0).defaultNote("`sections`"),
+          number("curved_length", kLength, "L_c, at the tip; each tube is longer than the next")
+              .above(0)
+              .defaultNote("`sections`"),
+          number("curvature", kCurvature, "kappa; positive bends toward +x of the arm's base at alpha = 0")
+              .defaultNote("`sections`"),
+          mapping("sections", sectionTable(), "parts between which anything changes, from the proximal end to the tip")
+              .list(1, kinematics::kMaxTubeSections)
+              .defaultNote("a straight and a curved one"),
+      },
+      false,
+      {{"straight_length", "curved_length", "curvature"}, {"sections"}}};
   return table;
 }
 

@@ -112,6 +112,10 @@ const Mapping& budgetsTable() {
           number("teleoperation", kTime, "age of an operator's stream, judged by control")
               .above(0)
               .defaultsTo(defaults.teleoperation),
+          number("tip_measurement", kTime,
+                 "age of a measured tip, or so many control periods as age_periods says, judged by control")
+              .above(0)
+              .defaultsTo(defaults.tip_measurement),
           number("drive_heartbeat", kTime, "the drives' budget for hal's heartbeat")
               .above(0)
               .defaultsTo(defaults.drive_heartbeat),
@@ -210,6 +214,15 @@ const Mapping& deploymentTable() {
               .defaultsTo(std::string(control::name(defaults.method))),
           relativeGain(defaults.relative_gain),
           tipGain(defaults.tip_gain),
+          text("model", "kinematic model that control and planning use")
+              .oneOf({"rigid", "compliant"})
+              .defaultsTo(defaults.model),
+          text("feedback",
+               "tips that errors are computed with: those of the model, or those that a tip tracker measures on "
+               "sensing/tips")
+              .oneOf({"model", "sensor"})
+              .defaultsTo("model"),
+          mapping("plant", plantTable(), "the simulated robot").defaultNote("ideal and rigid"),
           mapping("processes", processTable(), "what `tandem up` starts").required().list(1, 32),
       }};
   return table;

@@ -121,6 +121,30 @@ Json choiceOf(const Field& field) {
   return field.is_required ? Json{{"oneOf", each}} : Json{{"not", {{"required", all}}}};
 }
 
+/// Exactly one group is complete, and nothing of the others is there.
+Json alternativesOf(const Mapping& table) {
+  Json groups = Json::array();
+  for (const auto& group : table.alternatives) {
+    Json present = Json::array(), others = Json::array();
+    for (const std::string& field : group) {
+      Json keys = Json::array();
+      for (const auto& [key, unit] : table.field(field).keys())
+        keys.push_back({{"required", {key}}});
+      present.push_back({{"anyOf", keys}});
+    }
+    for (const auto& other : table.alternatives) {
+      for (const std::string& field : other) {
+        for (const auto& [key, unit] : table.field(field).keys()) {
+          if (&other != &group)
+            others.push_back({{"required", {key}}});
+        }
+      }
+    }
+    groups.push_back({{"allOf", present}, {"not", {{"anyOf", others}}}});
+  }
+  return groups;
+}
+
 Json objectOf(const Mapping& table) {
   Json json{{"description", table.description}, {"type", "object"}, {"additionalProperties", false}};
   Json required = Json::array();
@@ -139,6 +163,8 @@ Json objectOf(const Mapping& table) {
     json["required"] = required;
   if (!choices.empty())
     json["allOf"] = choices;
+  if (!table.alternatives.empty())
+    json["oneOf"] = alternativesOf(table);
   if (table.exactly_one)
     json["minProperties"] = json["maxProperties"] = 1;
   return json;

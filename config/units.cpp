@@ -26,6 +26,8 @@ constexpr std::array kUnits{
     Unit{"per_m", Quantity::kCurvature, 1.0, 1.0},
     Unit{"GPa", Quantity::kModulus, 1e9, 1.0},
     Unit{"Pa", Quantity::kModulus, 1.0, 1.0},
+    Unit{"Nm2", Quantity::kStiffness, 1.0, 1.0},
+    Unit{"N", Quantity::kForce, 1.0, 1.0},
     Unit{"s", Quantity::kTime, 1.0, 1.0},
     Unit{"ms", Quantity::kTime, 1.0, 1e3},
     Unit{"Hz", Quantity::kFrequency, 1.0, 1.0},
@@ -57,7 +59,7 @@ std::vector<const Unit*> unitsOf(Quantity quantity) {
 }
 
 std::string_view name(Quantity quantity) {
-  constexpr std::array<std::string_view, 13> kNames{
+  constexpr std::array<std::string_view, 15> kNames{
       "a number",
       "a length",
       "an angle",
@@ -67,6 +69,8 @@ std::string_view name(Quantity quantity) {
       "an angular acceleration",
       "a curvature",
       "a modulus",
+      "a stiffness",
+      "a force",
       "a time",
       "a frequency",
       "a gain",

@@ -21,6 +21,8 @@ enum class Quantity {
   kAngularAcceleration,
   kCurvature,
   kModulus,
+  kStiffness,
+  kForce,
   kTime,
   kFrequency,
   kGain,

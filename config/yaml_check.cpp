@@ -7,6 +7,17 @@
 #include "config/yaml_scalar.h"
 
 namespace tandem::config {
+namespace {
+
+/// "straight_length, curved_length, curvature or sections".
+std::string describe(const Mapping& table) {
+  std::vector<std::string> groups;
+  for (const auto& names : table.alternatives)
+    groups.push_back(join(names));
+  return "either " + join(groups, " or ");
+}
+
+}  // namespace
 
 Map Map::checked(Document& document, const Mapping& table, std::string path, const YAML::Node& node) {
   Map map(document, table, std::move(path), node.Mark());
@@ -61,6 +72,38 @@ void Map::checkPresence() const {
       const auto [key, unit] = field.keys().front();
       throw error(mark_, pathOf(key),
                   "found no such key, expected " + field.keysForPeople() + ": " + expectation(field, unit));
+    }
+  }
+  checkAlternatives();
+}
+
+/// The first key that is present decides for its group.
+void Map::checkAlternatives() const {
+  const auto group = [this](const Field& field) {
+    return std::find_if(table_->alternatives.begin(), table_->alternatives.end(), [&](const auto& names) {
+      return std::find(names.begin(), names.end(), field.name) != names.end();
+    });
+  };
+  const Entry* first = nullptr;
+  for (const Entry& entry : entries_) {
+    if (group(*entry.field) == table_->alternatives.end())
+      continue;
+    if (!first)
+      first = &entry;
+    if (group(*entry.field) != group(*first->field))
+      throw error(entry.mark, pathOf(entry.key), "found besides " + first->key + ", expected " + describe(*table_));
+  }
+  if (!first) {
+    if (!table_->alternatives.empty())
+      throw error(mark_, path_, "found neither, expected " + describe(*table_));
+    return;
+  }
+  for (const std::string& name : *group(*first->field)) {
+    const Field& field = table_->field(name);
+    if (std::none_of(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.field == &field; })) {
+      throw error(mark_, pathOf(field.key()),
+                  "found no such key besides " + first->key + ", expected " + field.keysForPeople() + ": " +
+                      expectation(field, field.keys().front().second));
     }
   }
 }

@@ -97,6 +97,7 @@ class Map {
 
   void addEntry(const YAML::Node& key, const YAML::Node& value);
   void checkPresence() const;
+  void checkAlternatives() const;
   void checkEntry(const Entry& entry) const;
   void checkElement(const Entry& entry, const YAML::Node& node, const std::string& path) const;
   void checkScalar(const Entry& entry, const YAML::Node& node, const std::string& path) const;

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "planning/follower.h"
+#include "sim/plant_tips.h"
 #include "sim/simulated_drives.h"
+#include "sim/tip_tracker.h"
 
 namespace tandem::experiments {
 namespace {
@@ -14,8 +17,14 @@ namespace {
 /** The simulated robot of one run, enabled. */
 class Plant {
  public:
-  Plant(const config::Robot& robot, const RobotModel& model, const std::vector<Eigen::VectorXd>& start, double period)
-      : model_(model), period_(period), drives_(make(robot, start, period)) {
+  Plant(const config::Robot& robot,
+        const RobotModel& model,
+        const std::vector<Eigen::VectorXd>& start,
+        const LoopOptions& options)
+      : model_(model),
+        period_(options.control_period),
+        drives_(makeDrives(robot, start, options)),
+        tips_(armsOf(robot), options.plant) {
     sim::Command enable = next();
     enable.request.fill(safety::DriveRequest::kEnable);
     send(enable);
@@ -23,14 +32,24 @@ class Plant {
       if (drives_.state(k) != safety::OperatingState::kEnabled)
         throw std::runtime_error("an arm cannot be enabled");
     }
+    updateTips();
+    if (options.plant.tracker.present) {
+      tracker_.emplace(model_.armCount(), options.plant.tracker, options.plant.seed);
+      tracker_->restart(tips_, time_, drives_.answersCommand());
+      listen();
+    }
   }
 
+  /// What the encoders read.
   safety::RobotVector position() const {
-    safety::RobotVector q(model_.jointCount());
-    for (int k = 0; k < model_.armCount(); ++k)
-      q.segment(model_.offset(k), model_.size(k)) = drives_.position(k);
-    return q;
+    return stacked([this](int k) { return drives_.position(k); });
   }
+  safety::RobotVector setpoint() const {
+    return stacked([this](int k) { return drives_.setpoint(k); });
+  }
+  const sim::PlantTips& tips() const { return tips_; }
+  const planning::MeasuredTips& measuredTips() const { return measured_; }
+  std::int64_t time() const { return time_; }
 
   /// Interventions of the limit guards and refusals so far.
   std::uint64_t gateActions() const {
@@ -40,32 +59,71 @@ class Plant {
     return sum;
   }
 
-  void move(const safety::RobotVector& velocity) {
+  void move(const safety::RobotVector& velocity, bool moving) {
     sim::Command command = next();
     for (int k = 0; k < model_.armCount(); ++k) {
-      command.moving[static_cast<std::size_t>(k)] = true;
+      command.moving[static_cast<std::size_t>(k)] = moving;
       for (int j = 0; j < model_.size(k); ++j) {
         const auto i = static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j);
-        command.velocity[i] = velocity[model_.offset(k) + j];
+        command.velocity[i] = moving ? velocity[model_.offset(k) + j] : 0.0;
         command.position[i] = drives_.setpoint(k)[j] + period_ * command.velocity[i];
       }
     }
     send(command);
     time_ += static_cast<std::int64_t>(std::llround(1e9 * period_));
     drives_.advance(time_);
+    updateTips();
+    if (tracker_) {
+      tracker_->step(tips_, time_, drives_.answersCommand());
+      listen();
+    }
   }
 
  private:
-  static sim::SimulatedDrives make(const config::Robot& robot,
-                                   const std::vector<Eigen::VectorXd>& start,
-                                   double period) {
+  static std::vector<kinematics::ConcentricTubeArm> armsOf(const config::Robot& robot) {
+    std::vector<kinematics::ConcentricTubeArm> arms;
+    for (const config::Arm& arm : robot.arms)
+      arms.push_back(arm.model);
+    return arms;
+  }
+
+  static sim::SimulatedDrives makeDrives(const config::Robot& robot,
+                                         const std::vector<Eigen::VectorXd>& start,
+                                         const LoopOptions& loop) {
     std::vector<safety::ArmLimits> limits;
     for (const config::Arm& arm : robot.arms)
       limits.push_back(arm.limits);
     sim::SimulatedDrivesOptions options;
-    options.control_period = period;
+    options.control_period = loop.control_period;
     options.lock_step = true;
+    options.mechanics = loop.plant.mechanics;
+    options.encoders = loop.plant.encoders;
+    options.seed = loop.plant.seed;
     return {limits, {start.begin(), start.end()}, options};
+  }
+
+  template <class OfArm>
+  safety::RobotVector stacked(OfArm of_arm) const {
+    safety::RobotVector q(model_.jointCount());
+    for (int k = 0; k < model_.armCount(); ++k)
+      q.segment(model_.offset(k), model_.size(k)) = of_arm(k);
+    return q;
+  }
+
+  void updateTips() {
+    for (int k = 0; k < model_.armCount(); ++k) {
+      tips_.update(k, drives_.plant(k).tubes());
+      if (!tips_.valid(k))
+        throw std::runtime_error("the plant: " + std::string(kinematics::describe(tips_.status(k))));
+    }
+  }
+
+  void listen() {
+    const sim::TipMeasurement& latest = tracker_->latest();
+    for (int k = 0; k < model_.armCount(); ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      measured_.take(k, latest.valid[i], latest.position[i], latest.stamp, latest.mark);
+    }
   }
 
   sim::Command next() {
@@ -82,11 +140,79 @@ class Plant {
   const RobotModel& model_;
   double period_;
   sim::SimulatedDrives drives_;
+  sim::PlantTips tips_;
+  std::optional<sim::TipTracker> tracker_;
+  planning::MeasuredTips measured_;
   std::uint64_t sequence_ = 0;
   std::int64_t time_ = 0;
 };
 
+/** Control of one run: which tips it believes, and its step. */
+class Controller {
+ public:
+  Controller(const config::Robot& robot, const RobotModel& model, control::Method method, const LoopOptions& options)
+      : options_(options), tracker_(make(robot, model, method, options)) {}
+
+  /// What planning judges the state with, as it does in its own process: tip, and tip less the other one's.
+  std::pair<Eigen::Vector3d, Eigen::Vector3d> see(const Plant& plant, int arm, int other) {
+    if (!tracker_.computeTips(plant.position(), track_))
+      throw std::runtime_error(std::string(kinematics::describe(track_.model)));
+    const auto tip = [&](int k) -> Eigen::Vector3d {
+      const auto i = static_cast<std::size_t>(k);
+      return sensor() ? plant.measuredTips().arm[i].position : track_.tip[i].pose.translation();
+    };
+    return {tip(arm), tip(arm) - tip(other)};
+  }
+
+  /// @return whether the arms shall move.
+  bool step(const Plant& plant, const planning::Reference& reference) {
+    const safety::RobotVector q = plant.position(), setpoint = plant.setpoint();
+    if (sensor() && tooOld(plant, reference)) {
+      tracker_.hold(q, setpoint, planning::TrackStatus::kSensor, track_);
+      return false;
+    }
+    tracker_.step(q, setpoint, reference, sensor() ? &plant.measuredTips() : nullptr, track_);
+    if (track_.status == planning::TrackStatus::kModel)
+      throw std::runtime_error(std::string(kinematics::describe(track_.model)));
+    return true;
+  }
+  const control::Solution& solution() const { return track_.solution; }
+
+ private:
+  static planning::ReferenceTracker make(const config::Robot& robot,
+                                         const RobotModel& model,
+                                         control::Method method,
+                                         const LoopOptions& options) {
+    control::MethodParameters parameters = robot.parameters;
+    parameters.period = options.control_period;
+    return {model.models(), model.limits(), method, parameters, options.gains};
+  }
+
+  bool sensor() const { return options_.feedback == planning::Feedback::kSensor; }
+  bool tooOld(const Plant& plant, const planning::Reference& reference) const {
+    bool old = false;
+    planning::forEachArm(reference, [&](int k) {
+      const auto& tip = plant.measuredTips().arm[static_cast<std::size_t>(k)];
+      const double age = 1e-9 * static_cast<double>(plant.time() - tip.stamp);
+      old = old || !tip.known || age > options_.budgets.tipAge(options_.control_period);
+    });
+    return old;
+  }
+
+  const LoopOptions& options_;
+  planning::ReferenceTracker tracker_;
+  planning::TrackResult track_;
+};
+
 }  // namespace
+
+LoopOptions loopOptions(const config::Deployment& deployment, const config::Experiment& experiment) {
+  return {deployment.control_period,
+          {experiment.relative_gain, experiment.tip_gain},
+          deployment.feedback,
+          deployment.plant,
+          deployment.budgets};
+}
 
 std::vector<RunPlan> plan(const config::Experiment& experiment) {
   std::vector<RunPlan> runs;
@@ -116,40 +242,35 @@ std::vector<RunPlan> plan(const config::Experiment& experiment) {
 RunRecord runOffline(const config::Robot& robot,
                      const RobotModel& model,
                      const RunPlan& plan,
-                     planning::Gains gains,
-                     double control_period,
+                     const LoopOptions& options,
                      const std::function<void(int, int)>& progress) {
-  Plant plant(robot, model, plan.start, control_period);
-  control::MethodParameters parameters = robot.parameters;
-  parameters.period = control_period;
-  planning::ReferenceTracker tracker(model.models(), model.limits(), plan.key.method, parameters, gains);
-  planning::Follower follower(control_period);
+  if (options.feedback == planning::Feedback::kSensor && !options.plant.tracker.present)
+    throw std::runtime_error("feedback: sensor needs a tip tracker, plant.tracker");
+  Plant plant(robot, model, plan.start, options);
+  Controller controller(robot, model, plan.key.method, options);
+  planning::Follower follower(options.control_period);
   RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);
-  const auto measure = [&](const safety::RobotVector& q) {
-    const Eigen::Vector3d tip = model.tip(plan.trajectory.arm, q);
-    return std::pair<Eigen::Vector3d, Eigen::Vector3d>{tip, tip - model.tip(plan.trajectory.other_arm, q)};
-  };
+  const auto see = [&] { return controller.see(plant, plan.trajectory.arm, plan.trajectory.other_arm); };
 
-  auto [tip, relative] = measure(plant.position());
+  auto [tip, relative] = see();
   follower.start(plan.trajectory, tip, relative);
-  planning::TrackResult track;
   StepFacts facts;
   while (follower.update(tip, relative, facts.reference)) {
     const std::uint64_t actions = plant.gateActions();
-    const safety::RobotVector q = plant.position();  // ideal joints: setpoint and measured are one
-    tracker.step(q, q, facts.reference, track);
-    if (track.status == planning::TrackStatus::kModel)
-      throw std::runtime_error(std::string(describe(track.model)));
-    plant.move(track.solution.velocity);
+    const bool moving = controller.step(plant, facts.reference);
+    const control::Solution& solution = controller.solution();
+    plant.move(solution.velocity, moving);
     facts.point = follower.progress().point;
     facts.iteration = follower.progress().iteration;
     facts.position = plant.position();
-    facts.scale = {track.solution.scale[0], track.solution.scale[1]};
-    facts.solver_iterations = static_cast<std::uint32_t>(track.solution.iterations);
-    facts.active_limits = static_cast<std::uint32_t>(track.solution.active_count);
+    for (int k = 0; k < model.armCount(); ++k)
+      facts.tip[static_cast<std::size_t>(k)] = plant.tips().pose(k).translation();
+    facts.scale = {solution.scale[0], solution.scale[1]};
+    facts.solver_iterations = static_cast<std::uint32_t>(solution.iterations);
+    facts.active_limits = static_cast<std::uint32_t>(solution.active_count);
     facts.gate_actions = plant.gateActions() - actions;
     record.add(facts);
-    std::tie(tip, relative) = measure(facts.position);
+    std::tie(tip, relative) = see();
     if (progress)
       progress(facts.point, plan.trajectory.point_count);
   }

@@ -17,20 +17,31 @@ struct RunPlan {
   std::vector<Eigen::VectorXd> start;
 };
 
+/** How the loop is closed. */
+struct LoopOptions {
+  double control_period = 0.1;  ///< T, s
+  planning::Gains gains;
+  planning::Feedback feedback = planning::Feedback::kModel;
+  sim::PlantOptions plant;
+  safety::Budgets budgets;
+};
+
+/// Those of a deployment, with the gains of the experiment.
+LoopOptions loopOptions(const config::Deployment& deployment, const config::Experiment& experiment);
+
 /// All runs of an experiment: trajectories, then methods, then configurations, in the order of the file.
 /// @throw std::invalid_argument for a trajectory that names an unknown configuration.
 std::vector<RunPlan> plan(const config::Experiment& experiment);
 
 /** Runs one plan without DDS. Gives the digits of the processes in lock-step, because it calls the same objects in the
  * same order.
- * @param control_period  T, s
+ * @param model  the controller's; the plant has its own
  * @param progress  called after every iteration with point and point count; may be empty.
- * @throw std::runtime_error where the model cannot answer or the gate refuses a command. */
+ * @throw std::runtime_error where model or plant cannot answer or the gate refuses a command. */
 RunRecord runOffline(const config::Robot& robot,
                      const RobotModel& model,
                      const RunPlan& plan,
-                     planning::Gains gains,
-                     double control_period,
+                     const LoopOptions& options,
                      const std::function<void(int point, int points)>& progress = {});
 
 }  // namespace tandem::experiments

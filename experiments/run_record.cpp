@@ -37,14 +37,6 @@ safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) 
   return q;
 }
 
-Eigen::Vector3d RobotModel::tip(int arm, const safety::RobotVector& q) const {
-  kinematics::Tip tip;
-  const auto status = models_[static_cast<std::size_t>(arm)]->tip(q.segment(offset(arm), size(arm)), tip);
-  if (status != kinematics::ModelStatus::kOk)
-    throw std::domain_error(std::string(kinematics::describe(status)));
-  return tip.pose.translation();
-}
-
 RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance)
     : key_(std::move(key)), robot_(robot), point_count_(point_count), tolerance_(tolerance) {
   limits_.setLimits(robot.limits().data(), robot.armCount());
@@ -55,8 +47,8 @@ void RunRecord::add(const StepFacts& facts) {
   row.facts = facts;
   const planning::TaskReference& relative = facts.reference.tasks[0];
   const planning::TaskReference& tip = facts.reference.tasks[1];
-  const Eigen::Vector3d a = robot_.tip(relative.arm, facts.position);
-  const Eigen::Vector3d b = robot_.tip(relative.other_arm, facts.position);
+  const Eigen::Vector3d a = facts.tip[static_cast<std::size_t>(relative.arm)];
+  const Eigen::Vector3d b = facts.tip[static_cast<std::size_t>(relative.other_arm)];
   row.error_ab = (relative.position - (a - b)).norm();
   row.error_a = (tip.position - a).norm();
   limits_.setPosition(facts.position);

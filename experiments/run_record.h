@@ -27,19 +27,20 @@ struct StepFacts {
   int point = 0;
   int iteration = 0;
   planning::Reference reference;  ///< the one that was answered: relative position, then tip
-  safety::RobotVector position;   ///< of all joints after the step, m and rad
+  safety::RobotVector position;   ///< of all joints after the step, as measured, m and rad
   safety::RobotVector setpoint;   ///< past the gate, where joints lag behind it; empty: they are at it
-  std::array<double, 2> scale{};  ///< task scales of the solution
+  std::array<Eigen::Vector3d, safety::kMaxArms> tip;  ///< where the tips really are after the step, m, robot base frame
+  std::array<double, 2> scale{};                      ///< task scales of the solution
   std::uint32_t solver_iterations = 0;
   std::uint32_t active_limits = 0;
   std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
 };
 
-/** One row: the facts and what follows from them with the robot's model. */
+/** One row: the facts and what follows from them. */
 struct Row {
   StepFacts facts;
-  double error_ab = 0.0;   ///< m, after the step
-  double error_a = 0.0;    ///< m, after the step
+  double error_ab = 0.0;   ///< m, after the step, of the tips as they really are
+  double error_a = 0.0;    ///< m, after the step, of the tip as it really is
   double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
   safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
 };
@@ -79,8 +80,6 @@ class RobotModel {
   int size(int arm) const { return offset(arm + 1) - offset(arm); }
   /// Joints of all arms in one vector.
   safety::RobotVector stack(const std::vector<Eigen::VectorXd>& arms) const;
-  /// Tip position of an arm, m, robot base frame. @throw std::domain_error where the model cannot answer.
-  Eigen::Vector3d tip(int arm, const safety::RobotVector& q) const;
 
  private:
   std::vector<std::unique_ptr<kinematics::ArmModel>> owned_;

@@ -13,6 +13,8 @@ using safety::OperatingState;
 constexpr std::int64_t kSecond = 1'000'000'000;
 /// Between two boots of an arm that does not come up: control repeats its request with every command.
 constexpr std::int64_t kBootPause = 2 * kSecond;
+/// For faults that drives keep over a boot, until they are reset.
+constexpr std::int64_t kFaultReset = kSecond;
 
 std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
 
@@ -72,12 +74,17 @@ safety::ArmVector ArmHardware::targets() const noexcept {
   return q;
 }
 
-safety::FaultMask ArmHardware::presentFaults() const noexcept {
-  GuardMask guards = 0;
-  for (const Axis* axis : axes_)
-    guards |= axis->guards();
-  const safety::FaultMask faults = faultsOf(guards);
-  return needs_boot_ || recovering_ ? faults | safety::bit(safety::Fault::kDrive) : faults;
+safety::FaultRecord ArmHardware::presentFailure() const noexcept {
+  safety::FaultRecord present;
+  for (const Axis* axis : axes_) {
+    const safety::FaultRecord failure = axis->failure(axis->guards());
+    if (present.faults == 0)
+      present = failure;
+    present.faults |= failure.faults;
+  }
+  if (needs_boot_ || recovering_)
+    present.faults |= safety::bit(safety::Fault::kDrive);
+  return present;
 }
 
 void ArmHardware::boot(std::int64_t now) noexcept {
@@ -86,9 +93,9 @@ void ArmHardware::boot(std::int64_t now) noexcept {
   booted_ = now;
 }
 
-void ArmHardware::latch(safety::FaultMask faults) noexcept {
-  needs_boot_ = needs_boot_ || faults != 0;
-  supervisor_.latch(faults);
+void ArmHardware::latch(const safety::FaultRecord& record) noexcept {
+  needs_boot_ = needs_boot_ || record.faults != 0;
+  supervisor_.latch(record);
 }
 
 DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
@@ -118,12 +125,9 @@ DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
 void ArmHardware::onDisable(std::int64_t now) noexcept {
   if (power_ == ArmPower::kSwitchingOn)
     switchOff(now);
-  const bool ready = supervisor_.state() == OperatingState::kFault && needs_boot_ && !recovering_ &&
-                     power_ == ArmPower::kOff && !homing_.running();
-  if (!ready || (booted_ != 0 && now - booted_ < kBootPause))
-    return;
-  recovering_ = true;
-  boot(now);
+  // The wish is remembered: torque may not be gone yet, and the last boot be too recent.
+  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !recovering_)
+    recovering_ = boot_due_ = true;
 }
 
 safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::int64_t now) noexcept {
@@ -135,7 +139,7 @@ safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::
       onDisable(now);
   }
   const bool was_enabled = supervisor_.powered();
-  const safety::GateReport report = supervisor_.command(passed, targets(), presentFaults(), now);
+  const safety::GateReport report = supervisor_.command(passed, targets(), presentFailure(), now);
   if (passed.request == DriveRequest::kEnable && !was_enabled && presentFaults() != 0)
     needs_boot_ = true;
   return report;
@@ -148,13 +152,13 @@ void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) no
   if (moves && drive) {
     // Where this axis ends is its drive's business; the others stop on the line that remains without it.
     needs_boot_ = true;
-    supervisor_.latchAxisFailure(joint, axis.position());
+    supervisor_.latchAxisFailure(axis.failure(guards), axis.position());
     axis.setOperating(false);
     axis.setGoal(PowerGoal::kQuickStop, now);
   }
   const bool lost = axis.phase() == AxisPhase::kFailed || (guards & bit(HardwareGuard::kBus)) != 0;
   if (moves || power_ == ArmPower::kSwitchingOn || homing_.running() || lost)
-    latch(faultsOf(guards));
+    latch(axis.failure(guards));
 }
 
 void ArmHardware::watchAxes(std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept {
@@ -181,17 +185,16 @@ void ArmHardware::switchOff(std::int64_t now) noexcept {
 void ArmHardware::stepSwitchingOn(std::int64_t now) noexcept {
   const bool faulty = supervisor_.state() != OperatingState::kDisabled;
   const bool forgotten = now - enable_asked_ > request_budget_;
-  bool late = false;
+  safety::FaultRecord late;
   for (Axis* axis : axes_) {
     if (axis->goalLate(now) || (now - power_since_ > power_budget_ && !axis->followsCommand())) {
       axis->fail(HardwareGuard::kSwitchOn);
-      late = true;
+      late = late.faults == 0 ? axis->failure(bit(HardwareGuard::kSwitchOn)) : late;
     }
   }
-  if (faulty || forgotten || late)
+  if (faulty || forgotten || late.faults != 0)
     switchOff(now);
-  if (late)
-    latch(safety::bit(safety::Fault::kDrive));
+  latch(late);
 }
 
 void ArmHardware::stepPower(std::int64_t now) noexcept {
@@ -210,7 +213,7 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
           if (axis->goalReached() || (axis->guards() & bit(HardwareGuard::kDriveSilent)) != 0)
             continue;
           axis->fail(HardwareGuard::kSwitchOn);  // it does not let go
-          latch(safety::bit(safety::Fault::kDrive));
+          latch(axis->failure(bit(HardwareGuard::kSwitchOn)));
         }
         power_ = ArmPower::kOff;
       }
@@ -221,13 +224,23 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
 void ArmHardware::stepRecovery(std::int64_t now) noexcept {
   if (!recovering_)
     return;
+  if (boot_due_) {
+    boot_due_ = power_ != ArmPower::kOff || homing_.running() || (booted_ != 0 && now - booted_ < kBootPause);
+    if (!boot_due_)
+      boot(now);
+    return;
+  }
   const bool up =
       all([](const Axis& axis) { return axis.phase() == AxisPhase::kReady || axis.phase() == AxisPhase::kUnhomed; });
   const bool failed = !all([](const Axis& axis) { return axis.phase() != AxisPhase::kFailed; });
-  if (up)
-    needs_boot_ = false;
-  if (up || failed || now - booted_ > 30 * kSecond)
+  const bool clear = all([](const Axis& axis) { return axis.guards() == 0; });
+  up_since_ = !up ? 0 : up_since_ == 0 ? now : up_since_;
+  if (up && clear) {
+    needs_boot_ = recovering_ = false;
+    supervisor_.command({DriveRequest::kDisable, false, {}}, targets(), presentFailure(), now);  // the wish
+  } else if (failed || (up && now - up_since_ > kFaultReset) || now - booted_ > 30 * kSecond) {
     recovering_ = false;
+  }
 }
 
 ArmHardware::HomingAnswer ArmHardware::home(std::int64_t now) noexcept {

@@ -35,7 +35,7 @@ class ArmHardware {
   safety::GateReport command(const safety::ArmRequest& request, std::int64_t now) noexcept;
   void disableForNewSession() noexcept { supervisor_.disableForNewSession(); }
   /// The stop topic.
-  void stop() noexcept { supervisor_.latch(safety::bit(safety::Fault::kStopRequested)); }
+  void stop() noexcept { supervisor_.latch({safety::bit(safety::Fault::kStopRequested)}); }
 
   /// Runs a homing run, or keeps it running: without a repetition within kHomingKeepAlive it is stopped.
   enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady };
@@ -58,9 +58,10 @@ class ArmHardware {
   bool standing() const noexcept;
   safety::ArmVector position() const noexcept;
   safety::ArmVector velocity() const noexcept;
-  /// Faults whose cause stands now.
-  safety::FaultMask presentFaults() const noexcept;
-  /// The nodes are being booted at the wish of an operator.
+  /// Faults whose cause stands now, with the first joint of them.
+  safety::FaultRecord presentFailure() const noexcept;
+  safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
+  /// The nodes are being booted at the wish of an operator, or will be as soon as torque is gone.
   bool recovering() const noexcept { return recovering_; }
 
  private:
@@ -68,7 +69,7 @@ class ArmHardware {
   void onDisable(std::int64_t now) noexcept;
   void watchAxes(std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept;
   void onAxisGuards(int joint, GuardMask guards, std::int64_t now) noexcept;
-  void latch(safety::FaultMask faults) noexcept;
+  void latch(const safety::FaultRecord& record) noexcept;
   void stepPower(std::int64_t now) noexcept;
   void stepSwitchingOn(std::int64_t now) noexcept;
   void switchOff(std::int64_t now) noexcept;
@@ -88,8 +89,10 @@ class ArmHardware {
   std::int64_t enable_asked_ = 0;
   std::int64_t home_asked_ = 0;
   std::int64_t booted_ = 0;
-  bool needs_boot_ = false;  ///< the hardware caused a fault: only a boot clears it
+  std::int64_t up_since_ = 0;  ///< recovering_: all axes have been up, 0: not yet
+  bool needs_boot_ = false;    ///< the hardware caused a fault: only a boot clears it
   bool recovering_ = false;
+  bool boot_due_ = false;  ///< recovering_: the boot has not begun yet
   std::array<GuardMask, safety::kMaxJointsPerArm> seen_{};
 };
 

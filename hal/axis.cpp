@@ -294,6 +294,35 @@ void Axis::update(std::int64_t now) noexcept {
   judge(now);
 }
 
+safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
+  using safety::FaultCause;
+  constexpr GuardMask kSilent = bit(HardwareGuard::kNode) | bit(HardwareGuard::kDriveSilent) |
+                                bit(HardwareGuard::kEncoderSilent) | bit(HardwareGuard::kBus);
+  constexpr GuardMask kError =
+      bit(HardwareGuard::kDriveFault) | bit(HardwareGuard::kEmergency) | bit(HardwareGuard::kEncoderAlarm);
+  safety::FaultRecord record;
+  record.faults = faultsOf(guards);
+  if (record.faults == 0)
+    return record;
+  record.joint = static_cast<std::uint8_t>(config_.joint);
+  if ((guards & kSilent) != 0) {
+    record.cause = FaultCause::kNoAnswer;
+  } else if ((guards & kError) != 0) {
+    record.cause = FaultCause::kDeviceError;
+  } else if ((guards & bit(HardwareGuard::kEncoderMismatch)) != 0) {
+    record.cause = FaultCause::kDisagree;
+    record.amount = std::abs(encoder_position_ - position_);
+    record.allowed = config_.encoder->tolerance;
+  } else if ((guards & bit(HardwareGuard::kFollowing)) != 0) {
+    record.cause = FaultCause::kFollowingError;
+    record.amount = std::abs(following_error_);
+    record.allowed = config_.following_error;
+  } else if ((guards & bit(HardwareGuard::kPowerLost)) != 0) {
+    record.cause = FaultCause::kOff;
+  }
+  return record;
+}
+
 bool Axis::followsCommand() const noexcept {
   return driveState() == DriveState::kOperationEnabled && (statusword_ & statusword::kFollowsCommand) != 0;
 }

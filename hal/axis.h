@@ -49,6 +49,8 @@ class Axis {
   AxisPhase phase() const noexcept { return phase_; }
   /// What stands against the axis now. Guards that only mean something in operation count while `operating`.
   GuardMask guards() const noexcept { return guards_; }
+  /// The fault that follows from these guards, with what lies behind it.
+  safety::FaultRecord failure(GuardMask guards) const noexcept;
   /// The HAL moves or holds the joint: the guards of operation count from now on.
   void setOperating(bool operating) noexcept;
   /// A guard that whoever leads the axis has found; it stays until the next boot.

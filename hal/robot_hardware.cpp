@@ -171,6 +171,7 @@ void RobotHardware::receive(std::int64_t now) noexcept {
     phases_[i] = axes_[i]->phase();
     if (!became_ready)
       continue;
+    ++placements_;
     HardwareEvent told;
     told.kind = HardwareEvent::Kind::kReady;
     told.arm = static_cast<std::uint8_t>(axes_[i]->config().arm);

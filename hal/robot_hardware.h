@@ -72,6 +72,12 @@ class RobotHardware {
   const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[index(arm)].supervisor().setpoint(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[index(arm)].supervisor().state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[index(arm)].supervisor().faults(); }
+  /// What led an arm into FAULT; empty in the other states.
+  const safety::FaultRecord& faultRecord(int arm) const noexcept {
+    return arms_[index(arm)].supervisor().faultRecord();
+  }
+  /// Times that an axis learnt where it is: its position before that is no part of a way.
+  std::uint32_t placements() const noexcept { return placements_; }
   bool standing() const noexcept;
   const safety::GuardCounters& guards() const noexcept { return guards_; }
   const HardwareGuardCounters& hardwareGuards() const noexcept { return hardware_guards_; }
@@ -115,6 +121,7 @@ class RobotHardware {
   std::vector<std::unique_ptr<Axis>> axes_;
   std::vector<ArmHardware> arms_;
   std::vector<AxisPhase> phases_;  ///< as last told
+  std::uint32_t placements_ = 0;
   std::array<GuardMask, safety::kMaxJointsPerArm> began_{};
   std::array<HardwareEvent, 128> events_{};
   std::size_t event_first_ = 0;

@@ -7,21 +7,44 @@
 
 namespace tandem::kinematics {
 
-/** One tube: a straight part, then a part of constant precurvature. SI units. */
-struct Tube {
-  double outer_diameter = 0.0;   ///< m
-  double inner_diameter = 0.0;   ///< m
-  double youngs_modulus = 0.0;   ///< Pa
-  double poisson_ratio = 0.0;    ///< serves only in G = E / (2 (1 + nu))
-  double straight_length = 0.0;  ///< L_s, m
-  double curved_length = 0.0;    ///< L_c, m
-  double curvature = 0.0;        ///< kappa, 1/m; alpha = 0 bends toward +x of the arm's base frame
+inline constexpr int kMaxTubes = 4;
+/// Most sections that one tube can have.
+inline constexpr int kMaxTubeSections = 8;
 
-  double length() const { return straight_length + curved_length; }
-  /// E I, N m^2, with I = pi (d_o^4 - d_i^4) / 64.
+/// A number a tube, from the innermost; zero for tubes that an arm does not have.
+using TubeVector = Eigen::Matrix<double, kMaxTubes, 1>;
+using TubeMatrix = Eigen::Matrix<double, kMaxTubes, kMaxTubes>;
+
+/// Translations and rotations of a joint vector [beta, alpha], m and rad.
+struct TubeJoints {
+  explicit TubeJoints(const Eigen::Ref<const Eigen::VectorXd>& q);
+  TubeVector beta = TubeVector::Zero(), alpha = TubeVector::Zero();
+};
+
+/** A part of a tube over which nothing changes. */
+struct TubeSection {
+  double length = 0.0;               ///< m, above zero
+  double curvature = 0.0;            ///< kappa, 1/m; at alpha = 0 positive bends toward +x of the arm's base frame
+  double bending_stiffness = 0.0;    ///< E I, N m^2, above zero
+  double torsional_stiffness = 0.0;  ///< G J, N m^2, above zero
+};
+
+/** One tube: sections of constant precurvature and stiffness, from the proximal end to the tip. SI units. */
+struct Tube {
+  double outer_diameter = 0.0;        ///< m
+  double inner_diameter = 0.0;        ///< m
+  double youngs_modulus = 0.0;        ///< Pa
+  double poisson_ratio = 0.0;         ///< serves only in G = E / (2 (1 + nu))
+  std::vector<TubeSection> sections;  ///< 1 to kMaxTubeSections
+
+  /// Sum of the sections' lengths, m.
+  double length() const;
+  /// E I of the tube's cross-section, N m^2, with I = pi (d_o^4 - d_i^4) / 64.
   double bendingStiffness() const;
-  /// G J, N m^2, with J = 2 I.
+  /// G J of the tube's cross-section, N m^2, with J = 2 I.
   double torsionalStiffness() const;
+  /// Appends a section with the stiffness of the tube's cross-section. m, 1/m.
+  void addSection(double section_length, double curvature);
 };
 
 /** One arm: tubes from the innermost (tube 1, longest) outwards, where it stands and what it holds. */
@@ -34,5 +57,10 @@ struct ConcentricTubeArm {
   int tubeCount() const { return static_cast<int>(tubes.size()); }
   int jointCount() const { return 2 * tubeCount(); }
 };
+
+/** Checks what every model relies on.
+ * @throw std::invalid_argument that names tube and section: not 2 to 4 tubes, no section or too many, a length or a
+ * stiffness that is not above zero, a number that is not finite. */
+void checkArm(const ConcentricTubeArm& arm);
 
 }  // namespace tandem::kinematics

@@ -4,135 +4,35 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "kinematics/constant_curvature.h"
 
 namespace tandem::kinematics {
-namespace {
 
-/// Rounding that a joint vector on the edge of equation (1) may carry, m.
-constexpr double kEdgeTolerance = 1e-9;
+RigidModel::RigidModel(ConcentricTubeArm arm) : arm_(std::move(arm)) { checkArm(arm_); }
 
-/// Precurvature of a tube turned by alpha, 1/m; alpha = 0 bends toward +x.
-Eigen::Vector3d turned(double curvature, double alpha) {
-  return {-curvature * std::sin(alpha), curvature * std::cos(alpha), 0.0};
-}
-
-}  // namespace
-
-std::string_view describe(ModelStatus status) {
-  switch (status) {
-    case ModelStatus::kOk:
-      return "ok";
-    case ModelStatus::kWrongSize:
-      return "wrong number of joints";
-    case ModelStatus::kNotFinite:
-      return "a joint is not a finite number";
-    case ModelStatus::kNotExtended:
-      return "tube 1 ends at or behind the entry point";
-    case ModelStatus::kProtruded:
-      return "a tube's proximal end stands in front of the entry point (beta > 0)";
-    case ModelStatus::kInnerInside:
-      return "an outer tube ends ahead of an inner one";
-  }
-  return "unknown";
-}
-
-std::unique_ptr<ArmModel> makeArmModel(const std::string& name, const ConcentricTubeArm& arm) {
-  if (name == "rigid")
-    return std::make_unique<RigidModel>(arm);
-  throw std::invalid_argument("unknown kinematic model '" + name + "', expected: rigid");
-}
-
-RigidModel::RigidModel(ConcentricTubeArm arm) : arm_(std::move(arm)) {
-  if (arm_.tubeCount() < 2 || arm_.tubeCount() > kMaxTubes) {
-    throw std::invalid_argument("an arm has 2 to 4 tubes, found " + std::to_string(arm_.tubeCount()));
-  }
-  for (int i = 0; i < arm_.tubeCount(); ++i)
-    stiffness_[i] = arm_.tubes[i].bendingStiffness();
-}
-
-ModelStatus RigidModel::check(const JointsRef& q) const noexcept {
+RigidModel::Bend RigidModel::bend(const Segmentation::Interval& interval, const JointsRef& q) const noexcept {
+  Bend result;
   const int n = arm_.tubeCount();
-  if (q.size() != 2 * n)
-    return ModelStatus::kWrongSize;
-  if (!q.allFinite())
-    return ModelStatus::kNotFinite;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   for (int i = 0; i < n; ++i) {
-    if (q[i] > kEdgeTolerance)
-      return ModelStatus::kProtruded;
-    const double end = q[i] + arm_.tubes[i].length();
-    if (i == 0 && end <= 0.0)
-      return ModelStatus::kNotExtended;
-    if (i > 0 && end > std::max(0.0, q[i - 1] + arm_.tubes[i - 1].length()) + kEdgeTolerance) {
-      return ModelStatus::kInnerInside;
-    }
+    if (interval.section[i] == Segmentation::kAbsent)
+      continue;
+    const TubeSection& section = arm_.tubes[i].sections[interval.section[i]];
+    const double alpha = q[n + i];
+    result.stiffness += section.bending_stiffness;
+    moment += section.bending_stiffness * section.curvature * Eigen::Vector3d(-std::sin(alpha), std::cos(alpha), 0.0);
   }
-  return ModelStatus::kOk;
+  result.u = moment / result.stiffness;
+  return result;
 }
 
-RigidModel::Sections RigidModel::split(const JointsRef& q) const noexcept {
-  struct Boundary {
-    double s;
-    int tube;
-    Part next;
-  };
-  const int n = arm_.tubeCount();
-  std::array<Part, kMaxTubes> part{};
-  std::array<Boundary, 2 * kMaxTubes> boundary{};
-  int boundaries = 0;
-  for (int i = 0; i < n; ++i) {
-    const double curve = q[i] + arm_.tubes[i].straight_length;
-    const double end = q[i] + arm_.tubes[i].length();
-    part[i] = end <= 0.0 ? Part::kEnded : curve <= 0.0 ? Part::kCurved : Part::kStraight;
-    if (curve > 0.0)
-      boundary[boundaries++] = {curve, i, Part::kCurved};
-    if (end > 0.0)
-      boundary[boundaries++] = {end, i, Part::kEnded};
-  }
-  // Insertion sort, stable, outer tubes first where ends meet, so that tube 1's end is the last of all.
-  for (int i = 1; i < boundaries; ++i) {
-    for (int j = i; j > 0; --j) {
-      const Boundary& left = boundary[j - 1];
-      const Boundary& right = boundary[j];
-      const bool tie_first = left.s == right.s && left.tube < right.tube;
-      if (!(left.s > right.s || tie_first))
-        break;
-      std::swap(boundary[j - 1], boundary[j]);
-    }
-  }
-  Sections sections;
-  double start = 0.0;
-  for (int k = 0; k < boundaries; ++k) {
-    Section& section = sections.section[sections.count++];
-    section.start = start;
-    section.end = boundary[k].s;
-    section.owner = boundary[k].tube;
-    section.part = part;
-    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-    section.stiffness = 0.0;
-    for (int i = 0; i < n; ++i) {
-      if (part[i] == Part::kEnded)
-        continue;
-      section.stiffness += stiffness_[i];
-      if (part[i] == Part::kCurved)
-        moment += stiffness_[i] * turned(arm_.tubes[i].curvature, q[n + i]);
-    }
-    section.u = section.stiffness > 0.0 ? Eigen::Vector3d(moment / section.stiffness) : Eigen::Vector3d::Zero();
-    part[boundary[k].tube] = boundary[k].next;
-    start = section.end;
-    if (boundary[k].tube == 0 && boundary[k].next == Part::kEnded)
-      break;
-  }
-  return sections;
-}
-
-ModelStatus RigidModel::tip(const JointsRef& q, Tip& tip) const noexcept {
-  if (const ModelStatus status = check(q); status != ModelStatus::kOk)
+ModelStatus RigidModel::tip(const JointsRef& q, Branch&, Tip& tip) const noexcept {
+  if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
     return status;
   const int n = arm_.tubeCount();
-  const Sections sections = split(q);
+  Segmentation parts;
+  segment(arm_, q, parts);
 
   // Every effect on the tip is a velocity of a point plus a turn about it: collected as the twist at the base's origin.
   Jacobian twist(6, 2 * n);
@@ -145,27 +45,30 @@ ModelStatus RigidModel::tip(const JointsRef& q, Tip& tip) const noexcept {
 
   Eigen::Matrix3d rotation = arm_.base.linear();
   Eigen::Vector3d position = arm_.base.translation();
-  for (int k = 0; k < sections.count; ++k) {
-    const Section& section = sections.section[k];
-    const Arc arc(section.u, section.end - section.start);
+  Bend here = bend(parts.interval[0], q);
+  for (int k = 0; k < parts.count; ++k) {
+    const Segmentation::Interval& interval = parts.interval[k];
+    const Arc arc(here.u, interval.end - interval.start);
     const Eigen::Vector3d end = position + rotation * arc.position();
     for (int i = 0; i < n; ++i) {
-      if (section.part[i] != Part::kCurved)
+      if (interval.section[i] == Segmentation::kAbsent)
         continue;
-      const double alpha = q[n + i];
-      const double share = stiffness_[i] / section.stiffness * arm_.tubes[i].curvature;
-      const Eigen::Vector3d du(-share * std::cos(alpha), -share * std::sin(alpha), 0.0);
+      const TubeSection& section = arm_.tubes[i].sections[interval.section[i]];
+      const double share = section.bending_stiffness / here.stiffness * section.curvature;
+      const Eigen::Vector3d du(-share * std::cos(q[n + i]), -share * std::sin(q[n + i]), 0.0);
       add(n + i, rotation * arc.positionDerivative(du), rotation * arc.rotationDerivative(du), end);
     }
     rotation = rotation * arc.rotation();
     position = end;
-    const bool last = k + 1 == sections.count;
-    const Eigen::Vector3d behind = last ? Eigen::Vector3d::Zero() : sections.section[k + 1].u;
+    const bool last = k + 1 == parts.count;
+    const Bend behind = last ? Bend{} : bend(parts.interval[k + 1], q);
     const Eigen::Vector3d forward = last ? Eigen::Vector3d(rotation.col(2)) : Eigen::Vector3d::Zero();
-    add(section.owner, forward, rotation * (section.u - behind), position);
+    add(interval.owner, forward, rotation * (here.u - behind.u), position);
+    here = behind;
   }
+  add(n, Eigen::Vector3d::Zero(), rotation.col(2), position);  // the end frame turns with tube 1
 
-  tip.pose.linear() = rotation;
+  tip.pose.linear() = rotation * Eigen::AngleAxisd(q[n], Eigen::Vector3d::UnitZ()).toRotationMatrix();
   tip.pose.translation() = position;
   tip.pose = tip.pose * arm_.tool;
   tip.jacobian.resize(6, 2 * n);
@@ -175,39 +78,63 @@ ModelStatus RigidModel::tip(const JointsRef& q, Tip& tip) const noexcept {
     tip.jacobian.col(j).head<3>() = twist.col(j).head<3>() + angular.cross(Eigen::Vector3d(tip.pose.translation()));
   }
   tip.stability = 1.0;
+  tip.stability_at = parts.length();
+  tip.conjugate_points = 0;
   return ModelStatus::kOk;
 }
 
-ModelStatus RigidModel::shape(const JointsRef& q, int points, std::vector<ShapePoint>& shape) const {
-  if (const ModelStatus status = check(q); status != ModelStatus::kOk)
+ModelStatus RigidModel::loadedTip(const JointsRef& q,
+                                  const Wrench& wrench,
+                                  Branch& branch,
+                                  LoadedTip& loaded) const noexcept {
+  if (!wrench.allFinite())
+    return ModelStatus::kNotFinite;
+  if (!wrench.isZero(0.0))
+    return ModelStatus::kCarriesNoLoad;
+  loaded.compliance.setZero();
+  return tip(q, branch, loaded);
+}
+
+ModelStatus RigidModel::shape(const JointsRef& q,
+                              const Wrench& wrench,
+                              Branch&,
+                              int points,
+                              std::vector<ShapePoint>& shape) const {
+  if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
     return status;
+  if (!wrench.isZero(0.0))
+    return ModelStatus::kCarriesNoLoad;
   const int n = arm_.tubeCount();
-  const Sections sections = split(q);
-  const double length = sections.section[sections.count - 1].end;
+  Segmentation parts;
+  segment(arm_, q, parts);
   shape.resize(static_cast<std::size_t>(std::max(points, 2)));
 
+  const Eigen::AngleAxisd roll(q[n], Eigen::Vector3d::UnitZ());
   Eigen::Isometry3d start = arm_.base;
+  Bend here = bend(parts.interval[0], q);
   int k = 0;
   for (std::size_t j = 0; j < shape.size(); ++j) {
     ShapePoint& point = shape[j];
     const bool last = j + 1 == shape.size();
-    point.s = last ? length : length * static_cast<double>(j) / static_cast<double>(shape.size() - 1);
-    while (k + 1 < sections.count && point.s > sections.section[k].end) {
-      const Arc whole(sections.section[k].u, sections.section[k].end - sections.section[k].start);
+    point.s = last ? parts.length() : parts.length() * static_cast<double>(j) / static_cast<double>(shape.size() - 1);
+    while (k + 1 < parts.count && point.s > parts.interval[k].end) {
+      const Arc whole(here.u, parts.interval[k].end - parts.interval[k].start);
       start.translation() += start.linear() * whole.position();
       start.linear() = start.linear() * whole.rotation();
-      ++k;
+      here = bend(parts.interval[++k], q);
     }
-    const Section& section = sections.section[k];
-    const Arc arc(section.u, point.s - section.start);
-    point.pose.linear() = start.linear() * arc.rotation();
+    const Arc arc(here.u, point.s - parts.interval[k].start);
+    point.pose.linear() = start.linear() * arc.rotation() * roll.toRotationMatrix();
     point.pose.translation() = start.translation() + start.linear() * arc.position();
+    point.curvature = here.u.head<2>();
     point.psi.fill(std::numeric_limits<double>::quiet_NaN());
+    point.moment.fill(std::numeric_limits<double>::quiet_NaN());
     point.outermost_tube = 0;
     for (int i = 0; i < n; ++i) {
-      if (section.part[i] == Part::kEnded)
+      if (parts.interval[k].section[i] == Segmentation::kAbsent)
         continue;
       point.psi[i] = q[n + i];
+      point.moment[i] = 0.0;  // nothing twists: what torsional moment there is does not show
       point.outermost_tube = i + 1;
     }
   }

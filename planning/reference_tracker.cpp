@@ -10,44 +10,51 @@ ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> mode
                                    control::Method method,
                                    const control::MethodParameters& parameters,
                                    Gains gains)
-    : models_(std::move(models)), resolver_(control::makeResolver(method, parameters)), gains_(gains) {
-  if (models_.empty() || models_.size() != limits.size() || models_.size() > safety::kMaxArms) {
-    throw std::invalid_argument("a tracker needs 1 to 8 arms, each with model and limits");
-  }
-  for (std::size_t k = 0; k < models_.size(); ++k) {
-    if (limits[k]->jointCount() != models_[k]->arm().jointCount()) {
+    : tips_(models), resolver_(control::makeResolver(method, parameters)), gains_(gains) {
+  if (models.size() != limits.size())
+    throw std::invalid_argument("a tracker needs limits for every arm");
+  for (std::size_t k = 0; k < models.size(); ++k) {
+    if (limits[k]->jointCount() != models[k]->arm().jointCount()) {
       throw std::invalid_argument("limits and model of an arm differ in their number of joints");
     }
   }
   problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
 }
 
-bool ReferenceTracker::computeTips(const safety::RobotVector& q, TrackResult& result) const noexcept {
-  for (int k = 0; k < problem_.arm_count; ++k) {
-    const int begin = problem_.arm_offset[k], size = problem_.arm_offset[k + 1] - begin;
-    result.model = models_[k]->tip(q.segment(begin, size), result.tip[k]);
-    if (result.model != kinematics::ModelStatus::kOk) {
-      result.model_arm = k;
-      return false;
-    }
-  }
-  return true;
+bool ReferenceTracker::computeTips(const safety::RobotVector& q, TrackResult& result) noexcept {
+  const bool known = tips_.update(q);
+  result.model = tips_.status();
+  result.model_arm = tips_.failedArm();
+  for (int k = 0; k < problem_.arm_count; ++k)
+    result.tip[static_cast<std::size_t>(k)] = tips_.tip(k);
+  return known;
 }
 
-bool ReferenceTracker::setTask(const TaskReference& wanted,
-                               const TrackResult& result,
-                               control::Task& task,
-                               double& error) noexcept {
+void ReferenceTracker::observe(const safety::RobotVector& q, const safety::RobotVector& setpoint) noexcept {
+  tips_.update(q);
+  problem_.setPosition(setpoint);
+}
+
+TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
+                                      const MeasuredTips* measured,
+                                      const TrackResult& result,
+                                      control::Task& task,
+                                      double& error) noexcept {
   const bool relative = wanted.kind == TaskKind::kRelativePosition;
   const auto known = [&](int arm) { return arm >= 0 && arm < problem_.arm_count; };
   if (!relative && wanted.kind != TaskKind::kTipPosition)
-    return false;
+    return TrackStatus::kReference;
   if (!known(wanted.arm) || (relative && (!known(wanted.other_arm) || wanted.other_arm == wanted.arm)))
-    return false;
+    return TrackStatus::kReference;
   if (!wanted.position.allFinite() || !wanted.feed_forward.allFinite())
-    return false;
+    return TrackStatus::kReference;
+  if (measured && !(measured->arm[wanted.arm].known && (!relative || measured->arm[wanted.other_arm].known)))
+    return TrackStatus::kSensor;
 
-  Eigen::Vector3d position = result.tip[wanted.arm].pose.translation();
+  const auto tip = [&](int arm) -> Eigen::Vector3d {
+    return measured ? measured->arm[arm].position : result.tip[arm].pose.translation();
+  };
+  Eigen::Vector3d position = tip(wanted.arm);
   task.jacobian.setZero(3, problem_.joint_count);
   const auto columns = [&](int arm) {
     const int begin = problem_.arm_offset[arm];
@@ -55,25 +62,44 @@ bool ReferenceTracker::setTask(const TaskReference& wanted,
   };
   columns(wanted.arm) = result.tip[wanted.arm].jacobian.topRows<3>();
   if (relative) {
-    position -= result.tip[wanted.other_arm].pose.translation();
+    position -= tip(wanted.other_arm);
     columns(wanted.other_arm) = -result.tip[wanted.other_arm].jacobian.topRows<3>();
   }
   const Eigen::Vector3d difference = wanted.position - position;
   error = difference.norm();
   task.velocity = (relative ? gains_.relative : gains_.tip) * difference + wanted.feed_forward;
-  return true;
+  return TrackStatus::kOk;
 }
 
-void ReferenceTracker::step(const safety::RobotVector& q,
-                            const safety::RobotVector& setpoint,
-                            const Reference& reference,
-                            TrackResult& result) noexcept {
+void ReferenceTracker::clear(TrackResult& result) const noexcept {
   result.status = TrackStatus::kOk;
   result.error.fill(0.0);
   result.solution.velocity.setZero(problem_.joint_count);
   result.solution.status = control::SolveStatus::kFailed;
   result.solution.scale.fill(0.0);
   result.solution.residual.fill(0.0);
+  result.solution.iterations = 0;
+  result.solution.active_count = 0;
+  result.solution.joint_active.fill(0);
+  result.solution.kkt_residual = 0.0;
+}
+
+void ReferenceTracker::hold(const safety::RobotVector& q,
+                            const safety::RobotVector& setpoint,
+                            TrackStatus reason,
+                            TrackResult& result) noexcept {
+  clear(result);
+  result.status = computeTips(q, result) ? reason : TrackStatus::kModel;
+  problem_.setPosition(setpoint);
+  problem_.task_count = 0;
+}
+
+void ReferenceTracker::step(const safety::RobotVector& q,
+                            const safety::RobotVector& setpoint,
+                            const Reference& reference,
+                            const MeasuredTips* measured,
+                            TrackResult& result) noexcept {
+  clear(result);
   if (q.size() != problem_.joint_count || setpoint.size() != q.size() || !computeTips(q, result)) {
     result.status = TrackStatus::kModel;
     return;
@@ -86,10 +112,9 @@ void ReferenceTracker::step(const safety::RobotVector& q,
     return;
   }
   for (int k = 0; k < reference.task_count; ++k) {
-    if (!setTask(reference.tasks[k], result, problem_.task[k], result.error[k])) {
-      result.status = TrackStatus::kReference;
+    result.status = setTask(reference.tasks[k], measured, result, problem_.task[k], result.error[k]);
+    if (result.status != TrackStatus::kOk)
       return;
-    }
   }
   resolver_->solve(problem_, result.solution);
   if (result.solution.status != control::SolveStatus::kSolved)

@@ -8,6 +8,7 @@
 #include "control/resolver.h"
 #include "kinematics/arm_model.h"
 #include "planning/reference.h"
+#include "planning/tips.h"
 #include "safety/limits.h"
 
 namespace tandem::planning {
@@ -23,6 +24,7 @@ enum class TrackStatus : std::uint8_t {
   kModel,      ///< a kinematic model cannot answer for these joints
   kReference,  ///< the reference names an arm that there is not, or holds a number that is not finite
   kSolver,     ///< see Solution::status
+  kSensor,     ///< the tip of an arm that the reference names has not been measured
 };
 
 /** Result of one step. Reused from step to step. */
@@ -32,7 +34,7 @@ struct TrackResult {
   int model_arm = 0;                                    ///< whose model could not answer
   control::Solution solution;                           ///< velocity is zero unless status is kOk
   std::array<double, kMaxTasks> error{};                ///< |x_d - x| per task, m
-  std::array<kinematics::Tip, safety::kMaxArms> tip{};  ///< at the joint positions given
+  std::array<kinematics::Tip, safety::kMaxArms> tip{};  ///< the model's, at the joint positions given
 };
 
 /** Follows references with a redundancy-resolution method. step() allocates nothing and throws nothing with the
@@ -50,16 +52,38 @@ class ReferenceTracker {
   /// Tips, errors and joint velocities.
   /// @param q  measured joints, all arms stacked: where the tips are
   /// @param setpoint  the joints from which the velocities will be integrated: where limits are counted from
+  /// @param measured  tips to compute the errors with, fresh ones; nullptr: the model's
   void step(const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
             const Reference& reference,
+            const MeasuredTips* measured,
+            TrackResult& result) noexcept;
+  /// The same with the model's tips.
+  void step(const safety::RobotVector& q,
+            const safety::RobotVector& setpoint,
+            const Reference& reference,
+            TrackResult& result) noexcept {
+    step(q, setpoint, reference, nullptr, result);
+  }
+
+  /// A cycle in which nothing may move, because `reason` stands in the way: tips, limits, no velocity.
+  void hold(const safety::RobotVector& q,
+            const safety::RobotVector& setpoint,
+            TrackStatus reason,
             TrackResult& result) noexcept;
 
   /// Tips alone. @return false where a model cannot answer; then result.model and model_arm say why.
-  bool computeTips(const safety::RobotVector& q, TrackResult& result) const noexcept;
+  bool computeTips(const safety::RobotVector& q, TrackResult& result) noexcept;
 
-  /// Refreshes problem()'s moving limits without a step.
-  void observe(const safety::RobotVector& setpoint) noexcept { problem_.setPosition(setpoint); }
+  /// Refreshes problem()'s moving limits and follows the joints, without a step.
+  void observe(const safety::RobotVector& q, const safety::RobotVector& setpoint) noexcept;
+
+  /// The joints were put elsewhere without a path.
+  void restart() noexcept { tips_.restart(); }
+  /// Takes over from a tracker of the same robot and model that has followed the joints so far.
+  void continueFrom(const ReferenceTracker& other) noexcept { tips_.continueFrom(other.tips_); }
+  /// The model's tips along the path of the joints.
+  const TipFollower& tips() const noexcept { return tips_; }
 
   /// Limits and bounds as the last step or observe() saw them.
   const control::StepProblem& problem() const { return problem_; }
@@ -67,9 +91,14 @@ class ReferenceTracker {
   int jointCount() const { return problem_.joint_count; }
 
  private:
-  bool setTask(const TaskReference& reference, const TrackResult& result, control::Task& task, double& error) noexcept;
+  void clear(TrackResult& result) const noexcept;
+  TrackStatus setTask(const TaskReference& wanted,
+                      const MeasuredTips* measured,
+                      const TrackResult& result,
+                      control::Task& task,
+                      double& error) noexcept;
 
-  std::vector<const kinematics::ArmModel*> models_;
+  TipFollower tips_;
   std::unique_ptr<control::Resolver> resolver_;
   Gains gains_;
   control::StepProblem problem_;

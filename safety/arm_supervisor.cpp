@@ -43,28 +43,48 @@ void ArmSupervisor::stop() noexcept {
 }
 
 void ArmSupervisor::hold() noexcept {
-  if (mode_ == Mode::kRamp)
-    return;
-  if (options_.immediate_hold && mode_ == Mode::kArrived) {
+  if (mode_ != Mode::kArrived)
+    return;  // a segment under way is ended first: its setpoint has been promised
+  if (options_.immediate_hold) {
     stand();
   } else {
     stop();
   }
 }
 
-void ArmSupervisor::latch(FaultMask faults) noexcept {
-  if (faults == 0)
+void ArmSupervisor::latch(const FaultRecord& record) noexcept {
+  if (record.faults == 0)
     return;
-  machine_.latch(faults);
+  if (machine_.state() != OperatingState::kFault)
+    record_ = record;
+  machine_.latch(record.faults);
   stop();
 }
 
-void ArmSupervisor::latchAxisFailure(int joint, double position) noexcept {
-  reference_[joint] = position;
-  velocity_[joint] = 0.0;
+void ArmSupervisor::latchAxisFailure(const FaultRecord& record, double position) noexcept {
+  reference_[record.joint] = position;
+  velocity_[record.joint] = 0.0;
   if (mode_ == Mode::kStanding)
     stand();
-  latch(bit(Fault::kDrive));
+  latch(record);
+}
+
+FaultRecord ArmSupervisor::recordOf(const GateReport& report) const noexcept {
+  FaultRecord record;
+  record.faults = report.faults;
+  if (report.faults & bit(Fault::kNotFinite))
+    record.joint = static_cast<std::uint8_t>(report[Guard::kFinite].joint);
+  if (report.faults & bit(Fault::kStepTooLarge)) {
+    const GuardAction& action = report[Guard::kStep];
+    record.joint = static_cast<std::uint8_t>(action.joint);
+    record.allowed = gate_.limits().joints[static_cast<std::size_t>(action.joint)].max_step;
+    record.amount = record.allowed + action.amount;
+  }
+  if ((report.faults & bit(Fault::kStaleCommand)) && report[Guard::kFresh].amount > 0.0) {
+    record.allowed = options_.budgets.commandAge(options_.control_period);
+    record.amount = record.allowed + report[Guard::kFresh].amount;
+  }
+  return record;
 }
 
 void ArmSupervisor::disableForNewSession() noexcept {
@@ -73,18 +93,18 @@ void ArmSupervisor::disableForNewSession() noexcept {
   stop();
 }
 
-void ArmSupervisor::enable(const ArmVector& measured, FaultMask present) noexcept {
+void ArmSupervisor::enable(const ArmVector& measured, const FaultRecord& present) noexcept {
   if (machine_.state() == OperatingState::kFault || !standing())
     return;
-  if (present != 0) {
-    machine_.latch(present);  // says why the arm cannot be enabled
+  if (present.faults != 0) {
+    latch(present);  // says why the arm cannot be enabled
     return;
   }
   if (machine_.command(StateCommand::kEnable))
     place(measured);
 }
 
-void ArmSupervisor::applyRequest(DriveRequest request, const ArmVector& measured, FaultMask present) noexcept {
+void ArmSupervisor::applyRequest(DriveRequest request, const ArmVector& measured, const FaultRecord& present) noexcept {
   switch (request) {
     case DriveRequest::kKeep:
       return;
@@ -93,22 +113,26 @@ void ArmSupervisor::applyRequest(DriveRequest request, const ArmVector& measured
         enable(measured, present);
       return;
     case DriveRequest::kDisable:
-      if (machine_.command(StateCommand::kDisable, present))
+      if (machine_.command(StateCommand::kDisable, present.faults)) {
+        record_ = {};
         stop();
+      } else if (machine_.state() == OperatingState::kFault) {
+        record_ = present;  // the cause that stands is all that is left
+      }
       return;
     case DriveRequest::kPause:
       if (machine_.command(StateCommand::kPause))
         stop();
       return;
     case DriveRequest::kResume:
-      machine_.command(StateCommand::kResume, present);
+      machine_.command(StateCommand::kResume, present.faults);
       return;
   }
 }
 
 GateReport ArmSupervisor::command(const ArmRequest& request,
                                   const ArmVector& measured,
-                                  FaultMask present,
+                                  const FaultRecord& present,
                                   std::int64_t now) noexcept {
   GateReport report;
   const bool was_enabled = machine_.mayMove();
@@ -121,12 +145,14 @@ GateReport ArmSupervisor::command(const ArmRequest& request,
   if (request.motion.stream != 0 || moves) {
     GateCommand motion = request.motion;
     motion.duration = options_.control_period;
+    if (motion.position.allFinite() && motion.velocity.size() == reference_.size())
+      motion.position = setpoint() + motion.duration * motion.velocity;
     ArmVector next;
     report = gate_.check(motion, setpoint(), commanded_speed_, next);
     if (report.faults == 0) {
       move(next);
     } else if (powered()) {
-      latch(report.faults);
+      latch(recordOf(report));
     }
   } else if (machine_.mayMove()) {
     hold();
@@ -166,8 +192,10 @@ double ArmSupervisor::advanceSegment(double dt) noexcept {
 }
 
 void ArmSupervisor::step(double dt, std::int64_t now) noexcept {
-  if (machine_.mayMove() && watchdog_.expired(now))
-    latch(bit(Fault::kCommandTimeout));
+  if (machine_.mayMove() && watchdog_.expired(now)) {
+    latch({bit(Fault::kCommandTimeout), FaultCause::kUnspecified, FaultRecord::kNoJoint, watchdog_.silence(now),
+           options_.budgets.commandAge(options_.control_period)});
+  }
   if (mode_ == Mode::kSegment) {
     dt = advanceSegment(dt);
     if (dt <= 0.0)

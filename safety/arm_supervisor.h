@@ -26,8 +26,11 @@ struct SupervisorOptions {
 /** What a command asks of one arm. */
 struct ArmRequest {
   DriveRequest request = DriveRequest::kKeep;
-  bool moving = false;  ///< the setpoint of `motion` counts; otherwise the arm holds
-  GateCommand motion;   ///< `duration` is ignored: it is the control period
+  bool moving = false;  ///< `motion` counts; otherwise the arm ends the segment under way and holds
+  /** The velocity counts: it is integrated here, from the last setpoint that went past the gate. Whoever commands knows
+   * that setpoint only as it was a state ago, so its own sum would jump back or ahead by all that was lost or late
+   * since. The position has to be finite; `duration` is ignored: it is the control period. */
+  GateCommand motion;
 };
 
 /** Supervisor of one arm. Nothing after construction allocates, locks or throws. Times are ns on the caller's clock. */
@@ -46,15 +49,15 @@ class ArmSupervisor {
    * @return what the gate did. */
   GateReport command(const ArmRequest& request,
                      const ArmVector& measured,
-                     FaultMask present,
+                     const FaultRecord& present,
                      std::int64_t now) noexcept;
 
-  /// Stops the arm with the ramp and latches; 0 does nothing.
-  void latch(FaultMask faults) noexcept;
+  /// Stops the arm with the ramp and latches; a record without faults does nothing.
+  void latch(const FaultRecord& record) noexcept;
 
   /** An axis does not follow: the reference of that axis becomes where it is, the others stop with the ramp, and
-   * Fault::kDrive latches. @param position of that axis, m, rad. */
-  void latchAxisFailure(int joint, double position) noexcept;
+   * Fault::kDrive latches. @param record names the joint; @param position of that axis, m, rad. */
+  void latchAxisFailure(const FaultRecord& record, double position) noexcept;
 
   /// Disables a standing arm, because another commander takes over.
   void disableForNewSession() noexcept;
@@ -67,6 +70,8 @@ class ArmSupervisor {
 
   OperatingState state() const noexcept { return machine_.state(); }
   FaultMask faults() const noexcept { return machine_.faults(); }
+  /// What led into FAULT; empty in the other states.
+  const FaultRecord& faultRecord() const noexcept { return record_; }
   /// ENABLED or PAUSED: a failure has to stop this arm.
   bool powered() const noexcept;
   /// The reference stands still.
@@ -87,8 +92,9 @@ class ArmSupervisor {
     kRamp,
   };
 
-  void applyRequest(DriveRequest request, const ArmVector& measured, FaultMask present) noexcept;
-  void enable(const ArmVector& measured, FaultMask present) noexcept;
+  FaultRecord recordOf(const GateReport& report) const noexcept;
+  void applyRequest(DriveRequest request, const ArmVector& measured, const FaultRecord& present) noexcept;
+  void enable(const ArmVector& measured, const FaultRecord& present) noexcept;
   void move(const ArmVector& setpoint) noexcept;
   void hold() noexcept;
   void stop() noexcept;
@@ -98,6 +104,7 @@ class ArmSupervisor {
   Gate gate_;
   SupervisorOptions options_;
   StateMachine machine_;
+  FaultRecord record_;
   Watchdog watchdog_;
   StopRamp ramp_;
   Mode mode_ = Mode::kStanding;

@@ -12,11 +12,14 @@ struct Budgets {
   double age_periods = 3.0;           ///< ... and as many control periods, whichever is larger
   double planning_reference = 0.250;  ///< age of planning's reference, judged by control
   double teleoperation = 0.100;       ///< age of an operator's stream, judged by control
+  double tip_measurement = 0.100;     ///< age of a measured tip, judged by control
   double drive_heartbeat = 0.100;     ///< the drives' budget for hal's heartbeat
   double lease = 1.0;                 ///< silence after which the control lease is lost
 
   /// Largest age of a command or of a state at this control period, s.
   double commandAge(double period) const { return std::max(minimum_age, age_periods * period); }
+  /// Largest age of a measured tip at this control period, s.
+  double tipAge(double period) const { return std::max(tip_measurement, age_periods * period); }
 };
 
 }  // namespace tandem::safety

@@ -2,6 +2,7 @@
 #include "safety/faults.h"
 
 #include <array>
+#include <cstdio>
 #include <utility>
 
 namespace tandem::safety {
@@ -26,7 +27,44 @@ constexpr std::array<std::pair<Fault, std::string_view>, 13> kFaultNames{{
 constexpr std::array<std::string_view, kGuardCount> kGuardNames{
     "finite", "fresh", "sequence", "step", "known_arm", "position", "coupled_row", "velocity", "slew"};
 
+constexpr std::array<std::string_view, 13> kCauses{"",
+                                                   "off",
+                                                   "following error",
+                                                   "hal or sim started anew",
+                                                   "left ENABLED by themselves",
+                                                   "reported by the drives",
+                                                   "no model",
+                                                   "no solution",
+                                                   "no states",
+                                                   "commands are not taken",
+                                                   "no answer",
+                                                   "reports an error",
+                                                   "drive and encoder disagree"};
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.5g", value);
+  return text;
+}
+
 }  // namespace
+
+std::string describe(const FaultRecord& record, int joint_count) {
+  std::string text = describeFaults(record.faults);
+  const auto cause = static_cast<std::size_t>(record.cause);
+  if (cause > 0 && cause < kCauses.size())
+    text += " (" + std::string(kCauses[cause]) + ")";
+  const bool has_joint = record.joint != FaultRecord::kNoJoint;
+  if (has_joint)
+    text += " of joint " + std::to_string(record.joint + 1);
+  if (record.amount == 0.0 && record.allowed == 0.0)
+    return text;
+  const std::string unit = !has_joint ? " s" : 2 * record.joint < joint_count ? " m" : " rad";
+  text += ": " + number(record.amount) + unit;
+  if (record.allowed > 0.0)
+    text += ", allowed " + number(record.allowed) + unit;
+  return text;
+}
 
 std::string describeFaults(FaultMask faults) {
   std::string text;

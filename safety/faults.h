@@ -31,6 +31,39 @@ constexpr FaultMask bit(Fault fault) { return static_cast<FaultMask>(fault); }
 /// "command_timeout, drive" or "none".
 std::string describeFaults(FaultMask faults);
 
+/** What lay behind a fault that can have several causes. */
+enum class FaultCause : std::uint8_t {
+  kUnspecified = 0,  ///< the fault itself says it
+  kOff,              ///< kDrive: the drive has no power or is dead
+  kFollowingError,   ///< kDrive: the joint does not follow its reference
+  kRestarted,        ///< kDrive, control: hal or sim started anew
+  kLeftEnabled,      ///< kDrive, control: the drives left ENABLED unasked
+  kReported,         ///< control: the drives reported these faults
+  kModel,            ///< kSolver: a kinematic model cannot answer for these joints
+  kNoSolution,       ///< kSolver: the redundancy resolution failed
+  kSilent,           ///< kStateTimeout: no states come
+  kUnanswered,       ///< kStateTimeout: states come, but they answer old commands
+  kNoAnswer,         ///< kDrive, kSensor: a device or its bus fell silent, or is not up
+  kDeviceError,      ///< kDrive, kSensor: a device reports an error of its own
+  kDisagree,         ///< kSensor: drive and absolute encoder disagree
+};
+
+/** The first thing that led an arm into FAULT since it was last cleared: for logs and people. Amounts are in the unit
+ * of what is compared: s for ages and silences, m or rad for joints; 0 where nothing is measured. */
+struct FaultRecord {
+  static constexpr std::uint8_t kNoJoint = 255;
+
+  FaultMask faults = 0;  ///< 0: no fault
+  FaultCause cause = FaultCause::kUnspecified;
+  std::uint8_t joint = kNoJoint;  ///< counts from 0
+  double amount = 0.0;
+  double allowed = 0.0;
+};
+
+/// "drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad", "command_timeout: 0.151 s, allowed 0.15 s".
+/// Joints count from 1 there. @param joint_count of the arm: the first half are translations.
+std::string describe(const FaultRecord& record, int joint_count);
+
 /** Guards of the gate. Integrity guards stop the arm and latch; limit guards saturate joint by joint. */
 enum class Guard : std::uint8_t {
   kFinite = 0,

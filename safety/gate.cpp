@@ -98,14 +98,14 @@ bool holdRow(const LinearRow& row, const ArmVector& last, ArmVector& next) noexc
   return held;
 }
 
-bool allFinite(const ArmVector& values, int size) noexcept {
+/// The first joint whose number is not finite, or `size` where all are.
+int firstNotFinite(const ArmVector& values, int size) noexcept {
   if (values.size() != size)
-    return false;
-  for (int j = 0; j < size; ++j) {
-    if (!std::isfinite(values[j]))
-      return false;
-  }
-  return true;
+    return 0;
+  int j = 0;
+  while (j < size && std::isfinite(values[j]))
+    ++j;
+  return j;
 }
 
 }  // namespace
@@ -133,9 +133,9 @@ void Gate::checkIntegrity(const GateCommand& command, const ArmVector& last, Gat
   if (report.faults != 0)
     return;  // what such a command holds is of no interest
   const int n = limits_.jointCount();
-  if (!allFinite(command.position, n) || !allFinite(command.velocity, n) || !std::isfinite(command.duration) ||
-      command.duration <= 0.0) {
-    refuse(Fault::kNotFinite, Guard::kFinite, 1.0, 0);
+  const int bad = std::min(firstNotFinite(command.position, n), firstNotFinite(command.velocity, n));
+  if (bad < n || !std::isfinite(command.duration) || command.duration <= 0.0) {
+    refuse(Fault::kNotFinite, Guard::kFinite, 1.0, bad < n ? bad : 0);
     return;
   }
   for (int j = 0; j < n; ++j) {

@@ -6,6 +6,13 @@
 
 namespace tandem::safety {
 
+double moveVelocity(const ArmLimits& limits, int joint) noexcept {
+  const double limit = limits.joints[static_cast<std::size_t>(joint)].velocity;
+  if (std::isfinite(limit))
+    return limit;
+  return 2 * joint < limits.jointCount() ? kMoveTranslationVelocity : kMoveRotationVelocity;
+}
+
 JointMotion::JointMotion(const ArmLimits& limits, const ArmVector& q0, const ArmVector& q1) noexcept
     : q0_(q0), q1_(q1) {
   double speed = kUnlimited;  // of the path parameter, 1/s
@@ -16,9 +23,8 @@ JointMotion::JointMotion(const ArmLimits& limits, const ArmVector& q0, const Arm
       continue;
     const JointLimit& joint = limits.joints[j];
     const bool translation = 2 * j < limits.jointCount();
-    const double default_velocity = translation ? kMoveTranslationVelocity : kMoveRotationVelocity;
     const double default_acceleration = translation ? kMoveTranslationAcceleration : kMoveRotationAcceleration;
-    speed = std::min(speed, (std::isfinite(joint.velocity) ? joint.velocity : default_velocity) / way);
+    speed = std::min(speed, moveVelocity(limits, j) / way);
     acceleration_ =
         std::min(acceleration_, std::min({default_acceleration, joint.slew_limit, joint.stop_deceleration}) / way);
   }

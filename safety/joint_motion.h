@@ -12,6 +12,9 @@ inline constexpr double kMoveRotationVelocity = 0.5;
 inline constexpr double kMoveTranslationAcceleration = 0.02;
 inline constexpr double kMoveRotationAcceleration = 1.0;
 
+/// How fast a motion moves joint j at most, m/s or rad/s: as the limits say, or the default above where they are free.
+double moveVelocity(const ArmLimits& limits, int joint) noexcept;
+
 /** Synchronised trapezoidal motion from q0 to q1, from rest to rest. All joints start and end together, so the arm
  * moves along a straight line in joint space; limits are convex, hence it stays inside them if both ends are inside.
  *

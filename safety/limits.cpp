@@ -26,27 +26,6 @@ double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::V
   return largest;
 }
 
-Interval frozenInterval(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q, int joint) {
-  Interval interval{limits.joints[joint].lower, limits.joints[joint].upper};
-  for (const LinearRow& row : limits.rows) {
-    const double a = row.a[joint];
-    if (a == 0.0)
-      continue;
-    double others = 0.0;
-    for (Eigen::Index j = 0; j < row.a.size(); ++j) {
-      if (j != joint && row.a[j] != 0.0)
-        others += row.a[j] * q[j];
-    }
-    const double bound = (row.b - others) / a;
-    if (a > 0.0) {
-      interval.upper = std::min(interval.upper, bound);
-    } else {
-      interval.lower = std::max(interval.lower, bound);
-    }
-  }
-  return interval;
-}
-
 std::string describe(const LinearRow& row) {
   const char* kind = row.kind == RowKind::kCarriageSpacing ? "carriage spacing" : "minimum extension";
   return "tube " + std::to_string(row.outer_joint + 1) + " against tube " + std::to_string(row.inner_joint + 1) + " (" +

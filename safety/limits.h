@@ -20,7 +20,7 @@ struct JointLimit {
   double approach_acceleration = kUnlimited;  ///< A_max of Alsaka et al. 2024, (7): shapes the approach to a limit
   double slew_limit = kUnlimited;             ///< largest change of the commanded velocity per second, held by the gate
   double stop_deceleration = kUnlimited;      ///< deceleration of the stop ramp
-  double max_step = kUnlimited;  ///< a command farther than this from the last setpoint is an integrity fault
+  double max_step = kUnlimited;               ///< a setpoint farther than this from the last one is an integrity fault
 };
 
 /** What a linear row stands for; it decides how the row is named to people. */
@@ -55,13 +55,11 @@ double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q
 /** Largest amount by which q leaves the boxes and rows, in m or rad; negative or zero inside. */
 double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q);
 
-/** The interval in which joint i may be while all other joints stand at q: its box cut by the rows (the
- * beta_min,i and beta_max,i of Alsaka et al. 2024, (1), frozen at the present position). */
+/** Where a joint may be. */
 struct Interval {
   double lower;
   double upper;
 };
-Interval frozenInterval(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q, int joint);
 
 /** "tube 2 against tube 1 (carriage spacing)". */
 std::string describe(const LinearRow& row);

@@ -25,13 +25,30 @@ std::optional<AxisFault> axisFaultFromName(std::string_view name) {
   return std::nullopt;
 }
 
-SimulatedArm::SimulatedArm(const safety::ArmVector& position, const PlantLimits& limits) : limits_(limits) {
+SimulatedArm::SimulatedArm(const safety::ArmVector& position, const PlantLimits& limits, const JointOptions& options)
+    : limits_(limits),
+      options_(options),
+      actuation_(options.mechanics, options.shortest_step),
+      random_(options.seed, Noise::kEncoder, options.arm) {
   place(position);
 }
 
 void SimulatedArm::place(const safety::ArmVector& position) noexcept {
-  position_ = position;
+  position_ = tubes_ = position;
   velocity_.setZero(position.size());
+  actuation_.place(position);
+  random_.restart();
+  readEncoders();
+}
+
+void SimulatedArm::readEncoders() noexcept {
+  encoders_ = position_;
+  const int n = static_cast<int>(position_.size());
+  const EncoderOptions& encoders = options_.encoders;
+  for (int j = 0; j < n && !encoders.noise.isZero(); ++j)
+    encoders_[j] += encoders.noise.of(j, n) * random_.normal();
+  for (int j = 0; j < n; ++j)
+    encoders_[j] = quantised(encoders_[j], encoders.resolution.of(j, n));
 }
 
 /// Speed over the next step: towards the reference, and never so fast that the joint could not stop there.
@@ -48,18 +65,23 @@ double SimulatedArm::nextVelocity(int joint, double dt, double error) const noex
 }
 
 void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept {
-  for (Eigen::Index j = 0; j < position_.size(); ++j) {
+  actuation_.step(dt, reference);
+  const safety::ArmVector& target = actuation_.output();
+  const int n = static_cast<int>(position_.size());
+  for (Eigen::Index j = 0; j < n; ++j) {
     const int joint = static_cast<int>(j);
     if (faults_[joint] == AxisFault::kOff || faults_[joint] == AxisFault::kStuck) {
       velocity_[j] = 0.0;
       continue;
     }
-    const double error = reference[j] - position_[j];
+    const double error = target[j] - position_[j];
     const double direct = error / dt;
     velocity_[j] = nextVelocity(joint, dt, error);
     // Land on the reference itself; a sum would miss it by rounding.
-    position_[j] = velocity_[j] == direct ? reference[j] : position_[j] + velocity_[j] * dt;
+    position_[j] = velocity_[j] == direct ? target[j] : position_[j] + velocity_[j] * dt;
+    tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(joint, n));
   }
+  readEncoders();
 }
 
 safety::ArmVector SimulatedArm::withGarbage(const safety::ArmVector& values) const noexcept {
@@ -72,19 +94,22 @@ safety::ArmVector SimulatedArm::withGarbage(const safety::ArmVector& values) con
   return result;
 }
 
-safety::ArmVector SimulatedArm::reading() const noexcept { return withGarbage(position_); }
+safety::ArmVector SimulatedArm::reading() const noexcept { return withGarbage(encoders_); }
 safety::ArmVector SimulatedArm::velocityReading() const noexcept { return withGarbage(velocity_); }
 
 bool SimulatedArm::valid() const noexcept { return (presentFaults() & safety::bit(safety::Fault::kSensor)) == 0; }
 
-safety::FaultMask SimulatedArm::presentFaults() const noexcept {
-  safety::FaultMask present = 0;
+safety::FaultRecord SimulatedArm::presentFailure() const noexcept {
+  safety::FaultRecord present;
   for (Eigen::Index j = 0; j < position_.size(); ++j) {
     const AxisFault fault = faults_[static_cast<std::size_t>(j)];
-    if (fault == AxisFault::kOff)
-      present |= safety::bit(safety::Fault::kDrive);
-    if (fault == AxisFault::kGarbage || fault == AxisFault::kInvalid)
-      present |= safety::bit(safety::Fault::kSensor);
+    if (fault == AxisFault::kNone || fault == AxisFault::kStuck)
+      continue;
+    if (present.faults == 0) {
+      present.joint = static_cast<std::uint8_t>(j);
+      present.cause = fault == AxisFault::kOff ? safety::FaultCause::kOff : safety::FaultCause::kUnspecified;
+    }
+    present.faults |= safety::bit(fault == AxisFault::kOff ? safety::Fault::kDrive : safety::Fault::kSensor);
   }
   return present;
 }

@@ -28,6 +28,15 @@ PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOp
   return plant;
 }
 
+JointOptions jointOptions(int arm, const SimulatedDrivesOptions& options) {
+  const double step = options.lock_step ? options.control_period : options.shortest_step;
+  return {options.mechanics, options.encoders, options.seed, arm, step};
+}
+
+safety::FaultRecord driveFailure(safety::FaultCause cause, int joint, double amount = 0.0, double allowed = 0.0) {
+  return {bit(safety::Fault::kDrive), cause, static_cast<std::uint8_t>(joint), amount, allowed};
+}
+
 void checkArguments(const std::vector<safety::ArmLimits>& limits,
                     const std::vector<ArmVector>& start,
                     const SimulatedDrivesOptions& options) {
@@ -74,8 +83,9 @@ SimulatedDrives::SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
   checkArguments(limits, start, options);
   const safety::SupervisorOptions supervisor{options.control_period, options.budgets, options.lock_step};
   for (std::size_t a = 0; a < limits.size(); ++a) {
-    arms_.push_back({safety::ArmSupervisor(limits[a], start[a], supervisor),
-                     SimulatedArm(start[a], plantLimits(limits[a], options))});
+    arms_.push_back(
+        {safety::ArmSupervisor(limits[a], start[a], supervisor),
+         SimulatedArm(start[a], plantLimits(limits[a], options), jointOptions(static_cast<int>(a), options))});
   }
 }
 
@@ -86,7 +96,7 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
     if (verdict.new_session)
       arm.supervisor.disableForNewSession();
     const safety::ArmRequest request = command.forArm(a, jointCount(a), verdict);
-    guards_.add(a, arm.supervisor.command(request, arm.plant.reading(), arm.plant.presentFaults(), now));
+    guards_.add(a, arm.supervisor.command(request, arm.plant.reading(), arm.plant.presentFailure(), now));
   }
   return verdict.faults == 0;
 }
@@ -97,8 +107,12 @@ void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
     const double window =
         isTranslation(j, n) ? options_.following_error_translation : options_.following_error_rotation;
     const double position = arm.plant.position()[j];
-    if (std::abs(arm.supervisor.reference()[j] - position) > window)
-      arm.supervisor.latchAxisFailure(j, position);
+    // Delay and lag are how this drive is; it fails when it is not where they would have brought it.
+    const double error = std::abs(arm.plant.expected()[j] - position);
+    if (error > window) {
+      arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kFollowingError, j, error, window), position);
+      arm.plant.forget(j);
+    }
   }
 }
 
@@ -108,11 +122,12 @@ void SimulatedDrives::checkDrives(Arm& arm) const noexcept {
     const double position = arm.plant.position()[j];
     // A drive that dies while its arm stops must not catch up when it comes back.
     if (arm.plant.fault(j) == AxisFault::kOff && (powered || !arm.supervisor.standing())) {
-      arm.supervisor.latchAxisFailure(j, position);
+      arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kOff, j), position);
+      arm.plant.forget(j);
     }
   }
   if (powered)
-    arm.supervisor.latch(arm.plant.presentFaults());
+    arm.supervisor.latch(arm.plant.presentFailure());
 }
 
 void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
@@ -123,14 +138,16 @@ void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
     arm.plant.step(dt, arm.supervisor.reference());
     checkFollowing(arm);
     // Without power a joint stays where it is; it owes nothing to an earlier reference.
-    if (!arm.supervisor.powered() && standing(a))
+    if (!arm.supervisor.powered() && standing(a)) {
       arm.supervisor.place(arm.plant.position());
+      arm.plant.forget();
+    }
   }
 }
 
 void SimulatedDrives::stop() noexcept {
   for (Arm& arm : arms_)
-    arm.supervisor.latch(safety::bit(safety::Fault::kStopRequested));
+    arm.supervisor.latch({safety::bit(safety::Fault::kStopRequested)});
 }
 
 ResetResult SimulatedDrives::reset(const safety::RobotVector& joints) noexcept {

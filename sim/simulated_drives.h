@@ -22,6 +22,10 @@ struct SimulatedDrivesOptions {
   double following_error_rotation = 0.02;       ///< rad
   double translation_acceleration = safety::kUnlimited;  ///< of the plant, in real time, m/s^2
   double rotation_acceleration = safety::kUnlimited;     ///< rad/s^2
+  double shortest_step = 1e-3;                           ///< of step(), s; in lock-step the control period
+  JointMechanics mechanics;                              ///< of every joint
+  EncoderOptions encoders;
+  std::uint64_t seed = 1;  ///< of the encoders' noise
 };
 
 using Command = safety::RobotCommand;
@@ -72,6 +76,8 @@ class SimulatedDrives {
   const safety::ArmVector& reference(int arm) const noexcept { return arms_[arm].supervisor.reference(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[arm].supervisor.state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[arm].supervisor.faults(); }
+  /// What led an arm into FAULT; empty in the other states.
+  const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_[arm].supervisor.faultRecord(); }
   const SimulatedArm& plant(int arm) const noexcept { return arms_[arm].plant; }
   const safety::GuardCounters& guards() const noexcept { return guards_; }
   /// Neither a reference nor a joint moves.

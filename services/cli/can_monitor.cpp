@@ -30,7 +30,7 @@ std::string stateText(const dds::HalStatus& hal, std::size_t i) {
 }
 
 Json axisJson(const Snapshot& s, const config::Arm& arm, std::size_t k, std::size_t j) {
-  const std::size_t i = k * safety::kMaxJointsPerArm + j;
+  const std::size_t i = dds::jointIndex(static_cast<int>(k), static_cast<int>(j));
   const auto n = static_cast<std::size_t>(arm.limits.jointCount());
   Json json{{"arm", arm.name},
             {"joint", (2 * j < n ? "beta_" : "alpha_") + std::to_string(j % (n / 2) + 1)},

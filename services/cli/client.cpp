@@ -50,6 +50,17 @@ Client::Client(const config::Deployment& deployment, Taps taps)
       [this, heard](const auto& m) { heard(&Snapshot::reference, &Snapshot::references, m, taps_.reference); }, deep);
   hals_ = bus_.reader(
       dds::kHalStatus, [this, heard](const auto& m) { heard(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); }, deep);
+  if (taps_.sim_tips) {
+    sim_tips_ = bus_.reader(
+        dds::kSimTips,
+        [this](const auto& m) {
+          taps_.sim_tips(m);
+          // An empty critical section: whoever is between judging and waiting is waiting when it ends.
+          { const std::lock_guard lock(mutex_); }
+          changed_.notify_all();
+        },
+        deep);
+  }
   lease_keeper_ = std::thread([this, period = 0.2 * deployment.budgets.lease] {
     while (!ending_) {
       if (keep_lease_) {

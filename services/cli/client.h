@@ -33,6 +33,7 @@ class Client {
     std::function<void(const dds::ControlStatus&)> status;
     std::function<void(const dds::PlanningReference&)> reference;
     std::function<void(const dds::HalStatus&)> hal;
+    std::function<void(const dds::TipPoses&)> sim_tips;  ///< heard only with this tap
   };
 
   explicit Client(const config::Deployment& deployment, Taps taps = {});
@@ -86,7 +87,8 @@ class Client {
   dds::Writer<dds::SimRequest> sim_requests_;
   dds::Writer<dds::HalRequest> hal_requests_;
   dds::Writer<dds::Stop> stops_;
-  dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_;
+  dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
+      sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
   std::thread lease_keeper_;
 };

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem experiment: published experiments, ours beside the paper's. */
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -13,6 +12,7 @@
 #include "experiments/csv.h"
 #include "services/cli/arguments.h"
 #include "services/cli/experiment_runner.h"
+#include "services/cli/figure.h"
 #include "services/cli/supervisor.h"
 #include "services/common/stop_signal.h"
 
@@ -89,21 +89,6 @@ std::vector<experiments::RunSummary> runAll(const Options& options,
   return summaries;
 }
 
-/** Figures are drawn by a script from the CSV files. */
-void drawFigures(const Options& options) {
-  const std::string script = shareFile("experiments/figures.py");
-  const pid_t pid = fork();
-  if (pid == 0) {
-    dup2(STDERR_FILENO, STDOUT_FILENO);  // what the script tells is for people; stdout may be JSON
-    execl("/usr/bin/python3", "python3", script.c_str(), options.csv.c_str(), options.figures.c_str(), nullptr);
-    _exit(127);
-  }
-  int status = 0;
-  if (pid < 0 || waitpid(pid, &status, 0) != pid || status != 0) {
-    throw Failure(kFailure, "the figures could not be drawn; python3-matplotlib and python3-numpy are needed");
-  }
-}
-
 nlohmann::ordered_json statisticsJson(const experiments::ErrorStatistics& e) {
   return {{"rms_mm", 1e3 * e.rms}, {"std_mm", 1e3 * e.deviation}, {"max_mm", 1e3 * e.max}};
 }
@@ -144,7 +129,7 @@ int run(Options options) {
   const config::Experiment experiment = config::loadExperiment(config::findFile(options.experiment, "experiment"));
   config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Robot robot = config::loadRobot(experiment.robot);
-  const experiments::RobotModel model(robot);
+  const experiments::RobotModel model(robot, deployment.model);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
   if (!options.figures.empty() && options.csv.empty())
     options.csv = (fs::path(options.figures) / "csv").string();
@@ -152,9 +137,9 @@ int run(Options options) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<experiments::RunSummary> summaries;
   if (options.offline) {
-    const planning::Gains gains{experiment.relative_gain, experiment.tip_gain};
+    const experiments::LoopOptions loop = experiments::loopOptions(deployment, experiment);
     summaries = runAll(options, robot, plans, [&](const auto& plan, const auto& progress) {
-      return experiments::runOffline(robot, model, plan, gains, deployment.control_period, progress);
+      return experiments::runOffline(robot, model, plan, loop, progress);
     });
   } else {
     if (!fs::equivalent(deployment.robot, experiment.robot)) {
@@ -182,7 +167,7 @@ int run(Options options) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!options.figures.empty())
-    drawFigures(options);
+    drawFigures("figures.py", {options.csv, options.figures});
   const auto rows = experiments::compare(summaries, experiment.published);
   bool good = true;
   for (const auto& row : rows)

@@ -7,6 +7,7 @@
 #include "planning/follower.h"
 #include "safety/faults.h"
 #include "services/cli/arguments.h"
+#include "services/dds/convert.h"
 
 namespace tandem::cli {
 namespace {
@@ -41,6 +42,12 @@ ExperimentRunner::ExperimentRunner(const config::Deployment& deployment,
     const std::lock_guard lock(mutex_);
     references_.push_back(m);
   };
+  if (lock_step_) {
+    taps.sim_tips = [this](const dds::TipPoses& m) {
+      const std::lock_guard lock(mutex_);
+      tips_[m.answers_state] = m;
+    };
+  }
   taps.hal = [this](const dds::HalStatus& m) {
     const std::lock_guard lock(mutex_);
     gate_actions_[m.sequence] = std::accumulate(m.guard_count.begin(), m.guard_count.end(), std::uint64_t{0});
@@ -64,7 +71,7 @@ safety::RobotVector ExperimentRunner::stacked(const dds::JointArray& joints) con
   safety::RobotVector q(model_.jointCount());
   for (int k = 0; k < model_.armCount(); ++k) {
     for (int j = 0; j < model_.size(k); ++j)
-      q[model_.offset(k) + j] = joints[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
+      q[model_.offset(k) + j] = joints[dds::jointIndex(k, j)];
   }
   return q;
 }
@@ -77,20 +84,21 @@ void ExperimentRunner::refuseFault(const Snapshot& s, const std::string& when) c
   }
 }
 
-void ExperimentRunner::placeAtStart(const experiments::RunPlan& plan) {
+std::uint32_t ExperimentRunner::placeAtStart(const experiments::RunPlan& plan) {
   client_->stateCommand("disable");
   dds::SimRequest reset;
   reset.kind = 1;
   reset.arm_count = static_cast<std::uint8_t>(model_.armCount());
   for (int k = 0; k < model_.armCount(); ++k) {
     for (int j = 0; j < model_.size(k); ++j) {
-      reset.joints[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)] =
-          plan.start[static_cast<std::size_t>(k)][j];
+      reset.joints[dds::jointIndex(k, j)] = plan.start[static_cast<std::size_t>(k)][j];
     }
   }
+  const std::uint32_t placements = client_->snapshot().state.placements;
   client_->sim(reset);
   client_->setMethod(plan.key.method);
   client_->stateCommand("enable");
+  return placements;
 }
 
 void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
@@ -127,18 +135,19 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
 }
 
 void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
+  std::uint32_t placements = 0;
   if (lock_step_) {
-    placeAtStart(plan);
+    placements = placeAtStart(plan);
   } else {
     moveToStart(plan);
   }
   // Planning must have seen the robot at the start, and enabled, before it lays the trajectory from there.
-  const safety::RobotVector wanted = model_.stack(plan.start);
   // Joints of drives come to rest within a few counts.
   constexpr double kAtRest = 1e-4;  // m, rad
+  const safety::RobotVector wanted = model_.stack(plan.start);
   const Snapshot enabled = client_->snapshot();
   const bool ready = client_->waitFor(kSilence, [&](const Snapshot& s) {
-    const bool there = lock_step_ ? positions(s.state) == wanted && s.reference.answers_state == s.state.sequence
+    const bool there = lock_step_ ? s.state.placements != placements && s.reference.answers_state == s.state.sequence
                                   : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < kAtRest;
     return there && s.reference.answers_control >= enabled.status.sequence;
   });
@@ -150,11 +159,13 @@ void ExperimentRunner::forget() {
   const std::lock_guard lock(mutex_);
   references_.clear();
   states_.clear();
+  tips_.clear();
   statuses_.clear();
   // The counters at the start of the run are the last ones so far.
   while (gate_actions_.size() > 1)
     gate_actions_.erase(gate_actions_.begin());
   gate_actions_before_ = gate_actions_.empty() ? 0 : gate_actions_.begin()->second;
+  branches_.assign(static_cast<std::size_t>(model_.armCount()), {});
   open_.reset();
 }
 
@@ -164,15 +175,7 @@ experiments::StepFacts factsOf(const dds::PlanningReference& reference) {
   experiments::StepFacts facts;
   facts.point = static_cast<int>(reference.point);
   facts.iteration = static_cast<int>(reference.iteration);
-  facts.reference.task_count = reference.task_count;
-  for (std::size_t k = 0; k < reference.task_count; ++k) {
-    const dds::TaskReference& from = reference.tasks[k];
-    planning::TaskReference& to = facts.reference.tasks[k];
-    to.kind = static_cast<planning::TaskKind>(from.kind);
-    to.arm = from.arm;
-    to.other_arm = from.other_arm;
-    to.position = Eigen::Vector3d(from.position[0], from.position[1], from.position[2]);
-  }
+  facts.reference = dds::tasksOf(reference);
   return facts;
 }
 
@@ -193,13 +196,19 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
   const std::uint64_t before = reference.answers_state, after = before + 1;
   const auto state = states_.find(after);
   const auto status = statuses_.find(before);
+  const auto tips = tips_.find(after);
   const auto actions_before = gate_actions_.find(before), actions_after = gate_actions_.find(after);
-  if (state == states_.end() || status == statuses_.end() || actions_before == gate_actions_.end() ||
-      actions_after == gate_actions_.end()) {
+  if (state == states_.end() || tips == tips_.end() || status == statuses_.end() ||
+      actions_before == gate_actions_.end() || actions_after == gate_actions_.end()) {
     return false;
   }
   experiments::StepFacts facts = factsOf(reference);
   facts.position = positions(state->second);
+  for (int k = 0; k < model_.armCount(); ++k) {
+    if (tips->second.valid[static_cast<std::size_t>(k)] == 0)
+      throw Failure(kFailure, "the plant has no equilibrium for these joints");
+    facts.tip[static_cast<std::size_t>(k)] = dds::tipPosition(tips->second, k);
+  }
   addSolution(status->second, facts);
   facts.gate_actions = actions_after->second - actions_before->second;
   record.add(facts);
@@ -221,6 +230,19 @@ bool ExperimentRunner::collectLockStep(experiments::RunRecord& record, std::uint
   return any;
 }
 
+/// Where the tips of hardware really are, nobody tells: those of the model for the joints as measured.
+void ExperimentRunner::addModelTips(experiments::StepFacts& facts) {
+  for (int k = 0; k < model_.armCount(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    kinematics::Tip tip;
+    const auto status =
+        model_.models()[i]->tip(facts.position.segment(model_.offset(k), model_.size(k)), branches_[i], tip);
+    if (status != kinematics::ModelStatus::kOk)
+      throw Failure(kFailure, arm_names_[i] + ": " + std::string(kinematics::describe(status)));
+    facts.tip[i] = tip.pose.translation();
+  }
+}
+
 /// The iteration that is open is over: planning has judged it by this state.
 bool ExperimentRunner::closeIteration(experiments::RunRecord& record, std::uint64_t judged_by) {
   const auto state = states_.lower_bound(judged_by);
@@ -229,6 +251,7 @@ bool ExperimentRunner::closeIteration(experiments::RunRecord& record, std::uint6
   experiments::StepFacts facts = factsOf(*open_);
   facts.position = positions(state->second);
   facts.setpoint = stacked(state->second.setpoint);
+  addModelTips(facts);
   // The status that answered it, or the one before: a lost sample costs two figures of a row, no row.
   auto status = statuses_.upper_bound(open_->sequence);
   if (status != statuses_.begin())

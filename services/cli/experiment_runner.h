@@ -31,12 +31,14 @@ class ExperimentRunner {
 
  private:
   void prepare(const experiments::RunPlan& plan);
-  void placeAtStart(const experiments::RunPlan& plan);  ///< lock-step
-  void moveToStart(const experiments::RunPlan& plan);   ///< real time
-  void forget();                                        ///< what was collected before the run
+  /// Lock-step. @return placements before it.
+  std::uint32_t placeAtStart(const experiments::RunPlan& plan);
+  void moveToStart(const experiments::RunPlan& plan);  ///< real time
+  void forget();                                       ///< what was collected before the run
   bool collectLockStep(experiments::RunRecord& record, std::uint32_t id, bool& ended);
   bool collectRealTime(experiments::RunRecord& record, std::uint32_t id, bool& ended);
   bool addRow(experiments::RunRecord& record, const dds::PlanningReference& reference);
+  void addModelTips(experiments::StepFacts& facts);
   bool closeIteration(experiments::RunRecord& record, std::uint64_t judged_by);
   void refuseFault(const Snapshot& snapshot, const std::string& when) const;
   safety::RobotVector stacked(const dds::JointArray& joints) const;
@@ -49,8 +51,10 @@ class ExperimentRunner {
   /// Those with a solution, by the state that they answer; in real time by the reference.
   std::map<std::uint64_t, dds::ControlStatus> statuses_;
   std::map<std::uint64_t, std::uint64_t>
-      gate_actions_;                            ///< since start, by the sequence of the state that they go with
-  std::optional<dds::PlanningReference> open_;  ///< real time: the first reference of an iteration not yet judged
+      gate_actions_;                             ///< since start, by the sequence of the state that they go with
+  std::vector<kinematics::Branch> branches_;     ///< real time: of the model's tips
+  std::map<std::uint64_t, dds::TipPoses> tips_;  ///< lock-step: where the tips are, by the state that they go with
+  std::optional<dds::PlanningReference> open_;   ///< real time: the first reference of an iteration not yet judged
   std::uint64_t gate_actions_before_ = 0;
   bool lock_step_;
   std::vector<std::string> arm_names_;

@@ -1,161 +1,213 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem fk: forward kinematics, rows in, rows out. */
+#include <cmath>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
-#include "experiments/csv.h"
+#include "kinematics/compliant_model.h"
 #include "services/cli/arguments.h"
+#include "services/cli/arm_options.h"
+#include "services/cli/table.h"
 
 namespace tandem::cli {
 namespace {
 
+using kinematics::ModelStatus;
+
 struct Options {
-  std::string robot = "ark2024", arm = "a", model = "rigid", csv = "-";
-  bool jacobian = false, json = false;
+  std::string robot = "ark2024", arm = "a", model = "rigid", csv = "-", wrench;
+  bool jacobian = false, compliance = false, branch = false, follow = false, end_angles = false;
+  bool shape_details = false, json = false;
   int shape = 0;
 };
 
-int armIndex(const config::Robot& robot, const std::string& name) {
-  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
-    if (robot.arms[k].name == name || robot.arms[k].name == "arm_" + name)
-      return static_cast<int>(k);
-  }
-  std::string known;
-  for (const config::Arm& arm : robot.arms)
-    known += (known.empty() ? "" : ", ") + arm.name;
-  throw Failure(kUsage, "--arm: found '" + name + "', expected one of: " + known);
+void check(const Options& o) {
+  const auto refuse = [](bool wrong, const std::string& why) {
+    if (wrong)
+      throw Failure(kUsage, why);
+  };
+  const bool rigid = o.model == "rigid";
+  refuse(o.shape > 0 && o.jacobian, "--jacobian: is that of the tip, and --shape answers points of the backbone");
+  refuse(o.shape > 0 && o.compliance, "--compliance: is that of the tip, and --shape answers points of the backbone");
+  refuse(o.shape > 0 && o.branch, "--branch: is told of the tip, and --shape answers points of the backbone");
+  refuse(o.shape == 0 && o.shape_details, "--shape-details: needs --shape N");
+  refuse(rigid && !o.wrench.empty(), "--wrench: a rigid arm does not deform; use --model compliant");
+  refuse(rigid && o.compliance, "--compliance: a rigid arm has none; use --model compliant");
+  refuse(rigid && o.branch, "--branch: a rigid arm has one answer; use --model compliant");
+  refuse(rigid && o.end_angles, "--end-angles: a rigid arm does not twist; use --model compliant");
+  refuse(o.end_angles && (o.shape > 0 || o.compliance || o.follow || !o.wrench.empty()),
+         "--end-angles: determine the shape of an unloaded arm, one row at a time; leave out --shape, --compliance, "
+         "--follow and --wrench");
 }
 
-/// Writes numbers, or as many empty fields.
-void fields(std::ostream& out, const std::vector<double>& values, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i)
-    out << (i == 0 ? "" : ",") << (values.empty() ? "" : experiments::number(values[i]));
-}
-
-std::vector<double> poseNumbers(const Eigen::Isometry3d& pose) {
-  const Eigen::Vector3d p = pose.translation();
-  const Eigen::Quaterniond q(pose.linear());
-  return {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()};
-}
-
-struct Answer {
-  std::string status;
-  std::vector<double> numbers;  ///< x..qw, stability, then the Jacobian by rows
-  std::vector<kinematics::ShapePoint> shape;
-};
-
-Answer answer(const Options& options,
-              const config::Arm& arm,
-              const kinematics::ArmModel& model,
-              const experiments::CsvRow& row) {
-  Answer result;
-  if (!row.error.empty()) {
-    result.status = row.error;
-    return result;
-  }
-  const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(row.values.data(), arm.model.jointCount());
-  const double violation = safety::largestViolation(arm.limits, q);
-  if (violation > experiments::kViolation) {
-    result.status =
-        "outside the limits of the robot file (equation (1)) by " + experiments::number(violation) + " m or rad";
-    return result;
-  }
-  kinematics::ModelStatus status;
-  kinematics::Tip tip;
-  if (options.shape > 0) {
-    status = model.shape(q, options.shape, result.shape);
-  } else {
-    status = model.tip(q, tip);
-  }
-  if (status != kinematics::ModelStatus::kOk) {
-    result.status = std::string(kinematics::describe(status));
-    return result;
-  }
-  result.status = "ok";
-  if (options.shape > 0)
-    return result;
-  result.numbers = poseNumbers(tip.pose);
-  result.numbers.push_back(tip.stability);
-  if (options.jacobian) {
-    for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j < arm.model.jointCount(); ++j)
-        result.numbers.push_back(tip.jacobian(i, j));
-    }
-  }
-  return result;
-}
-
-std::vector<std::string> header(const Options& options, const config::Arm& arm) {
+std::vector<std::string> header(const Options& options, int n) {
   std::vector<std::string> names{"x", "y", "z", "qx", "qy", "qz", "qw"};
   if (options.shape > 0) {
     names.insert(names.begin(), {"row", "s"});
-    for (int i = 1; i <= arm.model.tubeCount(); ++i)
-      names.push_back("psi_" + std::to_string(i));
+    append(names, numbered("psi", n));
+    if (options.shape_details) {
+      append(names, {"curvature_x", "curvature_y"});
+      append(names, numbered("moment", n));
+    }
     return names;
   }
   names.push_back("stability");
-  if (!options.jacobian)
-    return names;
-  for (int i = 1; i <= 6; ++i) {
-    for (int j = 1; j <= arm.model.jointCount(); ++j)
-      names.push_back("j" + std::to_string(i) + std::to_string(j));
+  const auto matrix = [&names](const std::string& letter, int columns) {
+    for (int i = 1; i <= 6; ++i) {
+      for (int j = 1; j <= columns; ++j)
+        names.push_back(letter + std::to_string(i) + std::to_string(j));
+    }
+  };
+  if (options.jacobian)
+    matrix("j", 2 * n);
+  if (options.compliance)
+    matrix("c", 6);
+  if (options.end_angles)
+    append(names, numbered("alpha", n));
+  if (options.branch) {
+    append(names, {"stability_at", "conjugate_points"});
+    append(names, numbered("winding", n));
+    append(names, numbered("theta", n));
   }
   return names;
 }
 
-std::vector<double> shapeNumbers(const kinematics::ShapePoint& point, int row, int tubes) {
-  std::vector<double> numbers{static_cast<double>(row), point.s};
-  for (double value : poseNumbers(point.pose))
-    numbers.push_back(value);
-  for (int i = 0; i < tubes; ++i)
-    numbers.push_back(point.psi[static_cast<std::size_t>(i)]);
-  return numbers;
-}
+/** Answers rows; remembers the branch from row to row if asked to follow it. */
+class Answerer {
+ public:
+  Answerer(const Options& options, const config::Arm& arm)
+      : options_(options),
+        arm_(arm),
+        n_(arm.model.tubeCount()),
+        model_(kinematics::makeArmModel(options.model, arm.model)) {
+    if (!options.wrench.empty())
+      wrench_ = numbersOf("--wrench", options.wrench, 6);
+  }
+
+  void answer(const experiments::CsvRow& row, int index, Table& table) {
+    std::string why = options_.end_angles ? row.error : refusal(arm_, row);
+    if (!options_.follow)
+      branch_ = {};
+    first_ = !branch_.known;
+    if (why.empty()) {
+      const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), 2 * n_);
+      why = options_.shape > 0 ? shape(q, index, table) : options_.end_angles ? fromEnds(q, table) : tip(q, table);
+    }
+    if (why.empty())
+      return;
+    all_ok_ = false;
+    std::vector<double> blank;
+    if (options_.shape > 0) {
+      blank.assign(table.names().size(), std::nan(""));
+      blank[0] = index;
+    }
+    table.add(blank, why);
+  }
+
+  bool allOk() const { return all_ok_; }
+
+ private:
+  bool loaded() const { return options_.compliance || !options_.wrench.empty(); }
+
+  /// "ok", with a snap on the way from the row before.
+  std::string okStatus() const {
+    if (first_ || !branch_.snapped)
+      return "ok";
+    std::string windings;
+    for (int i = 1; i < n_; ++i)
+      windings += " " + std::to_string(branch_.winding(i));
+    return "ok, snapped: the equilibrium followed ended on the way from the row before; windings now" + windings;
+  }
+
+  void addTip(const kinematics::Tip& tip, std::vector<double> more, const std::string& status, Table& table) {
+    std::vector<double> numbers = poseNumbers(tip.pose);
+    numbers.push_back(tip.stability);
+    if (options_.jacobian) {
+      for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j < 2 * n_; ++j)
+          numbers.push_back(tip.jacobian(i, j));
+      }
+    }
+    append(numbers, more);
+    if (options_.branch) {
+      append(numbers, {tip.stability_at, static_cast<double>(tip.conjugate_points)});
+      for (int i = 0; i < n_; ++i)
+        numbers.push_back(branch_.winding(i));
+      for (int i = 0; i < n_; ++i)
+        numbers.push_back(branch_.end_angle[i]);
+    }
+    all_ok_ = all_ok_ && status.starts_with("ok");
+    table.add(numbers, status);
+  }
+
+  std::string tip(const kinematics::JointsRef& q, Table& table) {
+    kinematics::LoadedTip tip;
+    const ModelStatus status = loaded() ? model_->loadedTip(q, wrench_, branch_, tip) : model_->tip(q, branch_, tip);
+    const std::string text = statusOf(status, tip);
+    if (status != ModelStatus::kOk)
+      return text;
+    std::vector<double> more;
+    for (int i = 0; options_.compliance && i < 36; ++i)
+      more.push_back(tip.compliance(i / 6, i % 6));
+    addTip(tip, more, text == "ok" ? okStatus() : text, table);
+    return "";
+  }
+
+  std::string fromEnds(const kinematics::JointsRef& ends, Table& table) {
+    const auto& compliant = dynamic_cast<const kinematics::CompliantModel&>(*model_);
+    kinematics::Tip tip;
+    Eigen::VectorXd q = ends;
+    const ModelStatus status = compliant.tipFromEndAngles(ends, q.tail(n_), tip);
+    const std::string text = statusOf(status, tip);
+    if (status != ModelStatus::kOk)
+      return text;
+    if (const std::string why = refusal(arm_, {0, {q.begin(), q.end()}, ""}); !why.empty())
+      return why;
+    branch_.end_angle.head(n_) = ends.tail(n_);
+    addTip(tip, {q.end() - n_, q.end()}, text, table);
+    return "";
+  }
+
+  std::string shape(const kinematics::JointsRef& q, int row, Table& table) {
+    std::vector<kinematics::ShapePoint> shape;
+    const ModelStatus status = model_->shape(q, wrench_, branch_, options_.shape, shape);
+    if (status != ModelStatus::kOk)
+      return std::string(kinematics::describe(status));
+    const std::string text = okStatus();
+    for (const kinematics::ShapePoint& point : shape) {
+      std::vector<double> numbers{static_cast<double>(row), point.s};
+      append(numbers, poseNumbers(point.pose));
+      numbers.insert(numbers.end(), point.psi.begin(), point.psi.begin() + n_);
+      if (options_.shape_details) {
+        append(numbers, {point.curvature.x(), point.curvature.y()});
+        numbers.insert(numbers.end(), point.moment.begin(), point.moment.begin() + n_);
+      }
+      table.add(numbers, text);
+    }
+    return "";
+  }
+
+  const Options& options_;
+  const config::Arm& arm_;
+  int n_;
+  std::unique_ptr<kinematics::ArmModel> model_;
+  kinematics::Wrench wrench_ = kinematics::Wrench::Zero();
+  kinematics::Branch branch_;
+  bool first_ = true;  ///< no answer yet on this path
+  bool all_ok_ = true;
+};
 
 int run(const Options& options) {
+  check(options);
   const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
-  const config::Arm& arm = robot.arms[static_cast<std::size_t>(armIndex(robot, options.arm))];
-  const auto model = kinematics::makeArmModel(options.model, arm.model);
+  const config::Arm& arm = armOf(robot, options.arm);
+  Answerer answerer(options, arm);
   const auto input = openInput(options.csv);
-  const std::vector<std::string> names = header(options, arm);
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  if (!options.json) {
-    for (const std::string& name : names)
-      std::cout << name << ',';
-    std::cout << "status\n";
-  }
-  bool all = true;
+  Table table(std::cout, header(options, arm.model.tubeCount()), options.json);
   int index = 0;
-  const auto emit = [&](const std::vector<double>& numbers, const std::string& status) {
-    if (options.json) {
-      nlohmann::ordered_json object;
-      for (std::size_t i = 0; i < numbers.size(); ++i)
-        object[names[i]] = numbers[i];
-      object["status"] = status;
-      json.push_back(object);
-      return;
-    }
-    fields(std::cout, numbers, names.size());
-    std::cout << ',' << statusField(status) << '\n';
-  };
-  for (const experiments::CsvRow& row : experiments::readRows(*input, arm.model.jointCount())) {
-    const Answer result = answer(options, arm, *model, row);
-    ++index;
-    all = all && result.status == "ok";
-    for (const kinematics::ShapePoint& point : result.shape) {
-      emit(shapeNumbers(point, index, arm.model.tubeCount()), result.status);
-    }
-    if (options.shape > 0 && result.shape.empty()) {
-      std::vector<double> blank(names.size(), std::nan(""));
-      blank[0] = index;
-      emit(blank, result.status);
-    } else if (options.shape == 0) {
-      emit(result.numbers, result.status);
-    }
-  }
-  if (options.json)
-    std::cout << json.dump(2) << '\n';
-  return all ? kOk : kFailure;
+  for (const experiments::CsvRow& row : experiments::readRows(*input, arm.model.jointCount()))
+    answerer.answer(row, ++index, table);
+  table.finish();
+  return answerer.allOk() ? kOk : kFailure;
 }
 
 }  // namespace
@@ -166,15 +218,34 @@ void registerFk(CLI::App& app, int& exit_code) {
       app.add_subcommand("fk", "forward kinematics of one arm: tip pose, stability, Jacobian or shape per row");
   fk->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   fk->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->capture_default_str();
-  fk->add_option("-m,--model", options->model, "kinematic model: rigid")->capture_default_str();
+  fk->add_option("-m,--model", options->model, "kinematic model: rigid, or compliant (torsion, loads)")
+      ->check(CLI::IsMember({"rigid", "compliant"}))
+      ->capture_default_str();
+  fk->add_option("-w,--wrench", options->wrench,
+                 "fx,fy,fz,mx,my,mz at the tool tip, N and N m; directions stay those of the base frame");
   fk->add_flag("-j,--jacobian", options->jacobian, "add the 6 x 2n Jacobian by rows (linear rows first; base frame)");
+  fk->add_flag("-c,--compliance", options->compliance,
+               "add the 6 x 6 compliance of the tool tip by rows: twist per wrench (base frame)");
+  fk->add_flag("--branch", options->branch,
+               "add where stability is least, conjugate points, windings and end angles: which equilibrium it is");
+  fk->add_flag("--follow", options->follow,
+               "rows are one joint path, the equilibrium is followed from row to row; a snap is told in `status`");
+  fk->add_flag(
+      "--end-angles", options->end_angles,
+      "rows are beta_1..beta_n,theta_1..theta_n: angles of the tubes' ends; adds the motors' alpha_1..alpha_n");
   fk->add_option("-s,--shape", options->shape, "N backbone points a row instead of the tip")
       ->check(CLI::Range(2, 10000));
+  fk->add_flag("--shape-details", options->shape_details, "add the points' curvature and the tubes' torsional moments");
   fk->add_option("--csv", options->csv,
                  "rows beta_1..beta_n,alpha_1..alpha_n in m and rad, without header; - is standard input")
       ->capture_default_str();
   fk->add_flag("--json", options->json, "JSON instead of CSV");
-  fk->footer("Example:\n  echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -");
+  fk->footer(
+      "Rows are answered by themselves, each from a cold start, unless --follow is given. Ends with 1 where a row has "
+      "no stable answer.\n"
+      "Examples:\n"
+      "  echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -\n"
+      "  echo -0.1,-0.08,-0.05,0.785,1.2,2.5 | tandem fk --model compliant --wrench 0,0.1,0,0,0,0 --jacobian");
   fk->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
 }
 

@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
   for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerFk,
-                         registerSolve, registerValidate, registerSchema, registerCan, registerHome, registerJog}) {
+                         registerSolve, registerStability, registerWorkspace, registerValidate, registerSchema,
+                         registerCan, registerHome, registerJog}) {
     part(app, exit_code);
   }
   try {

@@ -18,8 +18,6 @@ struct Options {
   double speed = 0.0, seconds = 1.0, timeout = 180.0;
 };
 
-constexpr std::uint8_t kAllArms = 255;
-
 std::uint8_t armIndex(const config::Robot& robot, const std::string& arm) {
   for (std::size_t k = 0; k < robot.arms.size(); ++k) {
     if (robot.arms[k].name == arm || robot.arms[k].name == "arm_" + arm)
@@ -38,7 +36,7 @@ int home(const Options& options) {
   client.interruptBy([&] { return stop.requested(); });
   dds::HalRequest request;
   request.kind = 1;
-  request.arm = options.arm.empty() ? kAllArms : armIndex(robot, options.arm);
+  request.arm = options.arm.empty() ? dds::kAllArms : armIndex(robot, options.arm);
   const auto start = std::chrono::steady_clock::now();
   bool began = false;
   while (client.hal(request).value == 0) {
@@ -84,7 +82,7 @@ int jog(const Options& options) {
   request.arm = arm;
   request.joint_count = static_cast<std::uint8_t>(joints);
   request.joints[static_cast<std::size_t>(joint)] = options.speed * (translation ? 1e-3 : std::numbers::pi / 180.0);
-  const std::size_t index = arm * safety::kMaxJointsPerArm + static_cast<std::size_t>(joint);
+  const std::size_t index = dds::jointIndex(static_cast<int>(arm), joint);
   const double from = client.snapshot().state.position[index];
   // Each order lasts for the larger of the teleoperation budget and two periods.
   const double repeat = 0.4 * std::max(deployment.budgets.teleoperation, 2.0 * deployment.control_period);

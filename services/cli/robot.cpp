@@ -86,7 +86,7 @@ int moveJp(const Options& options) {
     if (name == options.arm || name == "arm_" + options.arm)
       request.arm = static_cast<std::uint8_t>(k);
   }
-  if (request.arm == 255)
+  if (request.arm == dds::kAllArms)
     throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
   if (options.joints.size() > safety::kMaxJointsPerArm)
     throw Failure(kUsage, "too many joints");
@@ -100,7 +100,8 @@ int moveJp(const Options& options) {
   };
   const auto reached = [&](const Snapshot& s) {
     for (std::size_t j = 0; j < options.joints.size(); ++j) {
-      const double error = s.state.position[arm * safety::kMaxJointsPerArm + j] - options.joints[j];
+      const double error =
+          s.state.position[dds::jointIndex(static_cast<int>(arm), static_cast<int>(j))] - options.joints[j];
       if (std::abs(error) > 1e-6)
         return false;
     }
@@ -182,12 +183,14 @@ int runTrajectory(const Options& options) {
   const std::uint32_t id = client.planning(request).value;
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
   const auto ours = [&](const Snapshot& s) { return s.reference.trajectory_id == id; };
+  const auto faulty = [](const Snapshot& s) {
+    return std::any_of(s.status.faults.begin(), s.status.faults.begin() + s.status.arm_count,
+                       [](safety::FaultMask faults) { return faults != 0; });
+  };
   std::uint32_t shown = 0;
   const bool ended = client.waitFor(24.0 * 3600.0, [&](const Snapshot& s) {
-    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.faults[k] != 0)
-        return true;
-    }
+    if (faulty(s))
+      return true;
     if (terminal && ours(s) && s.reference.point != shown) {
       shown = s.reference.point;
       std::fprintf(stderr, "\rpoint %u of %u, errors %.3f and %.3f mm   ", s.reference.point, s.reference.point_count,
@@ -198,6 +201,10 @@ int runTrajectory(const Options& options) {
   });
   if (terminal)
     std::fprintf(stderr, "\n");
+  // Planning may notice a fault before control says which one it is.
+  constexpr double kReason = 0.5;  // s
+  if (ended && static_cast<planning::Phase>(client.snapshot().reference.phase) == planning::Phase::kFailed)
+    client.waitFor(kReason, faulty);
   const Snapshot last = client.snapshot();
   if (!ended) {
     client.interruptBy({});

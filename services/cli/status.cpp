@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem status and tandem topics: what a running system says of itself, and where. */
+#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +8,8 @@
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
+#include "services/common/stop_signal.h"
+#include "services/dds/convert.h"
 
 namespace tandem::cli {
 namespace {
@@ -19,11 +22,15 @@ nlohmann::ordered_json armJson(const config::Robot& robot, const Snapshot& s, st
   arm["is_homed"] = s.status.homed[k] != 0;
   arm["is_busy"] = s.status.busy[k] != 0;
   arm["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
+  const safety::FaultRecord record = dds::faultRecordOf(s.hal, static_cast<int>(k));
+  arm["drive_fault"] = record.faults == 0 ? "" : safety::describe(record, s.state.joint_count[k]);
   nlohmann::ordered_json joints = nlohmann::ordered_json::array();
   for (std::size_t j = 0; j < s.state.joint_count[k]; ++j) {
-    joints.push_back(s.state.position[k * safety::kMaxJointsPerArm + j]);
+    joints.push_back(s.state.position[dds::jointIndex(static_cast<int>(k), static_cast<int>(j))]);
   }
   arm["joints"] = joints;
+  arm["plant_snaps"] = s.hal.snaps[k];
+  arm["model_snaps"] = s.status.snaps[k];
   return arm;
 }
 
@@ -31,7 +38,13 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   nlohmann::ordered_json json;
   json["deployment"] = deployment.name;
   json["robot"] = robot.name;
+  // How old this is; on one machine all processes share the clock.
+  json["stamps_ns"] = {
+      {"state", s.state.stamp}, {"status", s.status.stamp}, {"reference", s.reference.stamp}, {"hal", s.hal.stamp}};
   json["method"] = control::name(static_cast<control::Method>(s.status.method));
+  json["model"] = s.status.model == 1 ? "compliant" : "rigid";
+  json["feedback"] = planning::name(static_cast<planning::Feedback>(s.status.feedback));
+  json["hold"] = dds::describe(static_cast<dds::HoldReason>(s.status.hold));
   json["lease_holder"] = s.status.lease_holder;
   json["arms"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < std::min<std::size_t>(s.state.arm_count, robot.arms.size()); ++k) {
@@ -58,12 +71,16 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
 
 void printStatus(const nlohmann::ordered_json& json) {
   std::cout << json["deployment"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
-            << json["method"].get<std::string>() << ", lease "
+            << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
+            << json["feedback"].get<std::string>() << ", lease "
             << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << '\n';
   for (const auto& arm : json["arms"]) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
               << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")
-              << ", faults: " << arm["faults"].get<std::string>() << "\n    joints (m, rad):";
+              << ", faults: " << arm["faults"].get<std::string>();
+    if (const auto drive = arm["drive_fault"].get<std::string>(); !drive.empty())
+      std::cout << "\n    drives: " << drive;
+    std::cout << "\n    joints (m, rad):";
     for (double q : arm["joints"])
       std::printf(" %.5f", q);
     std::fflush(stdout);
@@ -72,6 +89,8 @@ void printStatus(const nlohmann::ordered_json& json) {
   const auto& t = json["trajectory"];
   std::cout << "  trajectory: " << t["phase"].get<std::string>() << ", point " << t["point"] << " of " << t["points"]
             << ", " << t["iterations"] << " iterations\n";
+  if (const auto hold = json["hold"].get<std::string>(); !hold.empty())
+    std::cout << "  held: " << hold << '\n';
   const auto& c = json["control"];
   std::printf(
       "  control: period %.4g s, %llu cycles, %llu overruns, latest wake-up %.1f us late, longest cycle %.1f us\n",
@@ -87,17 +106,41 @@ void printStatus(const nlohmann::ordered_json& json) {
   std::printf("\n");
 }
 
-int runStatus(const std::string& name, bool as_json) {
+/// Waits until every topic has said something new since `last`.
+bool allNew(const Client& client, const Snapshot& last, double seconds) {
+  return client.waitFor(seconds, [&](const Snapshot& s) {
+    return s.states > last.states && s.statuses > last.statuses && s.references > last.references && s.hals > last.hals;
+  });
+}
+
+int runStatus(const std::string& name, bool as_json, bool follow) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   const config::Robot robot = config::loadRobot(deployment.robot);
   Client client(deployment);
   client.connect(5.0);
-  client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0; });
-  const auto json = statusJson(deployment, robot, client.snapshot());
-  if (as_json) {
-    std::cout << json.dump(2) << '\n';
-  } else {
-    printStatus(json);
+  Snapshot last;
+  if (!follow) {
+    client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0; });
+    const auto json = statusJson(deployment, robot, client.snapshot());
+    if (as_json) {
+      std::cout << json.dump(2) << '\n';
+    } else {
+      printStatus(json);
+    }
+    return kOk;
+  }
+  service::StopSignal stop;
+  client.interruptBy([&] { return stop.requested(); });
+  while (!stop.requested()) {
+    if (!allNew(client, last, 1.0))
+      continue;  // somebody is silent: nothing is said that is not so now
+    last = client.snapshot();
+    const auto json = statusJson(deployment, robot, last);
+    if (as_json) {
+      std::cout << json.dump() << std::endl;
+    } else {
+      printStatus(json);
+    }
   }
   return kOk;
 }
@@ -130,7 +173,7 @@ CLI::App* add(CLI::App& app,
               int& exit_code,
               const std::string& name,
               const std::string& text,
-              int (*run)(const std::string&, bool)) {
+              std::function<int(const std::string&, bool)> run) {
   auto deployment = std::make_shared<std::string>("laptop");
   auto as_json = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(name, text);
@@ -143,7 +186,10 @@ CLI::App* add(CLI::App& app,
 }  // namespace
 
 void registerStatus(CLI::App& app, int& exit_code) {
-  add(app, exit_code, "status", "states, errors, loop statistics and guards of a running system", runStatus);
+  auto follow = std::make_shared<bool>(false);
+  CLI::App* status = add(app, exit_code, "status", "states, errors, loop statistics and guards of a running system",
+                         [follow](const std::string& name, bool as_json) { return runStatus(name, as_json, *follow); });
+  status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
 }
 
 void registerTopics(CLI::App& app, int& exit_code) {

@@ -6,13 +6,22 @@
 #include <cmath>
 
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 
 namespace tandem::service {
 namespace {
 
-std::size_t index(int arm, int joint) { return static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + joint); }
-
 using safety::OperatingState;
+
+/// How fast a motion makes up for commands that were lost, 1/s. Only what a new state shows is made up for: an old one
+/// shows the way that was gone since as an error, too.
+constexpr double kCatchUpRate = 20.0;
+/// A motion whose joints do not arrive ends so long after it should have, s.
+constexpr double kPatience = 2.0;
+
+safety::FaultRecord tooOld(safety::Fault fault, double age, double allowed) noexcept {
+  return {bit(fault), safety::FaultCause::kUnspecified, safety::FaultRecord::kNoJoint, age, allowed};
+}
 
 }  // namespace
 
@@ -25,7 +34,9 @@ ControlCore::ControlCore(const Setup& setup,
       period_(setup.deployment.control_period),
       tracker_(std::move(tracker)),
       lease_(setup.deployment.budgets.lease),
-      arm_count_(robot.armCount()) {
+      arm_count_(robot.armCount()),
+      sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
+      tips_(lock_step_, setup.deployment.budgets.tipAge(period_)) {
   q_.setZero(robot.jointCount());
   velocity_.setZero(robot.jointCount());
   base_.setZero(robot.jointCount());
@@ -44,6 +55,10 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
       return;
   }
   const bool new_session = state_.session != 0 && state.session != state_.session;
+  // Elastic arms remember their way; there is none to where somebody put them.
+  if (new_session || state.placements != state_.placements)
+    tracker_->restart();
+  fresh_state_ = fresh_state_ || new_session || state.sequence != state_.sequence;
   state_ = state;
   if (new_session)
     answered_state_ = 0;
@@ -52,15 +67,16 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
     const auto i = static_cast<std::size_t>(k);
     // The drives started anew: whatever moved before does not move on.
     if (new_session && arm.machine.state() != OperatingState::kDisabled)
-      latch(k, bit(safety::Fault::kDrive));
+      latch(k, {bit(safety::Fault::kDrive), safety::FaultCause::kRestarted});
     if (state.faults[i] != 0 && state.answers_command >= arm.deaf_until)
-      latch(k, state.faults[i]);
+      latch(k, {state.faults[i], safety::FaultCause::kReported});
     if (state.valid[i] == 0 && arm.machine.mayMove())
-      latch(k, bit(safety::Fault::kSensor));
+      latch(k, {bit(safety::Fault::kSensor)});
     if (driveState(k) == OperatingState::kEnabled && arm.machine.mayMove()) {
-      arm.pending = false;
+      // Drives that have not heard of the order may be on their way into the state of the order before it.
+      arm.pending = arm.pending && state.answers_command < arm.power_command;
     } else if (arm.machine.mayMove() && !arm.pending) {
-      latch(k, bit(safety::Fault::kDrive));  // they left ENABLED by themselves
+      latch(k, {bit(safety::Fault::kDrive), safety::FaultCause::kLeftEnabled});
     }
     if (!arm.machine.mayMove())
       arm.activity = Activity::kNone;
@@ -71,12 +87,21 @@ void ControlCore::onReference(const dds::PlanningReference& reference) noexcept 
 
 void ControlCore::stop() noexcept {
   for (int k = 0; k < arm_count_; ++k)
-    latch(k, bit(safety::Fault::kStopRequested));
+    latch(k, {bit(safety::Fault::kStopRequested)});
 }
 
-void ControlCore::latch(int k, safety::FaultMask faults) noexcept {
-  arm_[k].machine.latch(faults);
+void ControlCore::latch(int k, const safety::FaultRecord& record) noexcept {
+  if (arm_[k].machine.state() != OperatingState::kFault)
+    arm_[k].record = record;
+  arm_[k].machine.latch(record.faults);
   spent_trajectory_ = reference_.trajectory_id;
+}
+
+std::array<safety::FaultRecord, safety::kMaxArms> ControlCore::faultRecords() const noexcept {
+  std::array<safety::FaultRecord, safety::kMaxArms> records;
+  for (std::size_t k = 0; k < records.size(); ++k)
+    records[k] = arm_[k].record;
+  return records;
 }
 
 OperatingState ControlCore::driveState(int k) const noexcept {
@@ -102,10 +127,10 @@ bool ControlCore::moving() const noexcept {
   return false;
 }
 
-void ControlCore::latchMoving(safety::Fault fault) noexcept {
+void ControlCore::latchMoving(const safety::FaultRecord& record) noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     if (arm_[k].machine.mayMove())
-      latch(k, bit(fault));
+      latch(k, record);
   }
 }
 
@@ -113,16 +138,25 @@ void ControlCore::watch(std::int64_t now) noexcept {
   if (first_cycle_ == 0)
     first_cycle_ = now;
   if (lease_.takeLoss(now) && moving())
-    latchMoving(safety::Fault::kLeaseLost);
+    latchMoving({bit(safety::Fault::kLeaseLost)});
   if (lock_step_)
     return;  // stamps are simulated time there; a dead process stalls everything
   const safety::Budgets& budgets = setup_.deployment.budgets;
-  if (command_times_.age(state_.answers_command, now) > budgets.commandAge(period_))
-    latchMoving(safety::Fault::kStateTimeout);
+  if (fresh_state_)
+    state_seen_ = now;
+  const double state_age = command_times_.age(state_.answers_command, now);
+  const double state_budget = budgets.commandAge(period_);
+  if (state_age > state_budget) {
+    safety::FaultRecord record = tooOld(safety::Fault::kStateTimeout, state_age, state_budget);
+    const bool silent = 1e-9 * static_cast<double>(now - state_seen_) > 0.5 * state_budget;
+    record.cause = silent ? safety::FaultCause::kSilent : safety::FaultCause::kUnanswered;
+    latchMoving(record);
+  }
   // A reference is as old as the status that it had seen: judged on this process's clock alone.
   const double reference_budget = std::max(budgets.planning_reference, 2.5 * period_);
-  if (following() && status_times_.age(reference_.answers_control, now) > reference_budget) {
-    latchMoving(safety::Fault::kReferenceTimeout);
+  const double reference_age = status_times_.age(reference_.answers_control, now);
+  if (following() && reference_age > reference_budget) {
+    latchMoving(tooOld(safety::Fault::kReferenceTimeout, reference_age, reference_budget));
     reference_.phase = static_cast<std::uint8_t>(planning::Phase::kIdle);
   }
 }
@@ -130,7 +164,7 @@ void ControlCore::watch(std::int64_t now) noexcept {
 void ControlCore::readPositions() noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     for (int j = 0; j < robot_.size(k); ++j)
-      q_[robot_.offset(k) + j] = state_.position[index(k, j)];
+      q_[robot_.offset(k) + j] = state_.position[dds::jointIndex(k, j)];
     base_.segment(robot_.offset(k), robot_.size(k)) = base(k);
   }
 }
@@ -139,41 +173,63 @@ safety::ArmVector ControlCore::base(int k) const noexcept {
   // The last setpoint that the gate let through, and what has been sent since and is on its way.
   safety::ArmVector from(robot_.size(k));
   for (int j = 0; j < robot_.size(k); ++j)
-    from[j] = state_.setpoint[index(k, j)];
+    from[j] = state_.setpoint[dds::jointIndex(k, j)];
   const std::uint64_t in_flight = command_sequence_ - state_.answers_command;
   if (lock_step_)
     return from;
-  // No more than two can be: older ones that are not answered have been lost, and must not come back as one long step.
-  const std::uint64_t first = command_sequence_ - std::min<std::uint64_t>(in_flight, 2) + 1;
+  // Some of them may be lost; to take them for done is the careful way where a limit is near.
+  const std::uint64_t first = command_sequence_ - std::min<std::uint64_t>(in_flight, kSentVelocities) + 1;
   for (std::uint64_t i = first; i <= command_sequence_; ++i) {
     from += period_ * sent_[i % kSentVelocities].segment(robot_.offset(k), robot_.size(k));
   }
   return from;
 }
 
-void ControlCore::follow() noexcept {
-  tasks_ = planning::Reference{};
-  tasks_.task_count = std::min<int>(reference_.task_count, planning::kMaxTasks);
-  for (int k = 0; k < tasks_.task_count; ++k) {
-    const dds::TaskReference& from = reference_.tasks[static_cast<std::size_t>(k)];
-    planning::TaskReference& to = tasks_.tasks[static_cast<std::size_t>(k)];
-    to.kind = static_cast<planning::TaskKind>(from.kind);
-    to.arm = from.arm;
-    to.other_arm = from.other_arm;
-    to.position = Eigen::Vector3d(from.position[0], from.position[1], from.position[2]);
-    to.feed_forward = Eigen::Vector3d(from.feed_forward[0], from.feed_forward[1], from.feed_forward[2]);
+void ControlCore::closeLoop(std::int64_t now) noexcept {
+  tasks_ = dds::tasksOf(reference_);
+  hold_ = sensor_ ? tips_.check(tasks_, state_, command_times_, now) : dds::HoldReason::kNone;
+  if (hold_ != dds::HoldReason::kNone) {
+    tracker_->hold(q_, base_, planning::TrackStatus::kSensor, track_);
+  } else {
+    tracker_->step(q_, base_, tasks_, sensor_ ? &tips_.tips() : nullptr, track_);
   }
+}
+
+void ControlCore::follow(std::int64_t now) noexcept {
   const std::int64_t start = monotonicNow();
-  tracker_->step(q_, base_, tasks_, track_);
+  closeLoop(now);
   solve_time_ = 1e-9 * static_cast<double>(monotonicNow() - start);
   tracked_ = true;
   if (track_.status == planning::TrackStatus::kModel)
-    latchMoving(safety::Fault::kSolver);
+    latchMoving({bit(safety::Fault::kSolver), safety::FaultCause::kModel});
+  // That the limits leave no velocity is an answer: the arms hold. A solver that gives none, step after step, is
+  // broken.
+  const bool unsolved =
+      track_.status == planning::TrackStatus::kSolver && track_.solution.status != control::SolveStatus::kInfeasible;
+  unsolved_ = unsolved ? unsolved_ + period_ : 0.0;
+  const double allowed = setup_.deployment.budgets.commandAge(period_);
+  if (unsolved_ > allowed * (1.0 + 1e-9)) {
+    latchMoving({bit(safety::Fault::kSolver), safety::FaultCause::kNoSolution, safety::FaultRecord::kNoJoint, unsolved_,
+                 allowed});
+    unsolved_ = 0.0;
+  }
   for (int k = 0; k < arm_count_; ++k) {
-    moves_[static_cast<std::size_t>(k)] = arm_[k].machine.mayMove();
+    moves_[static_cast<std::size_t>(k)] = hold_ == dds::HoldReason::kNone && arm_[k].machine.mayMove();
     velocity_.segment(robot_.offset(k), robot_.size(k)) =
         track_.solution.velocity.segment(robot_.offset(k), robot_.size(k));
   }
+}
+
+/// Not when the last setpoint has been sent or taken, for that one may have been lost, but when the joints are there
+/// and the drives were last asked to stay: from a segment with a speed they go on beyond its end.
+bool ControlCore::arrived(int k) const noexcept {
+  constexpr double kThere = 1e-7;  // m or rad
+  const int first = robot_.offset(k), n = robot_.size(k);
+  const safety::ArmVector& goal = arm_[k].motion.goal();
+  const double distance = std::max((base_.segment(first, n) - goal).cwiseAbs().maxCoeff(),
+                                   (q_.segment(first, n) - goal).cwiseAbs().maxCoeff());
+  const double step = period_ * sent_[command_sequence_ % kSentVelocities].segment(first, n).cwiseAbs().maxCoeff();
+  return std::max(distance, step) <= kThere;
 }
 
 void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
@@ -188,20 +244,18 @@ void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
     moves_[static_cast<std::size_t>(k)] = true;
   } else if (arm.activity == Activity::kMotion) {
     const auto from = base_.segment(robot_.offset(k), robot_.size(k));
+    const safety::ArmVector before = arm.motion.position(arm.motion_time);
     arm.motion_time += period_;
-    velocity = (arm.motion.position(arm.motion_time) - from) / period_;
-    moves_[static_cast<std::size_t>(k)] = true;
-    // Over when the joints are there, not when the last setpoint has been sent or taken: that one may have been lost,
-    // and a hold before its end would leave the joints short of it.
-    constexpr double kThere = 1e-7, kPatience = 2.0;  // m or rad; s
-    double distance = 0.0;
+    velocity = (arm.motion.position(arm.motion_time) - before) / period_;
+    if (fresh_state_)
+      velocity += std::min(1.0 / period_, kCatchUpRate) * (before - from);
     for (int j = 0; j < robot_.size(k); ++j) {
-      const double goal = arm.motion.goal()[j];
-      distance = std::max({distance, std::abs(from[j] - goal), std::abs(q_[robot_.offset(k) + j] - goal)});
+      const double limit = safety::moveVelocity(*robot_.limits()[static_cast<std::size_t>(k)], j);
+      velocity[j] = std::clamp(velocity[j], -limit, limit);
     }
-    const bool there = distance <= kThere;
+    moves_[static_cast<std::size_t>(k)] = true;
     const bool late = arm.motion.finished(arm.motion_time - kPatience);
-    if (!arm.motion.finished(arm.motion_time - period_) || !(there || late))
+    if (!arm.motion.finished(arm.motion_time - period_) || !(arrived(k) || late))
       return;
     arm.activity = Activity::kNone;
     if (arm.homing)
@@ -236,6 +290,7 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   velocity_.setZero();
   moves_.fill(false);
   tracked_ = false;
+  hold_ = dds::HoldReason::kNone;
   const bool enabled = [this] {
     for (int k = 0; k < arm_count_; ++k) {
       if (!arm_[k].machine.mayMove() || arm_[k].pending || arm_[k].activity != Activity::kNone)
@@ -244,9 +299,9 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
     return state_.sequence > 0;
   }();
   if (following() && enabled && (advance || !lock_step_)) {
-    follow();
+    follow(now);
   } else if (state_.sequence > 0) {
-    tracker_->observe(base_);
+    tracker_->observe(q_, base_);
   }
   for (int k = 0; k < arm_count_; ++k) {
     if (arm_[k].machine.mayMove() && !arm_[k].pending && (advance || !lock_step_))
@@ -255,94 +310,9 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   fillCommand(now, advance, output.command);
   fillLimits(output.limits);
   fillStatus(now, output.status);
+  fresh_state_ = false;
   if (advance)
     answered_state_ = state_.sequence;
-}
-
-void ControlCore::fillCommand(std::int64_t now, bool advance, dds::ActuationCommand& command) noexcept {
-  command = dds::ActuationCommand{};
-  command.control_session = setup_.session;
-  command.sequence = ++command_sequence_;
-  command.state_session = state_.session;
-  command.answers_state = state_.sequence;
-  command.stamp = lock_step_ ? state_.stamp : now;
-  command.advance = advance ? 1 : 0;
-  command.arm_count = static_cast<std::uint8_t>(arm_count_);
-  command_times_.record(command.sequence, now);
-  for (int k = 0; k < arm_count_; ++k) {
-    const ArmControl& arm = arm_[k];
-    const auto i = static_cast<std::size_t>(k);
-    command.request[i] = static_cast<std::uint8_t>(requestFor(k));
-    command.moving[i] = moves_[i] && arm.machine.mayMove() ? 1 : 0;
-    const auto from = base_.segment(robot_.offset(k), robot_.size(k));
-    for (int j = 0; j < robot_.size(k); ++j) {
-      const double velocity = command.moving[i] != 0 ? velocity_[robot_.offset(k) + j] : 0.0;
-      command.velocity[index(k, j)] = velocity;
-      command.position[index(k, j)] = from[j] + period_ * velocity;
-      sent_[command.sequence % kSentVelocities][robot_.offset(k) + j] = velocity;
-    }
-  }
-}
-
-void ControlCore::fillLimits(dds::ActuationLimits& limits) const noexcept {
-  limits.sequence = command_sequence_;
-  limits.answers_state = state_.sequence;
-  limits.stamp = state_.stamp;
-  limits.arm_count = static_cast<std::uint8_t>(arm_count_);
-  const control::StepProblem& problem = tracker_->problem();
-  for (int k = 0; k < arm_count_; ++k) {
-    limits.joint_count[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(robot_.size(k));
-    for (int j = 0; j < robot_.size(k); ++j) {
-      const int joint = robot_.offset(k) + j;
-      const std::size_t i = index(k, j);
-      limits.lower[i] = problem.joint[static_cast<std::size_t>(joint)].moving_lower;
-      limits.upper[i] = problem.joint[static_cast<std::size_t>(joint)].moving_upper;
-      const bool solved = tracked_ && track_.solution.bounds.lower.size() > joint;
-      limits.velocity_lower[i] = solved ? track_.solution.bounds.lower[joint] : 0.0;
-      limits.velocity_upper[i] = solved ? track_.solution.bounds.upper[joint] : 0.0;
-      limits.active[i] = solved ? track_.solution.joint_active[static_cast<std::size_t>(joint)] : 0;
-    }
-  }
-}
-
-void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexcept {
-  status = dds::ControlStatus{};
-  status.session = setup_.session;
-  status.sequence = ++status_sequence_;
-  status_times_.record(status.sequence, now);
-  status.answers_state = state_.sequence;
-  status.answers_reference = reference_.sequence;
-  status.stamp = lock_step_ ? state_.stamp : now;
-  status.method = static_cast<std::uint8_t>(tracker_->method());
-  status.arm_count = static_cast<std::uint8_t>(arm_count_);
-  status.lease_holder = lease_.holder(now);
-  for (int k = 0; k < arm_count_; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    status.operating_state[i] = static_cast<std::uint8_t>(shownState(k));
-    status.homed[i] = arm_[k].homed ? 1 : 0;
-    status.busy[i] = arm_[k].pending || arm_[k].activity == Activity::kMotion ? 1 : 0;
-    status.faults[i] = arm_[k].machine.faults();
-  }
-  if (tracked_) {
-    const control::Solution& solution = track_.solution;
-    status.solve_status = static_cast<std::uint8_t>(solution.status);
-    status.task_count = static_cast<std::uint8_t>(tasks_.task_count);
-    for (std::size_t k = 0; k < status.task_count; ++k) {
-      status.task_error[k] = track_.error[k];
-      status.task_scale[k] = solution.scale[k];
-      status.task_residual[k] = solution.residual[k];
-    }
-    status.iterations = static_cast<std::uint32_t>(solution.iterations);
-    status.kkt_residual = solution.kkt_residual;
-    status.active_limits = static_cast<std::uint32_t>(solution.active_count);
-    status.solve_time = solve_time_;
-  }
-  status.period = period_;
-  status.cycle_time = timing_.cycle_time;
-  status.cycle_time_max = timing_.cycle_time_max;
-  status.jitter_max = timing_.jitter_max;
-  status.cycles = timing_.cycles;
-  status.overruns = timing_.overruns;
 }
 
 bool ControlCore::readyToAdvance() const noexcept {
@@ -357,7 +327,7 @@ bool ControlCore::readyToAdvance() const noexcept {
   if (motion)
     return true;
   return following() && static_cast<planning::Phase>(reference_.phase) == planning::Phase::kRunning &&
-         reference_.answers_state == state_.sequence;
+         reference_.answers_state == state_.sequence && (!sensor_ || tips_.knows(state_));
 }
 
 bool ControlCore::drivesPending() const noexcept {

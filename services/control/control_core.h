@@ -10,6 +10,7 @@
 #include "safety/control_lease.h"
 #include "safety/joint_motion.h"
 #include "services/control/orders.h"
+#include "services/control/tip_feedback.h"
 
 namespace tandem::service {
 
@@ -30,11 +31,16 @@ class ControlCore {
 
   void onState(const dds::ActuationState& state) noexcept;
   void onReference(const dds::PlanningReference& reference) noexcept;
+  void onTips(const dds::TipPoses& tips) noexcept { tips_.take(tips); }
   OrderReply order(const ControlOrder& order, std::int64_t now) noexcept;
   void stop() noexcept;  ///< the stop topic: every arm into FAULT
 
   /// One cycle. `advance`: lock-step, the plant shall take one step with the command.
   void cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept;
+
+  /// What led an arm into FAULT; empty in the other states.
+  const safety::FaultRecord& faultRecord(int arm) const noexcept { return arm_[arm].record; }
+  std::array<safety::FaultRecord, safety::kMaxArms> faultRecords() const noexcept;
 
   /// Lock-step: whether everything is there to answer the present state with motion.
   bool readyToAdvance() const noexcept;
@@ -52,10 +58,12 @@ class ControlCore {
   enum class Activity : std::uint8_t { kNone, kMotion, kJog };
   struct ArmControl {
     safety::StateMachine machine;
-    bool pending = false;  ///< enable or resume was asked for and the drives do not show it yet
-    bool homed = true;     ///< absolute encoders: homed from the start
+    safety::FaultRecord record;  ///< what led into FAULT
+    bool pending = false;        ///< enable or resume was asked for and the drives do not show it yet
+    bool homed = true;           ///< absolute encoders: homed from the start
     bool homing = false;
-    std::uint64_t deaf_until = 0;  ///< faults in states older than the answer to this command are history
+    std::uint64_t deaf_until = 0;     ///< faults in states older than the answer to this command are history
+    std::uint64_t power_command = 0;  ///< the first command that asks for what is pending
     Activity activity = Activity::kNone;
     safety::JointMotion motion;
     double motion_time = 0.0;  ///< s since its start
@@ -74,10 +82,12 @@ class ControlCore {
   void watch(std::int64_t now) noexcept;
   bool following() const noexcept;
   bool moving() const noexcept;
-  void latchMoving(safety::Fault fault) noexcept;
-  void latch(int arm, safety::FaultMask faults) noexcept;
+  void latchMoving(const safety::FaultRecord& record) noexcept;
+  void latch(int arm, const safety::FaultRecord& record) noexcept;
   void readPositions() noexcept;
-  void follow() noexcept;
+  void follow(std::int64_t now) noexcept;
+  void closeLoop(std::int64_t now) noexcept;
+  bool arrived(int arm) const noexcept;
   void moveJoints(int arm, std::int64_t now) noexcept;
   void fillCommand(std::int64_t now, bool advance, dds::ActuationCommand& command) noexcept;
   void fillStatus(std::int64_t now, dds::ControlStatus& status) noexcept;
@@ -97,8 +107,13 @@ class ControlCore {
   int arm_count_;
 
   dds::ActuationState state_;
+  bool fresh_state_ = false;     ///< state_ came since the last cycle
+  std::int64_t state_seen_ = 0;  ///< when the last new state was there, ns
   dds::PlanningReference reference_;
-  static constexpr std::size_t kSentVelocities = 4;
+  bool sensor_;  ///< errors are those of measured tips
+  TipFeedback tips_;
+  dds::HoldReason hold_ = dds::HoldReason::kNone;  ///< of this cycle
+  static constexpr std::size_t kSentVelocities = 16;
   std::array<safety::RobotVector, kSentVelocities> sent_;  ///< velocities of the last commands, by sequence
   std::uint32_t spent_trajectory_ = 0;                     ///< was running when an arm lost power: never followed again
   safety::StateStamps command_times_, status_times_;       ///< when each was sent: echoes are judged on our own clock
@@ -112,6 +127,7 @@ class ControlCore {
   planning::TrackResult track_;
   bool tracked_ = false;  ///< track_ holds a solution of this cycle
   double solve_time_ = 0.0;
+  double unsolved_ = 0.0;  ///< s for which the resolver has failed without a break
   Timing timing_;
 };
 

@@ -47,6 +47,7 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
     case Kind::kSetParameter:
       if (following())
         return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
+      order.tracker->continueFrom(*tracker_);
       reply.retired = tracker_.release();
       tracker_.reset(order.tracker);
       reply.method_accepted = true;
@@ -77,8 +78,8 @@ OrderReply ControlCore::leaseOrder(const ControlOrder& order, OrderReply reply, 
 }
 
 OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply) noexcept {
-  const int first = order.arm == kAllArms ? 0 : order.arm;
-  const int last = order.arm == kAllArms ? arm_count_ - 1 : order.arm;
+  const int first = order.arm == dds::kAllArms ? 0 : order.arm;
+  const int last = order.arm == dds::kAllArms ? arm_count_ - 1 : order.arm;
   const bool powers = order.command == safety::StateCommand::kEnable || order.command == safety::StateCommand::kResume;
   // All arms or none: what the table forbids for one is refused before any other one changes.
   for (int k = first; k <= last; ++k) {
@@ -104,9 +105,11 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
       case safety::StateCommand::kEnable:
       case safety::StateCommand::kResume:
         arm.pending = true;
+        arm.power_command = command_sequence_ + 1;
         break;
       case safety::StateCommand::kDisable:
         arm.deaf_until = command_sequence_ + 1;
+        arm.record = {};
         spent_trajectory_ = reference_.trajectory_id;
         [[fallthrough]];
       case safety::StateCommand::kPause:
@@ -135,8 +138,8 @@ bool ControlCore::startMotion(int k, const safety::ArmVector& goal) noexcept {
 }
 
 OrderReply ControlCore::motionOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept {
-  const int first = order.arm == kAllArms ? 0 : order.arm;
-  const int last = order.arm == kAllArms ? arm_count_ - 1 : order.arm;
+  const int first = order.arm == dds::kAllArms ? 0 : order.arm;
+  const int last = order.arm == dds::kAllArms ? arm_count_ - 1 : order.arm;
   if (order.kind != dds::ControlKind::kHold) {
     if (following())
       return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");

@@ -4,18 +4,20 @@
 #include "planning/reference.h"
 #include "safety/operating_state.h"
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 
 namespace tandem::service {
 namespace {
 
 constexpr int kShapePoints = 60;
 
-std::size_t index(int arm, int joint) { return static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + joint); }
-
 }  // namespace
 
 CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
-    : robot_(robot), frame_(setup.deployment.prefix + "_base"), diagnostics_(bus, setup.name, setup.robot.name) {
+    : setup_(setup),
+      robot_(robot),
+      frame_(setup.deployment.prefix + "_base"),
+      diagnostics_(bus, setup.name, setup.robot.name) {
   for (const config::Arm& from : setup.robot.arms) {
     Arm arm;
     arm.name = from.name;
@@ -43,15 +45,20 @@ void CrtkPublisher::publish(const Moment& moment) {
       continue;  // nothing measured yet: say nothing rather than something invalid
     Eigen::VectorXd measured(robot_.size(k)), setpoint(robot_.size(k));
     for (int j = 0; j < robot_.size(k); ++j) {
-      measured[j] = moment.state.position[index(k, j)];
-      setpoint[j] = moment.state.setpoint[index(k, j)];
+      measured[j] = moment.state.position[dds::jointIndex(k, j)];
+      setpoint[j] = moment.state.setpoint[dds::jointIndex(k, j)];
     }
     publishJoints(arm, k, moment, measured, setpoint);
+    if (arm.session != moment.state.session || arm.placements != moment.state.placements)
+      arm.branch = {};
+    arm.session = moment.state.session;
+    arm.placements = moment.state.placements;
     if (moment.state.valid[static_cast<std::size_t>(k)] != 0) {
-      publishPose(arm.measured_cp, k, moment.state.stamp, measured);
+      publishPose(arm.measured_cp, k, moment.state.stamp, measured, arm.branch);
       publishShape(arm, k, moment.state.stamp, measured);
     }
-    publishPose(arm.setpoint_cp, k, moment.state.stamp, setpoint);
+    kinematics::Branch ahead = arm.branch;
+    publishPose(arm.setpoint_cp, k, moment.state.stamp, setpoint, ahead);
     publishGoal(arm, k, moment);
   }
 }
@@ -71,16 +78,17 @@ void CrtkPublisher::publishJoints(Arm& arm,
   js.stamp = moment.state.valid[static_cast<std::size_t>(k)] != 0 ? moment.state.stamp : 0;
   js.position.assign(measured.begin(), measured.end());
   for (int j = 0; j < robot_.size(k); ++j)
-    js.velocity.push_back(moment.state.velocity[index(k, j)]);
+    js.velocity.push_back(moment.state.velocity[dds::jointIndex(k, j)]);
   arm.measured_js.write(js);
 }
 
 void CrtkPublisher::publishPose(dds::Writer<dds::PoseStamped>& writer,
                                 int k,
                                 std::int64_t stamp,
-                                const Eigen::VectorXd& q) const {
+                                const Eigen::VectorXd& q,
+                                kinematics::Branch& branch) const {
   kinematics::Tip tip;
-  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, tip) != kinematics::ModelStatus::kOk)
+  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, branch, tip) != kinematics::ModelStatus::kOk)
     return;
   const Eigen::Vector3d p = tip.pose.translation();
   const Eigen::Quaterniond r(tip.pose.linear());
@@ -123,18 +131,23 @@ void CrtkPublisher::publishState(Arm& arm, int k, const Moment& moment) {
 
 void CrtkPublisher::publishDiagnostics(const Moment& moment) {
   const dds::ControlStatus& status = moment.status;
-  safety::FaultMask faults = 0;
-  std::string states;
+  std::string states, faults;
   for (int k = 0; k < robot_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    faults |= status.faults[i];
+    if (moment.faults[i].faults != 0)
+      faults += "; FAULT of " + describe(setup_.robot, {k, moment.faults[i]});
     states += (k == 0 ? "" : ", ") + arms_[i].name + " " +
               std::string(safety::name(static_cast<safety::OperatingState>(status.operating_state[i])));
   }
-  const std::string message = faults == 0 ? states : states + "; faults: " + safety::describeFaults(faults);
-  diagnostics_.publish(monotonicNow(), moment.state.stamp,
-                       faults == 0 ? Diagnostics::Level::kOk : Diagnostics::Level::kError, message,
-                       {{"method", std::string(control::name(static_cast<control::Method>(status.method)))},
+  const std::string hold(dds::describe(static_cast<dds::HoldReason>(status.hold)));
+  const auto level = !faults.empty() ? Diagnostics::Level::kError
+                     : hold.empty()  ? Diagnostics::Level::kOk
+                                     : Diagnostics::Level::kWarn;
+  diagnostics_.publish(monotonicNow(), moment.state.stamp, level,
+                       states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + faults,
+                       {{"model", setup_.deployment.model},
+                        {"feedback", std::string(planning::name(setup_.deployment.feedback))},
+                        {"method", std::string(control::name(static_cast<control::Method>(status.method)))},
                         {"cycles", std::to_string(status.cycles)},
                         {"overruns", std::to_string(status.overruns)},
                         {"jitter_max_s", std::to_string(status.jitter_max)},
@@ -143,7 +156,7 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
 
 void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q) {
   const auto model = robot_.models()[static_cast<std::size_t>(k)];
-  if (model->shape(q, kShapePoints, shape_) != kinematics::ModelStatus::kOk)
+  if (model->shape(q, kinematics::Wrench::Zero(), arm.branch, kShapePoints, shape_) != kinematics::ModelStatus::kOk)
     return;
   dds::Shape shape;
   shape.stamp = stamp;

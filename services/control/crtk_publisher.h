@@ -7,6 +7,7 @@
 
 #include "experiments/run_record.h"
 #include "services/setup/diagnostics.h"
+#include "services/setup/fault_log.h"
 #include "services/setup/process.h"
 
 namespace tandem::service {
@@ -16,6 +17,7 @@ struct Moment {
   dds::ActuationState state;
   dds::ControlStatus status;
   dds::PlanningReference reference;
+  std::array<safety::FaultRecord, safety::kMaxArms> faults;
 };
 
 /** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes
@@ -34,18 +36,26 @@ class CrtkPublisher {
     dds::Writer<dds::OperatingState> operating_state;
     dds::Writer<dds::Shape> shape;
     dds::OperatingState last_state;
+    kinematics::Branch branch;  ///< of the measured joints, which an elastic arm's model follows
+    std::uint64_t session = 0;  ///< of the state that was last followed
+    std::uint32_t placements = 0;
   };
   void publishJoints(Arm& arm,
                      int k,
                      const Moment& moment,
                      const Eigen::VectorXd& measured,
                      const Eigen::VectorXd& setpoint);
-  void publishPose(dds::Writer<dds::PoseStamped>& writer, int k, std::int64_t stamp, const Eigen::VectorXd& q) const;
+  void publishPose(dds::Writer<dds::PoseStamped>& writer,
+                   int k,
+                   std::int64_t stamp,
+                   const Eigen::VectorXd& q,
+                   kinematics::Branch& branch) const;
   void publishGoal(Arm& arm, int k, const Moment& moment) const;
   void publishState(Arm& arm, int k, const Moment& moment);
   void publishDiagnostics(const Moment& moment);
   void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
 
+  const Setup& setup_;
   const experiments::RobotModel& robot_;
   std::string frame_;
   std::vector<Arm> arms_;

@@ -21,7 +21,7 @@ namespace {
 struct Service {
   explicit Service(const service::Setup& s)
       : setup(s),
-        robot(s.robot),
+        robot(s.robot, s.deployment.model),
         desk(s, robot),
         core(s, robot, desk.makeTracker()),
         bus(service::busOptions(s.deployment, s.name)),
@@ -33,8 +33,10 @@ struct Service {
   }
 
   /// Readers; every callback runs on a DDS thread.
-  template <class OnState, class OnReference, class OnOrder, class OnStop>
-  void listen(OnState on_state, OnReference on_reference, OnOrder on_order, OnStop on_stop) {
+  template <class OnState, class OnTips, class OnReference, class OnOrder, class OnStop>
+  void listen(OnState on_state, OnTips on_tips, OnReference on_reference, OnOrder on_order, OnStop on_stop) {
+    if (setup.deployment.feedback == planning::Feedback::kSensor)
+      readers.push_back(bus.reader(dds::kSensingTips, on_tips));
     readers.push_back(bus.reader(dds::kActuationState, on_state));
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
     readers.push_back(bus.reader(dds::kControlRequest, [this, on_order](const dds::ControlRequest& request) {
@@ -59,6 +61,15 @@ struct Service {
           spdlog::warn("{}", refusal);
         }
       }));
+    }
+  }
+
+  /// Calls `tell` with every new fault of an arm.
+  template <class Tell>
+  void tellFaults(service::FaultWatch& watch, Tell tell) const noexcept {
+    for (int k = 0; k < robot.armCount(); ++k) {
+      if (watch.fresh(k, core.faultRecord(k)))
+        tell(service::FaultReport{k, core.faultRecord(k)});
     }
   }
 
@@ -90,6 +101,7 @@ class LockStep {
 
   void run(service::StopSignal& stop) {
     service_.listen([this](const dds::ActuationState& m) { mailbox_.put(m); },
+                    [this](const dds::TipPoses& m) { mailbox_.put(m); },
                     [this](const dds::PlanningReference& m) { mailbox_.put(m); },
                     [this](const service::ControlOrder& m) { mailbox_.put(m); }, [this] { mailbox_.put(dds::Stop{}); });
     spdlog::info("ready: lock-step, period {} s of simulated time", service_.setup.deployment.control_period);
@@ -108,12 +120,17 @@ class LockStep {
 
  private:
   static constexpr double kIdle = 0.02;  // s
-  using Event = std::variant<dds::ActuationState, dds::PlanningReference, service::ControlOrder, dds::Stop>;
+  using Event =
+      std::variant<dds::ActuationState, dds::TipPoses, dds::PlanningReference, service::ControlOrder, dds::Stop>;
 
   // Each returns whether the others should hear of it at once.
   bool take(const dds::ActuationState& message) {
     state_ = message;
     service_.core.onState(message);
+    return false;
+  }
+  bool take(const dds::TipPoses& message) {
+    service_.core.onTips(message);
     return false;
   }
   bool take(const dds::PlanningReference& message) {
@@ -138,10 +155,12 @@ class LockStep {
       service_.limits.write(output_.limits);
     if (advance || service_.core.drivesPending())
       service_.commands.write(output_.command);
+    service_.tellFaults(
+        fault_watch_, [this](const service::FaultReport& report) { service::logFault(service_.setup.robot, report); });
     if (!advance)
       last_told_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
-      service_.crtk.publish({state_, output_.status, reference_});
+      service_.crtk.publish({state_, output_.status, reference_, service_.core.faultRecords()});
       last_crtk_ = now;
     }
   }
@@ -152,6 +171,7 @@ class LockStep {
   dds::ActuationState state_;
   dds::PlanningReference reference_;
   std::int64_t last_told_ = 0, last_crtk_ = 0;
+  service::FaultWatch fault_watch_;
 };
 
 /** Real time: a periodic thread that never sees DDS. */
@@ -167,12 +187,16 @@ class RealTime {
         statuses_(outbox_.latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(outbox_.latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
         moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.crtk.publish(m); })),
-        answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })) {}
+        answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
+        faults_(publisher_.queue<service::FaultReport>(64, [&](const auto& m) {
+          service::logFault(service_.setup.robot, m);
+        })) {}
 
   void run(service::StopSignal& stop) {
     outbox_.start();
     publisher_.start();
     service_.listen([this](const dds::ActuationState& m) { states_.store(m); },
+                    [this](const dds::TipPoses& m) { tips_.store(m); },
                     [this](const dds::PlanningReference& m) { references_.store(m); },
                     [this](const service::ControlOrder& m) { putOrder(m); }, [this] { stop_requested_ = true; });
     const config::Deployment& deployment = service_.setup.deployment;
@@ -204,6 +228,8 @@ class RealTime {
   void cycle(const service::Tick& tick) noexcept {
     if (states_.take(state_))
       service_.core.onState(state_);
+    if (tips_.take(measured_))
+      service_.core.onTips(measured_);
     if (references_.take(reference_))
       service_.core.onReference(reference_);
     if (stop_requested_.exchange(false, std::memory_order_relaxed))
@@ -217,8 +243,9 @@ class RealTime {
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
+    service_.tellFaults(fault_watch_, [this](const service::FaultReport& report) { faults_.post(report); });
     if (tick.cycle % crtk_every_ == 0)
-      moments_.post({state_, output_.status, reference_});
+      moments_.post({state_, output_.status, reference_, service_.core.faultRecords()});
   }
 
   Service& service_;
@@ -231,12 +258,16 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationLimits>& limits_;
   service::Outbox::Latest<service::Moment>& moments_;
   service::Outbox::Queue<service::OrderReply>& answers_;
+  service::Outbox::Queue<service::FaultReport>& faults_;
+  service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationState> states_;
+  service::LatestValue<dds::TipPoses> tips_;
   service::LatestValue<dds::PlanningReference> references_;
   std::mutex order_mutex_;
   service::SpscQueue<service::ControlOrder> orders_{64};
   std::atomic<bool> stop_requested_{false};
   dds::ActuationState state_;
+  dds::TipPoses measured_;
   dds::PlanningReference reference_;
   service::CycleOutput output_;
 };

@@ -99,7 +99,7 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
   };
   if (request.client == 0)
     return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
-  if (request.arm != 255) {
+  if (request.arm != dds::kAllArms) {
     if (request.arm >= arm_names_.size()) {
       return refused(dds::ReplyCode::kMalformed, "arm: found " + std::to_string(request.arm) + ", expected below " +
                                                      std::to_string(arm_names_.size()) + " or 255 for all");
@@ -124,7 +124,7 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
     }
     case dds::ControlKind::kMoveJp:
     case dds::ControlKind::kJog: {
-      if (order.arm == kAllArms)
+      if (order.arm == dds::kAllArms)
         return refused(dds::ReplyCode::kMalformed, "arm: expected one arm, not all");
       const int expected = robot_.size(order.arm);
       if (request.joint_count != expected) {

@@ -17,14 +17,12 @@
 
 namespace tandem::service {
 
-inline constexpr int kAllArms = -1;
-
 /** A request, parsed and checked as far as that goes without knowing the robot's state. */
 struct ControlOrder {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
   dds::ControlKind kind = dds::ControlKind::kKeepLease;
-  int arm = kAllArms;
+  int arm = dds::kAllArms;
   bool from_topic = false;  ///< from arm_x/state_command, which knows no clients
   safety::StateCommand command = safety::StateCommand::kDisable;
   int joint_count = 0;

@@ -28,8 +28,9 @@ struct BusOptions {
   std::string prefix = "tandem";                ///< topic prefix, the robot's name
   std::string interface_address = "127.0.0.1";  ///< IPv4 address of the only interface used
   std::vector<std::string> peers{"127.0.0.1"};  ///< IPv4 addresses of hosts to look for; this host is always looked at
-  bool deterministic = false;   ///< lock-step: periodic topics and commands reliable, without time limits
-  double command_period = 0.1;  ///< s; commands expire after the larger of 30 ms and 3 periods
+  bool deterministic = false;  ///< lock-step: periodic topics and commands reliable, without time limits
+  /// s; a command that is older is not delivered, a writer of commands that is silent for longer counts as dead.
+  double command_age = 0.3;
 };
 
 /** What a reader may ask for beyond its topic's profile. */

@@ -19,12 +19,21 @@ using JointArray = std::array<double, safety::kMaxJoints>;
 template <class T>
 using PerArm = std::array<T, safety::kMaxArms>;
 
+/// Where a joint of an arm stands in arrays over joints; both count from 0.
+constexpr std::size_t jointIndex(int arm, int joint) {
+  return static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + joint);
+}
+
+/// ControlRequest::arm for all arms.
+inline constexpr std::uint8_t kAllArms = 255;
+
 /// actuation/state, hal or sim -> all. tandem_msgs/ActuationState
 struct ActuationState {
   std::uint64_t session = 0;          ///< random, new with every start of hal or sim
   std::uint64_t sequence = 0;         ///< counts from 1 within the session
   std::int64_t stamp = 0;             ///< ns
   std::uint64_t answers_command = 0;  ///< sequence of the last command taken
+  std::uint32_t placements = 0;  ///< times the joints were put elsewhere without a path (sim reset, hal's references)
   std::uint8_t lock_step = 0;
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> joint_count{};
@@ -46,9 +55,9 @@ struct ActuationCommand {
   std::uint8_t advance = 0;  ///< lock-step: 1 = the plant takes one step of one control period with this command
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> request{};  ///< safety::DriveRequest: keep, disable, enable, pause, resume
-  PerArm<std::uint8_t> moving{};   ///< 1: velocity and position count; 0: hold the present setpoint
-  JointArray velocity{};           ///< m/s, rad/s over the next control period
-  JointArray position{};           ///< setpoint at the end of that period, m, rad
+  PerArm<std::uint8_t> moving{};   ///< 1: the velocity counts; 0: end the segment under way and hold
+  JointArray velocity{};           ///< m/s, rad/s over the next control period, from the drives' last setpoint on
+  JointArray position{};           ///< where control takes that to end, m, rad; finite, otherwise of no effect
 };
 
 /// actuation/limits, control -> all. tandem_msgs/ActuationLimits
@@ -87,9 +96,8 @@ struct PlanningReference {
   std::uint32_t point_count = 0;
   std::uint32_t iteration = 0;  ///< within the point, counts from 1
   std::uint32_t total_iterations = 0;
-  std::uint8_t phase = 0;   ///< planning::Phase: idle, running, paused, finished, failed
-  double tolerance = 0.0;   ///< m
-  double gain_scale = 1.0;  ///< 1: the gains of the controller
+  std::uint8_t phase = 0;  ///< planning::Phase: idle, running, paused, finished, failed
+  double tolerance = 0.0;  ///< m
   std::uint8_t task_count = 0;
   std::array<TaskReference, 4> tasks{};
 };
@@ -110,6 +118,28 @@ struct Reply {
   std::uint16_t code = 0;   ///< dds::ReplyCode
   std::string reason;       ///< for people; what to do next
   std::uint32_t value = 0;  ///< planning: trajectory id
+};
+
+/// sensing/tips, tip tracker or sim -> control, planning; sim/tips, sim -> experiments. tandem_msgs/TipPoses
+struct TipPoses {
+  std::uint64_t session = 0;   ///< random, new with every start of whoever measures
+  std::uint64_t sequence = 0;  ///< counts measurements from 1
+  std::uint64_t state_session = 0;
+  std::uint64_t answers_state = 0;    ///< of the last state published before this; in lock-step of the one with it
+  std::uint64_t answers_command = 0;  ///< the last command that the robot had taken when it was measured
+  std::int64_t stamp = 0;             ///< when it was measured, ns
+  std::uint8_t arm_count = 0;
+  PerArm<std::uint8_t> valid{};
+  std::array<double, 3 * safety::kMaxArms> position{};     ///< x y z of each tool tip, m, robot base frame
+  std::array<double, 4 * safety::kMaxArms> orientation{};  ///< x y z w
+};
+
+/// Why control holds a trajectory. ControlStatus::hold
+enum class HoldReason : std::uint8_t {
+  kNone = 0,
+  kNoTips,       ///< feedback: sensor, and no tip has been measured yet
+  kStaleTips,    ///< the last good measurement of a tip is too old
+  kInvalidTips,  ///< the same, and what came since is marked invalid
 };
 
 /// control/status, control -> all. tandem_msgs/ControlStatus
@@ -143,16 +173,21 @@ struct ControlStatus {
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
   std::uint32_t active_limits = 0;  ///< how many bounds and rows the solution stands at
+  std::uint8_t model = 0;           ///< kinematic model in force: 0 rigid, 1 compliant
+  std::uint8_t feedback = 0;        ///< planning::Feedback
+  std::uint8_t hold = 0;            ///< HoldReason
+  double tip_age = 0.0;             ///< s, of the oldest measured tip in use
+  PerArm<std::uint32_t> snaps{};    ///< times the model's arm snapped into another equilibrium
 };
 
 /// control/request, clients -> control. tandem_msgs/ControlRequest
 struct ControlRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
-  std::uint8_t kind = 0;   ///< dds::ControlKind
-  std::uint8_t arm = 255;  ///< 255 = all arms
-  std::string text;        ///< method name; "backend", "bounds" or parameter name
-  std::string value;       ///< parameter value; state command
+  std::uint8_t kind = 0;  ///< dds::ControlKind
+  std::uint8_t arm = kAllArms;
+  std::string text;   ///< method name; "backend", "bounds" or parameter name
+  std::string value;  ///< parameter value; state command
   std::uint8_t joint_count = 0;
   std::array<double, safety::kMaxJointsPerArm> joints{};  ///< move_jp: m, rad; jog: m/s, rad/s
 };
@@ -189,11 +224,19 @@ struct HalStatus {
   std::array<double, 16> guard_largest{};       ///< largest amount per guard, SI
   std::array<std::uint8_t, 16> guard_arm{};     ///< arm and joint of the last intervention
   std::array<std::uint8_t, 16> guard_joint{};
+  PerArm<std::uint32_t> first_fault{};  ///< what led the arm into FAULT: safety::FaultRecord
+  PerArm<std::uint8_t> fault_cause{};   ///< safety::FaultCause
+  PerArm<std::uint8_t> fault_joint{};   ///< counts from 0; 255 = no joint
+  PerArm<double> fault_amount{};        ///< m or rad of that joint; s without a joint
+  PerArm<double> fault_allowed{};
   double period = 0.0;
   double jitter_max = 0.0;
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  double bus_load = 0.0;  ///< 0..1, of the fullest bus
+  std::uint64_t caught_up = 0;    ///< sim: periods stepped later than they were due; hal: 0
+  std::uint64_t left_out = 0;     ///< periods never stepped; drives on a bus held their last target then
+  double bus_load = 0.0;          ///< 0..1, of the fullest bus
+  PerArm<std::uint32_t> snaps{};  ///< sim: times the arm snapped into another equilibrium
   // Of hal alone; 0 with a simulated robot.
   PerArm<std::uint8_t> homed{};                                 ///< 1: all joints know where they are
   PerArm<std::uint8_t> power{};                                 ///< hal::ArmPower
@@ -218,8 +261,8 @@ struct HalStatus {
 struct HalRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
-  std::uint8_t kind = 0;   ///< 1 home: goes on as long as the request is repeated
-  std::uint8_t arm = 255;  ///< 255 = all arms
+  std::uint8_t kind = 0;  ///< 1 home: goes on as long as the request is repeated
+  std::uint8_t arm = kAllArms;
 };
 
 /// arm_x/shape, control -> all: backbone for drawing. tandem_msgs/Shape (unbounded sequence)

@@ -125,7 +125,7 @@ Contract contractOf(Profile profile, const BusOptions& options) {
   const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
   contract.reliable = !stream || options.deterministic;
   if (profile == Profile::kCommand && !options.deterministic) {
-    contract.expiry = std::max(0.030, 3.0 * options.command_period);
+    contract.expiry = options.command_age;
   }
   return contract;
 }

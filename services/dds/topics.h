@@ -67,6 +67,15 @@ inline constexpr Topic<ControlRequest> kControlRequest{
     "clients",          "lease, method and parameters, jog, home, move_jp"};
 inline constexpr Topic<Reply> kControlReply{"control/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
                                             "control",       "typed answer with reason"};
+inline constexpr Topic<TipPoses> kSensingTips{"sensing/tips",         "tandem_msgs/msg/TipPoses",
+                                              Profile::kPeriodic,     false,
+                                              "a tip tracker or sim", "measured tip poses, validity, sequence, stamp"};
+inline constexpr Topic<TipPoses> kSimTips{"sim/tips",
+                                          "tandem_msgs/msg/TipPoses",
+                                          Profile::kPeriodic,
+                                          false,
+                                          "sim",
+                                          "where the tips of the simulated robot really are"};
 inline constexpr Topic<SimRequest> kSimRequest{"sim/request", "tandem_msgs/msg/SimRequest", Profile::kReliable, false,
                                                "clients",     "reset, step, inject a fault"};
 inline constexpr Topic<Reply> kSimReply{"sim/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
@@ -123,6 +132,8 @@ inline constexpr auto kTopics = std::tuple{kActuationState,
                                            kControlStatus,
                                            kControlRequest,
                                            kControlReply,
+                                           kSensingTips,
+                                           kSimTips,
                                            kSimRequest,
                                            kSimReply,
                                            kHalRequest,

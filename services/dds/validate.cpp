@@ -61,6 +61,8 @@ const char* malformed(const PlanningRequest& message) {
 
 const char* malformed(const Reply& message) { return badTexts({&message.reason}); }
 
+const char* malformed(const TipPoses& message) { return badArms(message.arm_count); }
+
 const char* malformed(const ControlStatus& message) {
   return either(badArms(message.arm_count),
                 message.task_count > message.task_error.size() ? "task_count above 4" : nullptr);

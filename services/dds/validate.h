@@ -16,7 +16,6 @@ inline constexpr std::size_t kMaxText = 64 * 1024;           ///< bytes of any t
 inline constexpr std::size_t kMaxTrajectory = 1024 * 1024;   ///< bytes of a trajectory as YAML text
 inline constexpr std::size_t kMaxList = 64 * 1024;           ///< elements of any list
 inline constexpr std::size_t kMaxPayload = 4 * 1024 * 1024;  ///< bytes of an encoded sample
-inline constexpr std::uint8_t kAllArms = 255;                ///< ControlRequest::arm
 
 /// What is wrong with a message, or nullptr if nothing is.
 const char* malformed(const ActuationState& message);
@@ -25,6 +24,7 @@ const char* malformed(const ActuationLimits& message);
 const char* malformed(const PlanningReference& message);
 const char* malformed(const PlanningRequest& message);
 const char* malformed(const Reply& message);
+const char* malformed(const TipPoses& message);
 const char* malformed(const ControlStatus& message);
 const char* malformed(const ControlRequest& message);
 const char* malformed(const Stop& message);

@@ -31,6 +31,7 @@ TANDEM_WIRE(ActuationState, tandem_msgs)
 TANDEM_WIRE(ActuationCommand, tandem_msgs)
 TANDEM_WIRE(ActuationLimits, tandem_msgs)
 TANDEM_WIRE(TaskReference, tandem_msgs)
+TANDEM_WIRE(TipPoses, tandem_msgs)
 TANDEM_WIRE(PlanningReference, tandem_msgs)
 TANDEM_WIRE(PlanningRequest, tandem_msgs)
 TANDEM_WIRE(Reply, tandem_msgs)
@@ -52,15 +53,16 @@ TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
 /// Calls DO(M) for every message that has a topic.
 #define TANDEM_EACH_MESSAGE(DO)                                                                          \
   DO(ActuationState) DO(ActuationCommand) DO(ActuationLimits) DO(PlanningReference) DO(PlanningRequest)  \
-  DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus) DO(HalRequest)    \
-  DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped) DO(DiagnosticArray)
+  DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus)      \
+  DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
+  DO(DiagnosticArray)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
 #define TANDEM_MEMBERS(MESSAGE, ...)                                        \
   template <class M, class W, class Copy>                                   \
   void members(const MESSAGE*, M& m, W& w, Copy f) { __VA_ARGS__ }
-TANDEM_MEMBERS(ActuationState, F(session) F(sequence) F(stamp) F(answers_command) F(lock_step) F(arm_count)
+TANDEM_MEMBERS(ActuationState, F(session) F(sequence) F(stamp) F(answers_command) F(placements) F(lock_step) F(arm_count)
                F(joint_count) F(valid) F(operating_state) F(faults) F(position) F(velocity) F(setpoint))
 TANDEM_MEMBERS(ActuationCommand, F(control_session) F(sequence) F(state_session) F(answers_state) F(stamp) F(advance)
                F(arm_count) F(request) F(moving) F(velocity) F(position))
@@ -69,20 +71,25 @@ TANDEM_MEMBERS(ActuationLimits, F(sequence) F(answers_state) F(stamp) F(arm_coun
 TANDEM_MEMBERS(TaskReference, F(kind) F(arm) F(other_arm) F(position) F(orientation) F(feed_forward))
 TANDEM_MEMBERS(PlanningReference, F(sequence) F(state_session) F(answers_state) F(answers_control) F(stamp)
                F(trajectory_id) F(point) F(point_count) F(iteration) F(total_iterations) F(phase) F(tolerance)
-               F(gain_scale) F(task_count) F(tasks))
+               F(task_count) F(tasks))
+TANDEM_MEMBERS(TipPoses, F(session) F(sequence) F(state_session) F(answers_state) F(answers_command) F(stamp)
+               F(arm_count) F(valid) F(position) F(orientation))
 TANDEM_MEMBERS(PlanningRequest, F(client) F(request) F(kind) F(trajectory))
 TANDEM_MEMBERS(Reply, F(client) F(request) F(accepted) F(code) F(reason) F(value))
 TANDEM_MEMBERS(ControlStatus, F(session) F(sequence) F(answers_state) F(answers_reference) F(stamp) F(method) F(backend)
                F(bounds) F(solve_status) F(arm_count) F(operating_state) F(homed) F(busy) F(faults) F(lease_holder)
                F(task_count) F(task_error) F(task_scale) F(task_residual) F(iterations) F(kkt_residual) F(solve_time)
-               F(cycle_time) F(period) F(jitter_max) F(cycle_time_max) F(cycles) F(overruns) F(active_limits))
+               F(cycle_time) F(period) F(jitter_max) F(cycle_time_max) F(cycles) F(overruns) F(active_limits)
+               F(model) F(feedback) F(hold) F(tip_age) F(snaps))
 TANDEM_MEMBERS(ControlRequest, F(client) F(request) F(kind) F(arm) F(text) F(value) F(joint_count) F(joints))
 TANDEM_MEMBERS(Stop, F(client) F(sequence) F(reason))
 TANDEM_MEMBERS(SimRequest, F(client) F(request) F(kind) F(arm_count) F(joints) F(steps) F(arm) F(joint) F(fault))
 TANDEM_MEMBERS(HalStatus, F(session) F(sequence) F(stamp) F(arm_count) F(operating_state) F(faults) F(guard_count)
-               F(guard_largest) F(guard_arm) F(guard_joint) F(period) F(jitter_max) F(cycles) F(overruns) F(bus_load)
-               F(homed) F(power) F(axis_phase) F(axis_state) F(axis_error) F(axis_guards) F(axis_temperature) F(following_error)
-               F(encoder_difference) F(hardware_count) F(hardware_arm) F(hardware_joint) F(bus_count) F(bus_state)
+               F(guard_largest) F(guard_arm) F(guard_joint) F(first_fault) F(fault_cause) F(fault_joint)
+               F(fault_amount) F(fault_allowed) F(period) F(jitter_max) F(cycles) F(overruns) F(caught_up) F(left_out) F(bus_load)
+               F(snaps)
+               F(homed) F(power) F(axis_phase) F(axis_state) F(axis_error) F(axis_guards) F(axis_temperature)
+               F(following_error) F(encoder_difference) F(hardware_count) F(hardware_arm) F(hardware_joint) F(bus_count) F(bus_state)
                F(bus_loads) F(bus_dropped) F(bus_overflow))
 TANDEM_MEMBERS(HalRequest, F(client) F(request) F(kind) F(arm))
 TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))

@@ -10,7 +10,6 @@ namespace tandem::service {
 namespace {
 
 constexpr std::uint8_t kHome = 1;
-constexpr std::uint8_t kAllArms = 255;
 
 hal::RobotOptions robotOptions(const config::Deployment& deployment) {
   return {deployment.control_period, deployment.budgets};
@@ -61,10 +60,10 @@ HalAnswer HalCore::onOrder(const HalOrder& order, std::int64_t now) noexcept {
   };
   if (order.kind != kHome)
     return refuse(dds::ReplyCode::kUnknown, "", "unknown kind of request, expected 1 (home)");
-  if (order.arm != kAllArms && order.arm >= robot_.armCount())
+  if (order.arm != dds::kAllArms && order.arm >= robot_.armCount())
     return refuse(dds::ReplyCode::kMalformed, "", "arm: the robot has fewer, or 255 for all");
-  const int first = order.arm == kAllArms ? 0 : order.arm;
-  const int last = order.arm == kAllArms ? robot_.armCount() - 1 : order.arm;
+  const int first = order.arm == dds::kAllArms ? 0 : order.arm;
+  const int last = order.arm == dds::kAllArms ? robot_.armCount() - 1 : order.arm;
   answer.value = 1;
   for (int a = first; a <= last; ++a) {
     const char* name = robot_.config().arms[static_cast<std::size_t>(a)].name.c_str();
@@ -87,7 +86,13 @@ void HalCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   state.session = setup_.session;
   state.sequence = ++sequence_;
   state.stamp = now;
+  state.placements = robot_.placements();
   writeState(robot_, state);
+  // Whoever has disabled an arm in FAULT shall wait for its boot, and not take what is being cleared for a new fault.
+  for (int a = 0; a < robot_.armCount(); ++a) {
+    if (robot_.arm(a).recovering())
+      state.faults[static_cast<std::size_t>(a)] = 0;
+  }
   stamps_.record(state.sequence, now);
 }
 
@@ -101,7 +106,7 @@ void HalCore::status(std::int64_t now, dds::HalStatus& status) const noexcept {
     status.homed[static_cast<std::size_t>(a)] = arm.homed() ? 1 : 0;
     status.power[static_cast<std::size_t>(a)] = static_cast<std::uint8_t>(arm.power());
     for (int j = 0; j < arm.jointCount(); ++j)
-      writeAxis(arm.axis(j), static_cast<std::size_t>(a * safety::kMaxJointsPerArm + j), status);
+      writeAxis(arm.axis(j), dds::jointIndex(a, j), status);
   }
   for (int g = 0; g < hal::kHardwareGuardCount; ++g) {
     const hal::HardwareGuardCounters::Entry& entry = robot_.hardwareGuards()[static_cast<hal::HardwareGuard>(g)];

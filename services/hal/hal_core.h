@@ -14,7 +14,7 @@ struct HalOrder {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
   std::uint8_t kind = 0;
-  std::uint8_t arm = 255;
+  std::uint8_t arm = dds::kAllArms;
 };
 
 /** Its answer. */
@@ -47,6 +47,9 @@ class HalCore {
   bool nextEvent(hal::HardwareEvent& event) noexcept { return robot_.nextEvent(event); }
   /// An operator wishes this bus to be restarted after bus-off; true once per wish.
   bool takeRestart(int bus) noexcept { return robot_.takeRestart(bus); }
+  int armCount() const noexcept { return robot_.armCount(); }
+  /// What led an arm into FAULT; empty in the other states.
+  const safety::FaultRecord& faultRecord(int arm) const noexcept { return robot_.faultRecord(arm); }
   const hal::RobotHardware& robot() const noexcept { return robot_; }
 
  private:

@@ -14,6 +14,7 @@
 #include "services/hal/hal_core.h"
 #include "services/hal/hal_events.h"
 #include "services/setup/actuation.h"
+#include "services/setup/fault_log.h"
 
 using namespace tandem;
 
@@ -54,6 +55,8 @@ class Service {
         })),
         answers_out_(
             publisher_.queue<service::HalAnswer>(64, [this](const auto& m) { replies_.write(service::replyOf(m)); })),
+        faults_out_(
+            publisher_.queue<service::FaultReport>(64, [this](const auto& m) { service::logFault(setup_.robot, m); })),
         events_out_(publisher_.queue<hal::HardwareEvent>(256, [this](const auto& m) { tell(m); })),
         restarts_out_(
             publisher_.queue<int>(8, [this](int b) { restartBus(hardware_.buses[static_cast<std::size_t>(b)]); })) {}
@@ -104,12 +107,17 @@ class Service {
     service::HalOrder order;
     while (orders_.pop(order))
       answers_out_.post(core_.onOrder(order, tick.now));
+    left_out_ += tick.skipped;
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
     hal::HardwareEvent event;
     while (core_.nextEvent(event))
       events_out_.post(event);
+    for (int k = 0; k < core_.armCount(); ++k) {
+      if (fault_watch_.fresh(k, core_.faultRecord(k)))
+        faults_out_.post({k, core_.faultRecord(k)});
+    }
     for (int b = 0; b < core_.robot().busCount(); ++b) {
       if (core_.takeRestart(b))
         restarts_out_.post(b);
@@ -122,6 +130,7 @@ class Service {
     status_.jitter_max = s.lateness_max;
     status_.cycles = s.cycles;
     status_.overruns = s.overruns;
+    status_.left_out = left_out_;
     status_out_.post(status_);
   }
 
@@ -136,7 +145,7 @@ class Service {
   }
 
   void diagnose(const dds::HalStatus& status) {
-    service::diagnose(diagnostics_, status,
+    service::diagnose(diagnostics_, setup_.robot, status,
                       {{"bus_load", fmt::format("{:.3f}", status.bus_load)}, {"last_problem", last_problem_}});
   }
 
@@ -156,6 +165,8 @@ class Service {
   service::Outbox::Latest<dds::ActuationState>& state_out_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
   service::Outbox::Queue<service::HalAnswer>& answers_out_;
+  service::Outbox::Queue<service::FaultReport>& faults_out_;
+  service::FaultWatch fault_watch_;
   service::Outbox::Queue<hal::HardwareEvent>& events_out_;
   service::Outbox::Queue<int>& restarts_out_;
   service::LatestValue<dds::ActuationCommand> command_;
@@ -163,6 +174,7 @@ class Service {
   service::SpscQueue<service::HalOrder> orders_{64};
   std::atomic<bool> stop_requested_{false};
   std::int64_t leaving_since_ = 0;
+  std::uint64_t left_out_ = 0;  ///< periods without a cycle: drives have held their last target
   dds::ActuationCommand command_message_;
   dds::ActuationState state_;
   dds::HalStatus status_;

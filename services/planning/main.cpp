@@ -13,7 +13,7 @@ using namespace tandem;
 
 namespace {
 
-using Event = std::variant<dds::ActuationState, dds::ControlStatus, dds::PlanningRequest>;
+using Event = std::variant<dds::ActuationState, dds::TipPoses, dds::ControlStatus, dds::PlanningRequest>;
 
 void run(const service::Setup& setup, service::StopSignal& stop) {
   service::Mailbox<Event> mailbox;
@@ -24,6 +24,9 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   const auto put = [&](const auto& message) { mailbox.put(message); };
   auto states = bus.reader(dds::kActuationState, put);
   auto statuses = bus.reader(dds::kControlStatus, put);
+  std::optional<dds::Reader> tips;
+  if (setup.deployment.feedback == planning::Feedback::kSensor)
+    tips = bus.reader(dds::kSensingTips, put);
   auto requests = bus.reader(dds::kPlanningRequest, put);
 
   service::PlanningCore core(setup);
@@ -37,6 +40,8 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
       core.refresh();
     if (const auto* state = event ? std::get_if<dds::ActuationState>(&*event) : nullptr) {
       core.onState(*state);
+    } else if (const auto* measured = event ? std::get_if<dds::TipPoses>(&*event) : nullptr) {
+      core.onTips(*measured);
     } else if (const auto* status = event ? std::get_if<dds::ControlStatus>(&*event) : nullptr) {
       core.onStatus(*status);
     } else if (const auto* request = event ? std::get_if<dds::PlanningRequest>(&*event) : nullptr) {

@@ -5,6 +5,7 @@
 
 #include "safety/operating_state.h"
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 
 namespace tandem::service {
 namespace {
@@ -26,7 +27,9 @@ dds::Reply reply(const dds::PlanningRequest& request, dds::ReplyCode code, std::
 PlanningCore::PlanningCore(const Setup& setup)
     : setup_(setup),
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
-      robot_(setup.robot),
+      robot_(setup.robot, setup.deployment.model),
+      sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
+      model_tips_(robot_.models()),
       follower_(setup.deployment.control_period),
       trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {}
 
@@ -35,32 +38,69 @@ bool PlanningCore::active() const {
   return phase == planning::Phase::kRunning || phase == planning::Phase::kPaused;
 }
 
-bool PlanningCore::measured(const planning::TrajectorySpec& spec,
-                            Eigen::Vector3d& tip,
-                            Eigen::Vector3d& relative) const {
-  if (state_.sequence == 0 || state_.arm_count != robot_.armCount())
-    return false;
+/// Elastic arms remember their way, so every state is followed, whether a trajectory runs or not.
+void PlanningCore::followState() {
+  if (state_.arm_count != robot_.armCount())
+    return;
   safety::RobotVector q(robot_.jointCount());
   for (int k = 0; k < robot_.armCount(); ++k) {
     if (state_.valid[static_cast<std::size_t>(k)] == 0)
-      return false;
-    for (int j = 0; j < robot_.size(k); ++j) {
-      q[robot_.offset(k) + j] = state_.position[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
-    }
+      return;
+    for (int j = 0; j < robot_.size(k); ++j)
+      q[robot_.offset(k) + j] = state_.position[dds::jointIndex(k, j)];
   }
-  try {
-    tip = robot_.tip(spec.arm, q);
-    relative = tip - robot_.tip(spec.other_arm, q);
-  } catch (const std::domain_error&) {
+  model_tips_.update(q);
+}
+
+bool PlanningCore::measured(const planning::TrajectorySpec& spec,
+                            Eigen::Vector3d& tip,
+                            Eigen::Vector3d& relative) const {
+  if (state_.sequence == 0 || state_.arm_count != robot_.armCount() || !complete())
     return false;
+  std::array<Eigen::Vector3d, 2> tips;
+  for (const auto& [k, to] : {std::pair{spec.arm, &tips[0]}, std::pair{spec.other_arm, &tips[1]}}) {
+    const auto i = static_cast<std::size_t>(k);
+    if (state_.valid[i] == 0 || (sensor_ && !sensor_tips_.arm[i].known))
+      return false;
+    *to = sensor_ ? sensor_tips_.arm[i].position : Eigen::Vector3d(model_tips_.tip(k).pose.translation());
   }
-  return true;
+  tip = tips[0];
+  relative = tips[0] - tips[1];
+  return model_tips_.status() == kinematics::ModelStatus::kOk;
+}
+
+void PlanningCore::onTips(const dds::TipPoses& tips) {
+  if (tips.state_session != tips_message_.state_session)
+    sensor_tips_.forget();
+  tips_message_ = tips;
+  dds::takeTips(tips, sensor_tips_);
+  if (waiting_) {
+    advanceInStep();
+  } else if (lock_step_ && !active()) {
+    publish();
+  }
+}
+
+/// Lock-step: whether everything that belongs to the present state is here.
+bool PlanningCore::complete() const {
+  return !lock_step_ || !sensor_ ||
+         (tips_message_.state_session == state_.session && tips_message_.answers_state >= state_.sequence);
+}
+
+void PlanningCore::advanceInStep() {
+  waiting_ = !complete();
+  if (!waiting_)
+    advance();
 }
 
 void PlanningCore::onState(const dds::ActuationState& state) {
   const bool new_instant = state.session != state_.session || state.stamp != state_.stamp;
   const bool new_state = state.session != state_.session || state.sequence != state_.sequence;
+  if (state.session != state_.session || state.placements != state_.placements)
+    model_tips_.restart();
   state_ = state;
+  waiting_ = waiting_ && !new_state;
+  followState();
   if (active() && state.session != session_at_start_) {
     end("the robot restarted");
     return;
@@ -68,7 +108,7 @@ void PlanningCore::onState(const dds::ActuationState& state) {
   if (!lock_step_ || !new_state)
     return;
   if (active() && new_instant) {
-    advance();
+    advanceInStep();
   } else {
     publish();
   }
@@ -94,7 +134,8 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
   }
   if (lock_step_)
     return;
-  if (enabled && status.answers_reference == sequence_) {
+  // While control holds the trajectory, it does not run away from it.
+  if (enabled && status.hold == 0 && status.answers_reference == sequence_) {
     advance();
   } else {
     publish();
@@ -116,7 +157,7 @@ void PlanningCore::refresh() {
 void PlanningCore::advance() {
   Eigen::Vector3d tip, relative;
   if (!measured(follower_.spec(), tip, relative)) {
-    return end("the measured joints are not valid");
+    return end(sensor_ ? "the measured joints or tips are not valid" : "the measured joints are not valid");
   }
   follower_.update(tip, relative, reference_);
   if (!active())
@@ -129,7 +170,7 @@ void PlanningCore::publish() {
   dds::PlanningReference message;
   message.sequence = ++sequence_;
   message.state_session = state_.session;
-  message.answers_state = state_.sequence;
+  message.answers_state = complete() ? state_.sequence : 0;
   message.answers_control = status_.sequence;
   message.stamp = lock_step_ ? state_.stamp : monotonicNow();
   message.trajectory_id = trajectory_id_;
@@ -139,20 +180,8 @@ void PlanningCore::publish() {
   message.total_iterations = static_cast<std::uint32_t>(progress.total_iterations);
   message.phase = static_cast<std::uint8_t>(progress.phase);
   message.tolerance = follower_.spec().tolerance;
-  if (active() && progress.total_iterations > 0) {
-    message.task_count = static_cast<std::uint8_t>(reference_.task_count);
-    for (int k = 0; k < reference_.task_count; ++k) {
-      const planning::TaskReference& from = reference_.tasks[static_cast<std::size_t>(k)];
-      dds::TaskReference& to = message.tasks[static_cast<std::size_t>(k)];
-      to.kind = static_cast<std::uint8_t>(from.kind);
-      to.arm = static_cast<std::uint8_t>(from.arm);
-      to.other_arm = static_cast<std::uint8_t>(from.other_arm);
-      for (int axis = 0; axis < 3; ++axis) {
-        to.position[static_cast<std::size_t>(axis)] = from.position[axis];
-        to.feed_forward[static_cast<std::size_t>(axis)] = from.feed_forward[axis];
-      }
-    }
-  }
+  if (active() && progress.total_iterations > 0)
+    dds::setTasks(reference_, message);
   outgoing_ = message;
 }
 

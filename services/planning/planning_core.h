@@ -6,6 +6,7 @@
 
 #include "experiments/run_record.h"
 #include "planning/follower.h"
+#include "planning/tips.h"
 #include "services/dds/messages.h"
 #include "services/setup/process.h"
 
@@ -15,6 +16,7 @@ namespace tandem::service {
  *
  * Real time: every control/status that used the last reference asks for the next one, so that one reference is one
  * control cycle; the state that it judges is the latest. Lock-step: every state of a new instant asks for the next one.
+ * Where the tips are is what control takes them to be: its model's, or measured ones (`feedback`).
  * While nothing runs, references without tasks echo what has been heard of state and control, so that a client knows
  * when a trajectory may start. */
 class PlanningCore {
@@ -23,6 +25,7 @@ class PlanningCore {
 
   void onState(const dds::ActuationState& state);
   void onStatus(const dds::ControlStatus& status);
+  void onTips(const dds::TipPoses& tips);
   /// A request of a client; `path` is filled when a trajectory was started.
   dds::Reply onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
 
@@ -34,7 +37,10 @@ class PlanningCore {
 
  private:
   dds::Reply start(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
+  void followState();
   bool measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip, Eigen::Vector3d& relative) const;
+  bool complete() const;
+  void advanceInStep();
   void advance();
   void publish();
   void end(const std::string& why);
@@ -43,6 +49,11 @@ class PlanningCore {
   const Setup& setup_;
   bool lock_step_;
   experiments::RobotModel robot_;
+  bool sensor_;  ///< where the tips are is measured
+  planning::TipFollower model_tips_;
+  planning::MeasuredTips sensor_tips_;
+  dds::TipPoses tips_message_;
+  bool waiting_ = false;  ///< lock-step: the present state asks for a reference
   planning::Follower follower_;
   planning::Reference reference_;
   dds::ActuationState state_;

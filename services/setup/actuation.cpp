@@ -20,20 +20,25 @@ void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCom
 }
 
 void diagnose(Diagnostics& diagnostics,
+              const config::Robot& robot,
               const dds::HalStatus& status,
               std::vector<std::pair<std::string, std::string>> more) {
-  safety::FaultMask faults = 0;
+  std::string faults;
   std::uint64_t actions = 0;
-  for (std::size_t k = 0; k < status.arm_count; ++k)
-    faults |= status.faults[k];
+  for (int k = 0; k < status.arm_count; ++k) {
+    if (status.faults[static_cast<std::size_t>(k)] != 0)
+      faults += (faults.empty() ? "" : "; ") + describe(robot, {k, dds::faultRecordOf(status, k)});
+  }
   for (const std::uint64_t count : status.guard_count)
     actions += count;
   std::vector<std::pair<std::string, std::string>> values{{"gate_actions", std::to_string(actions)},
-                                                          {"overruns", std::to_string(status.overruns)}};
+                                                          {"overruns", std::to_string(status.overruns)},
+                                                          {"periods_caught_up", std::to_string(status.caught_up)},
+                                                          {"periods_left_out", std::to_string(status.left_out)}};
   values.insert(values.end(), more.begin(), more.end());
   using Level = Diagnostics::Level;
-  diagnostics.publish(monotonicNow(), status.stamp, faults == 0 ? Level::kOk : Level::kError,
-                      faults == 0 ? "ok" : "faults: " + safety::describeFaults(faults), std::move(values));
+  diagnostics.publish(monotonicNow(), status.stamp, faults.empty() ? Level::kOk : Level::kError,
+                      faults.empty() ? "ok" : "FAULT of " + faults, std::move(values));
 }
 
 }  // namespace tandem::service

@@ -4,8 +4,10 @@
 
 #include "safety/gate.h"
 #include "safety/robot_command.h"
+#include "services/dds/convert.h"
 #include "services/dds/messages.h"
 #include "services/setup/diagnostics.h"
+#include "services/setup/fault_log.h"
 
 namespace tandem::service {
 
@@ -27,7 +29,7 @@ void writeState(const Robot& robot, dds::ActuationState& state) noexcept {
     const safety::ArmVector position = robot.position(k), velocity = robot.velocity(k);
     const safety::ArmVector& setpoint = robot.setpoint(k);
     for (int j = 0; j < robot.jointCount(k); ++j) {
-      const auto joint = static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j);
+      const auto joint = dds::jointIndex(k, j);
       state.position[joint] = position[j];
       state.velocity[joint] = velocity[j];
       state.setpoint[joint] = setpoint[j];
@@ -35,13 +37,14 @@ void writeState(const Robot& robot, dds::ActuationState& state) noexcept {
   }
 }
 
-/// Operating states, faults and what the gate did.
+/// Operating states, faults with what led to them, and what the gate did.
 template <class Robot>
 void writeStatus(const Robot& robot, dds::HalStatus& status) noexcept {
   status.arm_count = static_cast<std::uint8_t>(robot.armCount());
   for (int k = 0; k < robot.armCount(); ++k) {
     status.operating_state[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(robot.state(k));
     status.faults[static_cast<std::size_t>(k)] = robot.faults(k);
+    dds::setFaultRecord(robot.faultRecord(k), k, status);
   }
   for (int g = 0; g < safety::kGuardCount; ++g) {
     const safety::GuardCounters::Entry& entry = robot.guards()[static_cast<safety::Guard>(g)];
@@ -55,6 +58,7 @@ void writeStatus(const Robot& robot, dds::HalStatus& status) noexcept {
 
 /// The service's line on `diagnostics`, with `more` behind it. For publisher threads.
 void diagnose(Diagnostics& diagnostics,
+              const config::Robot& robot,
               const dds::HalStatus& status,
               std::vector<std::pair<std::string, std::string>> more = {});
 

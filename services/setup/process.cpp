@@ -25,7 +25,7 @@ dds::BusOptions busOptions(const config::Deployment& deployment, const std::stri
   options.interface_address = deployment.interface_address;
   options.peers = deployment.peers;
   options.deterministic = deployment.clock == config::ClockMode::kLockStep;
-  options.command_period = deployment.control_period;
+  options.command_age = deployment.budgets.commandAge(deployment.control_period);
   return options;
 }
 

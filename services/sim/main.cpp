@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
+#include <cmath>
+#include <numeric>
 #include <variant>
 
 #include "services/common/latest_value.h"
@@ -10,11 +12,33 @@
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
 #include "services/setup/actuation.h"
+#include "services/setup/fault_log.h"
 #include "services/sim/sim_core.h"
 
 using namespace tandem;
 
 namespace {
+
+/** Tells of arms of the plant that snap from one equilibrium into another. */
+class SnapLog {
+ public:
+  void tell(const config::Robot& robot, const dds::HalStatus& status) {
+    for (std::size_t k = 0; k < status.arm_count; ++k) {
+      if (status.snaps[k] != told_[k])
+        spdlog::warn("{}: the plant snapped into another equilibrium, {} times so far", robot.arms[k].name,
+                     status.snaps[k]);
+    }
+    told_ = status.snaps;
+  }
+
+ private:
+  dds::PerArm<std::uint32_t> told_{};
+};
+
+void tellHealth(service::Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status) {
+  const std::uint64_t snaps = std::accumulate(status.snaps.begin(), status.snaps.end(), std::uint64_t{0});
+  service::diagnose(diagnostics, robot, status, {{"snaps", std::to_string(snaps)}});
+}
 
 /** Lock-step: commands move the time. */
 void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
@@ -25,22 +49,41 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   auto states = bus.writer(dds::kActuationState);
   auto statuses = bus.writer(dds::kHalStatus);
   auto replies = bus.writer(dds::kSimReply);
+  auto true_tips = bus.writer(dds::kSimTips);
+  dds::Writer<dds::TipPoses> measured_tips;
+  if (core.tracking())
+    measured_tips = bus.writer(dds::kSensingTips);
   const auto put = [&](const auto& message) { mailbox.put(message); };
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
   auto commands = bus.reader(dds::kActuationCommand, put);
   auto requests = bus.reader(dds::kSimRequest, put);
   auto stops = bus.reader(dds::kStop, put);
 
+  service::FaultWatch watch;
   dds::ActuationState state;
   dds::HalStatus status;
+  dds::TipPoses tips;
+  SnapLog snaps;
   core.state(service::monotonicNow(), state);
   const auto publish = [&](bool fresh) {
     if (fresh)
       core.state(service::monotonicNow(), state);
     core.status(status);
     statuses.write(status);
+    core.trueTips(tips);
+    true_tips.write(tips);
+    // Every state has its tips, new ones or not: who needs both waits for both.
+    if (core.tracking()) {
+      core.measuredTips(tips);
+      measured_tips.write(tips);
+    }
     states.write(state);
-    service::diagnose(diagnostics, status);
+    snaps.tell(setup.robot, status);
+    for (int k = 0; k < core.armCount(); ++k) {
+      if (watch.fresh(k, core.faultRecord(k)))
+        service::logFault(setup.robot, {k, core.faultRecord(k)});
+    }
+    tellHealth(diagnostics, setup.robot, status);
   };
   spdlog::info("ready: robot {}, lock-step", setup.robot.name);
   constexpr double kRepeat = 0.1;  // s: whoever came late hears the present state
@@ -78,12 +121,23 @@ class RealTime {
         states_(bus_.writer(dds::kActuationState)),
         statuses_(bus_.writer(dds::kHalStatus)),
         replies_(bus_.writer(dds::kSimReply)),
+        true_tips_(bus_.writer(dds::kSimTips)),
+        true_tips_out_(outbox_.latest<dds::TipPoses>([this](const auto& m) { true_tips_.write(m); })),
+        tips_out_(outbox_.latest<dds::TipPoses>([this](const auto& m) { measured_tips_.write(m); })),
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
         diagnostics_(bus_, setup.name, setup.robot.name),
         status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
-          service::diagnose(diagnostics_, m);
-        })) {}
+          snaps_.tell(setup_.robot, m);
+          tellHealth(diagnostics_, setup_.robot, m);
+        })),
+        fault_out_(outbox_.queue<service::FaultReport>(
+            64,
+            [this](const auto& report) { service::logFault(setup_.robot, report); })),
+        period_(std::llround(1e9 * setup.deployment.sim_period)) {
+    if (core_.tracking())
+      measured_tips_ = bus_.writer(dds::kSensingTips);
+  }
 
   void run(service::StopSignal& stop) {
     outbox_.start();
@@ -108,7 +162,7 @@ class RealTime {
 
  private:
   /// Requests reset the robot or break an axis: rare, and they allocate. The periodic thread leaves the core alone
-  /// while one is served.
+  /// while one is served, and makes up for the time.
   void onRequest(const dds::SimRequest& request) {
     serving_ = true;
     while (in_cycle_.load() && !ended_)
@@ -118,12 +172,25 @@ class RealTime {
     replies_.write(reply);
   }
 
+  /// How many periods have passed by now, the first cycle's included.
+  std::uint64_t periodsDue(const service::Tick& tick) noexcept {
+    if (tick.cycle == 1)
+      start_ = tick.scheduled - period_;
+    return static_cast<std::uint64_t>((tick.now - start_) / period_);
+  }
+
   void cycle(const service::Tick& tick) noexcept {
     in_cycle_ = true;
-    if (serving_) {  // this step is left out: simulated joints have time
+    const std::uint64_t due = periodsDue(tick);
+    // While a request is served the drives wait; a cycle right behind a late one has nothing to do.
+    if (serving_ || due == stepped_) {
       in_cycle_ = false;
       return;
     }
+    // What went by was before the command and the stop that are here now.
+    if (due > stepped_ + 1)
+      core_.catchUp(due - stepped_ - 1, tick.now - period_);
+    stepped_ = due;
     dds::ActuationCommand command;
     if (command_.take(command))
       core_.onCommand(command, tick.now);
@@ -132,7 +199,15 @@ class RealTime {
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
+    if (core_.tracking() && core_.measuredTips(tips_))
+      tips_out_.post(tips_);
+    for (int k = 0; k < core_.armCount(); ++k) {
+      if (fault_watch_.fresh(k, core_.faultRecord(k)))
+        fault_out_.post({k, core_.faultRecord(k)});
+    }
     if (tick.cycle % status_every_ == 0) {
+      core_.trueTips(tips_);
+      true_tips_out_.post(tips_);
       core_.status(status_);
       const service::LoopStatistics& s = loop_.statistics();
       status_.period = loop_.period();
@@ -152,14 +227,23 @@ class RealTime {
   dds::Writer<dds::ActuationState> states_;
   dds::Writer<dds::HalStatus> statuses_;
   dds::Writer<dds::Reply> replies_;
+  dds::Writer<dds::TipPoses> true_tips_, measured_tips_;
   service::Outbox outbox_;
+  service::Outbox::Latest<dds::TipPoses>& true_tips_out_;
+  service::Outbox::Latest<dds::TipPoses>& tips_out_;
   service::Outbox::Latest<dds::ActuationState>& state_out_;
   service::Diagnostics diagnostics_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
+  service::Outbox::Queue<service::FaultReport>& fault_out_;
+  service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationCommand> command_;
   std::atomic<bool> stop_requested_{false}, serving_{false}, in_cycle_{false}, ended_{false};
+  std::int64_t period_, start_ = 0;  ///< ns
+  std::uint64_t stepped_ = 0;        ///< periods that the drives have gone
   dds::ActuationState state_;
   dds::HalStatus status_;
+  dds::TipPoses tips_;
+  SnapLog snaps_;
 };
 
 void run(const service::Setup& setup, service::StopSignal& stop) {

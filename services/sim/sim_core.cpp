@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/sim/sim_core.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 #include "services/setup/actuation.h"
 
 namespace tandem::service {
 namespace {
+
+constexpr double kLongestCatchUp = 1.0;  // s
 
 enum RequestKind : std::uint8_t { kReset = 1, kStep, kFault };
 
@@ -24,13 +29,47 @@ sim::SimulatedDrives makeDrives(const Setup& setup) {
   options.budgets = setup.deployment.budgets;
   options.translation_acceleration = setup.deployment.sim_translation_acceleration;
   options.rotation_acceleration = setup.deployment.sim_rotation_acceleration;
+  options.shortest_step = setup.deployment.sim_period;
+  options.mechanics = setup.deployment.plant.mechanics;
+  options.encoders = setup.deployment.plant.encoders;
+  options.seed = setup.deployment.plant.seed;
   return {limits, start, options};
+}
+
+sim::PlantTips makeTips(const Setup& setup) {
+  std::vector<kinematics::ConcentricTubeArm> arms;
+  for (const config::Arm& arm : setup.robot.arms)
+    arms.push_back(arm.model);
+  return {arms, setup.deployment.plant};
 }
 
 }  // namespace
 
 SimCore::SimCore(const Setup& setup)
-    : setup_(setup), lock_step_(setup.deployment.clock == config::ClockMode::kLockStep), drives_(makeDrives(setup)) {}
+    : setup_(setup),
+      lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
+      drives_(makeDrives(setup)),
+      tips_(makeTips(setup)) {
+  const sim::PlantOptions& plant = setup.deployment.plant;
+  if (plant.tracker.present)
+    tracker_.emplace(drives_.armCount(), plant.tracker, plant.seed);
+  placeTips(0);
+}
+
+void SimCore::placeTips(std::int64_t now) noexcept {
+  tips_.restart();
+  for (int k = 0; k < drives_.armCount(); ++k)
+    tips_.update(k, drives_.plant(k).tubes());
+  if (tracker_)
+    tracker_->restart(tips_, now, drives_.answersCommand());
+}
+
+void SimCore::moveTips(std::int64_t now) noexcept {
+  for (int k = 0; k < drives_.armCount(); ++k)
+    tips_.update(k, drives_.plant(k).tubes());
+  if (tracker_)
+    tracker_->step(tips_, now, drives_.answersCommand());
+}
 
 bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noexcept {
   // A command that answers a state of another session answers none of ours: its age is infinite.
@@ -52,14 +91,28 @@ bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noe
 void SimCore::advance() noexcept {
   simulated_time_ += static_cast<std::int64_t>(std::llround(1e9 * setup_.deployment.control_period));
   drives_.advance(simulated_time_);
+  moveTips(simulated_time_);
 }
 
-void SimCore::step(std::int64_t now) noexcept { drives_.step(setup_.deployment.sim_period, now); }
+void SimCore::step(std::int64_t now) noexcept {
+  drives_.step(setup_.deployment.sim_period, now);
+  moveTips(now);
+}
+
+void SimCore::catchUp(std::uint64_t periods, std::int64_t now) noexcept {
+  const double period = setup_.deployment.sim_period;
+  const std::uint64_t taken = std::min(periods, static_cast<std::uint64_t>(std::max(1.0, kLongestCatchUp / period)));
+  caught_up_ += taken;
+  left_out_ += periods - taken;
+  for (std::uint64_t behind = taken; behind-- > 0;)
+    step(now - std::llround(1e9 * period * static_cast<double>(behind)));
+}
 
 void SimCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   state.session = setup_.session;
   state.sequence = ++sequence_;
   state.stamp = lock_step_ ? simulated_time_ : now;
+  state.placements = placements_;
   state.lock_step = lock_step_ ? 1 : 0;
   writeState(drives_, state);
   stamps_.record(state.sequence, now);
@@ -70,6 +123,41 @@ void SimCore::status(dds::HalStatus& status) const noexcept {
   status.sequence = sequence_;  // of the state that it goes with
   status.stamp = lock_step_ ? simulated_time_ : monotonicNow();
   writeStatus(drives_, status);
+  status.caught_up = caught_up_;
+  status.left_out = left_out_;
+  for (int k = 0; k < drives_.armCount(); ++k)
+    status.snaps[static_cast<std::size_t>(k)] = tips_.snaps(k);
+}
+
+void SimCore::fillHead(dds::TipPoses& tips) const noexcept {
+  tips.session = setup_.session;
+  tips.state_session = setup_.session;
+  tips.answers_state = sequence_;
+  tips.arm_count = static_cast<std::uint8_t>(drives_.armCount());
+}
+
+bool SimCore::measuredTips(dds::TipPoses& tips) noexcept {
+  const sim::TipMeasurement& latest = tracker_->latest();
+  fillHead(tips);
+  tips.sequence = latest.sequence;
+  tips.stamp = latest.stamp;
+  tips.answers_command = latest.mark;
+  for (int k = 0; k < drives_.armCount(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    dds::setTip(k, latest.valid[i], latest.position[i], latest.orientation[i], tips);
+  }
+  return std::exchange(told_, latest.sequence) != latest.sequence;
+}
+
+void SimCore::trueTips(dds::TipPoses& tips) const noexcept {
+  fillHead(tips);
+  tips.sequence = sequence_;
+  tips.stamp = lock_step_ ? simulated_time_ : monotonicNow();
+  tips.answers_command = drives_.answersCommand();
+  for (int k = 0; k < drives_.armCount(); ++k) {
+    const Eigen::Isometry3d& pose = tips_.pose(k);
+    dds::setTip(k, tips_.valid(k), pose.translation(), Eigen::Quaterniond(pose.linear()), tips);
+  }
 }
 
 dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
@@ -91,7 +179,7 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
     safety::RobotVector q(joints);
     for (int k = 0, i = 0; k < drives_.armCount(); ++k) {
       for (int j = 0; j < drives_.jointCount(k); ++j) {
-        q[i++] = request.joints[static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j)];
+        q[i++] = request.joints[dds::jointIndex(k, j)];
       }
     }
     // Time moves with commands only: what is on its way to a stand gets the time that it needs.
@@ -99,8 +187,11 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
     for (int i = 0; lock_step_ && !drives_.standing() && i < kMostPeriods; ++i)
       advance();
     const sim::ResetResult result = drives_.reset(q);
-    if (result == sim::ResetResult::kDone)
+    if (result == sim::ResetResult::kDone) {
+      ++placements_;
+      placeTips(lock_step_ ? simulated_time_ : monotonicNow());
       return answer(dds::ReplyCode::kOk, "");
+    }
     return answer(
         result == sim::ResetResult::kOutsideLimits ? dds::ReplyCode::kOutsideLimits : dds::ReplyCode::kWrongState,
         std::string(sim::describe(result)));

@@ -2,9 +2,13 @@
 /** @file The simulated robot behind the topics of hal; no DDS, no threads. */
 #pragma once
 
+#include <optional>
+
 #include "safety/command_monitor.h"
 #include "services/setup/process.h"
+#include "sim/plant_tips.h"
 #include "sim/simulated_drives.h"
+#include "sim/tip_tracker.h"
 
 namespace tandem::service {
 
@@ -19,22 +23,44 @@ class SimCore {
   void onStop() noexcept { drives_.stop(); }
   dds::Reply onRequest(const dds::SimRequest& request);
 
-  /// Real time: goes on by one sim period.
+  /// Real time: goes on by one sim period, to `now`.
   void step(std::int64_t now) noexcept;
+  /** Real time: goes on by periods that have passed unnoticed, up to `now`: drives do not wait for a process that comes
+   * late. More than a second's worth is left out; both are counted. */
+  void catchUp(std::uint64_t periods, std::int64_t now) noexcept;
 
   /// The state to publish now, with a new sequence. `now`: real time, ns.
   void state(std::int64_t now, dds::ActuationState& state) noexcept;
   void status(dds::HalStatus& status) const noexcept;
 
+  /// Whether there is a simulated tip tracker.
+  bool tracking() const noexcept { return tracker_.has_value(); }
+  /// What the tracker says; in lock-step that goes with the state published last. @return whether it is a measurement
+  /// that has not been asked for yet.
+  bool measuredTips(dds::TipPoses& tips) noexcept;
+  /// Where the plant's tips really are.
+  void trueTips(dds::TipPoses& tips) const noexcept;
+  int armCount() const noexcept { return drives_.armCount(); }
+  /// What led an arm into FAULT; empty in the other states.
+  const safety::FaultRecord& faultRecord(int arm) const noexcept { return drives_.faultRecord(arm); }
+
  private:
   void advance() noexcept;  ///< lock-step: one control period
+  void moveTips(std::int64_t now) noexcept;
+  void placeTips(std::int64_t now) noexcept;
+  void fillHead(dds::TipPoses& tips) const noexcept;
 
   const Setup& setup_;
   bool lock_step_;
   sim::SimulatedDrives drives_;
+  sim::PlantTips tips_;
+  std::optional<sim::TipTracker> tracker_;
+  std::uint64_t told_ = 0;        ///< the last measurement that has been asked for
+  std::uint32_t placements_ = 0;  ///< resets
   safety::StateStamps stamps_;
   std::int64_t simulated_time_ = 0;  ///< ns, lock-step
   std::uint64_t sequence_ = 0;
+  std::uint64_t caught_up_ = 0, left_out_ = 0;  ///< periods
   sim::Command command_;
 };
 

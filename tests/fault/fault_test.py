@@ -50,7 +50,7 @@ class Fault(system.SystemTest):
         return self.system.assert_still(self)
 
     def assert_recovers(self):
-        """`disable` clears the fault, `enable` moves nothing, and a new run works."""
+        """`disable` clears the fault, and `enable` moves nothing. That a new run works, the next one shows."""
         stood = self.system.joints()
         self.assert_ok(self.system.robot("disable"))
         arms = self.system.status()["arms"]
@@ -58,6 +58,9 @@ class Fault(system.SystemTest):
         self.assert_ok(self.system.robot("enable"))
         self.assertEqual(self.system.assert_still(self, looks=3), stood, "an old trajectory went on after `enable`")
         self.assertEqual(self.system.states(), ["ENABLED", "ENABLED"])
+
+    def assert_runs(self):
+        stood = self.system.joints()
         self.assert_ok(self.system.robot("run", self.short_line()))
         self.assertNotEqual(self.system.joints(), stood)
 
@@ -76,6 +79,7 @@ class Fault(system.SystemTest):
             self.assertLess(standing["at"] - killed, budget + RAMP + MACHINE)
         self.system.event("stopped", 10)
         self.assertEqual(self.system.up.wait(10), 1)
+        self.system.end_watch()
         self.assertNotIn("moving", [event["event"] for event in self.system.events])
         self.run_process.communicate(timeout=20)
         self.assertEqual(self.run_process.returncode, 1)
@@ -83,26 +87,24 @@ class Fault(system.SystemTest):
         self.starts_anew()
 
     def starts_anew(self):
-        """On the same domain, at once: everything is there, nothing moves by itself, and a run works."""
+        """On the same domain, at once: everything is there, and nothing moves by itself. The next run shows the rest."""
         again = system.System(self.system.path)
         self.addCleanup(again.close)
-        still = again.assert_still(self)
         self.assertEqual(again.states(), ["DISABLED", "DISABLED"])
+        still = again.assert_still(self)
         self.assertEqual([joints[:3] for joints in still], [[-0.15, -0.10, -0.05], [-0.13, -0.12, -0.10]])
-        self.assert_ok(again.robot("run", self.short_line()))
-        self.assertNotEqual(again.joints(), still)
+        self.system = again
 
 
 class Death(Fault):
-    def test_of_control(self):
-        self.death("control", COMMAND_AGE)
+    """What was started anew after one death is what dies next."""
 
-    def test_of_planning(self):
-        # Control hears of it at its next cycle; the drives end the setpoint that they have.
-        self.death("planning", REFERENCE_AGE + 2 * PERIOD)
-
-    def test_of_sim(self):
-        self.death("sim", None)
+    def test_one_after_the_other(self):
+        # Control hears of planning's death at its next cycle; the drives end the setpoint that they have.
+        for name, budget in (("control", COMMAND_AGE), ("planning", REFERENCE_AGE + 2 * PERIOD), ("sim", None)):
+            print(f"  {name}", flush=True)
+            self.death(name, budget)
+        self.assert_runs()
 
 
 class Latched(Fault):
@@ -115,6 +117,7 @@ class Latched(Fault):
             getattr(self, step)()
             self.assert_recovers()
             self.assertIsNone(self.system.up.poll())
+        self.frozen_for_longer_than_dds_waits()  # the last one: the system may be given up
 
     def frozen_control(self):
         self.begin_run()
@@ -153,13 +156,11 @@ class Latched(Fault):
         self.assert_fault("stop_requested")
 
     def stop_of_a_standing_robot(self):
-        self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
+        self.assertEqual(self.system.states(), ["ENABLED", "ENABLED"])
         self.assert_ok(self.system.robot("stop"))
         self.assert_fault("stop_requested")
 
-
-class Freeze(Fault):
-    def test_of_control_for_longer_than_dds_waits(self):
+    def frozen_for_longer_than_dds_waits(self):
         """Either control comes back in FAULT, or it is given up for dead: nothing in between, and no motion."""
         self.begin_run()
         os.kill(self.system.pids["control"], signal.SIGSTOP)
@@ -171,11 +172,14 @@ class Freeze(Fault):
 
         system.until(decided, 10, "control is back, or `tandem up` has ended")
         if self.system.up.poll() is None:
+            self.system.end_watch()  # it may have lost control, too
             self.assert_fault("command_timeout", "state_timeout", "stale_command")
             self.assert_recovers()
+            self.assert_runs()
         else:
             self.assertEqual(self.system.up.poll(), 1)
             self.assertEqual(self.system.event("died", 1)["process"], "control")
+            self.system.end_watch()
             self.assert_nothing_left()
 
 

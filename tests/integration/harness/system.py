@@ -122,12 +122,53 @@ def processes_of(text):
     return found
 
 
+class Watcher:
+    """`tandem status --follow`: what a system says of itself, line by line."""
+
+    def __init__(self, path):
+        self._changed = threading.Condition()
+        self._last, self._ended = None, False
+        self._process = subprocess.Popen([executable(), "status", str(path), "--json", "--follow"],
+                                         stdout=subprocess.PIPE, text=True, start_new_session=True)
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        for line in self._process.stdout:
+            with self._changed:
+                self._last = json.loads(line)
+                self._changed.notify_all()
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def status(self, seconds=30):
+        """A status of which every part was published after this call."""
+        called = time.monotonic_ns()
+
+        def fresh():
+            return self._last is not None and min(self._last["stamps_ns"].values()) > called
+
+        with self._changed:
+            self._changed.wait_for(lambda: self._ended or fresh(), seconds)
+            if not fresh():
+                raise AssertionError("`tandem status --follow` " + ("has ended" if self._ended else "says nothing new"))
+            return self._last
+
+    def close(self):
+        self._process.kill()
+        self._process.wait()
+        self._reader.join(10)
+        self._process.stdout.close()
+
+
 class System:
     """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind."""
 
     def __init__(self, path):
         self.path = path
         self.events = []
+        self._watcher = None
         self._incoming = queue.Queue()
         self.up = subprocess.Popen([executable(), "up", str(path), "--json", "--log", "warn"], stdout=subprocess.PIPE,
                                    text=True, start_new_session=True)
@@ -168,7 +209,13 @@ class System:
             if event["event"] == name:
                 return event
 
+    def end_watch(self):
+        if self._watcher:
+            self._watcher.close()
+            self._watcher = None
+
     def close(self):
+        self.end_watch()
         for pid in getattr(self, "pids", {}).values():
             if pid in processes_of(str(self.path)):
                 os.kill(pid, signal.SIGCONT)
@@ -187,10 +234,10 @@ class System:
         return run("robot", "--deployment", self.path, *arguments, timeout=timeout)
 
     def status(self):
-        answer = run("status", self.path, "--json", timeout=30)
-        if answer.returncode != 0:
-            raise AssertionError(f"tandem status: {answer.stderr}")
-        return json.loads(answer.stdout)
+        """As it is after this call."""
+        if not self._watcher:
+            self._watcher = Watcher(self.path)
+        return self._watcher.status()
 
     def joints(self):
         return [arm["joints"] for arm in self.status()["arms"]]

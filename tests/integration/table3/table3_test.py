@@ -179,5 +179,54 @@ class Table3(unittest.TestCase):
             self.assertLess(abs(iterations["nspwln-joint"] / iterations["nspqp"] - 1.0), 0.10, shape)
 
 
+class OtherPlants(unittest.TestCase):
+    """Plant and controller differ: over DDS and in one process the same bytes; errors are those of the true tips."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="tandem-test-")
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+
+    def both_ways(self, name, run, only=None, experiment="table3", **changes):
+        """Runs those whose names hold `only`; larger error of one of them when each of its points is left."""
+        preset = changes.pop("preset", "lockstep")
+        (self.folder / name).mkdir()
+        deployment = system.deployment(self.folder / name, preset, **changes)
+        for way, options in (("dds", []), ("offline", ["--offline"])):
+            answer = system.run("experiment", experiment, "--deployment", deployment, "--only", only or run, "--csv",
+                                self.folder / name / way, *options, timeout=100)
+            self.assertIn(answer.returncode, (0, 1), answer.stderr)  # 1: a point did not converge
+        folders = [self.folder / name / way for way in ("dds", "offline")]
+        names = sorted(path.name for path in folders[0].iterdir())
+        self.assertIn(f"{run}.csv", names)
+        self.assertEqual(filecmp.cmpfiles(*folders, names, shallow=False), (names, [], []))
+        with open(folders[0] / f"{run}.csv", newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        last = [row for row, after in zip(rows, rows[1:] + [None]) if after is None or after["point"] != row["point"]]
+        self.assertEqual(len(last), int(rows[-1]["point"]))
+        return [max(float(row["err_ab"]), float(row["err_a"])) for row in last]
+
+    def test_a_rigid_controller_is_off_where_tubes_twist_and_the_sensor_mends_it(self):
+        off = self.both_ways("plant", "rectangle-3-nspqp", preset="lockstep-compliant-plant")
+        self.assertGreater(max(off), 2.5e-3)
+        mended = self.both_ways("sensor", "rectangle-3-nspqp", preset="lockstep-compliant-sensor")
+        self.assertEqual(len(mended), 100)
+        self.assertLessEqual(max(mended), TOLERANCE)
+
+    def test_everything_random_repeats(self):
+        plant = ("{model: compliant, seed: 4, motors: {delay_ms: 30, lag_translation_ms: 50, lag_rotation_ms: 20,"
+                 " backlash_translation_mm: 0.02, backlash_rotation_deg: 0.1}, encoders: {resolution_translation_mm:"
+                 " 0.001, noise_translation_mm: 0.002, noise_rotation_deg: 0.01}, tube_deviation: {curvature: 0.03},"
+                 " tracker: {rate_Hz: 30, position_noise_mm: 0.05, delay_ms: 20, drop_out: 0.2}}")
+        errors = self.both_ways("random", "rectangle-2-nspqp", "-2-nspqp", plant=plant, feedback="sensor")
+        self.assertLess(max(errors), TOLERANCE + 6 * 0.05e-3, "points are left by what is measured")
+
+    def test_the_plants_own_model_needs_no_sensor(self):
+        errors = self.both_ways("model", "rectangle-2-nspqp", experiment="overlap", preset="lockstep-compliant-plant",
+                                model="compliant")
+        self.assertLessEqual(max(errors), TOLERANCE)
+
+
 if __name__ == "__main__":
     system.main()

@@ -29,7 +29,7 @@ TEST(Bus, EveryTopicCarriesItsMessages) {
     EXPECT_EQ(writer.lastProblem() + reader.lastProblem(), "") << topic.name;
     ++topics;
   });
-  EXPECT_EQ(topics, 23);
+  EXPECT_EQ(topics, 27);
 }
 
 TEST(Bus, ArmsAreAskedForWhereTheyBelong) {
@@ -111,8 +111,8 @@ TEST(Bus, DifferentQualityOfServiceIsReportedOnBothEnds) {
 
 TEST(Bus, ADeepReaderMatchesWhateverTheWriterOffers) {
   BusOptions slow = testOptions(), quick = testOptions();
-  slow.command_period = 1.0;
-  quick.command_period = 1e-3;  // asks for a deadline and a liveliness that the slow writer does not offer
+  slow.command_age = 3.0;
+  quick.command_age = 0.03;  // asks for a deadline and a liveliness that the slow writer does not offer
   Bus commander(slow), observer(quick);
   auto writer = commander.writer(kActuationCommand);
   std::atomic<int> wrong{0}, seen{0};
@@ -128,7 +128,7 @@ TEST(Bus, ADeepReaderMatchesWhateverTheWriterOffers) {
 
 TEST(Bus, OneCommanderIsHeardUntilItFallsSilent) {
   BusOptions options = testOptions();
-  options.command_period = 10e-3;
+  options.command_age = 0.03;
   Bus robot(options), first(options), second(options);
   Watched<std::map<std::uint64_t, int>> heard;
   Reader reader = robot.reader(kActuationCommand, [&](const ActuationCommand& m) {
@@ -159,7 +159,7 @@ TEST(Bus, OneCommanderIsHeardUntilItFallsSilent) {
 
 TEST(Bus, SilenceOfACommanderIsCounted) {
   BusOptions options = testOptions();
-  options.command_period = 10e-3;
+  options.command_age = 0.03;
   Bus here(options), there(options);
   auto writer = here.writer(kActuationCommand);
   Reader reader = there.reader(kActuationCommand, [](const ActuationCommand&) {});

@@ -10,6 +10,7 @@ import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
+import compliant_tubes  # noqa: E402
 import system  # noqa: E402
 import tubes  # noqa: E402
 
@@ -39,6 +40,12 @@ def turn(matrix):
     return [x * math.asin(sine) / sine for x in axis] if sine > 0 else axis
 
 
+def material(q, arm="a", length=None):
+    """The backbone's pose, turned with tube 1."""
+    c, s = math.cos(q[3]), math.sin(q[3])
+    return tubes.multiply(tubes.transform(q, arm, length), [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+
 class ForwardKinematics(unittest.TestCase):
     def assert_pose(self, row, expected, place):
         values = numbers(row, POSE)
@@ -59,7 +66,7 @@ class ForwardKinematics(unittest.TestCase):
             for q, row in zip(rows, answers):
                 self.assertEqual(row["status"], "ok", q)
                 self.assertEqual(float(row["stability"]), 1.0)
-                self.assert_pose(row, tubes.transform(q, arm), f"{arm} {q}")
+                self.assert_pose(row, material(q, arm), f"{arm} {q}")
 
     def test_json_has_the_same_numbers(self):
         rng = system.seeded(self)
@@ -114,7 +121,7 @@ class ForwardKinematics(unittest.TestCase):
         for i, q in enumerate(rows):
             shape = answers[points * i:points * (i + 1)]
             self.assertEqual({row["row"] for row in shape}, {str(i + 1)})
-            self.assertEqual(numbers(shape[0], ["s"] + POSE), [0, 0, tubes.BASE_Y["b"], 0, 0, 0, 0, 1])
+            self.assertEqual(numbers(shape[0], ["s", "x", "y", "z"]), [0, 0, tubes.BASE_Y["b"], 0])
             length = q[0] + tubes.LENGTH[0]
             self.assertAlmostEqual(float(shape[-1]["s"]), length, delta=1e-12)
             for last, tip in zip(numbers(shape[-1], POSE), numbers(tips[i], POSE)):
@@ -122,13 +129,146 @@ class ForwardKinematics(unittest.TestCase):
             for k, row in enumerate(shape):
                 s = length * k / (points - 1)
                 self.assertAlmostEqual(float(row["s"]), s, delta=1e-12)
-                self.assert_pose(row, tubes.transform(q, "b", s), f"s = {s} at {q}")
+                self.assert_pose(row, material(q, "b", s), f"s = {s} at {q}")
                 for tube in range(3):
                     beyond = s - q[tube] - tubes.LENGTH[tube]
                     if abs(beyond) > 1e-9:
                         self.assertEqual(row[f"psi_{tube + 1}"] == "", beyond > 0, f"tube {tube + 1}, s = {s} at {q}")
                     if row[f"psi_{tube + 1}"]:
                         self.assertEqual(float(row[f"psi_{tube + 1}"]), q[3 + tube])
+
+
+class CompliantTubes(unittest.TestCase):
+    def compliant(self, rows, *options, code=0):
+        answers, header, got = fk(rows, "--model", "compliant", *options)
+        self.assertEqual(got, code, {row["status"] for row in answers})
+        self.assertEqual(len(answers), len(rows))
+        return answers, header
+
+    def test_end_angles_against_runge_kutta(self):
+        rng = system.seeded(self)
+        rows = [compliant_tubes.random_overlap(rng) for _ in range(12)]
+        answers, header, _ = fk(rows, "--model", "compliant", "--end-angles")
+        self.assertEqual(header, POSE + ["stability", "alpha_1", "alpha_2", "alpha_3", "status"])
+        turned = 0
+        for q, row in zip(rows, answers):
+            alpha, tip = compliant_tubes.from_ends(q[:3], q[3:])
+            for i in range(3):
+                self.assertAlmostEqual(float(row[f"alpha_{i + 1}"]), alpha[i], delta=1e-7, msg=q)
+            self.assertLess(tubes.norm(tubes.minus(numbers(row, POSE[:3]), tip)), 1e-8, q)
+            turned += max(abs(a - t) for a, t in zip(alpha, q[3:])) > 0.1
+        self.assertGreater(turned, 6, "the tubes hardly twist: the test says nothing")
+
+    def test_a_cold_start_is_an_equilibrium(self):
+        rng = system.seeded(self)
+        rows = [compliant_tubes.random_overlap(rng) for _ in range(60)]
+        answers, header = self.compliant(rows, "--branch")
+        self.assertEqual(header, POSE + ["stability", "stability_at", "conjugate_points"] +
+                         [f"{name}_{i}" for name in ("winding", "theta") for i in (1, 2, 3)] + ["status"])
+        for q, row in zip(rows, answers):
+            self.assertEqual((row["status"], row["conjugate_points"]), ("ok", "0"))
+            self.assertGreater(float(row["stability"]), 0.0)
+            self.assertLessEqual(float(row["stability"]), 1.0)
+            theta = numbers(row, ["theta_1", "theta_2", "theta_3"])
+            for i in (2, 3):
+                self.assertEqual(int(row[f"winding_{i}"]), math.floor((theta[i - 1] - theta[0]) / math.tau + 0.5))
+            alpha, tip = compliant_tubes.from_ends(q[:3], theta, steps=20)
+            for a, b in zip(alpha, q[3:]):
+                self.assertAlmostEqual(a, b, delta=1e-6)
+            self.assertLess(tubes.norm(tubes.minus(numbers(row, POSE[:3]), tip)), 1e-7, q)
+
+    def test_jacobian_against_central_differences(self):
+        rng = system.seeded(self)
+        step = 1e-5
+        rows = [compliant_tubes.random_overlap(rng) for _ in range(5)]
+        answers, _ = self.compliant(rows, "--jacobian")
+        for q, row in zip(rows, answers):
+            for joint in range(6):
+                # One path from q, so that all three are on the same branch.
+                path = [q] + [[x + k * step * (i == joint) for i, x in enumerate(q)] for k in (1, -1)]
+                _, plus, minus = self.compliant(path, "--follow")[0]
+                for axis in range(3):
+                    slope = (float(plus[POSE[axis]]) - float(minus[POSE[axis]])) / (2 * step)
+                    self.assertAlmostEqual(float(row[f"j{axis + 1}{joint + 1}"]), slope, delta=2e-6 * (1 + abs(slope)))
+
+    def test_following_a_turn_snaps_and_says_so(self):
+        turn = [compliant_tubes.EXTENDED + [0.0, 0.0, math.radians(4 * k)] for k in range(136)]
+        answers, _ = self.compliant(turn, "--follow", "--branch")
+        snaps = [k for k, row in enumerate(answers) if "snapped" in row["status"]]
+        self.assertTrue(snaps, "no snap over one and a half turns")
+        for k, row in enumerate(answers):
+            self.assertTrue(row["status"].startswith("ok"), row["status"])
+            jump = tubes.norm(tubes.minus(numbers(row, POSE[:3]), numbers(answers[max(k - 1, 0)], POSE[:3])))
+            self.assertEqual(jump > 0.004, k in snaps, f"row {k + 1} moves by {jump} m: {row['status']}")
+        # Turned back, the arm stays where it fell to: hysteresis.
+        before = snaps[0] - 1
+        back, _ = self.compliant(turn[:snaps[0] + 1] + [turn[before]], "--follow")
+        self.assertEqual(back[-1]["status"], "ok")
+        self.assertGreater(tubes.norm(tubes.minus(numbers(back[-1], POSE[:3]), numbers(answers[before], POSE[:3]))),
+                           0.005)
+        # Rows by themselves are cold starts: none of them tells of a snap.
+        self.assertEqual({row["status"] for row in self.compliant(turn)[0]}, {"ok"})
+
+    def test_compliance_is_the_derivative_by_the_wrench(self):
+        rng = system.seeded(self)
+        step = [1e-4] * 3 + [1e-5] * 3
+        for _ in range(3):
+            q = compliant_tubes.random_overlap(rng)
+            force = [rng.uniform(-0.1, 0.1) for _ in range(3)] + [0.0] * 3
+            base, = self.compliant([q], "--compliance", "--wrench", ",".join(map(repr, force)))[0]
+            for column in range(6):
+                moved = []
+                for sign in (1, -1):
+                    wrench = [x + sign * step[column] * (i == column) for i, x in enumerate(force)]
+                    row, = self.compliant([q], "--wrench", ",".join(map(repr, wrench)))[0]
+                    moved.append(numbers(row, POSE[:3]))
+                for axis in range(3):
+                    slope = (moved[0][axis] - moved[1][axis]) / (2 * step[column])
+                    self.assertAlmostEqual(float(base[f"c{axis + 1}{column + 1}"]), slope,
+                                           delta=1e-4 * abs(slope) + 2e-5, msg=f"{axis + 1}{column + 1} at {q}")
+
+    def test_no_wrench_is_a_wrench_of_zero(self):
+        rng = system.seeded(self)
+        rows = [compliant_tubes.random_overlap(rng) for _ in range(5)]
+        without, _ = self.compliant(rows)
+        zero, _ = self.compliant(rows, "--wrench", "0,0,0,0,0,0")
+        for a, b in zip(without, zero):
+            self.assertLess(tubes.norm(tubes.minus(numbers(a, POSE[:3]), numbers(b, POSE[:3]))), 1e-8)
+
+    def test_shape_details(self):
+        rng = system.seeded(self)
+        points = 31
+        q = compliant_tubes.random_overlap(rng)
+        shape, header, code = fk([q], "--model", "compliant", "--shape", str(points), "--shape-details")
+        self.assertEqual(code, 0)
+        self.assertEqual(header, ["row", "s"] + POSE + ["psi_1", "psi_2", "psi_3", "curvature_x", "curvature_y",
+                                                        "moment_1", "moment_2", "moment_3", "status"])
+        plain, plain_header, _ = fk([q], "--model", "compliant", "--shape", str(points))
+        self.assertEqual([[row[name] for name in plain_header] for row in shape],
+                         [[row[name] for name in plain_header] for row in plain])
+        tip, = self.compliant([q])[0]
+        for last, value in zip(numbers(shape[-1], POSE), numbers(tip, POSE)):
+            self.assertAlmostEqual(last, value, delta=1e-9)
+        self.assertAlmostEqual(float(shape[-1]["moment_1"]), 0.0, delta=1e-12)
+        for row in shape:  # without a load the tubes' torsional moments are in balance
+            moments = [float(row[f"moment_{i}"]) for i in (1, 2, 3) if row[f"moment_{i}"]]
+            self.assertAlmostEqual(sum(moments), 0.0, delta=1e-9)
+        self.assertGreater(max(abs(float(shape[0][f"moment_{i}"])) for i in (1, 2, 3)), 1e-4)
+
+    def test_wrong_use(self):
+        for options, reason in [(["--shape", "5", "--jacobian"], "--jacobian"),
+                                (["--shape", "5", "--compliance"], "--compliance"),
+                                (["--shape-details"], "--shape N"), (["--model", "stiff"], "stiff"),
+                                (["--model", "rigid", "--wrench", "1,0,0,0,0,0"], "does not deform"),
+                                (["--model", "rigid", "--compliance"], "rigid"),
+                                (["--model", "rigid", "--branch"], "rigid"),
+                                (["--model", "rigid", "--end-angles"], "does not twist"),
+                                (["--model", "compliant", "--end-angles", "--follow"], "--follow"),
+                                (["--model", "compliant", "--wrench", "1,0,0"], "found 3 numbers, expected 6"),
+                                (["--model", "compliant", "--wrench", "1,0,0,0,0,x"], "found 'x'")]:
+            answer = system.run("fk", *options, text="")
+            self.assertEqual(answer.returncode, 2, options)
+            self.assertIn(reason, answer.stderr + answer.stdout, options)
 
 
 class BadRows(unittest.TestCase):

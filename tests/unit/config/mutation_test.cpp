@@ -187,6 +187,7 @@ TEST_P(Mutation, RandomBytes) {
 INSTANTIATE_TEST_SUITE_P(Presets,
                          Mutation,
                          testing::Values("robots/ark2024.yaml",
+                                         "robots/timc2024.yaml",
                                          "experiments/table3.yaml",
                                          "deployments/laptop.yaml",
                                          "hardware/ark2024-two-buses.yaml",

@@ -20,7 +20,9 @@ arms:
     tool: {position_m: [0, 0, 0.004], rpy_rad: [0, 0, 0.5]}
     tubes:
       - {outer_diameter_mm: 1, inner_diameter_mm: 0, youngs_modulus_GPa: 60, poisson_ratio: 0.3,
-         straight_length_mm: 300, curved_length_mm: 50, curvature_per_mm: -0.01}
+         sections: [{length_mm: 250, curvature_per_mm: 0},
+                    {length_mm: 70, curvature_per_m: -5, bending_stiffness_Nm2: 0.002, torsional_stiffness_Nm2: 0.001},
+                    {length_m: 0.03, curvature_per_mm: -0.01}]}
       - {outer_diameter_m: 0.0018, inner_diameter_m: 0.0012, youngs_modulus_Pa: 5.8e10, poisson_ratio: 0.33,
          straight_length_m: 0.2, curved_length_m: 0.04, curvature_per_m: 5}
     limits:
@@ -78,9 +80,9 @@ TEST(Robot, Ark2024HasTheTubesOfTable1AndTheTenthOfItsCurvatures) {
       EXPECT_DOUBLE_EQ(tube.inner_diameter, inner[i]);
       EXPECT_DOUBLE_EQ(tube.youngs_modulus, 58e9);
       EXPECT_DOUBLE_EQ(tube.poisson_ratio, 0.6);
-      EXPECT_DOUBLE_EQ(tube.straight_length, straight[i]);
-      EXPECT_DOUBLE_EQ(tube.curved_length, 0.05);
-      EXPECT_DOUBLE_EQ(tube.curvature, curvature[i]);
+      EXPECT_DOUBLE_EQ(tube.sections[0].length, straight[i]);
+      EXPECT_DOUBLE_EQ(tube.sections[1].length, 0.05);
+      EXPECT_DOUBLE_EQ(tube.sections[1].curvature, curvature[i]);
       EXPECT_DOUBLE_EQ(arm.limits.joints[i].velocity, 5e-3);
       EXPECT_DOUBLE_EQ(arm.limits.joints[i].approach_acceleration, 1e-3);
       EXPECT_EQ(arm.limits.joints[i].slew_limit, safety::kUnlimited);
@@ -117,7 +119,7 @@ TEST(Robot, AsPrintedDiffersByTheCurvaturesAndWarnsOfStrain) {
   EXPECT_EQ(printed.warnings.size(), 12u);  // ... and its strain
   for (int i = 0; i < 3; ++i) {
     const kinematics::Tube& tube = printed.arms[1].model.tubes[i];
-    EXPECT_DOUBLE_EQ(tube.curvature, 10.0 * usual.arms[1].model.tubes[i].curvature);
+    EXPECT_DOUBLE_EQ(tube.sections[1].curvature, 10.0 * usual.arms[1].model.tubes[i].sections[1].curvature);
   }
   EXPECT_NE(printed.warnings[1].find("strains the wall by 7.6 %"), std::string::npos) << printed.warnings[1];
   EXPECT_NE(printed.warnings[1].find("arms[0].tubes[0].curvature_per_mm"), std::string::npos) << printed.warnings[1];
@@ -139,11 +141,22 @@ TEST(Robot, EveryKeyReachesItsField) {
   EXPECT_TRUE(arm.model.base.translation().isApprox(Eigen::Vector3d(1e-3, 2e-3, 3e-3)));
   EXPECT_TRUE(arm.model.tool.translation().isApprox(Eigen::Vector3d(0, 0, 4e-3)));
   EXPECT_TRUE(arm.model.tool.linear().isApprox(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()).toRotationMatrix()));
-  EXPECT_DOUBLE_EQ(arm.model.tubes[0].curvature, -10.0);
+  const kinematics::Tube& inner = arm.model.tubes[0];
+  ASSERT_EQ(inner.sections.size(), 3u);
+  EXPECT_DOUBLE_EQ(inner.length(), 0.35);
+  EXPECT_DOUBLE_EQ(inner.sections[0].length, 0.25);
+  EXPECT_EQ(inner.sections[0].curvature, 0.0);
+  EXPECT_DOUBLE_EQ(inner.sections[0].bending_stiffness, inner.bendingStiffness());
+  EXPECT_DOUBLE_EQ(inner.sections[0].torsional_stiffness, inner.torsionalStiffness());
+  EXPECT_DOUBLE_EQ(inner.sections[1].curvature, -5.0);
+  EXPECT_DOUBLE_EQ(inner.sections[1].bending_stiffness, 2e-3);
+  EXPECT_DOUBLE_EQ(inner.sections[1].torsional_stiffness, 1e-3);
+  EXPECT_DOUBLE_EQ(inner.sections[2].length, 0.03);
+  EXPECT_DOUBLE_EQ(inner.sections[2].curvature, -10.0);
   EXPECT_DOUBLE_EQ(arm.model.tubes[0].youngs_modulus, 60e9);
   EXPECT_DOUBLE_EQ(arm.model.tubes[1].outer_diameter, 1.8e-3);
   EXPECT_DOUBLE_EQ(arm.model.tubes[1].youngs_modulus, 58e9);
-  EXPECT_DOUBLE_EQ(arm.model.tubes[1].curvature, 5.0);
+  EXPECT_DOUBLE_EQ(arm.model.tubes[1].sections[1].curvature, 5.0);
   EXPECT_TRUE(arm.home.isApprox(Eigen::Vector4d(-0.1, -0.06, 90 * kDegree, -45 * kDegree)));
   const control::MethodParameters& p = robot.parameters;
   EXPECT_DOUBLE_EQ(p.period, 0.02);
@@ -266,6 +279,68 @@ TEST(Robot, Refusals) {
   for (const Refusal& refusal : refusals) {
     expectRefusal(ark, refusal, load_file);
   }
+}
+
+TEST(Robot, ATubeIsEitherStraightAndCurvedOrMadeOfSections) {
+  const auto load_file = [](const std::filesystem::path& file) { loadRobot(file); };
+  const std::string first = "arms[0].tubes[0]", second = "arms[0].tubes[1]";
+  const std::string section = "{length_mm: 1, curvature_per_mm: 0}";
+  std::string nine = section;
+  for (int i = 1; i < kinematics::kMaxTubeSections + 1; ++i)
+    nine += ", " + section;
+  const std::string curved = "straight_length_m: 0.2, curved_length_m: 0.04, curvature_per_m: 5";
+  const Refusal refusals[] = {
+      {"sections: [", "curvature_per_m: 5, sections: [", "[{length_mm: 250", 0, first + ".sections",
+       "found besides curvature_per_m, expected either straight_length, curved_length, curvature or sections"},
+      {curved, curved + ", sections: [" + section + "]", "[" + section + "]", 0, second + ".sections",
+       "found besides straight_length_m"},
+      {",\n         " + curved, "", "{outer_diameter_m:", 0, second,
+       "found neither, expected either straight_length, curved_length, curvature or sections"},
+      {", curvature_per_m: 5", "", "{outer_diameter_m:", 0, second + ".curvature_per_mm",
+       "found no such key besides straight_length_m, expected curvature_per_mm or curvature_per_m: a curvature"},
+      {"{length_mm: 250, curvature_per_mm: 0}", "{length_mm: 250}", "{length_mm: 250}", 0,
+       first + ".sections[0].curvature_per_mm", "found no such key"},
+      {"length_mm: 250", "length_mm: 0", "0, curvature_per_mm: 0}", 0, first + ".sections[0].length_mm",
+       "found 0, expected a length more than 0 in mm"},
+      {"bending_stiffness_Nm2: 0.002", "bending_stiffness_Nm2: 0", "0, torsional", 0,
+       first + ".sections[1].bending_stiffness_Nm2", "found 0, expected a stiffness more than 0 in Nm2"},
+      {"bending_stiffness_Nm2: 0.002", "bending_stiffness: 0.002", "bending_stiffness:", 0,
+       first + ".sections[1].bending_stiffness", "a key without its unit; expected bending_stiffness_Nm2"},
+      {curved, "sections: []", "[]}", 0, second + ".sections", "found an empty list, expected a list of 1 to 8"},
+      {curved, "sections: [" + nine + "]", "[" + section, 0, second + ".sections",
+       "found a list of 9, expected a list of 1 to 8"},
+      {curved, "sections: " + section, section, 0, second + ".sections", "expected a list of 1 to 8"},
+      {curved, "sections: [{length_mm: 300, curvature_per_m: 1}, {length_mm: 50, curvature_per_m: 0}]",
+       "[{length_mm: 300", 0, second + ".sections", "found a tube of 350 mm, expected less than"},
+  };
+  for (const Refusal& refusal : refusals)
+    expectRefusal(kComplete, refusal, load_file);
+}
+
+TEST(Robot, StrainIsToldSectionBySection) {
+  const Robot robot = load(replaced(kComplete, "curvature_per_m: -5", "curvature_per_m: -100"));
+  ASSERT_EQ(robot.warnings.size(), 1u);
+  EXPECT_NE(robot.warnings[0].find("arms[0].tubes[0].sections[1].curvature_per_m: found -100 1/m, which strains the "
+                                   "wall by 5 %"),
+            std::string::npos)
+      << robot.warnings[0];
+}
+
+TEST(Robot, SectionsSayTheSameAsLengths) {
+  const std::string ark = readAll(presets() / "robots/ark2024.yaml");
+  const Robot usual = load(ark);
+  const Robot robot =
+      load(replaced(ark, "straight_length_mm: 387, curved_length_mm: 50, curvature_per_mm: 0.01}",
+                    "sections: [{length_mm: 387, curvature_per_mm: 0}, {length_mm: 50, curvature_per_mm: 0.01}]}"));
+  const kinematics::Tube &a = usual.arms[0].model.tubes[0], &b = robot.arms[0].model.tubes[0];
+  ASSERT_EQ(b.sections.size(), 2u);
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_EQ(a.sections[k].length, b.sections[k].length);
+    EXPECT_EQ(a.sections[k].curvature, b.sections[k].curvature);
+    EXPECT_EQ(a.sections[k].bending_stiffness, b.sections[k].bending_stiffness);
+    EXPECT_EQ(a.sections[k].torsional_stiffness, b.sections[k].torsional_stiffness);
+  }
+  EXPECT_EQ(usual.arms[0].home, robot.arms[0].home);
 }
 
 TEST(Robot, HardwareNeedsFiniteLimits) {

@@ -165,6 +165,39 @@ TEST(Deployment, Presets) {
   EXPECT_TRUE(fast.warnings.empty());
 }
 
+void expectPlant(const sim::PlantOptions& plant) {
+  EXPECT_EQ(plant.model, "compliant");
+  EXPECT_EQ(plant.seed, 9u);
+  EXPECT_EQ(plant.mechanics.delay, 0.003);
+  EXPECT_EQ(plant.mechanics.lag.translation, 0.02);
+  EXPECT_EQ(plant.mechanics.lag.rotation, 0.01);
+  EXPECT_EQ(plant.mechanics.backlash.translation, 0.05e-3);
+  EXPECT_DOUBLE_EQ(plant.mechanics.backlash.rotation, std::numbers::pi);
+  EXPECT_EQ(plant.encoders.resolution.translation, 1e-6);
+  EXPECT_EQ(plant.encoders.resolution.rotation, 0.01);
+  EXPECT_EQ(plant.encoders.noise.translation, 2e-6);
+  EXPECT_EQ(plant.encoders.noise.rotation, 0.02);
+  EXPECT_EQ(plant.tube_deviation.bending_stiffness, 0.01);
+  EXPECT_EQ(plant.tube_deviation.torsional_stiffness, 0.02);
+  EXPECT_EQ(plant.tube_deviation.curvature, 0.03);
+  EXPECT_EQ(plant.tube_deviation.length, 0.04);
+  const sim::GivenTubeErrors& given = plant.tube_errors.at(0);
+  EXPECT_EQ(given.arm, 1);
+  EXPECT_EQ(given.tube, 2);
+  EXPECT_EQ(given.errors.bending_stiffness, 0.1);
+  EXPECT_EQ(given.errors.torsional_stiffness, -0.2);
+  EXPECT_EQ(given.errors.curvature, 0.3);
+  EXPECT_EQ(given.errors.length, 0.005);
+  EXPECT_EQ(plant.tip_forces.at(0).arm, 0);
+  EXPECT_EQ(plant.tip_forces.at(0).force, Eigen::Vector3d(0.1, 0.0, -0.2));
+  EXPECT_TRUE(plant.tracker.present);
+  EXPECT_EQ(plant.tracker.rate, 60.0);
+  EXPECT_EQ(plant.tracker.position_noise, 0.3e-3);
+  EXPECT_EQ(plant.tracker.rotation_noise, 0.01);
+  EXPECT_EQ(plant.tracker.delay, 0.03);
+  EXPECT_EQ(plant.tracker.drop_out, 0.125);
+}
+
 TEST(Deployment, EveryKeyReachesItsField) {
   const Folder folder;
   const std::string text = R"(tandem: deployment/1
@@ -190,9 +223,23 @@ budgets:
   teleoperation_ms: 90
   drive_heartbeat_ms: 80
   lease_s: 1.5
+  tip_measurement_ms: 70
 method: snsqp
 relative_gain_per_s: 4
 tip_gain_per_s: 2
+model: compliant
+feedback: sensor
+plant:
+  model: compliant
+  seed: 9
+  motors: {delay_ms: 3, lag_translation_ms: 20, lag_rotation_ms: 10, backlash_translation_mm: 0.05, backlash_rotation_deg: 180}
+  encoders: {resolution_translation_mm: 0.001, resolution_rotation_rad: 0.01, noise_translation_mm: 0.002, noise_rotation_rad: 0.02}
+  tube_deviation: {bending_stiffness: 0.01, torsional_stiffness: 0.02, curvature: 0.03, length: 0.04}
+  tube_errors:
+    - {arm: arm_b, tube: 3, bending_stiffness: 0.1, torsional_stiffness: -0.2, curvature: 0.3, length: 0.005}
+  tip_forces:
+    - {arm: arm_a, force_N: [0.1, 0, -0.2]}
+  tracker: {rate_Hz: 60, position_noise_mm: 0.3, rotation_noise_rad: 0.01, delay_ms: 30, drop_out: 0.125}
 processes:
   - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false}
 )";
@@ -225,6 +272,10 @@ processes:
   EXPECT_EQ(d.processes.at(0).executable, "/opt/sim");
   EXPECT_EQ(d.processes.at(0).arguments, (std::vector<std::string>{"--quiet", "7"}));
   EXPECT_FALSE(d.processes.at(0).is_service);
+  EXPECT_EQ(d.budgets.tip_measurement, 0.07);
+  EXPECT_EQ(d.model, "compliant");
+  EXPECT_EQ(d.feedback, planning::Feedback::kSensor);
+  expectPlant(d.plant);
   ASSERT_EQ(d.warnings.size(), 1u);
   EXPECT_NE(d.warnings[0].find("23:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
             std::string::npos)
@@ -249,6 +300,14 @@ TEST(Deployment, Refusals) {
       {"name: control, e", "name: sim, e", "sim, executable: tandem-control", 0, "processes[1].name",
        "found 'sim' a second time"},
       {"method: nspqp", "method: best", "best", 0, "method", "expected one of nsp, nspwln"},
+      {"method: nspqp", "method: nspqp\nmodel: elastic", "elastic", 0, "model", "expected one of rigid, compliant"},
+      {"method: nspqp", "method: nspqp\nplant: {model: compliant, tip_forces: [{arm: arm_c, force_N: [0, 0, 1]}]}",
+       "arm_c", 0, "plant.tip_forces[0].arm", "found 'arm_c', expected an arm of the robot: arm_a, arm_b"},
+      {"method: nspqp", "method: nspqp\nplant: {tip_forces: [{arm: arm_a, force_N: [0, 0, 1]}]}", "[{arm: arm_a", 0,
+       "plant.tip_forces", "expected model: compliant"},
+      {"method: nspqp", "method: nspqp\nplant: {tube_errors: [{arm: arm_a, tube: 4}]}", "4}]}", 0,
+       "plant.tube_errors[0].tube", "found 4, expected 1 to 3"},
+      {"clock: real_time", "clock: lock_step\nfeedback: sensor", "sensor", 0, "feedback", "expected plant.tracker"},
   };
   for (const Refusal& refusal : refusals)
     expectRefusalBesideRobot(good, refusal, load_file);

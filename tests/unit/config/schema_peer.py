@@ -41,6 +41,27 @@ def spoilt(document):
                 yield copies[2], f"{key} a text"
 
 
+def sectioned(document):
+    """A copy of a robot file whose tubes are given by sections, and copies that say it in both ways or in neither."""
+    good = copy.deepcopy(document)
+    bad = []
+    for index, mapping in enumerate(mappings(document)):
+        if "straight_length_mm" not in mapping:
+            continue
+        tube = list(mappings(good))[index]
+        straight, curved = tube.pop("straight_length_mm"), tube.pop("curved_length_mm")
+        curvature = {key: tube.pop(key) for key in list(tube) if key.startswith("curvature_")}
+        tube["sections"] = [{"length_mm": straight, "curvature_per_mm": 0, "bending_stiffness_Nm2": 0.01},
+                            {"length_mm": curved, "torsional_stiffness_Nm2": 0.01, **curvature}]
+        both, neither, too_many = copy.deepcopy(good), copy.deepcopy(good), copy.deepcopy(good)
+        list(mappings(both))[index].update(curvature)
+        list(mappings(neither))[index].pop("sections")
+        list(mappings(too_many))[index]["sections"] *= 5
+        bad += [(both, "both"), (neither, "neither"), (too_many, "ten sections")]
+        break
+    return good, bad
+
+
 def main():
     config = pathlib.Path(sys.argv[1])
     presets = sorted((config / "presets").glob("*/*.yaml"))
@@ -52,7 +73,12 @@ def main():
         jsonschema.Draft202012Validator.check_schema(schema)
         validator = jsonschema.Draft202012Validator(schema)
         validator.validate(document)
-        for bad, defect in spoilt(document):
+        defects = list(spoilt(document))
+        if kind == "robot":
+            with_sections, more = sectioned(document)
+            validator.validate(with_sections)
+            defects += [*spoilt(with_sections), *more]
+        for bad, defect in defects:
             assert not validator.is_valid(bad), f"{preset}: accepted with {defect}"
             refused += 1
     assert presets and refused > 100, "too few files or defects"

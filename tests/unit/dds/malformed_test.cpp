@@ -23,6 +23,7 @@ TEST(Malformed, CountsBeyondCapacity) {
   checkCount<ActuationLimits>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<ActuationLimits>([](auto& m, auto n) { m.joint_count[0] = n; }, 8);
   checkCount<PlanningReference>([](auto& m, auto n) { m.task_count = n; }, 4);
+  checkCount<TipPoses>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<ControlStatus>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<ControlStatus>([](auto& m, auto n) { m.task_count = n; }, 4);
   checkCount<ControlRequest>([](auto& m, auto n) { m.joint_count = n; }, 8);

@@ -15,10 +15,21 @@ struct Table3 : ::testing::Test {
   config::Experiment experiment = config::loadExperiment(TANDEM_PRESETS "/experiments/table3.yaml");
   config::Robot robot = config::loadRobot(experiment.robot);
   experiments::RobotModel model{robot};
-  planning::Gains gains{experiment.relative_gain, experiment.tip_gain};
+  experiments::LoopOptions options = of("lockstep");
 
+  experiments::LoopOptions of(const std::string& deployment) {
+    const std::string file = std::string(TANDEM_PRESETS) + "/deployments/" + deployment + ".yaml";
+    return experiments::loopOptions(config::loadDeployment(file), experiment);
+  }
+  experiments::RunPlan plan(const std::string& name) {
+    for (const experiments::RunPlan& plan : experiments::plan(experiment)) {
+      if (plan.key.name() == name)
+        return plan;
+    }
+    throw std::invalid_argument(name);
+  }
   experiments::RunRecord run(const experiments::RunPlan& plan) {
-    return experiments::runOffline(robot, model, plan, gains, 0.1);
+    return experiments::runOffline(robot, model, plan, options);
   }
 };
 

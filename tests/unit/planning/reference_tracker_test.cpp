@@ -80,6 +80,42 @@ TEST_F(TrackerTest, SaysWhichModelCannotAnswer) {
   EXPECT_EQ(result.model_arm, 1);
 }
 
+TEST_F(TrackerTest, MeasuredTipsGiveTheErrorAndTheModelItsJacobian) {
+  auto tracker = make(control::Method::kNspqp);
+  planning::TrackResult result, expected;
+  const auto q = start(1);
+  ASSERT_TRUE(tracker.computeTips(q, result));
+  const Eigen::Vector3d move(0, 0.4e-3, 0), off(3e-3, -2e-3, 1e-3);
+  auto reference = at(result, move);
+  planning::MeasuredTips measured;
+  measured.take(0, true, result.tip[0].pose.translation() + off, 1, 2);
+  tracker.step(q, q, reference, &measured, result);
+  EXPECT_EQ(result.status, planning::TrackStatus::kSensor) << "arm 1 has not been measured";
+  EXPECT_TRUE(result.solution.velocity.isZero(0.0));
+  measured.take(1, true, result.tip[1].pose.translation() + off, 1, 2);
+  measured.take(1, false, Eigen::Vector3d::Zero(), 2, 3);
+  measured.take(1, true, Eigen::Vector3d::Constant(std::nan("")), 2, 3);
+  tracker.step(q, q, reference, &measured, result);
+  ASSERT_EQ(result.status, planning::TrackStatus::kOk) << "what is not good changes nothing";
+  EXPECT_NEAR(result.error[0], 0.0, 1e-15) << "both are off alike";
+  EXPECT_NEAR(result.error[1], (move - off).norm(), 1e-12);
+  // The same velocity as for a reference that is off by as much, seen by the model.
+  reference.tasks[1].position -= off;
+  auto model = make(control::Method::kNspqp);
+  model.step(q, q, reference, expected);
+  EXPECT_LT((result.solution.velocity - expected.solution.velocity).norm(), 1e-9);
+}
+
+TEST_F(TrackerTest, HoldMovesNothingAndStillFollowsTheJoints) {
+  auto tracker = make(control::Method::kSnsqp);
+  planning::TrackResult result;
+  tracker.hold(start(2), start(2), planning::TrackStatus::kSensor, result);
+  EXPECT_EQ(result.status, planning::TrackStatus::kSensor);
+  EXPECT_TRUE(result.solution.velocity.isZero(0.0));
+  EXPECT_EQ(result.tip[0].pose.matrix(), tracker.tips().tip(0).pose.matrix());
+  EXPECT_LT(tracker.problem().joint[0].moving_lower, tracker.problem().joint[0].moving_upper);
+}
+
 TEST_F(TrackerTest, StepAllocatesNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
@@ -90,8 +126,14 @@ TEST_F(TrackerTest, StepAllocatesNothing) {
     ASSERT_TRUE(tracker.computeTips(q, result));
     const auto reference = at(result, {0, 0.5e-3, 0});
     const std::size_t before = allocationCount();
-    for (int i = 0; i < 50; ++i)
+    planning::MeasuredTips measured;
+    for (int k = 0; k < 2; ++k)
+      measured.take(k, true, result.tip[static_cast<std::size_t>(k)].pose.translation(), 0, 0);
+    for (int i = 0; i < 50; ++i) {
       tracker.step(q, q, reference, result);
+      tracker.step(q, q, reference, &measured, result);
+      tracker.hold(q, q, planning::TrackStatus::kSensor, result);
+    }
     EXPECT_EQ(allocationCount(), before) << control::name(static_cast<control::Method>(m));
   }
 }

@@ -101,28 +101,5 @@ TEST(TubeLimits, RefuseWhatLeavesNoRoom) {
   }));
 }
 
-TEST(FrozenInterval, EndsWhereTheLimitsAreMet) {
-  for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 300; ++seed) {
-    SCOPED_TRACE(test::trace(seed));
-    test::Random random(seed);
-    const ArmLimits limits = test::randomLimits(random);
-    const ArmVector q = test::randomInside(limits, random);
-    for (int j = 0; j < limits.jointCount(); ++j) {
-      const Interval interval = frozenInterval(limits, q, j);
-      ASSERT_LE(interval.lower, q[j] + 1e-12);
-      ASSERT_GE(interval.upper, q[j] - 1e-12);
-      for (const auto& [end, outwards] : {std::pair(interval.lower, -1.0), std::pair(interval.upper, 1.0)}) {
-        if (!std::isfinite(end))
-          continue;
-        ArmVector moved = q;
-        moved[j] = end;
-        EXPECT_LE(largestViolation(limits, moved), 1e-12);
-        moved[j] = end + outwards * 1e-6;
-        EXPECT_GT(largestViolation(limits, moved), 0.0);
-      }
-    }
-  }
-}
-
 }  // namespace
 }  // namespace tandem::safety

@@ -106,6 +106,19 @@ TEST(ControlCore, StopsWhenStatesNoLongerArrive) {
   EXPECT_GE(seconds, 0.0);
   EXPECT_LE(seconds, 0.3 + 0.1 + 5e-3 / 0.1 + 0.3);
   EXPECT_TRUE(faulted(s, Fault::kStateTimeout) || s.drives(0) == OperatingState::kFault);
+  EXPECT_EQ(s.control.faultRecord(0).cause, safety::FaultCause::kSilent);
+}
+
+TEST(ControlCore, StopsWhenItsCommandsAreNoLongerTaken) {
+  System s;
+  s.getMoving();
+  s.command_link = false;
+  const double seconds = s.until([&] { return s.control.faultRecord(0).faults != 0; }, 2.0);
+  EXPECT_GE(seconds, 0.0);
+  EXPECT_LE(seconds, 0.3 + 0.2);
+  // Whoever notices first: the drives say command_timeout, control that nobody takes its commands.
+  EXPECT_TRUE(s.control.faultRecord(0).cause == safety::FaultCause::kUnanswered ||
+              s.state.faults[0] == bit(Fault::kCommandTimeout));
 }
 
 TEST(ControlCore, StopsWhenTheCommanderFallsSilent) {

@@ -2,15 +2,21 @@
 /** @file Simulator, control and planning wired together without DDS, on a clock that the test moves. */
 #pragma once
 
+#include <numeric>
+
 #include "services/control/control_core.h"
 #include "services/planning/planning_core.h"
 #include "services/sim/sim_core.h"
 
 namespace tandem::test {
 
-inline service::Setup makeSetup(const std::string& deployment) {
+using Change = void (*)(config::Deployment&);  ///< of a preset, before the services are made
+
+inline service::Setup makeSetup(const std::string& deployment, Change change = nullptr) {
   service::Setup setup;
   setup.deployment = config::loadDeployment(std::string(TANDEM_PRESETS) + "/deployments/" + deployment + ".yaml");
+  if (change != nullptr)
+    change(setup.deployment);
   setup.robot = config::loadRobot(setup.deployment.robot);
   setup.session = service::randomIdentity();
   return setup;
@@ -18,9 +24,9 @@ inline service::Setup makeSetup(const std::string& deployment) {
 
 /** Real time, 1 kHz simulator; control at its own period. Links can be cut. */
 struct System {
-  explicit System(const std::string& deployment = "laptop")
-      : setup(makeSetup(deployment)),
-        model(setup.robot),
+  explicit System(const std::string& deployment = "laptop", Change change = nullptr)
+      : setup(makeSetup(deployment, change)),
+        model(setup.robot, setup.deployment.model),
         desk(setup, model),
         sim(setup),
         control(setup, model, desk.makeTracker()),
@@ -34,6 +40,10 @@ struct System {
     sim.step(now);
     sim.state(now, state);
     sim.status(hal);
+    if (sim.tracking() && sim.measuredTips(tips) && tips_link) {
+      control.onTips(tips);
+      planning.onTips(tips);
+    }
     if (state_link) {
       control.onState(state);
       planning.onState(state);
@@ -47,8 +57,11 @@ struct System {
         }
       }
       control.cycle(now, false, output);
-      if (command_link)
-        sim.onCommand(output.command, now);
+      command_due = command_link ? ticks + command_delay : -1;
+    }
+    if (ticks == command_due) {
+      sim.onCommand(output.command, now);
+      command_due = -1;
     }
   }
   void run(double seconds) {
@@ -89,6 +102,9 @@ struct System {
     std::optional<dds::Path> path;
     return planning.onRequest(request, path);
   }
+  std::uint64_t guardActions() const {
+    return std::accumulate(hal.guard_count.begin(), hal.guard_count.end(), std::uint64_t{0});
+  }
   bool standing() const {
     for (double v : state.velocity) {
       if (v != 0.0)
@@ -127,10 +143,12 @@ struct System {
   service::PlanningCore planning;
   dds::ActuationState state;
   dds::HalStatus hal;
+  dds::TipPoses tips;
   dds::PlanningReference reference_message;
   service::CycleOutput output;
   std::int64_t now = 1'000'000'000, ticks = 0, control_every = 100;
-  bool state_link = true, command_link = true, control_runs = true, planning_runs = true;
+  std::int64_t command_delay = 0, command_due = -1;  ///< in ticks; shorter than a control period
+  bool tips_link = true, state_link = true, command_link = true, control_runs = true, planning_runs = true;
 };
 
 }  // namespace tandem::test

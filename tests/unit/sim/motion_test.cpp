@@ -38,6 +38,21 @@ TEST_F(Motion, ReachesEachSetpointExactlyAfterOnePeriodOnAStraightLine) {
   EXPECT_EQ(drives.guards()[safety::Guard::kVelocity].count, 0u);
 }
 
+TEST_F(Motion, ACommanderThatIsWrongAboutTheSetpointCausesNoJump) {
+  request(DriveRequest::kEnable);
+  for (int i = 0; i < 20; ++i) {
+    const ArmVector from = drives.setpoint(0);
+    sim::Command command = moveCommand(0.5 * fullSpeed());
+    for (double& position : command.position)
+      position += i % 2 == 0 ? 0.01 : -0.02;
+    ASSERT_TRUE(drives.command(command, now));
+    EXPECT_LE((drives.setpoint(0) - from - 0.5 * kPeriod * fullSpeed()).norm(), 1e-12);
+    run(kPeriod);
+  }
+  for (int g = 0; g < safety::kGuardCount; ++g)
+    EXPECT_EQ(drives.guards()[static_cast<safety::Guard>(g)].count, 0u);
+}
+
 TEST_F(Motion, EnablingNeverJumps) {
   const ArmVector before = drives.plant(0).position();
   sim::Command command = moveCommand(fullSpeed());

@@ -91,7 +91,10 @@ class Stream {
       const ArmVector wish = randomWild(limits_[static_cast<std::size_t>(arm)], drives_.setpoint(arm), random_);
       command.moving[arm] = !random_.chance(0.15);
       for (int j = 0; j < drives_.jointCount(arm); ++j) {
-        command.position[arm * safety::kMaxJointsPerArm + j] = random_.chance(0.002) ? std::nan("") : wish[j];
+        const auto i = static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + j);
+        command.velocity[i] = random_.chance(0.001) ? std::nan("") : (wish[j] - drives_.setpoint(arm)[j]) / kPeriod;
+        // Where a commander takes the joint to be does not matter as long as it is a number.
+        command.position[i] = random_.chance(0.001) ? std::nan("") : wish[j] + random_.uniform(-0.01, 0.01);
       }
       if (drives_.state(arm) == OperatingState::kFault && random_.chance(0.5)) {
         command.request[arm] = DriveRequest::kDisable;

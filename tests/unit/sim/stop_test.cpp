@@ -88,23 +88,28 @@ TEST_F(Stop, BadStreamStopsAllArms) {
 TEST_F(Stop, BadMotionStopsTheArmItIsFor) {
   struct Case {
     const char* name;
+    std::array<double, safety::kMaxJoints> sim::Command::*numbers;
     int element;
     double value;
     Fault fault;
     Guard guard;
   };
-  const Case cases[] = {{"NaN", 2, std::nan(""), Fault::kNotFinite, Guard::kFinite},
-                        {"infinity", 0, safety::kUnlimited, Fault::kNotFinite, Guard::kFinite},
-                        {"step", 1, 0.5, Fault::kStepTooLarge, Guard::kStep}};
+  const Case cases[] = {
+      {"position", &sim::Command::position, 2, std::nan(""), Fault::kNotFinite, Guard::kFinite},
+      {"infinite position", &sim::Command::position, 0, safety::kUnlimited, Fault::kNotFinite, Guard::kFinite},
+      {"velocity", &sim::Command::velocity, 3, std::nan(""), Fault::kNotFinite, Guard::kFinite},
+      {"step", &sim::Command::velocity, 1, 0.6, Fault::kStepTooLarge, Guard::kStep}};
   for (const Case& each : cases) {
     SCOPED_TRACE(each.name);
     bringToSpeed();
     sim::Command command = moveCommand(fullSpeed());
-    command.position[safety::kMaxJointsPerArm + each.element] = each.value;
+    (command.*each.numbers)[static_cast<std::size_t>(safety::kMaxJointsPerArm + each.element)] = each.value;
     EXPECT_TRUE(drives.command(command, now));
     EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
     EXPECT_EQ(drives.faults(1), bit(each.fault));
     EXPECT_EQ(drives.guards()[each.guard].arm, 1);
+    EXPECT_EQ(drives.faultRecord(1).faults, bit(each.fault));
+    EXPECT_EQ(drives.faultRecord(1).joint, each.element);
     run(kStopTime + 2 * kTick);
     EXPECT_TRUE(drives.standing(1));
     EXPECT_FALSE(drives.standing(0)) << "the other arm goes on";
@@ -130,6 +135,14 @@ TEST_F(Stop, AxisFailuresStopTheWholeArm) {
     run(detection + kStopTime + 3 * kTick);
     EXPECT_TRUE(drives.standing(1));
     EXPECT_EQ(drives.faults(1), bit(each.fault));
+    EXPECT_EQ(drives.faultRecord(1).joint, 0);
+    EXPECT_EQ(drives.faultRecord(0).faults, 0u);
+    if (each.axis == sim::AxisFault::kStuck) {
+      EXPECT_EQ(drives.faultRecord(1).cause, safety::FaultCause::kFollowingError);
+      EXPECT_EQ(drives.faultRecord(1).allowed, 0.5e-3);
+      EXPECT_GT(drives.faultRecord(1).amount, 0.5e-3);
+      EXPECT_LE(drives.faultRecord(1).amount, 0.5e-3 + kSpeed * kTick * 1.01);
+    }
     EXPECT_EQ(drives.valid(1), each.fault != Fault::kSensor);
     EXPECT_LE(safety::largestViolation(fixtureLimits(), drives.plant(1).position()), 1e-9);
     request(DriveRequest::kDisable);
@@ -137,6 +150,7 @@ TEST_F(Stop, AxisFailuresStopTheWholeArm) {
     drives.inject(1, 0, sim::AxisFault::kNone);
     request(DriveRequest::kDisable);
     EXPECT_EQ(drives.state(1), OperatingState::kDisabled);
+    EXPECT_EQ(drives.faultRecord(1).faults, 0u);
     timeToStand(kStopTime);
     const ArmVector before = drives.plant(1).position();
     run(0.1);
@@ -176,9 +190,12 @@ TEST_F(Stop, PauseAndDisableStopWithinTheRampAndResumeWaitsForAFreshCommand) {
   expectNothingMoves();
 }
 
-TEST_F(Stop, AHoldStopsWithinTheRampAndHolds) {
+TEST_F(Stop, AHoldEndsTheSegmentStopsWithinTheRampAndHolds) {
   bringToSpeed();
+  const ArmVector promised = drives.setpoint(0);
   drives.command(nextCommand(), now);
+  run(0.5 * kPeriod);
+  EXPECT_EQ(drives.plant(0).position(), promised);
   timeToStand(kStopTime);
   const ArmVector before = drives.plant(0).position();
   for (int i = 0; i < 20; ++i) {

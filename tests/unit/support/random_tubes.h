@@ -9,6 +9,20 @@
 
 namespace tandem::test {
 
+/// One to four sections of any curvature; now and then one that is softer, as if it were notched.
+inline void addRandomSections(kinematics::Tube& tube, double length, Random& random) {
+  const int sections = random.integer(1, 4);
+  for (int k = 0; k < sections; ++k) {
+    const double part = k + 1 == sections ? length : random.uniform(0.1, 0.6) * length;
+    tube.addSection(part, random.chance(0.3) ? 0.0 : random.uniform(-15.0, 15.0));
+    if (random.chance(0.2)) {
+      tube.sections.back().bending_stiffness *= random.uniform(0.2, 1.0);
+      tube.sections.back().torsional_stiffness *= random.uniform(0.2, 1.0);
+    }
+    length -= part;
+  }
+}
+
 /// An arm of 2 to 4 tubes that fit into each other, anywhere in space, with a tool.
 inline kinematics::ConcentricTubeArm randomArm(Random& random) {
   kinematics::ConcentricTubeArm arm;
@@ -20,9 +34,7 @@ inline kinematics::ConcentricTubeArm randomArm(Random& random) {
     tube.outer_diameter = inner + random.uniform(0.1e-3, 0.4e-3);
     tube.youngs_modulus = random.uniform(40e9, 80e9);
     tube.poisson_ratio = random.uniform(0.2, 0.5);
-    tube.curved_length = random.uniform(0.0, 0.8) * length;
-    tube.straight_length = length - tube.curved_length;
-    tube.curvature = random.chance(0.15) ? 0.0 : random.uniform(-15.0, 15.0);
+    addRandomSections(tube, length, random);
     arm.tubes.push_back(tube);
     inner = tube.outer_diameter + random.uniform(0.02e-3, 0.1e-3);
     length *= random.uniform(0.5, 0.9);
@@ -57,9 +69,12 @@ inline safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm,
 /// One arm of Alsaka et al. 2024, Table 1, with the curvatures of the preset ark2024; `y` of its base, m.
 inline kinematics::ConcentricTubeArm arkArm(double y) {
   kinematics::ConcentricTubeArm arm;
-  arm.tubes = {{1.524e-3, 1.3e-3, 58e9, 0.6, 0.387, 0.05, 10.0},
-               {1.8e-3, 1.62e-3, 58e9, 0.6, 0.267, 0.05, 5.0},
-               {2.164e-3, 2.0e-3, 58e9, 0.6, 0.149, 0.05, 7.0}};
+  arm.tubes = {{1.524e-3, 1.3e-3, 58e9, 0.6, {}}, {1.8e-3, 1.62e-3, 58e9, 0.6, {}}, {2.164e-3, 2.0e-3, 58e9, 0.6, {}}};
+  constexpr double kStraight[] = {0.387, 0.267, 0.149}, kCurvature[] = {10.0, 5.0, 7.0};
+  for (int i = 0; i < 3; ++i) {
+    arm.tubes[i].addSection(kStraight[i], 0.0);
+    arm.tubes[i].addSection(0.05, kCurvature[i]);
+  }
   arm.base.translation() = Eigen::Vector3d(0, y, 0);
   return arm;
 }

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Time of forward kinematics with its Jacobian: rigid and compliant model, and a textbook solution beside them.
+ */
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "bench/joint_paths.h"
+#include "bench/shooting_baseline.h"
+#include "kinematics/arm_model.h"
+
+namespace tandem::bench {
+namespace {
+
+using kinematics::Branch;
+using kinematics::ModelStatus;
+using kinematics::Tip;
+
+/// How joints come to a model.
+enum class Use {
+  kCold,         ///< random ones, nothing known from before
+  kWarm,         ///< the same again
+  kTracking10,   ///< along a path, 10 Hz
+  kTracking1000  ///< along a path, 1 kHz
+};
+constexpr int kPathLength = 200;  ///< steps of one path
+constexpr const char* kUseName[] = {"cold", "warm", "track 10 Hz", "track 1 kHz"};
+
+std::vector<Eigen::VectorXd> jointsFor(const kinematics::ConcentricTubeArm& arm, Use use, bool overlap) {
+  constexpr std::uint32_t kSeed = 20240607;
+  switch (use) {
+    case Use::kTracking10:
+    case Use::kTracking1000: {
+      // Several paths, one after another: one alone would speak for its place only.
+      std::vector<Eigen::VectorXd> all;
+      for (std::uint32_t path = 0; path < 50; ++path) {
+        const auto part =
+            controlPath(arm, overlap, use == Use::kTracking10 ? 0.1 : 1e-3, kPathLength, kSeed + 1000 * path);
+        all.insert(all.end(), part.begin(), part.end());
+      }
+      return all;
+    }
+    default:
+      return randomJoints(arm, overlap, 10000, kSeed);
+  }
+}
+
+/// Times every call by itself. Passes repeat the same work, so of each call the best time counts: it is what the code
+/// takes, without what the machine did in between. Percentiles are over the calls, us.
+class Percentiles {
+ public:
+  explicit Percentiles(std::size_t calls) : times_(calls, std::numeric_limits<double>::infinity()) {}
+
+  /// @return seconds
+  template <class Call>
+  double time(std::size_t index, const Call& call) {
+    const auto begin = std::chrono::steady_clock::now();
+    call();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    times_[index] = std::min(times_[index], 1e6 * seconds);
+    return seconds;
+  }
+
+  void report(benchmark::State& state) {
+    std::erase_if(times_, [](double time) { return !std::isfinite(time); });  // beginnings of paths
+    std::sort(times_.begin(), times_.end());
+    const auto at = [&](double part) { return times_[static_cast<std::size_t>(part * (times_.size() - 1.0))]; };
+    state.counters["p50"] = at(0.5);
+    state.counters["p90"] = at(0.9);
+    state.counters["p99"] = at(0.99);
+    state.counters["p999"] = at(0.999);
+    state.counters["max"] = at(1.0);
+  }
+
+ private:
+  std::vector<double> times_;
+};
+
+/// One pass over all joints; `call(q, first)` answers, `first` at the beginning of a path.
+template <class Call>
+void pass(benchmark::State& state, const std::vector<Eigen::VectorXd>& joints, Use use, const Call& call) {
+  Percentiles percentiles(joints.size());
+  std::size_t failed = 0;
+  for (auto _ : state) {
+    double seconds = 0.0;
+    failed = 0;
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      const bool tracking = use == Use::kTracking10 || use == Use::kTracking1000;
+      if (use == Use::kWarm || (tracking && k % kPathLength == 0)) {
+        call(joints[k], true);  // where the arm already is
+        if (tracking)
+          continue;
+      }
+      bool answered = false;
+      seconds += percentiles.time(k, [&] { answered = call(joints[k], use == Use::kCold); });
+      failed += answered ? 0 : 1;
+    }
+    state.SetIterationTime(seconds / static_cast<double>(joints.size()));
+  }
+  percentiles.report(state);
+  state.counters["failed"] = static_cast<double>(failed);
+}
+
+void timeModel(benchmark::State& state,
+               const std::string& name,
+               kinematics::ConcentricTubeArm arm,
+               Use use,
+               bool over) {
+  const auto model = kinematics::makeArmModel(name, arm);
+  Branch branch;
+  Tip tip;
+  pass(state, jointsFor(arm, use, over), use, [&](const Eigen::VectorXd& q, bool first) {
+    if (first)
+      branch.known = false;
+    const bool answered = model->tip(q, branch, tip) == ModelStatus::kOk;
+    benchmark::DoNotOptimize(tip.jacobian.data());
+    return answered;
+  });
+}
+
+/// The compliant model under 50 mN across the tip, with its compliance.
+void timeLoaded(benchmark::State& state, const kinematics::ConcentricTubeArm& arm, Use use, bool over) {
+  const auto model = kinematics::makeArmModel("compliant", arm);
+  kinematics::Wrench wrench = kinematics::Wrench::Zero();
+  wrench[0] = 0.05;
+  Branch branch;
+  kinematics::LoadedTip tip;
+  auto joints = jointsFor(arm, use, over);
+  joints.resize(std::min<std::size_t>(joints.size(), 2000));
+  pass(state, joints, use, [&](const Eigen::VectorXd& q, bool first) {
+    if (first)
+      branch.known = false;
+    const bool answered = model->loadedTip(q, wrench, branch, tip) == ModelStatus::kOk;
+    benchmark::DoNotOptimize(tip.compliance.data());
+    return answered;
+  });
+}
+
+void timeBaseline(benchmark::State& state, kinematics::ConcentricTubeArm arm, Use use, bool over) {
+  const ShootingBaseline baseline(arm);
+  Eigen::VectorXd twist_rate = Eigen::VectorXd::Zero(arm.tubeCount());
+  Tip tip;
+  auto joints = jointsFor(arm, use, over);
+  joints.resize(std::min<std::size_t>(joints.size(), 400));
+  pass(state, joints, use, [&](const Eigen::VectorXd& q, bool first) {
+    if (first)
+      twist_rate.setZero();
+    const bool answered = baseline.tip(q, twist_rate, tip);
+    if (!answered)
+      twist_rate.setZero();
+    benchmark::DoNotOptimize(tip.jacobian.data());
+    return answered;
+  });
+}
+
+void enroll(const std::string& name, const std::function<void(benchmark::State&)>& function, int iterations) {
+  benchmark::RegisterBenchmark(name.c_str(), function)
+      ->UseManualTime()
+      ->Unit(benchmark::kMicrosecond)
+      ->Iterations(iterations);
+}
+
+void enrollAll() {
+  const std::pair<std::string, kinematics::ConcentricTubeArm> arms[] = {{"ark2024", arkArm()}, {"timc2024", timcArm()}};
+  for (const auto& [name, arm] : arms) {
+    for (const bool overlap : {false, true}) {
+      for (const Use use : {Use::kCold, Use::kWarm, Use::kTracking10, Use::kTracking1000}) {
+        const std::string where =
+            "/" + name + "/" + (overlap ? "overlap" : "apart") + "/" + kUseName[static_cast<int>(use)];
+        for (const char* model : {"rigid", "compliant"}) {
+          enroll(
+              model + where, [=, a = arm](auto& state) { timeModel(state, model, a, use, overlap); }, 5);
+        }
+        enroll(
+            "shooting" + where, [=, a = arm](auto& state) { timeBaseline(state, a, use, overlap); }, 5);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem::bench
+
+int main(int argc, char** argv) {
+  tandem::bench::enrollAll();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv))
+    return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kinematics/arm_model.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "kinematics/compliant_model.h"
+#include "kinematics/rigid_model.h"
+
+namespace tandem::kinematics {
+
+std::string_view describe(ModelStatus status) {
+  switch (status) {
+    case ModelStatus::kOk:
+      return "ok";
+    case ModelStatus::kWrongSize:
+      return "wrong number of joints";
+    case ModelStatus::kNotFinite:
+      return "a joint or a load is not a finite number";
+    case ModelStatus::kNotExtended:
+      return "tube 1 ends at or behind the entry point";
+    case ModelStatus::kProtruded:
+      return "a tube's proximal end stands in front of the entry point (beta > 0)";
+    case ModelStatus::kInnerInside:
+      return "an outer tube ends ahead of an inner one";
+    case ModelStatus::kNotConverged:
+      return "no equilibrium was found";
+    case ModelStatus::kCarriesNoLoad:
+      return "the rigid model carries no load, use the compliant one";
+  }
+  return "unknown";
+}
+
+int Branch::winding(int tube) const noexcept {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  return static_cast<int>(std::floor((end_angle[tube] - end_angle[0]) / kTurn + 0.5));
+}
+
+ModelStatus ArmModel::tip(const JointsRef& q, Tip& tip) const noexcept {
+  Branch cold;
+  return this->tip(q, cold, tip);
+}
+
+ModelStatus ArmModel::shape(const JointsRef& q, int points, std::vector<ShapePoint>& shape) const {
+  Branch cold;
+  return this->shape(q, Wrench::Zero(), cold, points, shape);
+}
+
+std::unique_ptr<ArmModel> makeArmModel(const std::string& name, const ConcentricTubeArm& arm) {
+  if (name == "rigid")
+    return std::make_unique<RigidModel>(arm);
+  if (name == "compliant")
+    return std::make_unique<CompliantModel>(arm);
+  throw std::invalid_argument("unknown kinematic model '" + name + "', expected: rigid, compliant");
+}
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Concentric tubes that bend and twist: the torsionally compliant model, with or without a load at the tip. */
+#pragma once
+
+#include <vector>
+
+#include "kinematics/equilibrium.h"
+#include "kinematics/loaded_equilibrium.h"
+#include "kinematics/stability.h"
+
+namespace tandem::kinematics {
+
+/** Torsionally compliant tubes (Dupont et al. 2010, Rucker et al. 2010).
+ *
+ * Tubes share the backbone but twist, each as its torsional stiffness allows:
+ *   (c_i psi_i')' = b_i (u_x cos psi_i + u_y sin psi_i),   u = (m_xy + sum_j b_j (-sin psi_j, cos psi_j)) / K,
+ * with b_i = K_i kappa_i, K_i = E_i I_i, K the sum over the tubes present, c_i = G_i J_i, psi_i the angle in the
+ * torsion-free frame, and m the internal moment, zero without a load. psi_i(beta_i) = alpha_i at the motor; at its end
+ * a tube carries no torsional moment. Behind the entry point the tubes are held straight and twist independently.
+ *
+ * Without a load the tip, its Jacobian and its stability are exact up to 1e-9 m; see Equilibrium for branches.
+ */
+class CompliantModel final : public ArmModel {
+ public:
+  /// @throw std::invalid_argument as checkArm() does.
+  explicit CompliantModel(ConcentricTubeArm arm);
+  CompliantModel(const CompliantModel&) = delete;
+  CompliantModel& operator=(const CompliantModel&) = delete;
+
+  using ArmModel::shape;
+  using ArmModel::tip;
+  const ConcentricTubeArm& arm() const override { return arm_; }
+  ModelStatus tip(const JointsRef& q, Branch& branch, Tip& tip) const noexcept override;
+  ModelStatus loadedTip(const JointsRef& q,
+                        const Wrench& wrench,
+                        Branch& branch,
+                        LoadedTip& tip) const noexcept override;
+  ModelStatus shape(const JointsRef& q,
+                    const Wrench& wrench,
+                    Branch& branch,
+                    int points,
+                    std::vector<ShapePoint>& shape) const override;
+
+  /// Stability report, for people and planners: it follows the branch until it ends, so it is not for the periodic
+  /// path.
+  ModelStatus stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept;
+
+  /// All equilibria that a search from many end angles finds for the same joints, by energy, unstable ones included;
+  /// none where the joints cannot be answered.
+  std::vector<EquilibriumInfo> equilibria(const JointsRef& q) const;
+
+  /// The tip-angle parametrisation: one initial value problem, one answer.
+  /// @param ends  [beta_1..beta_n, theta_1..theta_n]: translations, and angles of the tubes' ends, m and rad
+  /// @param alpha  the motors' angles that belong to it, rad, n
+  /// @param tip  with the Jacobian by `ends`; unstable equilibria are answered too, see Tip::conjugate_points
+  ModelStatus tipFromEndAngles(const JointsRef& ends, Eigen::Ref<Eigen::VectorXd> alpha, Tip& tip) const noexcept;
+
+ private:
+  ModelStatus unload(const JointsRef& q, Branch& branch) const noexcept;
+  ModelStatus loadedShape(const JointsRef& q,
+                          const Wrench& wrench,
+                          Branch& branch,
+                          std::vector<ShapePoint>& shape) const;
+  Wrench inArm(const Wrench& wrench) const;
+
+  ConcentricTubeArm arm_;
+  Equilibrium equilibrium_;
+  LoadedEquilibrium loaded_;
+};
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kinematics/compliant_model.h"
+
+namespace tandem::kinematics {
+namespace {
+
+using LoadedJacobian = Eigen::Matrix<double, kLoadedUnknowns, kMaxTubes>;
+
+/// How the unknowns follow motors and translations, by the implicit function theorem.
+struct Slopes {
+  explicit Slopes(const LoadedSweep& sweep) {
+    const LoadedSquare inverse = sweep.byUnknowns().inverse();
+    by_rotation = inverse.leftCols<kMaxTubes>();
+    by_translation = -inverse * sweep.byTranslation();
+    by_wrench = -inverse * sweep.byWrench();
+  }
+  LoadedJacobian by_rotation, by_translation;
+  Eigen::Matrix<double, kLoadedUnknowns, 6> by_wrench;
+};
+
+void remember(const JointsRef& q,
+              const Wrench& wrench,
+              const LoadedGuess& guess,
+              const Slopes& slopes,
+              bool snapped,
+              Branch& branch) {
+  branch.known = true;
+  branch.snapped = snapped;
+  branch.q = q;
+  branch.end_angle = guess.theta;
+  branch.by_translation = slopes.by_translation.topRows<kMaxTubes>();
+  branch.by_rotation = slopes.by_rotation.topRows<kMaxTubes>();
+  branch.load = wrench;
+  branch.end_frame = guess.end;
+}
+
+}  // namespace
+
+Wrench CompliantModel::inArm(const Wrench& wrench) const {
+  Wrench turned;
+  turned << arm_.base.linear().transpose() * wrench.head<3>(), arm_.base.linear().transpose() * wrench.tail<3>();
+  return turned;
+}
+
+ModelStatus CompliantModel::loadedTip(const JointsRef& q,
+                                      const Wrench& wrench,
+                                      Branch& branch,
+                                      LoadedTip& tip) const noexcept {
+  if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
+    return status;
+  if (!wrench.allFinite())
+    return ModelStatus::kNotFinite;
+  const Wrench load = inArm(wrench);
+  LoadedGuess guess;
+  bool snapped = false;
+  if (const ModelStatus status = loaded_.find(q, load, branch, guess, snapped); status != ModelStatus::kOk)
+    return status;
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, guess, load);
+  const Slopes slopes(sweep);
+  remember(q, load, guess, slopes, snapped, branch);
+
+  const Eigen::Matrix3d& base = arm_.base.linear();
+  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
+  end.linear() = guess.end * Eigen::AngleAxisd(guess.theta[0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  end.translation() = sweep.endPosition();
+  tip.pose = arm_.base * end * arm_.tool;
+  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = base;
+  const int n = arm_.tubeCount();
+  tip.jacobian.resize(6, 2 * n);
+  const LoadedSweep::Twists by_translation = sweep.tipByUnknowns() * slopes.by_translation + sweep.tipByTranslation();
+  const LoadedSweep::Twists by_rotation = sweep.tipByUnknowns() * slopes.by_rotation;
+  tip.jacobian.leftCols(n) = (turn * by_translation).leftCols(n);
+  tip.jacobian.rightCols(n) = (turn * by_rotation).leftCols(n);
+  tip.compliance = turn * (sweep.tipByUnknowns() * slopes.by_wrench + sweep.tipByWrench()) * turn.transpose();
+  tip.stability = sweep.minimum();
+  tip.stability_at = sweep.at();
+  tip.conjugate_points = sweep.signChanges();
+  return ModelStatus::kOk;
+}
+
+/// `shape` has its s; gets the rest.
+ModelStatus CompliantModel::loadedShape(const JointsRef& q,
+                                        const Wrench& wrench,
+                                        Branch& branch,
+                                        std::vector<ShapePoint>& shape) const {
+  const Wrench load = inArm(wrench);
+  LoadedGuess guess;
+  bool snapped = false;
+  if (const ModelStatus status = loaded_.find(q, load, branch, guess, snapped); status != ModelStatus::kOk)
+    return status;
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, guess, load, &shape);
+  remember(q, load, guess, Slopes(sweep), snapped, branch);
+  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
+  end.linear() = guess.end;
+  end.translation() = sweep.endPosition();
+  for (ShapePoint& point : shape)
+    point.pose = arm_.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());
+  return ModelStatus::kOk;
+}
+
+/// A branch that was followed under a load goes on without it.
+ModelStatus CompliantModel::unload(const JointsRef& q, Branch& branch) const noexcept {
+  if (!branch.known || branch.load.isZero(0.0))
+    return ModelStatus::kOk;
+  LoadedTip tip;
+  return loadedTip(q, Wrench::Zero(), branch, tip);
+}
+
+}  // namespace tandem::kinematics

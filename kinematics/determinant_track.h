@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The determinant whose zeros are an arm's bifurcations, followed along the arm. */
+#pragma once
+
+#include <Eigen/Eigenvalues>
+
+#include "kinematics/concentric_tube.h"
+#include "kinematics/scalar.h"
+
+namespace tandem::kinematics {
+
+/** Elastic stability of an equilibrium (Gilbert, Hendrick and Webster 2016; Ha, Park and Dupont 2016).
+ *
+ * Z(s) = d psi(s) / d theta tells how angles at s answer angles of the ends. The equilibrium is a minimum of energy, so
+ * stable, if and only if det Z(s) has no zero from the ends down to the motors, transmission included: each zero is a
+ * conjugate point, where the part of the arm in front of s, held at s, would be about to snap. det Z is 1 at the end
+ * and stays 1 where nothing interacts; its smallest value is the measure of stability. A zero of even multiplicity
+ * keeps the sign, so zeros are counted by the index theorem instead: over a piece from s_k to s_k+1 that has none by
+ * itself, their number is that of the negative eigenvalues of Z_k' B^-1 Z_k+1, with B = d psi_k+1 / d (moment at s_k).
+ */
+template <class Scalar>
+class DeterminantTrack {
+ public:
+  using Square = Eigen::Matrix<Scalar, kMaxTubes, kMaxTubes>;
+
+  /// @param s_end where the arm ends, m
+  explicit DeterminantTrack(double s_end = 0.0) : at_(s_end) {}
+
+  const Scalar& minimum() const { return minimum_; }
+  double at() const { return at_; }  ///< s of the minimum, m
+  int conjugatePoints() const { return conjugate_points_; }
+
+  /// Z and its derivative by x, which runs from 0 to 1 over a piece.
+  struct Place {
+    Square z, slope;
+  };
+
+  /// Takes the piece from s_begin back to s_end; interior(x) gives the Place in between.
+  template <class Interior>
+  void add(double s_begin, double s_end, const Place& begin, const Place& end, const Interior& interior) {
+    propose(determinant(end.z), s_end);
+    if (valueOf(determinantSlope(begin)) >= 0.0 || valueOf(determinantSlope(end)) <= 0.0)
+      return;
+    double low = 0.0, high = 1.0;  // the determinant turns from falling to rising between them
+    for (int i = 0; i < kBisections; ++i) {
+      const double middle = 0.5 * (low + high);
+      (valueOf(determinantSlope(interior(middle))) < 0.0 ? low : high) = middle;
+    }
+    const double x = 0.5 * (low + high);
+    propose(determinant(interior(x).z), s_begin + x * (s_end - s_begin));
+  }
+
+  /// Counts the conjugate points of a piece; `form` is Z_k' B^-1 Z_k+1, with a positive diagonal for absent tubes.
+  void count(const Eigen::Matrix<double, kMaxTubes, kMaxTubes>& form) {
+    const Eigen::Matrix<double, kMaxTubes, kMaxTubes> symmetric = 0.5 * (form + form.transpose());
+    if (symmetric.llt().info() == Eigen::Success)
+      return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kMaxTubes, kMaxTubes>> solver(symmetric,
+                                                                                            Eigen::EigenvaluesOnly);
+    conjugate_points_ += static_cast<int>((solver.eigenvalues().array() < 0.0).count());
+  }
+
+ private:
+  static constexpr int kBisections = 40;
+
+  void propose(const Scalar& value, double s) {
+    if (valueOf(value) < valueOf(minimum_)) {
+      minimum_ = value;
+      at_ = s;
+    }
+  }
+  /// By 2 x 2 minors of the upper and the lower rows (Laplace); static sizes, and any scalar.
+  static Scalar determinant(const Square& m) {
+    static_assert(kMaxTubes == 4);
+    const auto minor = [&](int row, int a, int b) {
+      return Scalar(m(row, a) * m(row + 1, b) - m(row, b) * m(row + 1, a));
+    };
+    Scalar sum = minor(0, 0, 1) * minor(2, 2, 3);
+    sum -= minor(0, 0, 2) * minor(2, 1, 3);
+    sum += minor(0, 0, 3) * minor(2, 1, 2);
+    sum += minor(0, 1, 2) * minor(2, 0, 3);
+    sum -= minor(0, 1, 3) * minor(2, 0, 2);
+    sum += minor(0, 2, 3) * minor(2, 0, 1);
+    return sum;
+  }
+  /// d det Z = sum over columns of det(Z with the column replaced by its derivative); holds for singular Z too.
+  static Scalar determinantSlope(const Place& place) {
+    Scalar sum(0.0);
+    for (int j = 0; j < kMaxTubes; ++j) {
+      Square replaced = place.z;
+      replaced.col(j) = place.slope.col(j);
+      sum += determinant(replaced);
+    }
+    return sum;
+  }
+
+  Scalar minimum_{1.0};
+  double at_;
+  int conjugate_points_ = 0;
+};
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kinematics/equilibrium.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/relaxation.h"
+
+namespace tandem::kinematics {
+namespace {
+
+constexpr double kConverged = 1e-5;    ///< a correction below this leaves an error of its square, rad
+constexpr double kLongestMove = 0.3;   ///< of an end angle in one step along a path, rad
+constexpr double kLongestFix = 0.1;    ///< Newton's first correction of a predicted angle, rad
+constexpr double kFirstGuess = 0.5;    ///< Newton's first correction of untwisted tubes, rad
+constexpr double kUnexplained = 0.01;  ///< of a step by the derivatives at its ends, rad
+constexpr double kLeastMove = 1e-4;    ///< a branch that cannot be followed this far ends, rad
+constexpr int kMaxSteps = 400;         ///< along a path
+constexpr double kNudge = 1e-2;        ///< out of an equilibrium that ends, rad
+constexpr int kMaxFalls = 8;
+
+}  // namespace
+
+TubeVector Equilibrium::Root::change(const safety::ArmVector& dq) const {
+  const Eigen::Index n = dq.size() / 2;
+  return by_translation.leftCols(n) * dq.head(n) + by_rotation.leftCols(n) * dq.tail(n);
+}
+
+void Equilibrium::Root::linearise(const Sweep& sweep) {
+  by_rotation = sweep.baseByEnd().inverse();
+  by_translation = -by_rotation * sweep.baseByTranslation();
+}
+
+void Equilibrium::Root::remember(const JointsRef& q, Branch& branch) const {
+  branch.known = true;
+  branch.snapped = snapped;
+  branch.q = q;
+  branch.end_angle = theta;
+  branch.by_translation = by_translation;
+  branch.by_rotation = by_rotation;
+  branch.load.setZero();
+}
+
+bool Equilibrium::correct(const Segmentation& parts,
+                          const JointsRef& q,
+                          double coupling,
+                          double longest,
+                          Root& root,
+                          int& conjugate_points) const noexcept {
+  constexpr int kMaxIterations = 12;
+  const TubeJoints joints(q);
+  double allowed = longest;
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const Sweep sweep(arm_, parts, joints.beta, root.theta, coupling, StepDepth::kAngles);
+    root.linearise(sweep);
+    const TubeVector correction = root.by_rotation * (joints.alpha - sweep.baseAngle());
+    const double size = correction.cwiseAbs().maxCoeff();
+    if (!(size <= allowed))  // not even where it is not a number
+      return false;
+    root.theta += correction;
+    conjugate_points = sweep.determinant().conjugatePoints();
+    if (size < kConverged)
+      return true;
+    allowed = 0.5 * size;  // Newton's method near a solution does much better
+  }
+  return false;
+}
+
+ModelStatus Equilibrium::find(const JointsRef& q, const Branch& branch, Root& root) const noexcept {
+  root = Root{};
+  const bool found = branch.known && branch.q.size() == q.size() ? follow(q, branch, root) : startCold(q, root);
+  return found ? ModelStatus::kOk : ModelStatus::kNotConverged;
+}
+
+/// Torsion is switched on from 0 to 1.
+bool Equilibrium::startCold(const JointsRef& q, Root& root) const noexcept {
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const TubeVector untwisted = TubeJoints(q).alpha;
+  int conjugate_points = 0;
+  root.theta = untwisted;
+  if (correct(parts, q, 1.0, kFirstGuess, root, conjugate_points) && conjugate_points == 0)
+    return true;
+  Root reached;
+  reached.theta = untwisted;
+  double coupling = 0.0, step = 0.25;
+  while (coupling < 1.0) {
+    const double next = std::min(1.0, coupling + step);
+    root = reached;
+    if (correct(parts, q, next, kLongestMove, root, conjugate_points) && conjugate_points == 0) {
+      reached = root;
+      coupling = next;
+      step *= 2.0;
+    } else if ((step *= 0.5) < 1e-3) {
+      root = reached;
+      return fall(q, kNudge * TubeVector(0.0, 1.0, 2.0, 3.0), root);
+    }
+  }
+  return true;
+}
+
+bool Equilibrium::connected(const Root& from, const Root& to, const safety::ArmVector& dq) noexcept {
+  const TubeVector mean = 0.5 * (from.change(dq) + to.change(dq));
+  return (to.theta - from.theta - mean).cwiseAbs().maxCoeff() < kUnexplained;
+}
+
+/// The straight path from branch.q to q.
+bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept {
+  const safety::ArmVector start = branch.q, way = q - branch.q;
+  safety::ArmVector next;
+  Segmentation parts;
+  Root reached;
+  reached.theta = branch.end_angle;
+  reached.by_translation = branch.by_translation;
+  reached.by_rotation = branch.by_rotation;
+  double done = 0.0, step = 1.0;
+  for (int steps = 0, falls = 0; steps < kMaxSteps; ++steps) {
+    const TubeVector velocity = reached.change(way);
+    const double fastest = velocity.cwiseAbs().maxCoeff();
+    step = std::min({step, 1.0 - done, kLongestMove / std::max(fastest, 1e-9)});
+    const bool last = done + step >= 1.0;
+    next = last ? safety::ArmVector(q) : safety::ArmVector(start + (done + step) * way);
+    segment(arm_, next, parts);
+    root = reached;
+    root.theta += step * velocity;
+    int conjugate_points = 0;
+    if (correct(parts, next, 1.0, kLongestFix, root, conjugate_points) && conjugate_points == 0 &&
+        connected(reached, root, step * way)) {
+      if (last)
+        return true;
+      reached = root;
+      done += step;
+      step *= 2.0;
+      continue;
+    }
+    if (step * fastest > kLeastMove && step > 1e-6) {
+      step *= 0.5;
+      continue;
+    }
+    root = reached;
+    if (++falls > kMaxFalls || !fall(next, kNudge / std::max(fastest, 1e-9) * velocity, root))
+      return false;
+    root.snapped = true;
+    if (last)
+      return true;
+    reached = root;
+    done += step;
+    step = 1.0;
+  }
+  return false;
+}
+
+bool Equilibrium::fall(const JointsRef& q, const TubeVector& aside, Root& root) const noexcept {
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const TubeVector from = root.theta;
+  // The finite elements' branch ends a little later than the real one, so a small push may come back to it.
+  for (double push = 1.0; push < 40.0; push *= 3.0) {
+    root.theta = from;
+    int conjugate_points = 0;
+    if (relax(arm_, parts, q, push * aside, root.theta) &&
+        correct(parts, q, 1.0, kFirstGuess, root, conjugate_points) && conjugate_points == 0)
+      return true;
+  }
+  return false;
+}
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file From the ends of the tubes back to the motors under a wrench at the tip: an initial value problem. */
+#pragma once
+
+#include "kinematics/segmentation.h"
+
+namespace tandem::kinematics {
+
+/// Unknowns of a loaded arm: end angles of four tubes, then a turn of the end frame (arm base frame, rad).
+inline constexpr int kLoadedUnknowns = kMaxTubes + 3;
+using LoadedVector = Eigen::Matrix<double, kLoadedUnknowns, 1>;
+using LoadedSquare = Eigen::Matrix<double, kLoadedUnknowns, kLoadedUnknowns>;
+
+/** Where a loaded arm is, up to its wrench: what the boundary value problem has to find. */
+struct LoadedGuess {
+  TubeVector theta = TubeVector::Zero();              ///< angles of the tubes' ends in `end`, rad
+  Eigen::Matrix3d end = Eigen::Matrix3d::Identity();  ///< arm base frame <- torsion-free frame of tube 1's end
+};
+
+/** Special Cosserat rods without shear and extension (Rucker, Jones and Webster 2010), from a guess of how the arm
+ * ends.
+ *
+ * All is written in the frame of tube 1's end (R, p: frame at s in it; f, m: wrench at its origin, constant there).
+ * With sigma running backwards from the end, psi_i' = -t_i / c_i,                      t_i' = -b_i (u_x cos psi_i + u_y
+ * sin psi_i), R' = -R [u]x,  p' = -R e_z,               u = ((R' (m - p x f))_xy + sum_j b_j (-sin psi_j, cos psi_j)) /
+ * K, t_1 = m_z at the end of tube 1 and t_i = 0 at the others'. The variational equations go along, so derivatives by
+ * end angles, wrench and translations are exact; both are integrated together (Fehlberg 7(8), step by error control).
+ * Under a dead load the full rod's Jacobi condition is tested along the whole length: an equilibrium is stable if the
+ * determinant of (angles of the tubes, turn of the frame) at s by the same at the end keeps its sign. */
+class LoadedSweep {
+ public:
+  using Twists = Eigen::Matrix<double, 6, kMaxTubes>;
+
+  /// @param wrench  force and moment at the tool's tip, arm base frame
+  /// @param tool  end frame of tube 1 <- tool's tip: position, m
+  /// @param samples  filled from their `s` (ascending, m) if given; poses are then in the frame of tube 1's end
+  LoadedSweep(const ConcentricTubeArm& arm,
+              const Segmentation& parts,
+              const TubeVector& beta,
+              const LoadedGuess& guess,
+              const Wrench& wrench,
+              std::vector<ShapePoint>* samples = nullptr);
+
+  /// Base angles that belong to the guess, rad, and how far the base frame it leads to is turned from the real one.
+  const TubeVector& baseAngle() const { return base_angle_; }
+  const Eigen::Vector3d& baseTurn() const { return base_turn_; }
+  /// (base angle, base turn) by the unknowns; its determinant is that of the whole arm, motors included.
+  const LoadedSquare& byUnknowns() const { return by_unknowns_; }
+  /// The same by the wrench at the tool's tip (arm base frame), and by the translations.
+  const Eigen::Matrix<double, kLoadedUnknowns, 6>& byWrench() const { return by_wrench_; }
+  const Eigen::Matrix<double, kLoadedUnknowns, kMaxTubes>& byTranslation() const { return by_translation_; }
+
+  /// Tool's tip in the arm's base frame.
+  Eigen::Vector3d tip() const { return tip_; }
+  /// Twist of the tool (linear at its tip, then angular; arm base frame) by unknowns, wrench and translations.
+  const Eigen::Matrix<double, 6, kLoadedUnknowns>& tipByUnknowns() const { return tip_by_unknowns_; }
+  const Eigen::Matrix<double, 6, 6>& tipByWrench() const { return tip_by_wrench_; }
+  const Twists& tipByTranslation() const { return tip_by_translation_; }
+  /// Position of tube 1's end in the arm's base frame.
+  Eigen::Vector3d endPosition() const { return end_position_; }
+
+  double minimum() const { return minimum_; }  ///< smallest determinant along the arm
+  double at() const { return at_; }            ///< where, s, m
+  int signChanges() const { return sign_changes_; }
+
+  /// Columns of derivatives: by end angles, force, moment (both in the end frame), translations.
+  static constexpr int kForce = kMaxTubes, kMoment = kForce + 3, kTranslation = kMoment + 3;
+  static constexpr int kColumns = kTranslation + kMaxTubes;
+  static constexpr int kRows = 2 * kMaxTubes + 6;   ///< of a column: psi, t, turn, shift
+  static constexpr int kBase = 2 * kMaxTubes + 12;  ///< psi, t, R, p
+  using State = Eigen::Matrix<double, kBase + kRows * kColumns, 1>;
+
+ private:
+  struct Interval {
+    std::array<bool, kMaxTubes> present{};
+    TubeVector b = TubeVector::Zero();           ///< K_i kappa_i, N m
+    TubeVector compliance = TubeVector::Zero();  ///< 1 / c_i, 0 for tubes that have ended
+    double total = 0.0;                          ///< K, N m^2
+  };
+  using Columns = Eigen::Matrix<double, kRows, kColumns>;
+  Interval properties(int index) const;
+  Eigen::Vector2d bend(const Interval& part, const State& y) const;
+  TubeVector torque(const Interval& part, const State& y) const;
+  void derivative(const Interval& part, const State& y, State& slope) const;
+  void enter(const Interval& part, const Interval* distal, int owner);
+  void cross(const Interval& part, double start, double end);
+  void transmission();
+  void finish();
+  void propose(const TubeVector& transmission, double s);
+  LoadedSquare unknownsHere(const TubeVector& transmission) const;
+  void sample(const Interval& part, ShapePoint& point) const;
+
+  const ConcentricTubeArm& arm_;
+  const Segmentation& parts_;
+  TubeVector beta_;
+  LoadedGuess guess_;
+  Eigen::Vector3d force_, moment_;  ///< at the end of tube 1, in its frame
+  Eigen::Vector3d tool_;            ///< from there to the tool's tip, in its frame
+  /// Force and moment in the end frame by the unknowns and by the wrench.
+  Eigen::Matrix<double, 6, kLoadedUnknowns> load_by_unknowns_;
+  Eigen::Matrix<double, 6, 6> load_by_wrench_;
+  std::vector<ShapePoint>* samples_;
+  std::size_t unsampled_ = 0;
+  double s_;
+  State y_;
+
+  TubeVector base_angle_;
+  Eigen::Vector3d base_turn_;
+  LoadedSquare by_unknowns_;
+  Eigen::Matrix<double, kLoadedUnknowns, 6> by_wrench_;
+  Eigen::Matrix<double, kLoadedUnknowns, kMaxTubes> by_translation_;
+  Eigen::Vector3d tip_, end_position_;
+  Eigen::Matrix<double, 6, kLoadedUnknowns> tip_by_unknowns_;
+  Eigen::Matrix<double, 6, 6> tip_by_wrench_;
+  Twists tip_by_translation_;
+  double minimum_ = 1.0, at_ = 0.0, last_ = 1.0;
+  int sign_changes_ = 0;
+};
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/tips.h"
+
+#include <stdexcept>
+
+namespace tandem::planning {
+
+std::string_view name(Feedback feedback) { return feedback == Feedback::kSensor ? "sensor" : "model"; }
+
+std::optional<Feedback> feedbackFromName(std::string_view text) {
+  for (const Feedback feedback : {Feedback::kModel, Feedback::kSensor}) {
+    if (text == name(feedback))
+      return feedback;
+  }
+  return std::nullopt;
+}
+
+TipFollower::TipFollower(std::vector<const kinematics::ArmModel*> models) : models_(std::move(models)), offset_{0} {
+  if (models_.empty() || models_.size() > safety::kMaxArms)
+    throw std::invalid_argument("1 to 8 arms expected");
+  for (const kinematics::ArmModel* model : models_)
+    offset_.push_back(offset_.back() + model->arm().jointCount());
+}
+
+void TipFollower::restart() noexcept {
+  for (Arm& arm : arms_) {
+    arm.branch = {};
+    arm.q.resize(0);
+  }
+}
+
+void TipFollower::continueFrom(const TipFollower& other) noexcept {
+  arms_ = other.arms_;
+  status_ = other.status_;
+  failed_arm_ = other.failed_arm_;
+}
+
+bool TipFollower::update(const safety::RobotVector& q) noexcept {
+  status_ = kinematics::ModelStatus::kWrongSize;
+  failed_arm_ = 0;
+  if (q.size() != jointCount())
+    return false;
+  status_ = kinematics::ModelStatus::kOk;
+  for (int k = 0; k < armCount(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    Arm& arm = arms_[i];
+    const safety::ArmVector joints = q.segment(offset_[i], offset_[i + 1] - offset_[i]);
+    if (arm.q.size() == joints.size() && arm.q == joints)
+      continue;
+    const kinematics::ModelStatus status = models_[i]->tip(joints, arm.branch, arm.tip);
+    if (status == kinematics::ModelStatus::kOk) {
+      arm.q = joints;
+      arm.snaps += arm.branch.snapped ? 1 : 0;
+    } else if (status_ == kinematics::ModelStatus::kOk) {
+      status_ = status;
+      failed_arm_ = k;
+    }
+  }
+  return status_ == kinematics::ModelStatus::kOk;
+}
+
+}  // namespace tandem::planning

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Work over many items on all cores, with a line that tells how far it is. */
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+namespace tandem::cli {
+
+/** Calls body(0) ... body(count - 1) once each, on several threads, in no order; a terminal on stderr shows progress.
+ * @param threads  how many; 0: one per core
+ * @param label  of the progress line
+ * @throw what the first body that failed threw; the others are then not all called. */
+void parallelFor(std::size_t count,
+                 int threads,
+                 const std::string& label,
+                 const std::function<void(std::size_t)>& body);
+
+}  // namespace tandem::cli

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/dds/convert.h"
+
+#include <algorithm>
+
+namespace tandem::dds {
+
+planning::Reference tasksOf(const PlanningReference& message) noexcept {
+  planning::Reference reference;
+  reference.task_count = std::min<int>(message.task_count, planning::kMaxTasks);
+  for (int k = 0; k < reference.task_count; ++k) {
+    const TaskReference& from = message.tasks[static_cast<std::size_t>(k)];
+    planning::TaskReference& to = reference.tasks[static_cast<std::size_t>(k)];
+    to.kind = static_cast<planning::TaskKind>(from.kind);
+    to.arm = from.arm;
+    to.other_arm = from.other_arm;
+    to.position = Eigen::Vector3d::Map(from.position.data());
+    to.feed_forward = Eigen::Vector3d::Map(from.feed_forward.data());
+  }
+  return reference;
+}
+
+void setTasks(const planning::Reference& reference, PlanningReference& message) noexcept {
+  message.task_count = static_cast<std::uint8_t>(reference.task_count);
+  for (int k = 0; k < reference.task_count; ++k) {
+    const planning::TaskReference& from = reference.tasks[static_cast<std::size_t>(k)];
+    TaskReference& to = message.tasks[static_cast<std::size_t>(k)];
+    to.kind = static_cast<std::uint8_t>(from.kind);
+    to.arm = static_cast<std::uint8_t>(from.arm);
+    to.other_arm = static_cast<std::uint8_t>(from.other_arm);
+    Eigen::Vector3d::Map(to.position.data()) = from.position;
+    Eigen::Vector3d::Map(to.feed_forward.data()) = from.feed_forward;
+  }
+}
+
+std::string_view describe(HoldReason reason) noexcept {
+  switch (reason) {
+    case HoldReason::kNone:
+      return "";
+    case HoldReason::kNoTips:
+      return "no tip has been measured yet";
+    case HoldReason::kStaleTips:
+      return "the last measurement of a tip is too old";
+    case HoldReason::kInvalidTips:
+      return "a tip is not seen by its tracker";
+  }
+  return "unknown";
+}
+
+Eigen::Vector3d tipPosition(const TipPoses& message, int arm) noexcept {
+  return Eigen::Vector3d::Map(message.position.data() + 3 * arm);
+}
+
+void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept {
+  for (int k = 0; k < std::min<int>(message.arm_count, safety::kMaxArms); ++k) {
+    tips.take(k, message.valid[static_cast<std::size_t>(k)] != 0, tipPosition(message, k), message.stamp,
+              message.answers_command);
+  }
+}
+
+void setTip(int arm,
+            bool valid,
+            const Eigen::Vector3d& position,
+            const Eigen::Quaterniond& orientation,
+            TipPoses& message) noexcept {
+  message.valid[static_cast<std::size_t>(arm)] = valid ? 1 : 0;
+  Eigen::Vector3d::Map(message.position.data() + 3 * arm) = position;
+  Eigen::Vector4d::Map(message.orientation.data() + 4 * arm) = orientation.coeffs();  // x y z w
+}
+
+safety::FaultRecord faultRecordOf(const HalStatus& message, int arm) noexcept {
+  const auto k = static_cast<std::size_t>(arm);
+  return {message.first_fault[k], static_cast<safety::FaultCause>(message.fault_cause[k]), message.fault_joint[k],
+          message.fault_amount[k], message.fault_allowed[k]};
+}
+
+void setFaultRecord(const safety::FaultRecord& record, int arm, HalStatus& message) noexcept {
+  const auto k = static_cast<std::size_t>(arm);
+  message.first_fault[k] = record.faults;
+  message.fault_cause[k] = static_cast<std::uint8_t>(record.cause);
+  message.fault_joint[k] = record.joint;
+  message.fault_amount[k] = record.amount;
+  message.fault_allowed[k] = record.allowed;
+}
+
+}  // namespace tandem::dds

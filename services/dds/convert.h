@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Between messages and the structs of the libraries, where more than one process needs it. Nothing here
+ * allocates. */
+#pragma once
+
+#include <string_view>
+
+#include "planning/reference.h"
+#include "planning/tips.h"
+#include "safety/faults.h"
+#include "services/dds/messages.h"
+
+namespace tandem::dds {
+
+/// The tasks of a message; counts beyond planning::kMaxTasks are cut.
+planning::Reference tasksOf(const PlanningReference& message) noexcept;
+/// Writes task_count and tasks of a message.
+void setTasks(const planning::Reference& reference, PlanningReference& message) noexcept;
+
+/// Takes in what a tip tracker has measured.
+void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept;
+/// A sentence for people; empty for kNone.
+std::string_view describe(HoldReason reason) noexcept;
+/// Position of an arm's tip, m, robot base frame.
+Eigen::Vector3d tipPosition(const TipPoses& message, int arm) noexcept;
+void setTip(int arm,
+            bool valid,
+            const Eigen::Vector3d& position,
+            const Eigen::Quaterniond& orientation,
+            TipPoses& message) noexcept;
+
+/// What led an arm into FAULT, as hal or sim says; empty where it is not in FAULT.
+safety::FaultRecord faultRecordOf(const HalStatus& message, int arm) noexcept;
+void setFaultRecord(const safety::FaultRecord& record, int arm, HalStatus& message) noexcept;
+
+}  // namespace tandem::dds

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What a simulated robot does not do ideally. Every default is the ideal plant; everything random is seeded. */
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "safety/dimensions.h"
+
+namespace tandem::sim {
+
+/** One value for the translations of an arm and one for its rotations, m or rad (or s) as the context says. */
+struct PerAxisKind {
+  double translation = 0.0;
+  double rotation = 0.0;
+  /// Of this joint of an arm with so many joints: translations come first.
+  double of(int joint, int joint_count) const noexcept { return 2 * joint < joint_count ? translation : rotation; }
+  bool isZero() const noexcept { return translation == 0.0 && rotation == 0.0; }
+};
+
+/** Between the reference of a joint and its tube: delay, then motor, then transmission. The encoder is at the motor. */
+struct JointMechanics {
+  double delay = 0.0;    ///< of the actuation: the motor follows the reference of so long ago, s
+  PerAxisKind lag;       ///< time constant of the motor, a first-order lag, s
+  PerAxisKind backlash;  ///< full play between motor and tube, m, rad
+};
+
+/** Encoders, one at each motor. */
+struct EncoderOptions {
+  PerAxisKind resolution;  ///< a reading is a multiple of this, m, rad; 0: exact
+  PerAxisKind noise;       ///< standard deviation before quantisation, m, rad
+};
+
+/** Relative errors of one tube of the plant: 0.05 makes the plant's value 5 % larger than the robot file's. */
+struct TubeErrors {
+  double bending_stiffness = 0.0;
+  double torsional_stiffness = 0.0;
+  double curvature = 0.0;
+  double length = 0.0;  ///< all sections alike
+};
+
+/** Errors of one tube that somebody knows. */
+struct GivenTubeErrors {
+  int arm = 0;
+  int tube = 0;  ///< counts from 0, tube 1 is the innermost
+  TubeErrors errors;
+};
+
+/** A force on an arm's tool tip. */
+struct TipForce {
+  int arm = 0;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, robot base frame
+};
+
+/** A tip tracker that measures the plant's tips. */
+struct TipTrackerOptions {
+  bool present = false;
+  double rate = 40.0;           ///< measurements per second
+  double position_noise = 0.0;  ///< standard deviation per axis, m
+  double rotation_noise = 0.0;  ///< standard deviation per axis of the rotation vector, rad
+  double delay = 0.0;           ///< from measurement to arrival, s
+  double drop_out = 0.0;        ///< probability that a measurement of one arm is marked invalid
+};
+
+/** The plant of a deployment. */
+struct PlantOptions {
+  std::string model = "rigid";  ///< kinematic model of the tips: "rigid" or "compliant"
+  std::uint64_t seed = 1;
+  JointMechanics mechanics;
+  EncoderOptions encoders;
+  TubeErrors tube_deviation;                 ///< standard deviations of random errors of every tube
+  std::vector<GivenTubeErrors> tube_errors;  ///< take the place of the random ones of their tubes
+  std::vector<TipForce> tip_forces;
+  TipTrackerOptions tracker;
+};
+
+}  // namespace tandem::sim

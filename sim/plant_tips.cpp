@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/plant_tips.h"
+
+#include <stdexcept>
+#include <string>
+
+#include "sim/random_stream.h"
+
+namespace tandem::sim {
+namespace {
+
+using kinematics::ConcentricTubeArm;
+
+TubeErrors drawn(const TubeErrors& deviation, std::uint64_t seed, int arm, int tube) {
+  RandomStream random(seed, Noise::kTubes, arm * kinematics::kMaxTubes + tube);
+  TubeErrors errors;
+  errors.bending_stiffness = deviation.bending_stiffness * random.normal();
+  errors.torsional_stiffness = deviation.torsional_stiffness * random.normal();
+  errors.curvature = deviation.curvature * random.normal();
+  errors.length = deviation.length * random.normal();
+  return errors;
+}
+
+}  // namespace
+
+ConcentricTubeArm withErrors(ConcentricTubeArm tubes, int arm, const PlantOptions& options) {
+  for (int i = 0; i < tubes.tubeCount(); ++i) {
+    TubeErrors errors = drawn(options.tube_deviation, options.seed, arm, i);
+    for (const GivenTubeErrors& given : options.tube_errors) {
+      if (given.arm == arm && given.tube == i)
+        errors = given.errors;
+    }
+    for (kinematics::TubeSection& section : tubes.tubes[static_cast<std::size_t>(i)].sections) {
+      section.bending_stiffness *= 1.0 + errors.bending_stiffness;
+      section.torsional_stiffness *= 1.0 + errors.torsional_stiffness;
+      section.curvature *= 1.0 + errors.curvature;
+      section.length *= 1.0 + errors.length;
+    }
+  }
+  return tubes;
+}
+
+PlantTips::PlantTips(const std::vector<ConcentricTubeArm>& arms, const PlantOptions& options) {
+  const int count = static_cast<int>(arms.size());
+  for (const GivenTubeErrors& given : options.tube_errors) {
+    if (given.arm < 0 || given.arm >= count || given.tube < 0 ||
+        given.tube >= arms[static_cast<std::size_t>(given.arm)].tubeCount())
+      throw std::invalid_argument("plant: errors are given for a tube that there is not");
+  }
+  for (int k = 0; k < count; ++k) {
+    Arm arm;
+    arm.model = kinematics::makeArmModel(options.model, withErrors(arms[static_cast<std::size_t>(k)], k, options));
+    arms_.push_back(std::move(arm));
+  }
+  for (const TipForce& force : options.tip_forces) {
+    if (force.arm < 0 || force.arm >= count)
+      throw std::invalid_argument("plant: a tip force is given for an arm that there is not");
+    if (options.model == "rigid" && !force.force.isZero(0.0))
+      throw std::invalid_argument("plant: a rigid arm carries no tip force; take model: compliant");
+    arms_[static_cast<std::size_t>(force.arm)].wrench.head<3>() = force.force;
+  }
+}
+
+void PlantTips::restart() noexcept {
+  for (Arm& arm : arms_) {
+    arm.branch = {};
+    arm.q.resize(0);
+  }
+}
+
+void PlantTips::update(int k, const safety::ArmVector& q) noexcept {
+  Arm& arm = arms_[static_cast<std::size_t>(k)];
+  if (arm.q.size() == q.size() && arm.q == q)
+    return;
+  arm.q = q;
+  arm.status = arm.wrench.isZero(0.0) ? arm.model->tip(q, arm.branch, arm.tip)
+                                      : arm.model->loadedTip(q, arm.wrench, arm.branch, arm.tip);
+  if (arm.status == kinematics::ModelStatus::kOk && arm.branch.snapped)
+    ++arm.snaps;
+}
+
+}  // namespace tandem::sim

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Faults that control finds, what they say, and what is none. */
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "services/dds/convert.h"
+#include "services/setup/fault_log.h"
+#include "tests/unit/services/system.h"
+
+namespace tandem::test {
+namespace {
+
+using safety::Fault;
+using safety::FaultCause;
+using safety::OperatingState;
+using safety::StateCommand;
+
+void expectSolverFault(System& s, FaultCause cause) {
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_EQ(s.control.faultRecord(k).faults, bit(Fault::kSolver)) << safety::describe(s.control.faultRecord(k), 6);
+    EXPECT_EQ(s.control.faultRecord(k).cause, cause);
+    EXPECT_EQ(s.output.command.moving[static_cast<std::size_t>(k)], 0);
+  }
+  s.state_link = true;
+  s.run(0.3);
+  EXPECT_TRUE(s.standing());
+  EXPECT_EQ(s.shown(0), OperatingState::kFault);
+  EXPECT_EQ(s.drives(0), OperatingState::kDisabled) << "control takes the power away";
+  s.order(dds::ControlKind::kKeepLease);
+  EXPECT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.control.faultRecord(0).faults, 0u);
+}
+
+TEST(Faults, JointsForWhichTheModelHasNoAnswerStopTheRobot) {
+  System s;
+  s.getMoving();
+  s.state_link = false;
+  dds::ActuationState beyond = s.state;
+  beyond.position[dds::jointIndex(1, 0)] = -0.44;  // the innermost tube, drawn out of the others
+  s.control.onState(beyond);
+  s.control.cycle(s.now, false, s.output);
+  expectSolverFault(s, FaultCause::kModel);
+}
+
+TEST(Faults, AnEquationThatStaysWithoutSolutionStopsTheRobot) {
+  System s;
+  s.getMoving();
+  s.planning_runs = false;
+  dds::PlanningReference absurd = s.reference_message;
+  absurd.tasks[0].position[0] = 1e308;  // a finite number; the velocity that it asks for is not
+  const double allowed = s.setup.deployment.budgets.commandAge(s.setup.deployment.control_period);
+  const std::uint64_t first = s.output.command.sequence;
+  for (int i = 0; i < 2000 && s.control.faultRecord(0).faults == 0; ++i) {
+    absurd.answers_control = s.output.status.sequence;
+    s.control.onReference(absurd);
+    s.tick();
+    for (const double velocity : s.output.command.velocity)
+      ASSERT_TRUE(velocity == 0.0 || s.output.command.sequence == first) << "what could not be solved moves nothing";
+  }
+  const std::uint64_t cycles = s.output.command.sequence - first;
+  EXPECT_EQ(cycles, static_cast<std::uint64_t>(std::lround(allowed / s.setup.deployment.control_period)) + 1);
+  expectSolverFault(s, FaultCause::kNoSolution);
+}
+
+TEST(Faults, ReachControlAndHalStatusWithTheirCause) {
+  System s;
+  s.getMoving();
+  dds::SimRequest stick;
+  stick.kind = 3;
+  stick.arm = 1;
+  stick.joint = 0;
+  stick.fault = "stuck";
+  ASSERT_EQ(s.sim.onRequest(stick).accepted, 1);
+  const double seconds = s.until([&] { return s.drives(1) == OperatingState::kFault; }, 3.0);
+  ASSERT_GE(seconds, 0.0);
+  s.run(0.2);
+  const safety::FaultRecord record = dds::faultRecordOf(s.hal, 1);
+  EXPECT_EQ(record.cause, FaultCause::kFollowingError);
+  EXPECT_EQ(record.joint, 0);
+  EXPECT_GT(record.amount, record.allowed);
+  EXPECT_EQ(dds::faultRecordOf(s.hal, 0).faults, 0u);
+  EXPECT_EQ(s.control.faultRecord(1).cause, FaultCause::kReported);
+  const std::string text = service::describe(s.setup.robot, {1, record});
+  EXPECT_EQ(text.rfind("arm_b: drive (following error) of joint 1: ", 0), 0u) << text;
+  service::FaultWatch watch;
+  EXPECT_TRUE(watch.fresh(1, record));
+  EXPECT_FALSE(watch.fresh(1, record));
+  EXPECT_FALSE(watch.fresh(1, {}));
+  EXPECT_TRUE(watch.fresh(1, record));
+}
+
+TEST(Faults, AnOrderRightAfterItsOppositeIsNone) {
+  // The drives answer the first order after the second one has been given.
+  for (const auto& [first, second] : {std::pair(StateCommand::kDisable, StateCommand::kEnable),
+                                      std::pair(StateCommand::kPause, StateCommand::kResume)}) {
+    for (int delay = 0; delay < 8; ++delay) {
+      System s("laptop-1khz");
+      s.run(0.3);
+      s.order(dds::ControlKind::kAcquireLease);
+      s.command(StateCommand::kEnable);
+      s.run(0.1);
+      ASSERT_EQ(s.shown(0), OperatingState::kEnabled);
+      ASSERT_EQ(s.command(first).code, dds::ReplyCode::kOk);
+      s.state_link = delay % 2 == 0;
+      for (int i = 0; i < delay; ++i)
+        s.tick();
+      ASSERT_EQ(s.command(second).code, dds::ReplyCode::kOk);
+      s.state_link = true;
+      s.run(0.1);
+      EXPECT_EQ(s.shown(0), OperatingState::kEnabled) << delay << ": " << safety::describe(s.control.faultRecord(0), 6);
+      EXPECT_EQ(s.drives(0), OperatingState::kEnabled);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem::test

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Control at 1 kHz on a machine that is busy: states come late and in bursts, commands get lost. */
+#include <gtest/gtest.h>
+
+#include "tests/unit/safety/random_arm.h"
+#include "tests/unit/services/system.h"
+
+namespace tandem::test {
+namespace {
+
+/// Function, not budgets, is the subject here.
+void patient(config::Deployment& deployment) {
+  deployment.budgets.minimum_age = 0.5;
+  deployment.budgets.planning_reference = 1.0;
+  deployment.budgets.lease = 2.0;
+}
+
+/// Largest speed of a joint that control asked for in a command.
+double fastest(const dds::ActuationCommand& command) {
+  double speed = 0.0;
+  for (const double v : command.velocity)
+    speed = std::max(speed, std::abs(v));
+  return speed;
+}
+
+/** Cuts the links at random, each for a while. */
+class Disturber {
+ public:
+  explicit Disturber(std::uint32_t seed) : random_(seed) {}
+
+  void tick(System& s) {
+    s.state_link = open(state_cut_);
+    s.command_link = open(command_cut_);
+  }
+
+ private:
+  bool open(int& cut) {
+    if (cut == 0 && random_.chance(0.01))
+      cut = random_.chance(0.5) ? random_.integer(1, 3) : random_.integer(20, 150);  // ms
+    return cut == 0 || --cut == 0;
+  }
+  Random random_;
+  int state_cut_ = 0, command_cut_ = 0;
+};
+
+bool finished(const System& s) {
+  return s.reference_message.phase == static_cast<std::uint8_t>(planning::Phase::kFinished);
+}
+
+TEST(LossyLinks, TheReferenceNeverMovesFasterThanControlAsks) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 5; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    System s("laptop-1khz", patient);
+    s.getMoving();
+    ASSERT_FALSE(s.standing());
+    Disturber disturber(seed);
+    double asked = fastest(s.output.command);
+    auto last = s.state.setpoint;
+    int ticks = 0;
+    for (; ticks < 30000 && !finished(s); ++ticks) {
+      disturber.tick(s);
+      s.tick();
+      if (ticks % 200 == 0)
+        s.order(dds::ControlKind::kKeepLease);
+      asked = std::max(asked, fastest(s.output.command));
+      for (std::size_t j = 0; j < last.size(); ++j)
+        ASSERT_LE(std::abs(s.state.setpoint[j] - last[j]), 1e-3 * asked * (1 + 1e-6)) << "joint " << j << ", " << ticks;
+      last = s.state.setpoint;
+      ASSERT_EQ(s.state.faults[0] | s.state.faults[1], 0u)
+          << safety::describe(s.sim.faultRecord(0), 6) << "; " << safety::describe(s.sim.faultRecord(1), 6);
+    }
+    EXPECT_TRUE(finished(s)) << ticks;
+    EXPECT_EQ(s.guardActions(), 0u);
+    EXPECT_EQ(s.output.status.faults[0], 0u);
+  }
+}
+
+/// Starts a motion of arm A. @return the goal
+std::array<double, 6> startMotion(System& s) {
+  s.run(0.3);
+  s.order(dds::ControlKind::kAcquireLease);
+  s.command(safety::StateCommand::kEnable);
+  s.run(0.3);
+  service::ControlOrder move;
+  move.client = 7;
+  move.kind = dds::ControlKind::kMoveJp;
+  move.arm = 0;
+  move.joint_count = 6;
+  std::copy_n(s.state.position.begin(), 6, move.joints.begin());
+  for (std::size_t j = 0; j < 3; ++j)
+    move.joints[j] -= 0.004;
+  move.joints[4] += 0.3;
+  EXPECT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOk);
+  std::array<double, 6> goal;
+  std::copy_n(move.joints.begin(), 6, goal.begin());
+  return goal;
+}
+
+void expectArrived(const System& s, const std::array<double, 6>& goal) {
+  EXPECT_TRUE(s.standing());
+  for (std::size_t j = 0; j < goal.size(); ++j)
+    EXPECT_NEAR(s.state.position[j], goal[j], 1e-6);
+  EXPECT_EQ(s.guardActions(), 0u);
+  EXPECT_EQ(s.output.status.faults[0], 0u) << safety::describe(s.control.faultRecord(0), 6);
+}
+
+TEST(LossyLinks, AMotionArrivesAlthoughItsCommandsAreLate) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 50; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    System s("laptop", patient);
+    const auto goal = startMotion(s);
+    for (int i = 0; i < 10000 && (i < 200 || s.output.status.busy[0] != 0 || !s.standing()); ++i) {
+      if (i % 100 == 0)
+        s.command_delay = random.integer(0, 5);
+      s.tick();
+      if (i % 200 == 0)
+        s.order(dds::ControlKind::kKeepLease);
+    }
+    expectArrived(s, goal);
+  }
+}
+
+TEST(LossyLinks, AMotionArrivesExactlyAndWithinItsLimits) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 20; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    System s("laptop-1khz", patient);
+    const auto goal = startMotion(s);
+    Disturber disturber(seed);
+    auto last = s.state.setpoint;
+    for (int i = 0; i < 10000 && (i < 10 || s.output.status.busy[0] != 0 || !s.standing()); ++i) {
+      disturber.tick(s);
+      s.tick();
+      if (i % 200 == 0)
+        s.order(dds::ControlKind::kKeepLease);
+      for (std::size_t j = 0; j < last.size(); ++j)
+        ASSERT_LE(std::abs(s.state.setpoint[j] - last[j]), 1e-3 * (j < 3 ? 5e-3 : 0.5) * (1 + 1e-6))
+            << "joint " << j << ", " << i;
+      last = s.state.setpoint;
+    }
+    expectArrived(s, goal);
+  }
+}
+
+}  // namespace
+}  // namespace tandem::test

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sim/tip_tracker.h"
+#include "tests/unit/safety/allocation_counter.h"
+#include "tests/unit/support/random_tubes.h"
+
+namespace tandem::sim {
+namespace {
+
+constexpr std::int64_t kMillisecond = 1'000'000;
+
+PlantOptions compliant() {
+  PlantOptions options;
+  options.model = "compliant";
+  return options;
+}
+
+std::vector<kinematics::ConcentricTubeArm> arms() { return {test::arkArm(0.005), test::arkArm(-0.005)}; }
+
+void place(PlantTips& tips, int configuration) {
+  tips.restart();
+  for (int k = 0; k < tips.armCount(); ++k)
+    tips.update(k, test::arkStart(configuration, k));
+}
+
+TEST(PlantTips, FollowTheModelAskedFor) {
+  for (const char* name : {"rigid", "compliant"}) {
+    PlantOptions options;
+    options.model = name;
+    PlantTips tips(arms(), options);
+    EXPECT_FALSE(tips.valid(0)) << "nothing is known before the first update";
+    for (int configuration = 0; configuration < 3; ++configuration) {
+      place(tips, configuration);
+      for (int k = 0; k < 2; ++k) {
+        kinematics::Tip tip;
+        const auto model = kinematics::makeArmModel(name, arms()[static_cast<std::size_t>(k)]);
+        ASSERT_EQ(model->tip(test::arkStart(configuration, k), tip), kinematics::ModelStatus::kOk);
+        EXPECT_TRUE(tips.valid(k));
+        EXPECT_EQ(tips.pose(k).matrix(), tip.pose.matrix());
+      }
+    }
+  }
+}
+
+TEST(PlantTips, ErrorsOfTubesAreSeededAndOnesGivenTakeTheirPlace) {
+  PlantOptions options = compliant();
+  options.tube_deviation = {0.05, 0.1, 0.08, 0.01};
+  options.seed = 3;
+  constexpr int kArms = 400;
+  const kinematics::ConcentricTubeArm ideal = test::arkArm(0.0);
+  double squares = 0.0;
+  for (int k = 0; k < kArms; ++k) {
+    const auto first = withErrors(ideal, k, options), again = withErrors(ideal, k, options);
+    const auto other = withErrors(ideal, k + 1, options);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& a = first.tubes[i].sections.back();
+      EXPECT_EQ(a.curvature, again.tubes[i].sections.back().curvature);
+      EXPECT_NE(a.curvature, other.tubes[i].sections.back().curvature);
+      EXPECT_NEAR(first.tubes[i].sections[0].length / ideal.tubes[i].sections[0].length,
+                  a.length / ideal.tubes[i].sections.back().length, 1e-12)
+          << "a longer tube is longer everywhere";
+      squares += std::pow(a.torsional_stiffness / ideal.tubes[i].sections.back().torsional_stiffness - 1.0, 2);
+    }
+  }
+  EXPECT_NEAR(std::sqrt(squares / (3 * kArms)), 0.1, 0.01);
+
+  options.tube_errors = {{1, 2, {0.1, 0.2, -0.3, 0.02}}};
+  const auto given = withErrors(ideal, 1, options).tubes[2].sections.back();
+  const auto& of = ideal.tubes[2].sections.back();
+  EXPECT_DOUBLE_EQ(given.bending_stiffness, 1.1 * of.bending_stiffness);
+  EXPECT_DOUBLE_EQ(given.torsional_stiffness, 1.2 * of.torsional_stiffness);
+  EXPECT_DOUBLE_EQ(given.curvature, 0.7 * of.curvature);
+  EXPECT_DOUBLE_EQ(given.length, 1.02 * of.length);
+}
+
+TEST(PlantTips, AForceMovesTheTipItsWay) {
+  PlantOptions options = compliant();
+  PlantTips free(arms(), options);
+  options.tip_forces = {{0, {0.05, 0.0, 0.0}}};
+  PlantTips loaded(arms(), options);
+  place(free, 0);
+  place(loaded, 0);
+  ASSERT_TRUE(loaded.valid(0));
+  EXPECT_GT((loaded.pose(0).translation() - free.pose(0).translation()).x(), 1e-4);
+  EXPECT_EQ(loaded.pose(1).matrix(), free.pose(1).matrix()) << "only where the force is";
+}
+
+TEST(PlantTips, RefuseWhatCannotBe) {
+  const auto refused = [](auto change) {
+    PlantOptions options = compliant();
+    change(options);
+    EXPECT_THROW(PlantTips(arms(), options), std::invalid_argument);
+  };
+  refused([](auto& o) { o.model = "elastic"; });
+  refused([](auto& o) { o.tip_forces = {{2, {1, 0, 0}}}; });
+  refused([](auto& o) { o.tube_errors = {{0, 3, {}}}; });
+  refused([](auto& o) { o.tube_errors = {{0, 0, {0, 0, 0, -1.0}}}; });
+  refused([](auto& o) {
+    o.model = "rigid";
+    o.tip_forces = {{0, {1, 0, 0}}};
+  });
+}
+
+/// Two tubes whose curved ends overlap fully, wound against each other until they let go.
+TEST(PlantTips, SnapsAreCounted) {
+  kinematics::ConcentricTubeArm arm;
+  arm.tubes = {{1.5e-3, 1.3e-3, 58e9, 0.3, {}}, {1.8e-3, 1.6e-3, 58e9, 0.3, {}}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    arm.tubes[i].addSection(i == 0 ? 0.4 : 0.3, 0.0);
+    arm.tubes[i].addSection(0.1, 8.0);
+  }
+  PlantTips tips({arm}, compliant());
+  safety::ArmVector q(4);
+  q << -0.30, -0.20, 0.0, 0.0;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  std::vector<int> jumps;  // degrees
+  constexpr int kTurns = 3;
+  for (int i = 0; i <= 360 * kTurns; ++i) {
+    q[2] = i * std::numbers::pi / 180.0;
+    tips.update(0, q);
+    ASSERT_TRUE(tips.valid(0)) << i << " deg: " << describe(tips.status(0));
+    if (i > 0 && (tips.pose(0).translation() - last).norm() > 5e-3)
+      jumps.push_back(i);
+    last = tips.pose(0).translation();
+  }
+  ASSERT_FALSE(jumps.empty());
+  EXPECT_GT(jumps.front(), 180) << "wound up past the opposite side first";
+  EXPECT_EQ(tips.snaps(0), jumps.size()) << "once for each jump of the tip";
+  for (std::size_t i = 1; i < jumps.size(); ++i)
+    EXPECT_NEAR(jumps[i] - jumps[i - 1], 360, 1) << "once a turn";
+  const std::uint32_t snaps = tips.snaps(0);
+  tips.restart();
+  tips.update(0, q);
+  EXPECT_EQ(tips.snaps(0), snaps) << "a cold start is no snap";
+}
+
+TEST(PlantTips, UpdatesAllocateNothing) {
+  if (!test::canCountAllocations())
+    GTEST_SKIP() << "sanitizers bring their own allocator";
+  PlantOptions options;
+  options.tracker = {true, 40.0, 1e-4, 1e-2, 0.1, 0.1};
+  PlantTips tips(arms(), options);
+  TipTracker tracker(2, options.tracker, 1);
+  place(tips, 1);  // its joint vectors come from the heap
+  const std::size_t before = test::allocationCount();
+  tracker.restart(tips, 0, 0);
+  for (int i = 0; i < 100; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      Eigen::Matrix<double, 6, 1> q = Eigen::Matrix<double, 6, 1>::Zero();
+      q << -0.15 + 1e-4 * i, -0.1, -0.05, 3.0 + 0.01 * i, 1.5, 0.8;
+      tips.update(k, q);
+    }
+    tracker.step(tips, i * 10 * kMillisecond, 0);
+  }
+  EXPECT_EQ(test::allocationCount(), before);
+}
+
+struct Tracker : ::testing::Test {
+  PlantTips tips{arms(), compliant()};
+  TipTrackerOptions options{true, 100.0, 0.0, 0.0, 0.0, 0.0};
+  Tracker() { place(tips, 1); }
+};
+
+TEST_F(Tracker, MeasuresAtItsRateAndTellsAfterItsDelay) {
+  options.rate = 40.0;
+  options.delay = 0.060;
+  TipTracker tracker(2, options, 1);
+  tracker.restart(tips, 5 * kMillisecond, 77);
+  EXPECT_EQ(tracker.latest().stamp, 5 * kMillisecond);
+  EXPECT_EQ(tracker.latest().mark, 77u);
+  std::int64_t told = 0;
+  std::uint64_t last = tracker.latest().sequence;
+  for (std::int64_t t = 6; t <= 1005; ++t) {
+    const bool is_new = tracker.step(tips, t * kMillisecond, static_cast<std::uint64_t>(t));
+    ASSERT_EQ(is_new, tracker.latest().sequence != last);
+    last = tracker.latest().sequence;
+    if (!is_new)
+      continue;
+    ++told;
+    EXPECT_EQ(tracker.latest().stamp, (5 + 25 * told) * kMillisecond);
+    EXPECT_EQ(t * kMillisecond - tracker.latest().stamp, 60 * kMillisecond) << "not earlier, not later";
+    EXPECT_EQ(tracker.latest().mark, static_cast<std::uint64_t>(5 + 25 * told)) << "of when it was measured";
+  }
+  EXPECT_EQ(told, 37);  // of 40 measured within the second, those that had 60 ms left
+}
+
+TEST_F(Tracker, NoiseAndDropOutsAreAsAskedFor) {
+  options.position_noise = 0.3e-3;
+  options.rotation_noise = 0.01;
+  options.drop_out = 0.2;
+  TipTracker tracker(2, options, 11), again(2, options, 11), other(2, options, 12);
+  for (TipTracker* t : {&tracker, &again, &other})
+    t->restart(tips, 0, 0);
+  EXPECT_TRUE(tracker.latest().valid[0] && tracker.latest().valid[1]) << "a robot that stands has been seen";
+  constexpr int kCount = 20000;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero(), squares = sum, turns = sum;
+  int dropped = 0, both = 0;
+  for (int i = 1; i <= kCount; ++i) {
+    for (TipTracker* t : {&tracker, &again, &other})
+      t->step(tips, i * 10 * kMillisecond, 0);
+    const TipMeasurement& m = tracker.latest();
+    ASSERT_EQ(m.sequence, static_cast<std::uint64_t>(i + 1));
+    ASSERT_EQ(m.position[1], again.latest().position[1]);
+    ASSERT_NE(m.position[1], other.latest().position[1]);
+    const Eigen::Vector3d error = m.position[1] - tips.pose(1).translation();
+    const Eigen::AngleAxisd turn(m.orientation[1] * Eigen::Quaterniond(tips.pose(1).linear()).conjugate());
+    sum += error;
+    squares += error.cwiseAbs2();
+    turns += (turn.angle() * turn.axis()).cwiseAbs2();
+    dropped += m.valid[0] ? 0 : 1;
+    both += m.valid[0] || m.valid[1] ? 0 : 1;
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(std::sqrt(squares[i] / kCount), 0.3e-3, 0.01e-3);
+    EXPECT_NEAR(std::sqrt(turns[i] / kCount), 0.01, 0.0003);
+    EXPECT_NEAR(sum[i] / kCount, 0.0, 5.0 * 0.3e-3 / std::sqrt(kCount));
+  }
+  EXPECT_NEAR(dropped / double{kCount}, 0.2, 0.015);
+  EXPECT_NEAR(both / double{kCount}, 0.04, 0.008) << "arms drop out independently";
+  // From the first number again, whatever the time.
+  const Eigen::Vector3d first = again.latest().position[0];
+  tracker.restart(tips, 1, 0);
+  for (int i = 1; i <= kCount; ++i)
+    tracker.step(tips, 1 + i * 10 * kMillisecond, 0);
+  EXPECT_EQ(tracker.latest().position[0], first);
+}
+
+}  // namespace
+}  // namespace tandem::sim
