@@ -7,96 +7,28 @@ import signal
 import subprocess
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
-import system  # noqa: E402
-
-# Function is tested here, on any machine, however busy; the time budgets have tests of their own in simulated time.
-BUDGETS = ("{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000, drive_heartbeat_ms: 1000}")
-
-
-class HalTest(system.SystemTest):
-    """Hardware and deployment of one's own; drives started by the test or by the deployment."""
-
-    def setUp(self):
-        super().setUp()
-        preset = (system.PRESETS / "hardware" / "ark2024-two-buses.yaml").read_text()
-        for bus in "ab":
-            preset = preset.replace(f"unix:/tmp/tandem-bus-{bus}", f"unix:{self.socket(bus)}")
-        preset = preset.replace("../robots/ark2024.yaml", str(system.PRESETS / "robots" / "ark2024.yaml"))
-        self.hardware = self.folder / "hardware.yaml"
-        self.hardware.write_text(preset.replace("feedback_budget_ms: 300", "feedback_budget_ms: 900"))
-
-    def socket(self, bus):
-        return self.folder / f"bus-{bus}"
-
-    def control(self, bus):
-        return self.folder / f"control-{bus}"
-
-    def drive_sim(self, bus, *more):
-        """Simulated drives of one bus, started by the test; ready when its control socket answers."""
-        process = subprocess.Popen([system.executable("tandem-drive-sim"), "--hardware", str(self.hardware),
-                                    "--hardware-bus", f"bus_{bus}", "--control", str(self.control(bus)), "--log",
-                                    "warn", *more], start_new_session=True)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        system.until(lambda: self.tell(bus, "state", check=False).returncode == 0, 20, "the drives answer")
-        return process
-
-    def tell(self, bus, line, check=True):
-        answer = system.run("--control", self.control(bus), "--send", line, program="tandem-drive-sim")
-        if check:
-            self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
-        return answer
-
-    def drives(self, bus):
-        return json.loads(self.tell(bus, "state").stdout)["drives"]
-
-    def start_hal(self, with_drives=False):
-        path = system.deployment(self.folder, "drives", hardware=self.hardware, budgets=BUDGETS)
-        text = path.read_text().replace("[--hardware, ark2024-two-buses,", f"[--hardware, {self.hardware},")
-        if not with_drives:
-            lines, kept, skipping = text.splitlines(), [], False
-            for line in lines:
-                if line.startswith("  - "):
-                    skipping = "drives-" in line
-                elif not line.startswith("   "):
-                    skipping = False
-                if not skipping:
-                    kept.append(line)
-            text = "\n".join(kept) + "\n"
-        path.write_text(text)
-        started = system.System(path)
-        self.addCleanup(started.close)
-        return started
-
-    def monitor(self, running):
-        answer = self.assert_ok(system.run("can", "monitor", running.path, "--once", "--json"))
-        return json.loads(answer.stdout)
-
-    def await_ready(self, running):
-        return system.until(lambda: (lambda m: all(arm["homed"] for arm in m["arms"]) and m)(self.monitor(running)),
-                            30, "all axes know where they are")
-
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from hardware import HalTest, system  # noqa: E402
 
 class Can(HalTest):
     """`tandem can` where no master is."""
 
     def setUp(self):
         super().setUp()
-        self.bus = f"unix:{self.socket('a')}"
+        self.address = self.bus("a")
         self.drive_sim("a")
 
     def test_scan_lists_who_is_there(self):
-        found = json.loads(self.assert_ok(system.run("can", "scan", "--bus", self.bus, "--json")).stdout)
+        found = json.loads(self.assert_ok(system.run("can", "scan", "--bus", self.address, "--json")).stdout)
         self.assertEqual([node["node"] for node in found], [1, 2, 3, 4, 5, 6, 17, 18, 19, 20, 21, 22])
         self.assertEqual([node["profile"] for node in found], 6 * [402] + 6 * [406])
         self.assertEqual([node["serial"] for node in found], [1000 + node["node"] for node in found])
         self.assertEqual({node["drive_state"] for node in found[:6]}, {"switch on disabled"})
-        self.assertIn("402 drive", self.assert_ok(system.run("can", "scan", "--bus", self.bus)).stdout)
+        self.assertIn("402 drive", self.assert_ok(system.run("can", "scan", "--bus", self.address)).stdout)
 
     def test_objects_are_read_and_written(self):
         def od(*words):
-            return system.run("can", "od", "--bus", self.bus, "--json", *words)
+            return system.run("can", "od", "--bus", self.address, "--json", *words)
 
         self.assertEqual(json.loads(self.assert_ok(od("1", "1000")).stdout)["unsigned"] & 0xFFFF, 402)
         written = json.loads(self.assert_ok(od("1", "607D:1", "--", "-12345")).stdout)
@@ -111,12 +43,12 @@ class Can(HalTest):
 
     def test_a_log_holds_what_was_on_the_bus(self):
         log = self.folder / "bus.log"
-        recorder = subprocess.Popen([system.executable(), "can", "log", "--bus", self.bus, "-o", str(log), "--for", "5"],
+        recorder = subprocess.Popen([system.executable(), "can", "log", "--bus", self.address, "-o", str(log), "--for", "5"],
                                     stderr=subprocess.DEVNULL, start_new_session=True)
         self.addCleanup(system.until, lambda: recorder.poll() is not None, 10, "the recorder ends")
 
         def seen():
-            self.assert_ok(system.run("can", "od", "--bus", self.bus, "2", "1018:4"))
+            self.assert_ok(system.run("can", "od", "--bus", self.address, "2", "1018:4"))
             recorder.send_signal(signal.SIGINT)
             return recorder.wait(10) == 0
 
@@ -149,7 +81,7 @@ class Session(HalTest):
         self.assertEqual({axis["guards"] for axis in monitor["axes"]}, {"none"})
         self.assertEqual({axis["temperature"] for axis in monitor["axes"]} - {None}, {25.0})
         self.assertIn("nothing to do", self.assert_ok(system.run("home", "-d", running.path)).stdout)
-        self.assert_refused(system.run("can", "scan", "--bus", f"unix:{self.socket('a')}"), "master")
+        self.assert_refused(system.run("can", "scan", "--bus", self.bus("a")), "master")
 
         home = running.joints()
         self.assert_ok(running.robot("enable"))
@@ -195,18 +127,6 @@ class Death(HalTest):
         positions = [drive["position"] for drive in self.drives("a")]
         self.assertEqual(positions, [drive["position"] for drive in self.drives("a")])
         running.event("stopped", 20)
-
-
-class Table3(HalTest):
-    def test_a_run_of_table_3_converges_at_every_point(self):
-        path = system.deployment(self.folder, "drives", hardware=self.hardware, budgets=BUDGETS)
-        path.write_text(path.read_text().replace("[--hardware, ark2024-two-buses,", f"[--hardware, {self.hardware},"))
-        answer = system.run("experiment", "table3", "-d", path, "--only", "rectangle-2-nspqp", "--json", timeout=350)
-        self.assert_ok(answer)
-        row = json.loads(answer.stdout)["rows"][0]
-        self.assertEqual((row["converged"], row["points"], row["limit_violations"]), (100, 100, 0))
-        self.assertLess(row["epsilon_ab"]["max_mm"], 0.88)
-        self.assertLess(row["epsilon_a"]["max_mm"], 0.88)
 
 
 if __name__ == "__main__":

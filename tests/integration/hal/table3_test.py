@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Table 3 with tandem-hal and two buses of simulated drives in the simulator's place.
+
+Configuration 2 with both trajectories and every method: the paper's shapes and distances between points, an eighth of
+their length. TANDEM_ONLY=rectangle-1 (or any part of a run's name) runs the whole experiment's runs of that name."""
+import csv
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from hardware import HalTest, system  # noqa: E402
+
+METHODS = ["nspwln", "nspwln-joint", "nspqp", "snsqp"]
+TOLERANCE_MM = 0.88
+EXPERIMENT = """\
+tandem: experiment/1
+name: table3-short
+robot: {robot}
+methods: [{methods}]
+relative_gain_per_s: 5
+tip_gain_per_s: 3
+configurations:
+  - name: "2"
+    joints:
+      - {{arm: arm_a, beta_mm: [-150, -100, -50], alpha_deg: [180, 90, 45]}}
+      - {{arm: arm_b, beta_mm: [-130, -120, -100], alpha_deg: [90, -60, -270]}}
+trajectories:
+  - {{name: rectangle, configurations: ["2"], shape: {{rectangle: {{first_mm: [0, 2.4, 0], second_mm: [-2.4, 0, 0]}}}},
+     points: 12, tolerance_mm: 0.88, max_iterations: 100}}
+  - {{name: lissajous, configurations: ["2"], shape: {{lissajous: {{amplitude_mm: [0, 1.2, 1.2], cycles: [0, 1, 2]}}}},
+     points: 12, tolerance_mm: 0.88, max_iterations: 100}}
+"""
+
+
+class Table3(HalTest):
+    def setUp(self):
+        super().setUp()
+        self.experiment = self.folder / "table3-short.yaml"
+        self.experiment.write_text(EXPERIMENT.format(robot=system.PRESETS / "robots" / "ark2024.yaml",
+                                                     methods=", ".join(METHODS)))
+        for bus in "ab":
+            self.drive_sim(bus)
+
+    def run_experiment(self, name, *options, timeout):
+        answer = system.run("experiment", *options, "--csv", self.folder / name, "--json", timeout=timeout)
+        self.assert_ok(answer)
+        with open(self.folder / name / "summary.csv", newline="", encoding="utf-8") as file:
+            return {f"{row['trajectory']}-{row['configuration']}-{row['method']}": row for row in csv.DictReader(file)}
+
+    def test_every_run_converges_as_in_simulation(self):
+        only = os.environ.get("TANDEM_ONLY")
+        words = ["table3", "--only", only] if only else [self.experiment]
+        limit = 3600 if only else 110
+        begin = time.monotonic()
+        wanted = self.run_experiment("offline", *words, "--offline", timeout=limit)
+        path = self.deployment()
+        found = self.run_experiment("hal", *words, "--deployment", path, timeout=limit)
+        self.assertEqual(set(found), set(wanted))
+        print(f"{len(found)} runs in {time.monotonic() - begin:.0f} s; iterations, largest errors in mm: hal (tandem-sim)")
+        for name, row in found.items():
+            sim = wanted[name]
+            print(f"  {name:24} {row['iterations']:>4} ({sim['iterations']:>4})   relative {row['max_ab']} "
+                  f"({sim['max_ab']})   tip {row['max_a']} ({sim['max_a']})   gate {row['gate_actions']} "
+                  f"({sim['gate_actions']})", flush=True)
+        for name, row in found.items():
+            self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], "0"), name)
+            self.assertLessEqual(max(float(row["max_ab"]), float(row["max_a"])), TOLERANCE_MM, name)
+            # Drives lag behind their targets by some milliseconds, of 100 in an iteration.
+            self.assertLessEqual(int(row["iterations"]), 1.25 * int(wanted[name]["iterations"]) + 2, name)
+            self.assertGreaterEqual(int(row["iterations"]), 0.8 * int(wanted[name]["iterations"]) - 2, name)
+        self.assert_limits_kept()
+        self.assertGreater(min(drive["travel"] for bus in "ab" for drive in self.drives(bus)), 0)
+
+    def test_the_bus_carries_what_the_calculator_says(self):
+        running = self.start_hal()
+        self.await_ready(running)
+        budget = json.loads(self.assert_ok(system.run("can", "budget", self.hardware, "--json")).stdout)
+        log = self.folder / "bus.log"
+        self.assert_ok(subprocess.run([system.executable(), "can", "log", "--bus", self.bus("a"), "-o", str(log), "--for",
+                                       "2"], capture_output=True, text=True, timeout=30, check=False))
+        identifiers = [int(word, 16) for word in re.findall(r" ([0-9A-F]{3})#", log.read_text())]
+        marks = [i for i, identifier in enumerate(identifiers) if identifier == 0x080]
+        self.assertGreater(len(marks), 100)
+        cyclic = [i for i in identifiers[marks[0]:marks[-1]] if i == 0x080 or 0x180 <= i < 0x580]
+        cycles, per_cycle = len(marks) - 1, budget[0]["frames_per_cycle"]
+        print(f"{len(cyclic) / cycles:.3f} frames a cycle in {cycles} cycles; the calculator says {per_cycle}", flush=True)
+        # The first and the last cycle may have lent each other what came late.
+        self.assertLessEqual(abs(len(cyclic) - per_cycle * cycles), per_cycle)
+
+
+if __name__ == "__main__":
+    system.main()
