@@ -10,6 +10,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from hardware import HalTest, system  # noqa: E402
 
+
 class Can(HalTest):
     """`tandem can` where no master is."""
 
@@ -43,8 +44,8 @@ class Can(HalTest):
 
     def test_a_log_holds_what_was_on_the_bus(self):
         log = self.folder / "bus.log"
-        recorder = subprocess.Popen([system.executable(), "can", "log", "--bus", self.address, "-o", str(log), "--for", "5"],
-                                    stderr=subprocess.DEVNULL, start_new_session=True)
+        recorder = subprocess.Popen([system.executable(), "can", "log", "--bus", self.address, "-o", str(log), "--for",
+                                     "5"], stderr=subprocess.DEVNULL, start_new_session=True)
         self.addCleanup(system.until, lambda: recorder.poll() is not None, 10, "the recorder ends")
 
         def seen():

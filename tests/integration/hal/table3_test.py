@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Table 3 with tandem-hal and two buses of simulated drives in the simulator's place.
 
-Configuration 2 with both trajectories and every method: the paper's shapes and distances between points, an eighth of
+Configuration 2 with both trajectories and every method: the paper's shapes and distances between points, a twelfth of
 their length. TANDEM_ONLY=rectangle-1 (or any part of a run's name) runs the whole experiment's runs of that name."""
+import collections
 import csv
 import json
 import os
 import pathlib
 import re
-import subprocess
 import sys
 import time
 
@@ -30,10 +30,10 @@ configurations:
       - {{arm: arm_a, beta_mm: [-150, -100, -50], alpha_deg: [180, 90, 45]}}
       - {{arm: arm_b, beta_mm: [-130, -120, -100], alpha_deg: [90, -60, -270]}}
 trajectories:
-  - {{name: rectangle, configurations: ["2"], shape: {{rectangle: {{first_mm: [0, 2.4, 0], second_mm: [-2.4, 0, 0]}}}},
-     points: 12, tolerance_mm: 0.88, max_iterations: 100}}
-  - {{name: lissajous, configurations: ["2"], shape: {{lissajous: {{amplitude_mm: [0, 1.2, 1.2], cycles: [0, 1, 2]}}}},
-     points: 12, tolerance_mm: 0.88, max_iterations: 100}}
+  - {{name: rectangle, configurations: ["2"], shape: {{rectangle: {{first_mm: [0, 1.6, 0], second_mm: [-1.6, 0, 0]}}}},
+     points: 8, tolerance_mm: 0.88, max_iterations: 100}}
+  - {{name: lissajous, configurations: ["2"], shape: {{lissajous: {{amplitude_mm: [0, 0.8, 0.8], cycles: [0, 1, 2]}}}},
+     points: 8, tolerance_mm: 0.88, max_iterations: 100}}
 """
 
 
@@ -61,18 +61,22 @@ class Table3(HalTest):
         path = self.deployment()
         found = self.run_experiment("hal", *words, "--deployment", path, timeout=limit)
         self.assertEqual(set(found), set(wanted))
-        print(f"{len(found)} runs in {time.monotonic() - begin:.0f} s; iterations, largest errors in mm: hal (tandem-sim)")
+        print(f"{len(found)} runs in {time.monotonic() - begin:.0f} s; iterations, largest errors in mm: "
+              "hal (tandem-sim in lock-step)")
         for name, row in found.items():
             sim = wanted[name]
-            print(f"  {name:24} {row['iterations']:>4} ({sim['iterations']:>4})   relative {row['max_ab']} "
-                  f"({sim['max_ab']})   tip {row['max_a']} ({sim['max_a']})   gate {row['gate_actions']} "
-                  f"({sim['gate_actions']})", flush=True)
+            print(f"  {name:24} {row['iterations']:>4} ({sim['iterations']:>4})   relative {float(row['max_ab']):.3f} "
+                  f"({float(sim['max_ab']):.3f})   tip {float(row['max_a']):.3f} ({float(sim['max_a']):.3f})   "
+                  f"gate {row['gate_actions']} ({sim['gate_actions']})", flush=True)
         for name, row in found.items():
             self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], "0"), name)
             self.assertLessEqual(max(float(row["max_ab"]), float(row["max_a"])), TOLERANCE_MM, name)
-            # Drives lag behind their targets by some milliseconds, of 100 in an iteration.
-            self.assertLessEqual(int(row["iterations"]), 1.25 * int(wanted[name]["iterations"]) + 2, name)
-            self.assertGreaterEqual(int(row["iterations"]), 0.8 * int(wanted[name]["iterations"]) - 2, name)
+            # In real time a point is judged while the step behind it is still under way: with tandem-sim, too, it takes
+            # up to one iteration more a point than in lock-step. A virtual machine that falls behind says nothing here.
+            steps = int(wanted[name]["iterations"])
+            if not os.environ.get("TANDEM_CAN"):
+                self.assertLessEqual(int(row["iterations"]), steps + int(row["points"]), name)
+                self.assertGreaterEqual(int(row["iterations"]), steps - 2, name)
         self.assert_limits_kept()
         self.assertGreater(min(drive["travel"] for bus in "ab" for drive in self.drives(bus)), 0)
 
@@ -81,16 +85,22 @@ class Table3(HalTest):
         self.await_ready(running)
         budget = json.loads(self.assert_ok(system.run("can", "budget", self.hardware, "--json")).stdout)
         log = self.folder / "bus.log"
-        self.assert_ok(subprocess.run([system.executable(), "can", "log", "--bus", self.bus("a"), "-o", str(log), "--for",
-                                       "2"], capture_output=True, text=True, timeout=30, check=False))
+
+        def recorded():
+            return system.run("can", "log", "--bus", self.bus("a"), "-o", log, "--for", "2").returncode == 0
+
+        system.until(recorded, 30, "a recording without loss")
         identifiers = [int(word, 16) for word in re.findall(r" ([0-9A-F]{3})#", log.read_text())]
-        marks = [i for i, identifier in enumerate(identifiers) if identifier == 0x080]
-        self.assertGreater(len(marks), 100)
-        cyclic = [i for i in identifiers[marks[0]:marks[-1]] if i == 0x080 or 0x180 <= i < 0x580]
-        cycles, per_cycle = len(marks) - 1, budget[0]["frames_per_cycle"]
-        print(f"{len(cyclic) / cycles:.3f} frames a cycle in {cycles} cycles; the calculator says {per_cycle}", flush=True)
-        # The first and the last cycle may have lent each other what came late.
-        self.assertLessEqual(abs(len(cyclic) - per_cycle * cycles), per_cycle)
+        cyclic = [i for i in identifiers if i == 0x080 or 0x180 <= i < 0x580]
+        marks = [i for i, identifier in enumerate(cyclic) if identifier == 0x080]
+        self.assertGreater(len(marks), 50)
+        cycles = collections.Counter(after - before for before, after in zip(marks, marks[1:]))
+        wanted, mean = budget[0]["frames_per_cycle"], (marks[-1] - marks[0]) / (len(marks) - 1)
+        print(f"{mean:.3f} frames a cycle in {len(marks) - 1} cycles; the calculator says {wanted}", flush=True)
+        self.assertEqual(cycles.most_common(1)[0][0], wanted, cycles)
+        # Two SYNCs that find simulated drives late are answered together; the first cycle may lend frames to the last.
+        self.assertLessEqual(mean, wanted * (1 + 1 / (len(marks) - 1)))
+        self.assertGreaterEqual(mean, 0.9 * wanted)
 
 
 if __name__ == "__main__":
