@@ -33,7 +33,10 @@ bool addressOf(const std::string& path, sockaddr_un& address) noexcept {
 
 int openSocket() noexcept { return socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
 
-void enlarge(int fd) noexcept {
+/// Room in its queue, and the time at which each frame was sent.
+void prepare(int fd) noexcept {
+  const int on = 1;
+  setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
   if (setsockopt(fd, SOL_SOCKET, SO_SNDBUFFORCE, &kQueue, sizeof kQueue) != 0)
     setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &kQueue, sizeof kQueue);
 }
@@ -66,17 +69,44 @@ bool wouldBlock(int error) noexcept { return error == EAGAIN || error == EWOULDB
 
 enum class Read : std::uint8_t { kFrame, kInvalid, kNothing, kEnd };
 
-Read readFrame(int fd, canfd_frame& packet, std::size_t& length, CanFrame& frame) noexcept {
+/** The moment of a call of receive(), on both clocks. */
+struct Moment {
+  std::int64_t now = monotonicNow();
+  std::int64_t offset = realtimeOffset();
+};
+
+std::int64_t timeOf(msghdr& header, const Moment& moment) noexcept {
+  for (cmsghdr* part = CMSG_FIRSTHDR(&header); part != nullptr; part = CMSG_NXTHDR(&header, part)) {
+    if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SO_TIMESTAMPNS)
+      continue;
+    timespec stamp;
+    std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
+    return toMonotonic(stamp.tv_sec * std::int64_t{1'000'000'000} + stamp.tv_nsec, moment.now, moment.offset);
+  }
+  return moment.now;
+}
+
+Read readFrame(int fd, const Moment& moment, canfd_frame& packet, std::size_t& length, CanFrame& frame) noexcept {
   // One byte more than a frame, to notice what is longer.
   std::array<char, sizeof(canfd_frame) + 1> bytes;
-  const ssize_t count = recv(fd, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec))> control;
+  iovec part{bytes.data(), bytes.size()};
+  msghdr header{};
+  header.msg_iov = &part;
+  header.msg_iovlen = 1;
+  header.msg_control = control.data();
+  header.msg_controllen = control.size();
+  const ssize_t count = recvmsg(fd, &header, MSG_DONTWAIT);
   if (count < 0)
     return wouldBlock(errno) || errno == EINTR ? Read::kNothing : Read::kEnd;
   if (count == 0)
     return Read::kEnd;
   length = static_cast<std::size_t>(count);
   std::memcpy(&packet, bytes.data(), std::min(length, sizeof packet));
-  return decodeFrame(packet, length, frame) ? Read::kFrame : Read::kInvalid;
+  if (!decodeFrame(packet, length, frame))
+    return Read::kInvalid;
+  frame.time = timeOf(header, moment);
+  return Read::kFrame;
 }
 
 }  // namespace
@@ -102,7 +132,7 @@ bool SeqpacketBus::connect() noexcept {
   fd_ = connectTo(path_);
   if (fd_ < 0)
     return false;
-  enlarge(fd_);
+  prepare(fd_);
   watch(poll_, fd_);
   noteState(BusState::kActive);
   return true;
@@ -138,11 +168,11 @@ std::size_t SeqpacketBus::send(std::span<const CanFrame> frames) noexcept {
 }
 
 std::size_t SeqpacketBus::receive(std::span<CanFrame> frames) noexcept {
-  const std::int64_t now = monotonicNow();
+  const Moment moment;
   if (fd_ < 0) {
-    if (now < next_attempt_)
+    if (moment.now < next_attempt_)
       return 0;
-    next_attempt_ = now + kRetry;
+    next_attempt_ = moment.now + kRetry;
     if (!connect())
       return 0;
   }
@@ -150,7 +180,7 @@ std::size_t SeqpacketBus::receive(std::span<CanFrame> frames) noexcept {
   while (filled < frames.size()) {
     canfd_frame packet;
     std::size_t length = 0;
-    const Read read = readFrame(fd_, packet, length, frames[filled]);
+    const Read read = readFrame(fd_, moment, packet, length, frames[filled]);
     if (read == Read::kNothing)
       break;
     if (read == Read::kEnd) {
@@ -161,7 +191,6 @@ std::size_t SeqpacketBus::receive(std::span<CanFrame> frames) noexcept {
     if (read == Read::kInvalid) {
       ++counters_.rx_invalid;
     } else if (wants(frames[filled]) && (fd_frames_ || !frames[filled].fd)) {
-      frames[filled].time = now;
       if (frames[filled].error)
         noteError(frames[filled]);
       ++filled;
@@ -209,7 +238,7 @@ void SeqpacketHub::accept() noexcept {
     const int fd = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0)
       return;
-    enlarge(fd);
+    prepare(fd);
     watch(poll_, fd);
     peers_[peer_count_++] = fd;
   }
@@ -246,7 +275,7 @@ std::size_t SeqpacketHub::send(std::span<const CanFrame> frames) noexcept {
 
 std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
   accept();
-  const std::int64_t now = monotonicNow();
+  const Moment moment;
   std::size_t filled = 0;
   std::size_t idle = 0;
   // In turn, so that one party that floods does not silence the others.
@@ -255,7 +284,7 @@ std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
       peer = 0;
     canfd_frame packet;
     std::size_t length = 0;
-    const Read read = readFrame(peers_[peer], packet, length, frames[filled]);
+    const Read read = readFrame(peers_[peer], moment, packet, length, frames[filled]);
     idle = read == Read::kNothing ? idle + 1 : 0;
     if (read == Read::kEnd) {
       drop(peer);
@@ -264,7 +293,7 @@ std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
     } else if (read == Read::kFrame) {
       forward(&packet, length, peers_[peer]);
       if (wants(frames[filled]) && (fd_frames_ || !frames[filled].fd))
-        frames[filled++].time = now;
+        ++filled;
     }
   }
   for (std::size_t k = 0; k < filled; ++k) {

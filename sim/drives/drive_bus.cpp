@@ -220,8 +220,9 @@ void DriveBus::sendError(std::uint32_t error_class) noexcept {
 }
 
 void DriveBus::poll(std::int64_t now) noexcept {
-  advance(now);
+  time_ = std::max(time_, now - kMostCatchUp);
   receive(now);
+  advance(now);
   for (Node& node : nodes_)
     collect(node, now);
   release(now);
@@ -230,7 +231,6 @@ void DriveBus::poll(std::int64_t now) noexcept {
 }
 
 void DriveBus::advance(std::int64_t now) noexcept {
-  time_ = std::max(time_, now - kMostCatchUp);
   while (time_ + kStep <= now) {
     time_ += kStep;
     expire(time_);
@@ -276,12 +276,16 @@ void DriveBus::receive(std::int64_t now) noexcept {
     for (std::size_t k = 0; k < count; ++k) {
       if (incoming_[k].error)
         continue;
+      // Drives take frames when they come, however late this process is: first goes the time until then.
+      const std::int64_t came =
+          incoming_[k].time == 0 ? now : std::clamp(incoming_[k].time, time_, std::max(time_, now));
+      advance(came);
       for (Node& node : nodes_) {
         if (loses(node)) {
           ++record_.lost;
           continue;
         }
-        node.device->receive(incoming_[k], now);
+        node.device->receive(incoming_[k], came);
       }
     }
   }

@@ -43,7 +43,7 @@ class DriveBus {
   DriveBus(hal::can::Bus& bus, const BusSpec& spec, std::int64_t now);
   ~DriveBus();
 
-  /// Physics and timers up to `now`, then what has come, then what is to be sent.
+  /// Physics and timers up to `now`, what has come at the time when it came, then what is to be sent.
   void poll(std::int64_t now) noexcept;
 
   /// False: the bus has no such node, or a node of that kind cannot have this fault.

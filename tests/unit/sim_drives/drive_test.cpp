@@ -91,6 +91,27 @@ TEST(Drive, FollowsCyclicSetpointsWithinItsWindow) {
   }
 }
 
+TEST(Drive, MovesTheSameWhenItsProcessIsLate) {
+  DriveRecord records[2];
+  double positions[2];
+  for (const bool late : {false, true}) {
+    DriveRig rig(1);
+    ASSERT_TRUE(rig.ready());
+    for (int k = 0; k < 10; ++k) {
+      rig.stalled = late;
+      ramp(rig, 200e3, 0.08);  // longer than the deadline of the command PDO
+      rig.stalled = false;
+      ramp(rig, 200e3, 0.02);
+    }
+    EXPECT_EQ(rig.drive().counters().rpdo_timeouts, 0u);
+    records[late] = rig.drive().record();
+    positions[late] = rig.drive().position();
+  }
+  EXPECT_EQ(positions[1], positions[0]);
+  EXPECT_EQ(records[1].max_jump, records[0].max_jump);
+  EXPECT_EQ(records[1].peak_velocity, records[0].peak_velocity);
+}
+
 TEST(Drive, QuickStopKeepsItsDeceleration) {
   for (const std::int64_t deceleration : {500'000, 2'000'000}) {
     DriveRig rig(1);

@@ -91,6 +91,7 @@ struct DriveRig {
   hal::canopen::Network network;
   bool alive = true;      ///< the master runs
   bool setpoints = true;  ///< it sends RPDOs
+  bool stalled = false;   ///< the process of the drives does not come round
 
   explicit DriveRig(const sim::drives::BusSpec& spec)
       : drives(drive_port, spec, now), network(master_port, hal::canopen::NetworkOptions{}) {}
@@ -107,7 +108,7 @@ struct DriveRig {
     for (std::int64_t k = 0; k < kBusPeriod; k += kMillisecond) {
       now += kMillisecond;
       wire.now = now;
-      drives.poll(now);
+      poll();
       if (!alive)
         continue;
       network.receive(now);
@@ -117,8 +118,12 @@ struct DriveRig {
       } else {
         network.transmit(now);
       }
-      drives.poll(now);
+      poll();
     }
+  }
+  void poll() {
+    if (!stalled)
+      drives.poll(now);
   }
   void cycle() {
     cycle([] {});
