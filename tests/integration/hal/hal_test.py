@@ -109,6 +109,17 @@ class Session(HalTest):
         self.assertEqual({drive["limit_hits"] for bus in "ab" for drive in self.drives(bus)}, {0})
 
 
+class Up(HalTest):
+    def test_a_deployment_starts_its_drives_and_moves(self):
+        running = self.start_hal(with_drives=True)
+        self.assertEqual(set(running.pids), {"drives-a", "drives-b", "hal", "control", "planning"})
+        self.await_ready(running)
+        start = running.joints()
+        self.assert_ok(running.robot("run", self.trajectory("short", [0, 3, 0], points=4)))
+        self.assertNotEqual(running.joints(), start)
+        self.assertEqual(running.states(), ["DISABLED", "DISABLED"])
+
+
 class Death(HalTest):
     def test_drives_stop_by_themselves_when_the_hal_is_killed(self):
         for bus in "ab":

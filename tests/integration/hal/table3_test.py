@@ -9,11 +9,12 @@ import json
 import os
 import pathlib
 import re
+import subprocess
 import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from hardware import HalTest, system  # noqa: E402
+from hardware import HalTest, favour, system  # noqa: E402
 
 METHODS = ["nspwln", "nspwln-joint", "nspqp", "snsqp"]
 TOLERANCE_MM = 0.88
@@ -47,8 +48,12 @@ class Table3(HalTest):
             self.drive_sim(bus)
 
     def run_experiment(self, name, *options, timeout):
-        answer = system.run("experiment", *options, "--csv", self.folder / name, "--json", timeout=timeout)
-        self.assert_ok(answer)
+        words = [system.executable(), "experiment", *map(str, options), "--csv", str(self.folder / name), "--json"]
+        process = favour(subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                          start_new_session=True))
+        self.addCleanup(system.reap, process)
+        output, errors = process.communicate(timeout=timeout)
+        self.assertEqual(process.returncode, 0, output + errors)
         with open(self.folder / name / "summary.csv", newline="", encoding="utf-8") as file:
             return {f"{row['trajectory']}-{row['configuration']}-{row['method']}": row for row in csv.DictReader(file)}
 
