@@ -123,9 +123,10 @@ class HalTest(system.SystemTest):
     def assert_limits_kept(self):
         """What the drives saw: no target outside of their limits, no joint faster than the hardware file allows.
 
-        Simulated drives in a virtual machine that falls behind find the targets of several cycles at once, and go after
-        them as fast as their maximum motor speed (6080) lets them, which the HAL sets to the double."""
-        haste = 2.01 if os.environ.get("TANDEM_CAN") else 1.0
+        A HAL that comes a cycle late on an ordinary scheduler sends two targets in one interval, which a drive goes after
+        with twice the speed, up to its maximum motor speed (6080: the double of the file's). In a virtual machine with
+        one slow CPU that happens often enough to reach it."""
+        haste = 2.01 if os.environ.get("TANDEM_CAN") else 1.5
         for bus in "ab":
             for drive, velocity in zip(self.drives(bus), VELOCITY):
                 scale = COUNTS_PER_M if drive["id"] <= 3 else COUNTS_PER_RAD
