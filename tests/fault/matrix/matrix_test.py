@@ -151,7 +151,8 @@ class Processes(HalTest):
         found.update(victim=victim, signal=sign, budget=limit)
         measured["processes"].append(found)
         print(f"  {found['signal']} {victim}: stops after {found['stopping']:.0f} ms (budget {limit:.0f}), "
-              f"stands after {found['standing']:.0f} ms, no torque after {found['powerless']:.0f} ms, {found['travel']:.3f} mm, "
+              f"stands after {found['standing']:.0f} ms, no torque after {found['powerless']:.0f} ms, "
+              f"{found['travel']:.3f} mm, "
               f"{found['turn']:.3f} deg; {found['state']}", flush=True)
         ramp = 1e3 * VELOCITY_MM_PER_S / RAMP_MM_PER_S2
         self.assertLessEqual(found["stopping"], limit + ramp + MACHINE_MS)
@@ -218,14 +219,16 @@ def device_line(row, report):
     travel = None if budget.noticed is None else budget.travel(report["speed_mm_per_s"])
     rarely = f" ({row['stopped']} of {report['runs']} runs)" if budget.rarely else ""
     cells = [where, f"`{fault}`{f' {value:g}' if value else ''}", number(row["noticed"]) + rarely,
-             number(budget.noticed), number(row["standing"]), number(row["travel"], 2), number(travel, 2), number(row["turn"], 2),
+             number(budget.noticed), number(row["standing"]), number(row["travel"], 2),
+             number(travel, 2), number(row["turn"], 2),
              ", ".join(row["guards"]) or "-", budget.reason]
     return f"| {' | '.join(cells)} |"
 
 
 def process_line(row):
     cells = [row["signal"], f"`{row['victim']}`", number(row["stopping"]), number(row["budget"]),
-             number(row["standing"]), number(row["powerless"]), number(row["travel"], 3), number(row["turn"], 3), row["state"],
+             number(row["standing"]), number(row["powerless"]), number(row["travel"], 3),
+             number(row["turn"], 3), row["state"],
              PROCESSES[row["victim"]].reason]
     return f"| {' | '.join(cells)} |"
 

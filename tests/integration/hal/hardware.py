@@ -123,9 +123,9 @@ class HalTest(system.SystemTest):
     def assert_limits_kept(self):
         """What the drives saw: no target outside of their limits, no joint faster than the hardware file allows.
 
-        A HAL that comes a cycle late on an ordinary scheduler sends two targets in one interval, which a drive goes after
-        with twice the speed, up to its maximum motor speed (6080: the double of the file's). In a virtual machine with
-        one slow CPU that happens often enough to reach it."""
+        A HAL that comes a cycle late on an ordinary scheduler sends two targets in one interval, which a drive goes
+        after with twice the speed, up to its maximum motor speed (6080: the double of the file's). In a virtual machine
+        with one slow CPU that happens often enough to reach it."""
         haste = 2.01 if os.environ.get("TANDEM_CAN") else 1.5
         for bus in "ab":
             for drive, velocity in zip(self.drives(bus), VELOCITY):
