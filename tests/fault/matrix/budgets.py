@@ -5,7 +5,7 @@ import dataclasses
 PERIOD_MS = 4
 RAMP_MM_PER_S2 = 100     # stop_deceleration of a translation
 STAND_MS = 64            # from FAULT to standstill: 4 mm/s over the ramp is 40 ms, then the lag of the drives
-COAST_MS = 50            # more where a motor coasts, because its drive cannot brake
+COAST_MS = 50            # more where a motor coasts: its drive cannot brake, or does not know where it is
 FOLLOWING_MM, FOLLOWING_MS, TOLERANCE_MM, SPEED_MM_PER_S = 0.5, 20, 0.2, 4
 FOLLOWING_DEG, SPEED_DEG_PER_S = 2.865, 17.19
 MARGIN_MS = 3 * PERIOD_MS  # frames of one cycle are judged in the next; the motor's own lag
@@ -58,7 +58,7 @@ DEVICES = {
     ("drive", "off", 0): silent(coasts=True),
     ("drive", "stuck", 0): following(),
     ("drive, rotation", "stuck", 0): following(FOLLOWING_DEG, SPEED_DEG_PER_S),
-    ("drive", "garbage", 0): at_once(),
+    ("drive", "garbage", 0): at_once(coasts=True),
     ("drive", "wrong", 0): at_once(),
     ("drive", "slow", 0.2): ridden("the joint is fast enough for this speed"),
     ("drive", "slow", 0.001): following(),

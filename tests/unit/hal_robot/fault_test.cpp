@@ -79,6 +79,10 @@ TEST_P(HardwareFault, StopsItsArmAndOnlyThatAndComesBackWithoutMoving) {
   GuardMask seen = 0;
   for (const HardwareEvent& event : system.events)
     seen |= event.kind == HardwareEvent::Kind::kGuard ? event.guards : 0;
+  const safety::FaultRecord record = system.robot->faultRecord(0);
+  EXPECT_NE(record.faults, 0u);
+  EXPECT_NE(record.cause, safety::FaultCause::kUnspecified) << safety::describe(record, 6);
+  EXPECT_TRUE(fault.node == 0 || record.joint == (fault.node - 1) % 16) << safety::describe(record, 6);
   EXPECT_NE(seen & fault.expected, 0u) << describeGuards(seen) << " instead of " << describeGuards(fault.expected);
 
   // The arm stands within the stop ramp, the drives' own budgets included, and loses its torque; the other one goes on.
@@ -192,6 +196,38 @@ TEST(Setup, AnAxisWithTheWrongSerialNumberIsNotUsed) {
     told = told || (event.kind == HardwareEvent::Kind::kNode && event.encoder && event.joint == 1 &&
                     event.failure.reason == canopen::NodeFailure::Reason::kMismatch);
   EXPECT_TRUE(told) << system.story();
+}
+
+TEST(Recovery, OneWishIsEnoughAndWaitsUntilTorqueIsGone) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  EXPECT_EQ(system.robot->placements(), 12u);
+  ASSERT_TRUE(system.enable());
+  ASSERT_TRUE(system.inject(0, FaultKind::kOverCurrent, 2));
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+  ASSERT_NE(system.robot->arm(0).power(), ArmPower::kOff);
+  system.wires[0]->drives->clear(0, std::nullopt);
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(system.until(0.3, [&] { return system.robot->arm(0).recovering(); }));
+  system.request(DriveRequest::kKeep);
+  EXPECT_TRUE(system.until(8.0, [&] { return system.robot->state(0) == OperatingState::kDisabled; })) << system.story();
+  EXPECT_TRUE(system.allHomed());
+  EXPECT_EQ(system.robot->faultRecord(0).faults, 0u);
+  EXPECT_EQ(system.robot->placements(), 18u) << "one arm was booted again";
+}
+
+TEST(Recovery, ACauseThatStandsStays) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  ASSERT_TRUE(system.inject(0, FaultKind::kOverTemperature, 2));
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(system.until(0.3, [&] { return system.robot->arm(0).recovering(); }));
+  system.request(DriveRequest::kKeep);
+  EXPECT_TRUE(system.until(8.0, [&] { return !system.robot->arm(0).recovering(); }));
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+  EXPECT_NE(system.robot->arm(0).presentFaults(), 0u);
 }
 
 TEST(Setup, ADriveThatIsMissingAtTheStartIsFoundByTheNextDisable) {
