@@ -16,6 +16,13 @@ constexpr double kRounding = 1e-13, kGlobalRounding = 1e-14;
 /// A violation of this size against the largest variable, which no step can reduce, is rounding that has added up where
 /// more constraints meet than there are dimensions; a larger one is infeasibility.
 constexpr double kUnreachable = 1e-10;
+/// Residual of an answer that needs no second look.
+constexpr double kExact = 5e-9;
+
+bool finite(const QuadraticProgram& qp) {
+  return qp.H.allFinite() && qp.g.allFinite() && qp.E.allFinite() && qp.e.allFinite() && qp.A.allFinite() &&
+         !qp.b.hasNaN() && !qp.lower.hasNaN() && !qp.upper.hasNaN();
+}
 
 }  // namespace
 
@@ -62,199 +69,148 @@ double ActiveSet::slackTolerance(int id) const {
   return 0.0;
 }
 
-void ActiveSet::loadNormal(int id) {
+void ActiveSet::takeNormal(int id) {
   const auto [kind, i] = decode(id);
   switch (kind) {
     case Kind::kEquality:
       normal_ = qp_->E.row(i).transpose();
+      factors_.take(normal_);
       break;
     case Kind::kLower:
-      normal_.setZero(n_);
-      normal_[i] = 1.0;
+      factors_.takeUnit(i, 1.0);
       break;
     case Kind::kUpper:
-      normal_.setZero(n_);
-      normal_[i] = -1.0;
+      factors_.takeUnit(i, -1.0);
       break;
     case Kind::kRow:
       normal_ = -qp_->A.row(i).transpose();
+      factors_.take(normal_);
       break;
   }
-  direction_.noalias() = J_.transpose().lazyProduct(normal_);
 }
 
-bool ActiveSet::prepare() {
-  // H = L L^T, J = L^-T, x = -H^-1 g = -J J^T g.
-  R_ = qp_->H;
-  for (int j = 0; j < n_; ++j) {
-    double pivot = R_(j, j);
-    for (int k = 0; k < j; ++k)
-      pivot -= R_(j, k) * R_(j, k);
-    if (!(pivot > 0.0))
-      return false;
-    const double root = std::sqrt(pivot);
-    R_(j, j) = root;
-    for (int i = j + 1; i < n_; ++i) {
-      double sum = R_(i, j);
-      for (int k = 0; k < j; ++k)
-        sum -= R_(i, k) * R_(j, k);
-      R_(i, j) = sum / root;
-    }
-  }
-  J_.setZero(n_, n_);
-  for (int c = 0; c < n_; ++c) {  // J^T = L^-1: forward substitution, column c of L^-1 is row c of J
-    for (int i = c; i < n_; ++i) {
-      double sum = i == c ? 1.0 : 0.0;
-      for (int k = c; k < i; ++k)
-        sum -= R_(i, k) * J_(c, k);
-      J_(c, i) = sum / R_(i, i);
-    }
-  }
-  direction_.noalias() = J_.transpose().lazyProduct(qp_->g);
-  x_.noalias() = -(J_.lazyProduct(direction_));
-  R_.setZero(n_, n_);
-  return true;
+void ActiveSet::moveMultipliers(const QpVector& dual_step, double length) {
+  for (int i = 0; i < factors_.active(); ++i)
+    multiplier_[i] -= length * dual_step[i];
 }
 
-void ActiveSet::steps() {
-  // Primal direction: J_2 J_2^T n; change of the active multipliers: -R^-1 J_1^T n.
-  step_.setZero(n_);
-  for (int j = active_count_; j < n_; ++j) {
-    for (int i = 0; i < n_; ++i)
-      step_[i] += J_(i, j) * direction_[j];
-  }
-  dual_step_.resize(active_count_);
-  for (int i = active_count_ - 1; i >= 0; --i) {
-    double sum = direction_[i];
-    for (int j = i + 1; j < active_count_; ++j)
-      sum -= R_(i, j) * dual_step_[j];
-    dual_step_[i] = sum / R_(i, i);
-  }
-}
-
-bool ActiveSet::pushActive(int id, double multiplier) {
-  // Rotates direction_'s tail into its first entry; the same rotations on J's columns.
-  for (int j = n_ - 1; j > active_count_; --j) {
-    const double a = direction_[j - 1], b = direction_[j];
-    if (b == 0.0)
-      continue;
-    const double h = std::hypot(a, b);
-    const double c = a / h, s = b / h;
-    direction_[j - 1] = h;
-    direction_[j] = 0.0;
-    for (int i = 0; i < n_; ++i) {
-      const double left = J_(i, j - 1), right = J_(i, j);
-      J_(i, j - 1) = c * left + s * right;
-      J_(i, j) = c * right - s * left;
-    }
-  }
-  if (direction_[active_count_] == 0.0)
+bool ActiveSet::activate(int id, double multiplier) {
+  const int position = factors_.active();
+  if (!factors_.append())
     return false;
-  for (int i = 0; i <= active_count_; ++i)
-    R_(i, active_count_) = direction_[i];
-  active_[active_count_] = id;
-  multiplier_[active_count_] = multiplier;
+  active_[position] = id;
+  multiplier_[position] = multiplier;
   is_active_[id] = true;
-  ++active_count_;
   return true;
 }
 
-void ActiveSet::dropActive(int position) {
+void ActiveSet::drop(int position) {
   is_active_[active_[position]] = false;
-  for (int j = position; j + 1 < active_count_; ++j) {
+  for (int j = position; j + 1 < factors_.active(); ++j) {
     active_[j] = active_[j + 1];
     multiplier_[j] = multiplier_[j + 1];
-    for (int i = 0; i <= j + 1; ++i)
-      R_(i, j) = R_(i, j + 1);
   }
-  --active_count_;
-  for (int j = position; j < active_count_; ++j) {
-    const double a = R_(j, j), b = R_(j + 1, j);
-    if (b == 0.0)
-      continue;
-    const double h = std::hypot(a, b);
-    const double c = a / h, s = b / h;
-    for (int k = j; k < active_count_; ++k) {
-      const double up = R_(j, k), down = R_(j + 1, k);
-      R_(j, k) = c * up + s * down;
-      R_(j + 1, k) = c * down - s * up;
+  factors_.remove(position);
+}
+
+/// n = sum of dual_step_i n_i, which cannot be satisfied together: these multipliers prove it.
+void ActiveSet::certify(int id, double sign, const QpVector& dual_step) {
+  certified_ = factors_.active() + 1;
+  for (int i = 0; i < factors_.active(); ++i)
+    multiplier_[i] = -sign * dual_step[i];
+  // The span of the active normals may have all n_ dimensions: one entry more than active_ holds replaces a zero.
+  if (certified_ > n_) {
+    int least = 0;
+    for (int i = 1; i < n_; ++i) {
+      if (std::abs(multiplier_[i]) < std::abs(multiplier_[least]))
+        least = i;
     }
-    for (int i = 0; i < n_; ++i) {
-      const double left = J_(i, j), right = J_(i, j + 1);
-      J_(i, j) = c * left + s * right;
-      J_(i, j + 1) = c * right - s * left;
-    }
+    extra_ = {active_[least], multiplier_[least]};
+    active_[least] = id;
+    multiplier_[least] = sign;
+    certified_ = n_;
+    return;
   }
+  active_[certified_ - 1] = id;
+  multiplier_[certified_ - 1] = sign;
 }
 
 QpStatus ActiveSet::addEqualities() {
   for (int id = 0; id < equalities_; ++id) {
-    loadNormal(id);
+    takeNormal(id);
     const double residual = slack(id);
-    steps();
-    double outside = 0.0, whole = 0.0;
-    for (int j = 0; j < n_; ++j) {
-      whole += direction_[j] * direction_[j];
-      if (j >= active_count_)
-        outside += direction_[j] * direction_[j];
-    }
-    if (outside <= kDependent * kDependent * whole) {  // says again what others say, or contradicts them
+    const QpVector& dual_step = factors_.dualStep();
+    if (factors_.outside() <= kDependent * kDependent * factors_.whole()) {  // says again what others say, or not
       const double scale = std::abs(qp_->e[id]) + qp_->E.row(id).cwiseAbs().dot(x_.cwiseAbs());
-      if (std::abs(residual) > 1e-9 * std::max(scale, 1e-12))
+      if (std::abs(residual) > 1e-9 * std::max(scale, 1e-12)) {
+        certify(id, residual > 0.0 ? -1.0 : 1.0, dual_step);
         return QpStatus::kInfeasible;
+      }
       continue;
     }
-    const double length = -residual / outside;
-    x_ += length * step_;
-    for (int i = 0; i < active_count_; ++i)
-      multiplier_[i] -= length * dual_step_[i];
-    if (!pushActive(id, length))
+    const double length = -residual / factors_.outside();
+    x_ += length * factors_.primalStep();
+    moveMultipliers(dual_step, length);
+    if (!activate(id, length))
       return QpStatus::kFailed;
     ++active_equalities_;
   }
   return QpStatus::kSolved;
 }
 
-int ActiveSet::mostViolated() {
-  size_ = x_.cwiseAbs().maxCoeff();
-  int worst = -1, worst_warm = -1;
-  double amount = 0.0, amount_warm = 0.0;
-  for (int id = equalities_; id < constraints_; ++id) {
-    if (is_active_[id] || is_met_[id])
-      continue;
-    const double s = slack(id);
-    if (!(s < 0.0) || s >= -slackTolerance(id))
-      continue;
-    if (s < amount) {
-      amount = s;
-      worst = id;
-    }
-    if (was_active_[id] && s < amount_warm) {
-      amount_warm = s;
-      worst_warm = id;
-    }
+void ActiveSet::propose(int id, double slack) {
+  if (!(slack < amount_ || (slack < amount_warm_ && was_active_[id])))
+    return;
+  if (is_active_[id] || is_met_[id] || slack >= -slackTolerance(id))
+    return;
+  if (slack < amount_) {
+    amount_ = slack;
+    worst_ = id;
   }
-  return worst_warm >= 0 ? worst_warm : worst;
+  if (was_active_[id] && slack < amount_warm_) {
+    amount_warm_ = slack;
+    worst_warm_ = id;
+  }
+}
+
+int ActiveSet::mostViolated() {
+  const double size = x_.cwiseAbs().maxCoeff();
+  size_ = qp_ == &scaled_.program() ? std::max(size_, size) : size;
+  worst_ = worst_warm_ = -1;
+  amount_ = amount_warm_ = 0.0;
+  const int lower = equalities_, upper = lower + n_, row = upper + n_;
+  for (int i = 0; i < n_; ++i) {
+    propose(lower + i, x_[i] - qp_->lower[i]);
+    propose(upper + i, qp_->upper[i] - x_[i]);
+  }
+  if (rows_ > 0) {
+    row_slack_ = qp_->b;
+    for (int j = 0; j < n_; ++j) {
+      const double* const column = &qp_->A(0, j);
+      const double x = x_[j];
+      for (int i = 0; i < rows_; ++i)
+        row_slack_[i] -= column[i] * x;
+    }
+    for (int i = 0; i < rows_; ++i)
+      propose(row + i, row_slack_[i]);
+  }
+  return worst_warm_ >= 0 ? worst_warm_ : worst_;
 }
 
 void ActiveSet::save(State& state) const {
-  state.J = J_;
-  state.R = R_;
+  state.factors = factors_;
   state.x = x_;
   state.multiplier = multiplier_;
   state.active = active_;
   state.is_active = is_active_;
-  state.active_count = active_count_;
 }
 
 void ActiveSet::restore(const State& state) {
-  J_ = state.J;
-  R_ = state.R;
+  factors_ = state.factors;
   x_ = state.x;
   multiplier_ = state.multiplier;
   active_ = state.active;
   is_active_ = state.is_active;
-  active_count_ = state.active_count;
 }
 
 QpStatus ActiveSet::enforce(int id) {
@@ -265,45 +221,36 @@ QpStatus ActiveSet::enforce(int id) {
   for (;;) {
     if (++iterations_ > iteration_limit_)
       return QpStatus::kIterationLimit;
-    loadNormal(id);
-    steps();
+    takeNormal(id);
+    const QpVector& dual_step = factors_.dualStep();
     // Longest dual step before a multiplier of an inequality turns negative.
     double dual_length = kInf;
     int blocking = -1;
-    for (int i = active_equalities_; i < active_count_; ++i) {
-      if (dual_step_[i] <= 0.0)
-        continue;
-      const double length = multiplier_[i] / dual_step_[i];
-      if (length < dual_length) {
-        dual_length = length;
+    for (int i = active_equalities_; i < factors_.active(); ++i) {
+      if (dual_step[i] > 0.0 && multiplier_[i] < dual_length * dual_step[i]) {
+        dual_length = multiplier_[i] / dual_step[i];
         blocking = i;
       }
     }
-    double outside = 0.0, whole = 0.0;
-    for (int j = 0; j < n_; ++j) {
-      whole += direction_[j] * direction_[j];
-      if (j >= active_count_)
-        outside += direction_[j] * direction_[j];
-    }
-    const bool reachable = outside > kDependent * kDependent * whole;
-    const double primal_length = reachable ? -slack(id) / outside : kInf;
+    const bool reachable = factors_.outside() > kDependent * kDependent * factors_.whole();
+    const double primal_length = reachable ? -slack(id) / factors_.outside() : kInf;
     const double length = std::min(dual_length, primal_length);
     if (!std::isfinite(length)) {
-      if (!perhaps_met)
+      if (!perhaps_met) {
+        certify(id, 1.0, dual_step);
         return QpStatus::kInfeasible;
+      }
       restore(before_);  // the steps made for it balance a multiplier that it will not have
       is_met_[id] = true;
       return QpStatus::kSolved;
     }
     if (reachable)
-      x_ += length * step_;
-    for (int i = 0; i < active_count_; ++i)
-      multiplier_[i] -= length * dual_step_[i];
+      x_ += length * factors_.primalStep();
+    moveMultipliers(dual_step, length);
     multiplier += length;
-    if (reachable && primal_length <= dual_length) {
-      return pushActive(id, multiplier) ? QpStatus::kSolved : QpStatus::kFailed;
-    }
-    dropActive(blocking);
+    if (reachable && primal_length <= dual_length)
+      return activate(id, multiplier) ? QpStatus::kSolved : QpStatus::kFailed;
+    drop(blocking);
   }
 }
 
@@ -318,74 +265,128 @@ QpStatus ActiveSet::addInequalities() {
   }
 }
 
-void ActiveSet::report(QpSolution& solution) {
-  solution.x = x_;
+/// The problem with H + shift I and gradient_.
+QpStatus ActiveSet::solveStrictly(double shift) {
+  is_active_.fill(false);
+  is_met_.fill(false);
+  active_equalities_ = 0;
+  if (!factors_.factorise(qp_->H, shift))
+    return QpStatus::kNotConvex;
+  normal_.resize(n_);
+  factors_.unconstrainedMinimum(gradient_, x_);
+  size_ = 0.0;
+  QpStatus status = addEqualities();
+  if (status == QpStatus::kSolved)
+    status = addInequalities();
+  if (status == QpStatus::kSolved && qp_ == &scaled_.program())
+    polish(shift);
+  return status;
+}
+
+void ActiveSet::report(QpSolution& solution) const {
+  const int count = solution.status == QpStatus::kInfeasible ? certified_ : factors_.active();
+  const auto set = [&](int id, double multiplier) {
+    const auto [kind, i] = decode(id);
+    switch (kind) {
+      case Kind::kEquality:
+        solution.y[i] = -multiplier;
+        break;
+      case Kind::kLower:
+        solution.z[i] -= multiplier;
+        break;
+      case Kind::kUpper:
+        solution.z[i] += multiplier;
+        break;
+      case Kind::kRow:
+        solution.w[i] = multiplier;
+        break;
+    }
+    return Constraint{kind, i};
+  };
+  for (int k = 0; k < count; ++k) {
+    const auto [kind, i] = set(active_[k], multiplier_[k]);
+    if (kind == Kind::kLower)
+      solution.x[i] = qp_->lower[i];
+    if (kind == Kind::kUpper)
+      solution.x[i] = qp_->upper[i];
+  }
+  if (solution.status == QpStatus::kInfeasible && extra_.id >= 0)
+    set(extra_.id, extra_.multiplier);
+}
+
+void ActiveSet::attempt(const QuadraticProgram& qp, bool strictly, QpSolution& solution) {
+  qp_ = &qp;
+  iteration_limit_ = iterations_ + 20 * (n_ + constraints_);
+  extra_ = {};
+  certified_ = 0;
+  solution.x.setZero(n_);
   solution.y.setZero(equalities_);
   solution.z.setZero(n_);
   solution.w.setZero(rows_);
-  for (int k = 0; k < active_count_; ++k) {
-    const auto [kind, i] = decode(active_[k]);
-    switch (kind) {
-      case Kind::kEquality:
-        solution.y[i] = -multiplier_[k];
-        break;
-      case Kind::kLower:
-        solution.z[i] -= multiplier_[k];
-        solution.x[i] = qp_->lower[i];
-        break;
-      case Kind::kUpper:
-        solution.z[i] += multiplier_[k];
-        solution.x[i] = qp_->upper[i];
-        break;
-      case Kind::kRow:
-        solution.w[i] = multiplier_[k];
-        break;
-    }
+  solution.crossed = -1;
+  gradient_ = qp.g;
+  solution.status = strictly ? solveStrictly(0.0) : solveSemidefinite();
+  solution.residual = kInf;
+  if (solution.status == QpStatus::kSolved) {
+    solution.x = x_;
+    report(solution);
+    // What rounding left outside a bound is not worth a multiplier, but it must not reach the joints either.
+    for (int i = 0; i < n_; ++i)
+      solution.x[i] = std::clamp(solution.x[i], qp_->lower[i], qp_->upper[i]);
+    solution.residual = kktResidual(qp, solution);
+  } else if (solution.status == QpStatus::kInfeasible) {
+    report(solution);
+    solution.x.setZero(n_);
+    solution.residual = certificateResidual(qp, solution);
   }
-  // What rounding left outside a bound is not worth a multiplier, but it must not reach the joints either.
-  for (int i = 0; i < n_; ++i)
-    solution.x[i] = std::clamp(solution.x[i], qp_->lower[i], qp_->upper[i]);
+  qp_ = nullptr;
 }
 
 void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept {
-  qp_ = &qp;
   n_ = qp.variables();
   equalities_ = qp.equalities();
   rows_ = qp.rows();
   constraints_ = equalities_ + 2 * n_ + rows_;
   if (remembered_ != constraints_)
     was_active_.fill(false);
-  is_active_.fill(false);
-  is_met_.fill(false);
-  active_count_ = active_equalities_ = iterations_ = 0;
-  iteration_limit_ = 20 * (n_ + constraints_);
-  multiplier_.setZero(n_);
-
-  solution.x.setZero(n_);
-  solution.y.setZero(equalities_);
-  solution.z.setZero(n_);
-  solution.w.setZero(rows_);
-  const bool finite = qp.H.allFinite() && qp.g.allFinite() && qp.E.allFinite() && qp.e.allFinite() &&
-                      qp.A.allFinite() && !qp.b.hasNaN() && !qp.lower.hasNaN() && !qp.upper.hasNaN();
-  if (!finite) {
-    solution.status = QpStatus::kNotFinite;
-  } else if ((qp.lower.array() > qp.upper.array()).any()) {
-    solution.status = QpStatus::kInfeasible;
-  } else if (!prepare()) {
-    solution.status = QpStatus::kNotConvex;
-  } else {
-    solution.status = addEqualities();
-    if (solution.status == QpStatus::kSolved)
-      solution.status = addInequalities();
+  remembered_ = iterations_ = active_equalities_ = 0;
+  multiplier_.resize(n_);
+  int crossed = -1;
+  for (int i = 0; i < n_; ++i) {
+    if (qp.lower[i] > qp.upper[i])
+      crossed = i;
   }
+  if (!finite(qp) || crossed >= 0) {
+    solution = QpSolution{};
+    solution.status = crossed >= 0 ? QpStatus::kInfeasible : QpStatus::kNotFinite;
+    solution.x.setZero(n_);
+    solution.y.setZero(equalities_);
+    solution.z.setZero(n_);
+    solution.w.setZero(rows_);
+    solution.crossed = crossed;
+    return;
+  }
+  attempt(qp, true, solution);
+  if (!(solution.status == QpStatus::kSolved && solution.residual <= kExact))
+    tryScaled(qp, solution);
   solution.iterations = iterations_ + active_equalities_;
-  remembered_ = 0;
   if (solution.status == QpStatus::kSolved) {
-    report(solution);
     was_active_ = is_active_;
     remembered_ = constraints_;
   }
-  qp_ = nullptr;
+}
+
+void ActiveSet::tryScaled(const QuadraticProgram& qp, QpSolution& solution) {
+  scaled_.set(qp);
+  attempt(scaled_.program(), solution.status != QpStatus::kNotConvex, again_);
+  if (again_.status != QpStatus::kInfeasible && !(again_.residual <= kExact))
+    attempt(scaled_.program(), false, again_);
+  scaled_.restore(again_);
+  // An answer that proves itself in the units of the problem is the better one.
+  if (again_.status == QpStatus::kSolved && solution.status == QpStatus::kSolved)
+    again_.residual = kktResidual(qp, again_);
+  if (!std::isfinite(solution.residual) || again_.residual < solution.residual)
+    solution = again_;
 }
 
 }  // namespace tandem::control

@@ -28,6 +28,8 @@ std::string_view describe(QpStatus status) {
       return "solved";
     case QpStatus::kInfeasible:
       return "infeasible";
+    case QpStatus::kUnbounded:
+      return "unbounded";
     case QpStatus::kIterationLimit:
       return "iteration limit";
     case QpStatus::kNotConvex:
@@ -83,6 +85,42 @@ double kktResidual(const QuadraticProgram& qp, const QpSolution& s) noexcept {
     complementary(s.w[j], slack);
   }
   return worst;
+}
+
+double certificateResidual(const QuadraticProgram& qp, const QpSolution& s) noexcept {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  if (s.crossed >= 0)
+    return qp.lower[s.crossed] > qp.upper[s.crossed] ? 0.0 : kInf;
+  double worst = 0.0, size = 1e-300, value = 0.0, value_size = 1e-300;
+  for (int i = 0; i < qp.variables(); ++i) {
+    double sum = s.z[i];
+    size = std::max(size, std::abs(s.z[i]));
+    for (int j = 0; j < qp.equalities(); ++j) {
+      sum += qp.E(j, i) * s.y[j];
+      size = std::max(size, std::abs(qp.E(j, i) * s.y[j]));
+    }
+    for (int j = 0; j < qp.rows(); ++j) {
+      sum += qp.A(j, i) * s.w[j];
+      size = std::max(size, std::abs(qp.A(j, i) * s.w[j]));
+    }
+    worst = std::max(worst, std::abs(sum));
+  }
+  worst /= size;
+  const auto add = [&](double multiplier, double bound) {
+    if (multiplier == 0.0)
+      return;
+    value += multiplier * bound;
+    value_size = std::max(value_size, std::abs(multiplier * bound));
+  };
+  for (int i = 0; i < qp.variables(); ++i)
+    add(s.z[i], s.z[i] > 0.0 ? qp.upper[i] : qp.lower[i]);
+  for (int j = 0; j < qp.equalities(); ++j)
+    add(s.y[j], qp.e[j]);
+  for (int j = 0; j < qp.rows(); ++j) {
+    add(s.w[j], qp.b[j]);
+    worst = std::max(worst, -s.w[j] / size);
+  }
+  return value < -1e-12 * value_size ? worst : kInf;
 }
 
 std::unique_ptr<QpBackend> makeQpBackend(Backend backend) {

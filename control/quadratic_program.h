@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <limits>
 #include <memory>
 #include <string_view>
 
@@ -25,7 +26,8 @@ using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMax
 
 /**   min 1/2 x^T H x + g^T x   s.t.   E x = e,   lower <= x <= upper,   A x <= b
  *
- * with H symmetric positive definite. Bounds may be infinite, or equal. */
+ * with H symmetric positive semidefinite. Bounds may be infinite, or equal; constraints may be redundant, or contradict
+ * each other. */
 struct QuadraticProgram {
   QpMatrix H;
   QpVector g;
@@ -45,28 +47,39 @@ struct QuadraticProgram {
 
 enum class QpStatus {
   kSolved,
-  kInfeasible,  ///< no x satisfies the constraints
+  kInfeasible,  ///< no x satisfies the constraints; the multipliers are a certificate of that
+  kUnbounded,   ///< the objective falls for ever along a feasible direction
   kIterationLimit,
-  kNotConvex,  ///< H is not positive definite
+  kNotConvex,  ///< H has a negative eigenvalue
   kNotFinite,  ///< a number in the problem is not finite
   kFailed,     ///< the backend gave up
 };
 std::string_view describe(QpStatus status);
 
-/** Solution and multipliers: H x + g + E^T y + z_upper - z_lower + A^T w = 0, z, w >= 0. */
+/** Solution and multipliers: H x + g + E^T y + z_upper - z_lower + A^T w = 0, z, w >= 0.
+ *
+ * kInfeasible: y, z, w are a certificate (Farkas' lemma): E^T y + z_upper - z_lower + A^T w = 0 with z, w >= 0, while
+ * e^T y + upper^T z_upper - lower^T z_lower + b^T w < 0, which no x can satisfy. */
 struct QpSolution {
   QpStatus status = QpStatus::kFailed;
   QpVector x;
   EqualityVector y;
   QpVector z;  ///< z_upper - z_lower per variable
   RowVector w;
+  int crossed = -1;  ///< kInfeasible: a variable whose own bounds contradict each other; the multipliers are then zero
   int iterations = 0;
+  double residual = std::numeric_limits<double>::infinity();  ///< kktResidual() or certificateResidual(), in the units
+                                                              ///< that the backend solved it in
 };
 
 /** Largest violation of the optimality conditions: stationarity relative to its largest term, primal feasibility
  * relative to the largest variable, signs of multipliers and complementarity relative to the largest multiplier.
  * Dimensionless. */
 double kktResidual(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
+
+/** How far a certificate of infeasibility is from one: its sum relative to its largest term, and signs; infinite if it
+ * separates nothing. Dimensionless. */
+double certificateResidual(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
 
 /** A solver of quadratic programmes. Not thread-safe; one per thread. */
 class QpBackend {

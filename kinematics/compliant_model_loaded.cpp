@@ -4,34 +4,15 @@
 namespace tandem::kinematics {
 namespace {
 
-using LoadedJacobian = Eigen::Matrix<double, kLoadedUnknowns, kMaxTubes>;
-
-/// How the unknowns follow motors and translations, by the implicit function theorem.
-struct Slopes {
-  explicit Slopes(const LoadedSweep& sweep) {
-    const LoadedSquare inverse = sweep.byUnknowns().inverse();
-    by_rotation = inverse.leftCols<kMaxTubes>();
-    by_translation = -inverse * sweep.byTranslation();
-    by_wrench = -inverse * sweep.byWrench();
-  }
-  LoadedJacobian by_rotation, by_translation;
-  Eigen::Matrix<double, kLoadedUnknowns, 6> by_wrench;
-};
-
-void remember(const JointsRef& q,
-              const Wrench& wrench,
-              const LoadedGuess& guess,
-              const Slopes& slopes,
-              bool snapped,
-              Branch& branch) {
+void remember(const JointsRef& q, const Wrench& wrench, const LoadedEquilibrium::Root& root, Branch& branch) {
   branch.known = true;
-  branch.snapped = snapped;
+  branch.snapped = root.snapped;
   branch.q = q;
-  branch.end_angle = guess.theta;
-  branch.by_translation = slopes.by_translation.topRows<kMaxTubes>();
-  branch.by_rotation = slopes.by_rotation.topRows<kMaxTubes>();
+  branch.end_angle = root.guess.theta;
+  branch.by_translation = root.by_translation.topRows<kMaxTubes>();
+  branch.by_rotation = root.by_rotation.topRows<kMaxTubes>();
   branch.load = wrench;
-  branch.end_frame = guess.end;
+  branch.end_frame = root.guess.end;
 }
 
 }  // namespace
@@ -51,33 +32,32 @@ ModelStatus CompliantModel::loadedTip(const JointsRef& q,
   if (!wrench.allFinite())
     return ModelStatus::kNotFinite;
   const Wrench load = inArm(wrench);
-  LoadedGuess guess;
-  bool snapped = false;
-  if (const ModelStatus status = loaded_.find(q, load, branch, guess, snapped); status != ModelStatus::kOk)
+  LoadedEquilibrium::Root root;
+  if (const ModelStatus status = loaded_.find(q, load, branch, root); status != ModelStatus::kOk)
     return status;
   Segmentation parts;
   segment(arm_, q, parts);
-  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, guess, load);
-  const Slopes slopes(sweep);
-  remember(q, load, guess, slopes, snapped, branch);
+  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, root.guess, load, true);
+  root.linearise(sweep);
+  remember(q, load, root, branch);
 
   const Eigen::Matrix3d& base = arm_.base.linear();
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
-  end.linear() = guess.end * Eigen::AngleAxisd(guess.theta[0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  end.linear() = root.guess.end * Eigen::AngleAxisd(root.guess.theta[0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
   end.translation() = sweep.endPosition();
   tip.pose = arm_.base * end * arm_.tool;
   Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = base;
   const int n = arm_.tubeCount();
   tip.jacobian.resize(6, 2 * n);
-  const LoadedSweep::Twists by_translation = sweep.tipByUnknowns() * slopes.by_translation + sweep.tipByTranslation();
-  const LoadedSweep::Twists by_rotation = sweep.tipByUnknowns() * slopes.by_rotation;
+  const LoadedSweep::Twists by_translation = sweep.tipByUnknowns() * root.by_translation + sweep.tipByTranslation();
+  const LoadedSweep::Twists by_rotation = sweep.tipByUnknowns() * root.by_rotation;
   tip.jacobian.leftCols(n) = (turn * by_translation).leftCols(n);
   tip.jacobian.rightCols(n) = (turn * by_rotation).leftCols(n);
-  tip.compliance = turn * (sweep.tipByUnknowns() * slopes.by_wrench + sweep.tipByWrench()) * turn.transpose();
-  tip.stability = sweep.minimum();
-  tip.stability_at = sweep.at();
-  tip.conjugate_points = sweep.signChanges();
+  tip.compliance = turn * (sweep.tipByUnknowns() * root.by_wrench + sweep.tipByWrench()) * turn.transpose();
+  tip.stability = sweep.determinant().minimum();
+  tip.stability_at = sweep.determinant().at();
+  tip.conjugate_points = sweep.determinant().conjugatePoints();
   return ModelStatus::kOk;
 }
 
@@ -87,16 +67,16 @@ ModelStatus CompliantModel::loadedShape(const JointsRef& q,
                                         Branch& branch,
                                         std::vector<ShapePoint>& shape) const {
   const Wrench load = inArm(wrench);
-  LoadedGuess guess;
-  bool snapped = false;
-  if (const ModelStatus status = loaded_.find(q, load, branch, guess, snapped); status != ModelStatus::kOk)
+  LoadedEquilibrium::Root root;
+  if (const ModelStatus status = loaded_.find(q, load, branch, root); status != ModelStatus::kOk)
     return status;
   Segmentation parts;
   segment(arm_, q, parts);
-  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, guess, load, &shape);
-  remember(q, load, guess, Slopes(sweep), snapped, branch);
+  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, root.guess, load, false, &shape);
+  root.linearise(sweep);
+  remember(q, load, root, branch);
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
-  end.linear() = guess.end;
+  end.linear() = root.guess.end;
   end.translation() = sweep.endPosition();
   for (ShapePoint& point : shape)
     point.pose = arm_.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());

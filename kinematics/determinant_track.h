@@ -11,17 +11,19 @@ namespace tandem::kinematics {
 
 /** Elastic stability of an equilibrium (Gilbert, Hendrick and Webster 2016; Ha, Park and Dupont 2016).
  *
- * Z(s) = d psi(s) / d theta tells how angles at s answer angles of the ends. The equilibrium is a minimum of energy, so
+ * Z(s) = d psi(s) / d theta tells how angles at s answer angles of the ends; under a wrench the directions of the
+ * backbone at s and at the end belong to them, and Size is larger by two. The equilibrium is a minimum of energy, so
  * stable, if and only if det Z(s) has no zero from the ends down to the motors, transmission included: each zero is a
  * conjugate point, where the part of the arm in front of s, held at s, would be about to snap. det Z is 1 at the end
  * and stays 1 where nothing interacts; its smallest value is the measure of stability. A zero of even multiplicity
  * keeps the sign, so zeros are counted by the index theorem instead: over a piece from s_k to s_k+1 that has none by
  * itself, their number is that of the negative eigenvalues of Z_k' B^-1 Z_k+1, with B = d psi_k+1 / d (moment at s_k).
  */
-template <class Scalar>
+template <class Scalar, int Size = kMaxTubes>
 class DeterminantTrack {
  public:
-  using Square = Eigen::Matrix<Scalar, kMaxTubes, kMaxTubes>;
+  using Square = Eigen::Matrix<Scalar, Size, Size>;
+  using Form = Eigen::Matrix<double, Size, Size>;
 
   /// @param s_end where the arm ends, m
   explicit DeterminantTrack(double s_end = 0.0) : at_(s_end) {}
@@ -51,17 +53,25 @@ class DeterminantTrack {
   }
 
   /// Counts the conjugate points of a piece; `form` is Z_k' B^-1 Z_k+1, with a positive diagonal for absent tubes.
-  void count(const Eigen::Matrix<double, kMaxTubes, kMaxTubes>& form) {
-    const Eigen::Matrix<double, kMaxTubes, kMaxTubes> symmetric = 0.5 * (form + form.transpose());
+  void count(const Form& form) {
+    const Form symmetric = 0.5 * (form + form.transpose());
     if (symmetric.llt().info() == Eigen::Success)
       return;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kMaxTubes, kMaxTubes>> solver(symmetric,
-                                                                                            Eigen::EigenvaluesOnly);
+    const Eigen::SelfAdjointEigenSolver<Form> solver(symmetric, Eigen::EigenvaluesOnly);
     conjugate_points_ += static_cast<int>((solver.eigenvalues().array() < 0.0).count());
   }
 
+  /// The same where there is no potential and so no symmetry: eigenvalues with a negative real part. Their number is
+  /// odd where the determinant changes its sign.
+  void countUnsymmetric(const Form& form) {
+    if (const Form symmetric = 0.5 * (form + form.transpose()); symmetric.llt().info() == Eigen::Success)
+      return;
+    const Eigen::EigenSolver<Form> solver(form, false);
+    conjugate_points_ += static_cast<int>((solver.eigenvalues().real().array() < 0.0).count());
+  }
+
  private:
-  static constexpr int kBisections = 40;
+  static constexpr int kBisections = 30;
 
   void propose(const Scalar& value, double s) {
     if (valueOf(value) < valueOf(minimum_)) {
@@ -69,9 +79,14 @@ class DeterminantTrack {
       at_ = s;
     }
   }
-  /// By 2 x 2 minors of the upper and the lower rows (Laplace); static sizes, and any scalar.
   static Scalar determinant(const Square& m) {
-    static_assert(kMaxTubes == 4);
+    if constexpr (Size == 4)
+      return laplace(m);
+    else
+      return m.determinant();
+  }
+  /// By 2 x 2 minors of the upper and the lower rows; for any scalar.
+  static Scalar laplace(const Square& m) {
     const auto minor = [&](int row, int a, int b) {
       return Scalar(m(row, a) * m(row + 1, b) - m(row, b) * m(row + 1, a));
     };
@@ -86,7 +101,7 @@ class DeterminantTrack {
   /// d det Z = sum over columns of det(Z with the column replaced by its derivative); holds for singular Z too.
   static Scalar determinantSlope(const Place& place) {
     Scalar sum(0.0);
-    for (int j = 0; j < kMaxTubes; ++j) {
+    for (int j = 0; j < Size; ++j) {
       Square replaced = place.z;
       replaced.col(j) = place.slope.col(j);
       sum += determinant(replaced);

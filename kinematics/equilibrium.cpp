@@ -68,8 +68,29 @@ bool Equilibrium::correct(const Segmentation& parts,
 
 ModelStatus Equilibrium::find(const JointsRef& q, const Branch& branch, Root& root) const noexcept {
   root = Root{};
-  const bool found = branch.known && branch.q.size() == q.size() ? follow(q, branch, root) : startCold(q, root);
+  const bool known = branch.known && branch.q.size() == q.size();
+  const bool found = known ? follow(q, branch, root) : startCold(q, root) || startAside(q, root);
   return found ? ModelStatus::kOk : ModelStatus::kNotConverged;
+}
+
+/// Where opposed tubes leave a cold start on a ridge: from joints a little aside, and back.
+bool Equilibrium::startAside(const JointsRef& q, Root& root) const noexcept {
+  const Eigen::Index n = q.size() / 2;
+  for (const double turn : {0.05, -0.05, 0.2, -0.2}) {
+    safety::ArmVector aside = q;
+    for (Eigen::Index i = 1; i < n; ++i)
+      aside[n + i] += turn * static_cast<double>(i);
+    root = Root{};
+    if (!startCold(aside, root))
+      continue;
+    Branch branch;
+    root.remember(aside, branch);
+    if (follow(q, branch, root)) {
+      root.snapped = false;
+      return true;
+    }
+  }
+  return false;
 }
 
 /// Torsion is switched on from 0 to 1.

@@ -57,6 +57,7 @@ class Equilibrium {
 
  private:
   bool startCold(const JointsRef& q, Root& root) const noexcept;
+  bool startAside(const JointsRef& q, Root& root) const noexcept;
   bool follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept;
   bool fall(const JointsRef& q, const TubeVector& aside, Root& root) const noexcept;
 

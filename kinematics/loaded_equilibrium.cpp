@@ -3,102 +3,221 @@
 
 #include <algorithm>
 
+#include "kinematics/arc_length.h"
+
 namespace tandem::kinematics {
 namespace {
 
-constexpr double kConverged = 1e-5;  ///< a correction below this leaves an error of its square, rad
-constexpr double kLongestFix = 0.3;  ///< Newton's first correction, rad
-constexpr double kLeastStep = 1e-4;  ///< part of a path below which it counts as ended
-constexpr int kMaxSteps = 200;
+constexpr double kConverged = 1e-5;    ///< a correction below this leaves an error of its square, rad
+constexpr double kLongestMove = 0.5;   ///< of an unknown in one step along a path, rad
+constexpr double kLongestFix = 0.2;    ///< Newton's first correction of a predicted unknown, rad
+constexpr double kUnexplained = 0.03;  ///< of a step by the derivatives at its ends, rad
+constexpr double kLeastMove = 1e-4;    ///< a path that cannot be followed this far ends, rad
+constexpr int kMaxSteps = 200;         ///< along a path
+
+Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
+/// From one guess to another: angles, and the turn of the end frame.
+LoadedVector difference(const LoadedGuess& from, const LoadedGuess& to) {
+  LoadedVector result;
+  result << to.theta - from.theta, logarithm(to.end * from.end.transpose());
+  return result;
+}
 
 }  // namespace
 
-bool LoadedEquilibrium::correct(const JointsRef& q, const Wrench& wrench, LoadedGuess& guess) const noexcept {
+void LoadedEquilibrium::Root::linearise(const LoadedSweep& sweep) {
+  const LoadedSquare inverse = sweep.byUnknowns().inverse();
+  by_rotation = inverse.leftCols<kMaxTubes>();
+  by_translation = -inverse * sweep.byTranslation();
+  by_wrench = -inverse * sweep.byWrench();
+  conjugate_points = sweep.determinant().conjugatePoints();
+}
+
+LoadedVector LoadedEquilibrium::Root::change(const safety::ArmVector& dq, const Wrench& load) const {
+  const Eigen::Index n = dq.size() / 2;
+  return by_translation.leftCols(n) * dq.head(n) + by_rotation.leftCols(n) * dq.tail(n) + by_wrench * load;
+}
+
+void LoadedEquilibrium::Root::move(const LoadedVector& change) {
+  guess.theta += change.head<kMaxTubes>();
+  const Eigen::Vector3d turn = change.tail<3>();
+  if (const double angle = turn.norm(); angle > 0.0)
+    guess.end = Eigen::Quaterniond((Eigen::AngleAxisd(angle, turn / angle) * guess.end)).normalized();
+}
+
+/// Newton's method from root.guess.
+/// @param longest largest first correction taken, rad
+bool LoadedEquilibrium::correct(const Place& place, double longest, Root& root) const noexcept {
   constexpr int kMaxIterations = 12;
   Segmentation parts;
-  segment(arm_, q, parts);
-  const TubeJoints joints(q);
-  double allowed = kLongestFix;
+  segment(arm_, place.q, parts);
+  const TubeJoints joints(place.q);
+  double allowed = longest;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const LoadedSweep sweep(arm_, parts, joints.beta, guess, wrench);
+    const LoadedSweep sweep(arm_, parts, joints.beta, root.guess, place.wrench, false);
+    root.linearise(sweep);
     LoadedVector residual;
     residual << joints.alpha - sweep.baseAngle(), -sweep.baseTurn();
     const LoadedVector correction = sweep.byUnknowns().partialPivLu().solve(residual);
     const double size = correction.cwiseAbs().maxCoeff();
-    if (!(size <= allowed))
+    if (!(size <= allowed))  // not even where it is not a number
       return false;
-    guess.theta += correction.head<kMaxTubes>();
-    const Eigen::Vector3d turn = correction.tail<3>();
-    if (const double angle = turn.norm(); angle > 0.0)
-      guess.end = Eigen::Quaterniond((Eigen::AngleAxisd(angle, turn / angle) * guess.end)).normalized();
+    root.move(correction);
     if (size < kConverged)
-      return sweep.signChanges() == 0;
+      return true;
     allowed = 0.5 * size;
   }
   return false;
 }
 
-bool LoadedEquilibrium::startUnloaded(const JointsRef& q, const Branch& branch, Place& place) const noexcept {
-  Equilibrium::Root root;
-  if (unloaded_.find(q, branch, root) != ModelStatus::kOk)
+/// Where a path begins: at the branch given, or, without one, at the unloaded arm at q.
+bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& place, Root& root) const noexcept {
+  const bool known = branch.known && branch.q.size() == q.size();
+  place.q = known ? branch.q : safety::ArmVector(q);
+  place.wrench.setZero();
+  if (known && !branch.load.isZero(0.0)) {
+    place.wrench = branch.load;
+    root.guess = {branch.end_angle, branch.end_frame};
+    return correct(place, kLongestFix, root);
+  }
+  Equilibrium::Root unloaded;
+  if (unloaded_.find(place.q, branch, unloaded) != ModelStatus::kOk)
     return false;
   Segmentation parts;
-  segment(arm_, q, parts);
-  const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose);
-  place.q = q;
-  place.wrench.setZero();
-  place.guess = {root.theta, sweep.endRotation()};
-  return true;
+  segment(arm_, place.q, parts);
+  const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(place.q).beta, unloaded.theta, 1.0, StepDepth::kPose);
+  root.guess = {unloaded.theta, sweep.endRotation()};
+  root.snapped = unloaded.snapped;
+  return correct(place, kLongestFix, root);
 }
 
-bool LoadedEquilibrium::follow(const Place& start,
-                               const JointsRef& q,
-                               const Wrench& wrench,
-                               LoadedGuess& guess) const noexcept {
-  const safety::ArmVector way = q - start.q;
-  const Wrench load = wrench - start.wrench;
-  safety::ArmVector next;
-  LoadedGuess reached = start.guess;
+/// Along the straight path through stable equilibria.
+/// @return the part of it that was done, 1 for all; root is there.
+double LoadedEquilibrium::follow(const Place& from, const Place& to, Root& root) const noexcept {
+  const safety::ArmVector way = to.q - from.q;
+  const Wrench load = to.wrench - from.wrench;
+  Root reached = root;
+  Place next;
   double done = 0.0, step = 1.0;
-  for (int steps = 0; steps < kMaxSteps; ++steps) {
-    step = std::min(step, 1.0 - done);
+  for (int steps = 0; steps < kMaxSteps && done < 1.0; ++steps) {
+    const LoadedVector velocity = reached.change(way, load);
+    const double fastest = velocity.cwiseAbs().maxCoeff();
+    step = std::min({step, 1.0 - done, kLongestMove / std::max(fastest, 1e-9)});
     const bool last = done + step >= 1.0;
-    next = last ? safety::ArmVector(q) : safety::ArmVector(start.q + (done + step) * way);
-    guess = reached;
-    if (correct(next, last ? wrench : Wrench(start.wrench + (done + step) * load), guess)) {
-      if (last)
-        return true;
-      reached = guess;
-      done += step;
+    next.q = last ? to.q : safety::ArmVector(from.q + (done + step) * way);
+    next.wrench = last ? to.wrench : Wrench(from.wrench + (done + step) * load);
+    root = reached;
+    root.move(step * velocity);
+    const bool found = correct(next, kLongestFix, root) && root.conjugate_points == 0;
+    const LoadedVector mean = 0.5 * step * (velocity + root.change(way, load));
+    if (found && (difference(reached.guess, root.guess) - mean).cwiseAbs().maxCoeff() < kUnexplained) {
+      reached = root;
+      done = last ? 1.0 : done + step;
       step *= 2.0;
-    } else if ((step *= 0.5) < kLeastStep) {
-      return false;
+    } else if (step * fastest < kLeastMove || step < 1e-6) {
+      break;
+    } else {
+      step *= 0.5;
     }
   }
-  return false;
+  root = reached;
+  return done;
+}
+
+/// Over a wrench that is a part of the force aside: a column that buckles has no preference of its own.
+bool LoadedEquilibrium::detour(const Place& from, const Place& to, double part, Root& root) const noexcept {
+  const double length = to.q[0] + arm_.tubes[0].length();
+  const double force = to.wrench.head<3>().norm() + to.wrench.tail<3>().norm() / length;
+  Place aside = to;
+  aside.wrench.head<3>() += part * force * Eigen::Vector3d(0.8, 0.6, 0.0);
+  return follow(from, aside, root) >= 1.0 && follow(aside, to, root) >= 1.0;
+}
+
+/// Over tubes that are turned a part of the way towards tube 1, where they do not act on each other as much.
+bool LoadedEquilibrium::untwisted(const Place& to, double part, Root& root) const noexcept {
+  Place from = to, loaded = to;
+  const Eigen::Index n = to.q.size() / 2;
+  loaded.q.tail(n) = to.q[n] + (1.0 - part) * (to.q.tail(n).array() - to.q[n]);
+  return start(loaded.q, Branch{}, from, root) && follow(from, loaded, root) >= 1.0 && follow(loaded, to, root) >= 1.0;
+}
+
+/// Along the curve of equilibria from the place at `done` of the path, where it ends.
+/// @return whether it came to the end of the path; root is there, stable if one of its passages is.
+bool LoadedEquilibrium::goRound(const Place& from, const Place& to, double done, Root& root) const noexcept {
+  constexpr double kFarthest = 4.0;  // from the beginning, in lengths of the path: the curve may come back from there
+  const safety::ArmVector way = to.q - from.q;
+  const Wrench load = to.wrench - from.wrench;
+  const auto system = [&](const Root& point, double lambda, auto& matrix) {
+    const safety::ArmVector q = from.q + lambda * way;
+    Segmentation parts;
+    segment(arm_, q, parts);
+    const TubeJoints joints(q), moves(way);
+    const LoadedSweep sweep(arm_, parts, joints.beta, point.guess, from.wrench + lambda * load, false);
+    LoadedVector by_lambda = sweep.byTranslation() * moves.beta + sweep.byWrench() * load;
+    by_lambda.head<kMaxTubes>() -= moves.alpha;
+    matrix.template topRows<kLoadedUnknowns>() << sweep.byUnknowns(), by_lambda;
+    LoadedVector residual;
+    residual << sweep.baseAngle() - joints.alpha, sweep.baseTurn();
+    return residual;
+  };
+  bool arrived = false;
+  const auto visit = [&](const Root& before, double lambda, const Root& after, double next) {
+    if ((lambda < 1.0) != (next < 1.0)) {
+      Root candidate = std::abs(next - 1.0) < std::abs(lambda - 1.0) ? after : before;
+      if (correct(to, kLongestMove, candidate)) {
+        arrived = true;
+        root = candidate;
+        return candidate.conjugate_points > 0;
+      }
+    }
+    return std::abs(next) < kFarthest;
+  };
+  followArc<kLoadedUnknowns>(Root(root), done, 1.0, ArcLimits{}, system, visit);
+  return arrived;
 }
 
 ModelStatus LoadedEquilibrium::find(const JointsRef& q,
                                     const Wrench& wrench,
                                     const Branch& branch,
-                                    LoadedGuess& guess,
-                                    bool& snapped) const noexcept {
-  snapped = false;
-  Place start;
-  const bool known = branch.known && branch.q.size() == q.size();
-  if (known && !branch.load.isZero(0.0)) {
-    start = {branch.q, branch.load, {branch.end_angle, branch.end_frame}};
-    if (follow(start, q, wrench, guess))
-      return ModelStatus::kOk;
-    snapped = true;
-  } else if (known && startUnloaded(branch.q, branch, start)) {
-    if (follow(start, q, wrench, guess))
-      return ModelStatus::kOk;
-    snapped = true;
-  }
-  if (!startUnloaded(q, Branch{}, start) || !follow(start, q, wrench, guess))
+                                    Root& root) const noexcept {
+  const bool cold = !branch.known || branch.q.size() != q.size();
+  const Place to{q, wrench};
+  Place from;
+  Root begin;
+  if (!start(q, branch, from, begin))
     return ModelStatus::kNotConverged;
-  return ModelStatus::kOk;
+  root = begin;
+  const double done = follow(from, to, root);
+  if (done >= 1.0)
+    return ModelStatus::kOk;
+  const Root end = root;
+  const auto finish = [&] {
+    root.snapped = begin.snapped || !cold;
+    return ModelStatus::kOk;
+  };
+  for (const double part : {0.02, -0.02}) {
+    root = begin;
+    if (detour(from, to, part, root))
+      return finish();
+  }
+  Root unstable = end;
+  const bool round = goRound(from, to, done, unstable);
+  if (round && unstable.conjugate_points == 0) {
+    root = unstable;
+    return finish();
+  }
+  for (const double part : {0.5, 1.0, -0.5, 1.5, -1.0, 2.0}) {
+    if (untwisted(to, part, root))
+      return finish();
+  }
+  if (!cold && find(q, wrench, Branch{}, root) == ModelStatus::kOk)
+    return finish();
+  root = unstable;
+  return round ? finish() : ModelStatus::kNotConverged;
 }
 
 }  // namespace tandem::kinematics

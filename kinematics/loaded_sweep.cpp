@@ -7,7 +7,13 @@
 #include <cmath>
 #include <limits>
 
+#include "kinematics/loaded_state.h"
+#include "kinematics/transmission.h"
+
 namespace tandem::kinematics {
+
+using namespace loaded_state;
+
 namespace {
 
 using Eigen::Matrix3d;
@@ -16,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-11;   ///< error of a step: rad, m, and of the derivatives relative to their size
 constexpr int kMaxSteps = 1000;        ///< in one interval
-constexpr double kLongestStep = 0.02;  ///< places where the determinant is looked at lie no farther apart, m
+constexpr double kLongestStep = 0.02;  ///< no conjugate point lies within a step by itself, m
 
 Matrix3d skew(const Vector3d& v) {
   Matrix3d m;
@@ -36,22 +42,6 @@ using Stepper = boost::numeric::odeint::runge_kutta_fehlberg78<LoadedSweep::Stat
                                                                double,
                                                                boost::numeric::odeint::vector_space_algebra>;
 
-/// Views of a state.
-auto psi(const LoadedSweep::State& y) { return y.segment<kMaxTubes>(0); }
-auto moments(const LoadedSweep::State& y) { return y.segment<kMaxTubes>(kMaxTubes); }
-Eigen::Map<const Matrix3d> rotation(const LoadedSweep::State& y) {
-  return Eigen::Map<const Matrix3d>(y.data() + 2 * kMaxTubes);
-}
-auto position(const LoadedSweep::State& y) { return y.segment<3>(2 * kMaxTubes + 9); }
-using ColumnMatrix = Eigen::Matrix<double, LoadedSweep::kRows, LoadedSweep::kColumns>;
-Eigen::Map<const ColumnMatrix> columns(const LoadedSweep::State& y) {
-  return Eigen::Map<const ColumnMatrix>(y.data() + LoadedSweep::kBase);
-}
-Eigen::Map<ColumnMatrix> columns(LoadedSweep::State& y) {
-  return Eigen::Map<ColumnMatrix>(y.data() + LoadedSweep::kBase);
-}
-constexpr int kTurn = 2 * kMaxTubes, kShift = kTurn + 3;  ///< rows of a column
-
 }  // namespace
 
 LoadedSweep::LoadedSweep(const ConcentricTubeArm& arm,
@@ -59,15 +49,18 @@ LoadedSweep::LoadedSweep(const ConcentricTubeArm& arm,
                          const TubeVector& beta,
                          const LoadedGuess& guess,
                          const Wrench& wrench,
+                         bool refine,
                          std::vector<ShapePoint>* samples)
     : arm_(arm),
       parts_(parts),
       beta_(beta),
       guess_(guess),
+      has_potential_(wrench.tail<3>().isZero(0.0)),
+      refine_(refine),
       samples_(samples),
       unsampled_(samples ? samples->size() : 0),
       s_(parts.length()),
-      at_(parts.length()) {
+      track_(parts.length()) {
   const Matrix3d& end = guess_.end;
   tool_ = Eigen::AngleAxisd(guess_.theta[0], Vector3d::UnitZ()) * Vector3d(arm.tool.translation());
   force_ = end.transpose() * wrench.head<3>();
@@ -82,6 +75,7 @@ LoadedSweep::LoadedSweep(const ConcentricTubeArm& arm,
   load_by_unknowns_.bottomRightCorner<3, 3>() =
       end.transpose() * skew(wrench.tail<3>()) + skew(tool_) * load_by_unknowns_.topRightCorner<3, 3>();
   load_by_unknowns_.col(0).tail<3>() = Vector3d::UnitZ().cross(tool_).cross(force_);
+  load_by_variation_ << load_by_unknowns_.leftCols<kMaxTubes>(), load_by_unknowns_.rightCols<3>() * end.leftCols<2>();
 
   y_.setZero();
   y_.head<kMaxTubes>() = guess.theta;
@@ -89,6 +83,8 @@ LoadedSweep::LoadedSweep(const ConcentricTubeArm& arm,
   Eigen::Map<Matrix3d>(y_.data() + 2 * kMaxTubes).setIdentity();
   columns(y_).topLeftCorner<kMaxTubes, kMaxTubes>().setIdentity();
   columns(y_)(kMaxTubes, kMoment + 2) = 1.0;
+  moment_by_column_.setZero();
+  moment_by_column_.middleCols<3>(kMoment).setIdentity();
 
   Interval distal;
   for (int k = parts_.count - 1; k >= 0; --k) {
@@ -156,11 +152,9 @@ void LoadedSweep::derivative(const Interval& part, const State& y, State& slope)
   for (int j = 0; j < kColumns; ++j) {
     const auto d = column.col(j);
     const Vector3d turn = d.segment<3>(kTurn), shift = d.segment<3>(kShift);
-    Vector3d dm = moment.cross(turn) - shift.cross(force_);
+    Vector3d dm = moment.cross(turn) - shift.cross(force_) + moment_by_column_.col(j);
     if (j >= kForce && j < kMoment)
       dm -= p.cross(Vector3d::Unit(j - kForce));
-    else if (j >= kMoment && j < kTranslation)
-      dm += Vector3d::Unit(j - kMoment);
     Vector2d du(r.col(0).dot(dm), r.col(1).dot(dm));
     const auto dpsi = d.head<kMaxTubes>();
     du.x() -= bc.dot(dpsi);
@@ -190,6 +184,7 @@ void LoadedSweep::cross(const Interval& part, double start, double end) {
   const auto system = [&](const State& y, State& slope, double) { derivative(part, y, slope); };
   Stepper stepper;
   State next, error;
+  startStep(part);
   double step = std::min(kLongestStep, end - start);
   for (int steps = 0; s_ > start; ++steps) {
     if (steps > kMaxSteps) {  // an absurd load: no answer, said in the only way an initial value problem has
@@ -212,15 +207,41 @@ void LoadedSweep::cross(const Interval& part, double start, double end) {
       step = h * std::max(0.2, 0.9 * std::pow(excess, -1.0 / 8.0));
       continue;
     }
-    y_ = next;
+    y_.swap(next);  // `next` is now where the step began
+    track(part, next, h);
     s_ = reaches ? stop : s_ - h;
+    startStep(part);
     if (!reaches || excess < 1e-3)
       step = std::min(kLongestStep, h * std::min(4.0, 0.9 * std::pow(std::max(excess, 1e-9), -1.0 / 8.0)));
     step = std::max(step, kShortest);
-    propose(TubeVector::Zero(), s_);
   }
   while (unsampled_ > 0 && (*samples_)[unsampled_ - 1].s >= s_)
     sample(part, (*samples_)[--unsampled_]);
+}
+
+/// Columns by the moments at the beginning of a step: what holds the part of the arm in front of it there.
+void LoadedSweep::startStep(const Interval& part) {
+  const double size = -part.total / kLongestStep;  // backwards along s; the size is of no account
+  const Matrix3d r = rotation(y_);
+  auto column = columns(y_);
+  column.rightCols<kVariation>().setZero();
+  moment_by_column_.rightCols<kVariation>().setZero();
+  for (int i = 0; i < kMaxTubes; ++i) {
+    if (!part.present[i])
+      continue;
+    column(kMaxTubes + i, kStep + i) = size;
+    moment_by_column_.col(kStep + i) = size * r.col(2);
+  }
+  moment_by_column_.rightCols<2>() = size * r.leftCols<2>();
+}
+
+/// One step of integration without a look at its error.
+LoadedSweep::State LoadedSweep::advanced(const Interval& part, const State& from, double length) const {
+  const auto system = [&](const State& y, State& slope, double) { derivative(part, y, slope); };
+  Stepper stepper;
+  State to, error;
+  stepper.do_step(system, from, 0.0, to, length, error);
+  return to;
 }
 
 void LoadedSweep::sample(const Interval& part, ShapePoint& point) const {
@@ -239,63 +260,26 @@ void LoadedSweep::sample(const Interval& part, ShapePoint& point) const {
   }
 }
 
-/// (psi - F t, turn in the base frame) by the unknowns, where tubes have the compliance F behind this place.
-LoadedSquare LoadedSweep::unknownsHere(const TubeVector& transmission) const {
-  const auto column = columns(y_);
-  Eigen::Matrix<double, kLoadedUnknowns, kTranslation> direct;
-  direct.topRows<kMaxTubes>() = column.topLeftCorner<kMaxTubes, kTranslation>() -
-                                transmission.asDiagonal() * column.block<kMaxTubes, kTranslation>(kMaxTubes, 0);
-  direct.bottomRows<3>() = guess_.end * column.block<3, kTranslation>(kTurn, 0);
-  LoadedSquare result = direct.rightCols<6>() * load_by_unknowns_;
-  result.leftCols<kMaxTubes>() += direct.leftCols<kMaxTubes>();
-  result.bottomRightCorner<3, 3>() += Matrix3d::Identity();
-  return result;
-}
-
-void LoadedSweep::propose(const TubeVector& transmission, double s) {
-  const double determinant = unknownsHere(transmission).determinant();
-  if (determinant < minimum_) {
-    minimum_ = determinant;
-    at_ = s;
-  }
-  sign_changes_ += (determinant < 0.0) != (last_ < 0.0);
-  last_ = determinant;
-}
-
 void LoadedSweep::transmission() {
-  constexpr int kPlaces = 16;  // from the entry point to the farthest motor
-  TubeVector compliance = TubeVector::Zero();
-  by_translation_.setZero();
-  for (int place = 1; place <= kPlaces; ++place) {
-    const double s = beta_.head(arm_.tubeCount()).minCoeff() * place / kPlaces;
-    for (int i = 0; i < arm_.tubeCount(); ++i) {
-      if (parts_.interval[0].section[i] == Segmentation::kAbsent)
-        continue;
-      compliance[i] = 0.0;
-      double start = beta_[i];
-      for (const TubeSection& section : arm_.tubes[i].sections) {
-        const double end = std::min(0.0, start + section.length);
-        compliance[i] += std::max(0.0, end - std::max(s, start)) / section.torsional_stiffness;
-        start += section.length;
-      }
-    }
-    propose(compliance, s);
-  }
-  base_angle_ = psi(y_) - compliance.cwiseProduct(moments(y_));
-  const auto column = columns(y_);
-  by_translation_.topRows<kMaxTubes>() =
-      column.block<kMaxTubes, kMaxTubes>(0, kTranslation) -
-      compliance.asDiagonal() * column.block<kMaxTubes, kMaxTubes>(kMaxTubes, kTranslation);
-  by_translation_.bottomRows<3>() = guess_.end * column.block<3, kMaxTubes>(kTurn, kTranslation);
-  by_unknowns_ = unknownsHere(compliance);
+  trackTransmission();
   const Interval entry = properties(0);
+  const TubeVector compliance =
+      crossTransmission<double>(arm_, parts_, beta_, [](const TubeVector& /*added*/, double /*s*/) {});
+  base_angle_ = psi(y_) - compliance.cwiseProduct(moments(y_));
+  // (psi - F t, turn in the base frame) by all columns.
+  const auto column = columns(y_);
+  Eigen::Matrix<double, kLoadedUnknowns, kStep> base;
+  base.topRows<kMaxTubes>() =
+      column.topLeftCorner<kMaxTubes, kStep>() - compliance.asDiagonal() * column.block<kMaxTubes, kStep>(kMaxTubes, 0);
+  base.bottomRows<3>() = guess_.end * column.block<3, kStep>(kTurn, 0);
+  by_translation_ = base.rightCols<kMaxTubes>();
   for (int i = 0; i < arm_.tubeCount(); ++i)
     by_translation_(i, i) += moments(y_)[i] * entry.compliance[i];
-  Eigen::Matrix<double, kLoadedUnknowns, 6> by_load;
-  by_load.topRows<kMaxTubes>() =
-      column.block<kMaxTubes, 6>(0, kForce) - compliance.asDiagonal() * column.block<kMaxTubes, 6>(kMaxTubes, kForce);
-  by_load.bottomRows<3>() = guess_.end * column.block<3, 6>(kTurn, kForce);
+  const auto by_load = base.middleCols<6>(kForce);
   by_wrench_ = by_load * load_by_wrench_;
+  by_unknowns_ = by_load * load_by_unknowns_;
+  by_unknowns_.leftCols<kMaxTubes>() += base.leftCols<kMaxTubes>();
+  by_unknowns_.bottomRightCorner<3, 3>() += Matrix3d::Identity();
 }
 
 /// The base point stands still, so the end stands at -end p; its derivatives, moved out to the tool's tip.
@@ -316,7 +300,7 @@ void LoadedSweep::finish() {
   tip_by_wrench_.setZero();
   tip_by_wrench_.topRows<3>() = by_load * load_by_wrench_;
   tip_by_translation_.setZero();
-  tip_by_translation_.topRows<3>() = -guess_.end * shift.rightCols<kMaxTubes>();
+  tip_by_translation_.topRows<3>() = -guess_.end * shift.middleCols<kMaxTubes>(kTranslation);
 }
 
 }  // namespace tandem::kinematics

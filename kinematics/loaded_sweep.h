@@ -2,6 +2,7 @@
 /** @file From the ends of the tubes back to the motors under a wrench at the tip: an initial value problem. */
 #pragma once
 
+#include "kinematics/determinant_track.h"
 #include "kinematics/segmentation.h"
 
 namespace tandem::kinematics {
@@ -25,20 +26,26 @@ struct LoadedGuess {
  * sin psi_i), R' = -R [u]x,  p' = -R e_z,               u = ((R' (m - p x f))_xy + sum_j b_j (-sin psi_j, cos psi_j)) /
  * K, t_1 = m_z at the end of tube 1 and t_i = 0 at the others'. The variational equations go along, so derivatives by
  * end angles, wrench and translations are exact; both are integrated together (Fehlberg 7(8), step by error control).
- * Under a dead load the full rod's Jacobi condition is tested along the whole length: an equilibrium is stable if the
- * determinant of (angles of the tubes, turn of the frame) at s by the same at the end keeps its sign. */
+ *
+ * Stability is tested for the whole rod along the whole length (DeterminantTrack): Z(s) takes a variation of the end to
+ * the one at s. A variation is how each tube turns about the backbone, delta psi_i + w_z, and how the backbone tilts,
+ * w_x and w_y, in the frame at s. Behind the entry point the backbone is guided and only angles are left. A moment that
+ * keeps its direction has no potential; zeros of det Z then still are where the equilibrium stops to exist or divides.
+ */
 class LoadedSweep {
  public:
   using Twists = Eigen::Matrix<double, 6, kMaxTubes>;
 
   /// @param wrench  force and moment at the tool's tip, arm base frame
   /// @param tool  end frame of tube 1 <- tool's tip: position, m
+  /// @param refine  whether the determinant's minimum is looked for between the steps of integration, too
   /// @param samples  filled from their `s` (ascending, m) if given; poses are then in the frame of tube 1's end
   LoadedSweep(const ConcentricTubeArm& arm,
               const Segmentation& parts,
               const TubeVector& beta,
               const LoadedGuess& guess,
               const Wrench& wrench,
+              bool refine,
               std::vector<ShapePoint>* samples = nullptr);
 
   /// Base angles that belong to the guess, rad, and how far the base frame it leads to is turned from the real one.
@@ -59,13 +66,15 @@ class LoadedSweep {
   /// Position of tube 1's end in the arm's base frame.
   Eigen::Vector3d endPosition() const { return end_position_; }
 
-  double minimum() const { return minimum_; }  ///< smallest determinant along the arm
-  double at() const { return at_; }            ///< where, s, m
-  int signChanges() const { return sign_changes_; }
+  /// Dimensions of a variation: angles of the tubes, tilt of the backbone.
+  static constexpr int kVariation = kMaxTubes + 2;
+  using Track = DeterminantTrack<double, kVariation>;
+  const Track& determinant() const { return track_; }
 
-  /// Columns of derivatives: by end angles, force, moment (both in the end frame), translations.
+  /// Columns of derivatives: by end angles, force, moment (both in the end frame), translations, and by the torsional
+  /// and bending moments at the beginning of the present step.
   static constexpr int kForce = kMaxTubes, kMoment = kForce + 3, kTranslation = kMoment + 3;
-  static constexpr int kColumns = kTranslation + kMaxTubes;
+  static constexpr int kStep = kTranslation + kMaxTubes, kColumns = kStep + kVariation;
   static constexpr int kRows = 2 * kMaxTubes + 6;   ///< of a column: psi, t, turn, shift
   static constexpr int kBase = 2 * kMaxTubes + 12;  ///< psi, t, R, p
   using State = Eigen::Matrix<double, kBase + kRows * kColumns, 1>;
@@ -77,18 +86,26 @@ class LoadedSweep {
     TubeVector compliance = TubeVector::Zero();  ///< 1 / c_i, 0 for tubes that have ended
     double total = 0.0;                          ///< K, N m^2
   };
-  using Columns = Eigen::Matrix<double, kRows, kColumns>;
+  using Variation = Track::Square;
   Interval properties(int index) const;
   Eigen::Vector2d bend(const Interval& part, const State& y) const;
   TubeVector torque(const Interval& part, const State& y) const;
   void derivative(const Interval& part, const State& y, State& slope) const;
   void enter(const Interval& part, const Interval* distal, int owner);
   void cross(const Interval& part, double start, double end);
-  void transmission();
-  void finish();
-  void propose(const TubeVector& transmission, double s);
-  LoadedSquare unknownsHere(const TubeVector& transmission) const;
+  void startStep(const Interval& part);
+  State advanced(const Interval& part, const State& from, double length) const;
   void sample(const Interval& part, ShapePoint& point) const;
+
+  using ByVariation = Eigen::Matrix<double, kMaxTubes + 3, kVariation>;
+  ByVariation byVariation(const State& y, int row) const;
+  Track::Place place(const Interval& part, const State& y, double length) const;
+  void track(const Interval& part, const State& before, double length);
+  void count(const Variation& form);
+
+  void transmission();
+  void trackTransmission();
+  void finish();
 
   const ConcentricTubeArm& arm_;
   const Segmentation& parts_;
@@ -99,10 +116,15 @@ class LoadedSweep {
   /// Force and moment in the end frame by the unknowns and by the wrench.
   Eigen::Matrix<double, 6, kLoadedUnknowns> load_by_unknowns_;
   Eigen::Matrix<double, 6, 6> load_by_wrench_;
+  Eigen::Matrix<double, 6, kVariation> load_by_variation_;
+  bool has_potential_;
+  bool refine_;
   std::vector<ShapePoint>* samples_;
   std::size_t unsampled_ = 0;
   double s_;
   State y_;
+  /// What a column adds to the moment in the end frame.
+  Eigen::Matrix<double, 3, kColumns> moment_by_column_;
 
   TubeVector base_angle_;
   Eigen::Vector3d base_turn_;
@@ -113,8 +135,7 @@ class LoadedSweep {
   Eigen::Matrix<double, 6, kLoadedUnknowns> tip_by_unknowns_;
   Eigen::Matrix<double, 6, 6> tip_by_wrench_;
   Twists tip_by_translation_;
-  double minimum_ = 1.0, at_ = 0.0, last_ = 1.0;
-  int sign_changes_ = 0;
+  Track track_;
 };
 
 }  // namespace tandem::kinematics

@@ -70,40 +70,6 @@ double turnLeft(const Equilibrium& equilibrium,
   return done;
 }
 
-/// Elastic energy by quadrature over the shape, J.
-double energyOf(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, const TubeVector& theta) {
-  constexpr int kPieces = 4;
-  const GaussLegendre& rule = GaussLegendre::rule(8);
-  std::vector<ShapePoint> points;
-  std::vector<double> weights;
-  std::vector<int> intervals;
-  for (int k = 0; k < parts.count; ++k) {
-    const double start = parts.interval[k].start, piece = (parts.interval[k].end - start) / kPieces;
-    for (int j = 0; j < kPieces * rule.count && piece > 0.0; ++j) {
-      points.emplace_back().s = start + piece * (j / rule.count + rule.node[j % rule.count]);
-      weights.push_back(piece * rule.weight[j % rule.count]);
-      intervals.push_back(k);
-    }
-  }
-  const TubeJoints joints(q);
-  const EndAngleSweep<double> sweep(arm, parts, joints.beta, theta, 1.0, StepDepth::kPose, &points);
-  double energy = 0.0;
-  for (std::size_t j = 0; j < points.size(); ++j) {
-    const Segmentation::Interval& interval = parts.interval[intervals[j]];
-    for (int i = 0; i < arm.tubeCount(); ++i) {
-      if (interval.section[i] == Segmentation::kAbsent)
-        continue;
-      const TubeSection& section = arm.tubes[i].sections[interval.section[i]];
-      const Eigen::Vector2d own =
-          section.curvature * Eigen::Vector2d(-std::sin(points[j].psi[i]), std::cos(points[j].psi[i]));
-      energy += weights[j] * (0.5 * section.bending_stiffness * (points[j].curvature - own).squaredNorm() +
-                              0.5 * points[j].moment[i] * points[j].moment[i] / section.torsional_stiffness);
-    }
-  }
-  // Behind the entry point a tube's moment is constant: t F t / 2, and t F is the angle twisted there.
-  return energy + 0.5 * sweep.entryMoment().dot(sweep.entryAngle() - sweep.baseAngle());
-}
-
 }  // namespace
 
 ModelStatus CompliantModel::stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept {
@@ -134,45 +100,6 @@ ModelStatus CompliantModel::stability(const JointsRef& q, Branch& branch, Stabil
     }
   }
   return ModelStatus::kOk;
-}
-
-std::vector<EquilibriumInfo> CompliantModel::equilibria(const JointsRef& q) const {
-  std::vector<EquilibriumInfo> found;
-  if (checkJoints(arm_, q) != ModelStatus::kOk)
-    return found;
-  Segmentation parts;
-  segment(arm_, q, parts);
-  const int n = arm_.tubeCount(), across = n == 4 ? 16 : 32;  // starts per tube over two turns
-  int starts = 1;
-  for (int i = 1; i < n; ++i)
-    starts *= across;
-  constexpr double kLongestFix = 2.0, kSame = 1e-5;
-  Equilibrium::Root cold;
-  const bool answered = equilibrium_.find(q, Branch{}, cold) == ModelStatus::kOk;
-  for (int start = answered ? -1 : 0; start < starts; ++start) {  // -1: what a cold start finds
-    Equilibrium::Root root;
-    root.theta = start < 0 ? cold.theta : TubeJoints(q).alpha;
-    for (int i = 1, rest = start; start >= 0 && i < n; ++i, rest /= across)
-      root.theta[i] += kTurn * (2.0 * (rest % across) / across - 1.0);
-    int conjugate_points = 0;
-    if (!equilibrium_.correct(parts, q, 1.0, kLongestFix, root, conjugate_points))
-      continue;
-    const bool known = std::any_of(found.begin(), found.end(), [&](const EquilibriumInfo& info) {
-      return (info.branch.end_angle - root.theta).cwiseAbs().maxCoeff() < kSame;
-    });
-    if (known)
-      continue;
-    EquilibriumInfo& info = found.emplace_back();
-    root.remember(q, info.branch);
-    for (int i = 0; i < n; ++i)
-      info.winding[i] = info.branch.winding(i);
-    info.energy = energyOf(arm_, parts, q, root.theta);
-    const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kAngles);
-    info.stability = sweep.determinant().minimum();
-    info.conjugate_points = sweep.determinant().conjugatePoints();
-  }
-  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.energy < b.energy; });
-  return found;
 }
 
 }  // namespace tandem::kinematics

@@ -44,7 +44,7 @@ control::QuadraticProgram feasibleProblem(Random& random) {
 
 TEST(ActiveSet, SatisfiesTheOptimalityConditions) {
   control::ActiveSet solver;
-  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 2000; ++seed) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(2000); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
     const auto qp = feasibleProblem(random);
@@ -88,6 +88,125 @@ TEST(ActiveSet, WarmStartChangesStepsNotAnswers) {
     ASSERT_EQ(a.status, b.status);
     EXPECT_LT((a.x - b.x).norm(), 1e-6 * (1.0 + b.x.norm()));
   }
+}
+
+/// What real problems come with: a Hessian without full rank, rows that say the same twice or to twelve orders of
+/// magnitude, bounds of no width.
+control::QuadraticProgram awkwardProblem(Random& random) {
+  auto qp = feasibleProblem(random);
+  const int n = qp.variables();
+  if (random.chance(0.5)) {  // of rank r, down to none at all: a linear programme
+    const int rank = random.integer(0, n - 1);
+    const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(rank, n, [&] { return random.uniform(-1.0, 1.0); });
+    qp.H.setZero();
+    if (rank > 0)
+      qp.H = root.transpose() * root;
+  }
+  for (int i = 0; i < qp.rows(); ++i) {
+    if (i > 0 && random.chance(0.3)) {
+      const double factor = std::pow(10.0, random.uniform(-3, 3));
+      qp.A.row(i) = factor * qp.A.row(i - 1);
+      qp.b[i] = factor * qp.b[i - 1];
+    }
+  }
+  if (random.chance(0.5)) {
+    for (int i = 0; i < n; ++i) {  // other units for every variable
+      const double unit = std::pow(10.0, random.uniform(-3, 3));
+      qp.H.row(i) *= unit;
+      qp.H.col(i) *= unit;
+      qp.g[i] *= unit;
+      qp.E.col(i) *= unit;
+      qp.A.col(i) *= unit;
+      qp.lower[i] /= unit;
+      qp.upper[i] /= unit;
+    }
+  }
+  return qp;
+}
+
+TEST(ActiveSet, AnswersAwkwardProblems) {
+  control::ActiveSet solver;
+  int unbounded = 0, solved = 0, given_up = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(3000); ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const auto qp = awkwardProblem(random);
+    control::QpSolution solution;
+    solver.solve(qp, solution);
+    if (solution.status == QpStatus::kIterationLimit) {
+      ++given_up;
+      continue;
+    }
+    ASSERT_TRUE(solution.status == QpStatus::kSolved || solution.status == QpStatus::kUnbounded)
+        << control::describe(solution.status);
+    if (solution.status == QpStatus::kUnbounded) {
+      ++unbounded;
+      const bool boxed = qp.lower.allFinite() && qp.upper.allFinite();
+      EXPECT_FALSE(boxed);
+      continue;
+    }
+    ++solved;
+    const double raw = control::kktResidual(qp, solution);
+    control::ScaledProgram scaled;
+    scaled.set(qp);
+    scaled.scale(solution);
+    EXPECT_LT(std::min(raw, control::kktResidual(scaled.program(), solution)), 1e-8);
+  }
+  EXPECT_LE(given_up, static_cast<int>(cases(3000) / 3000));
+  EXPECT_GT(solved, unbounded);
+  EXPECT_GT(unbounded, 10);
+}
+
+/// Problems that contradict themselves by a random certificate, which need not be the one that is found.
+control::QuadraticProgram contradiction(Random& random) {
+  auto qp = feasibleProblem(random);
+  const int n = qp.variables(), last = qp.rows() - 1;
+  if (last < 0)
+    return qp;
+  // The last row is minus a combination of others, and asks for a little more than they leave.
+  qp.A.row(last).setZero();
+  qp.b[last] = 0.0;
+  const auto use = [&](const auto& row, double bound, double weight) {
+    qp.A.row(last) -= weight * row;
+    qp.b[last] -= weight * bound;
+  };
+  for (int i = 0; i < last; ++i)
+    use(qp.A.row(i), qp.b[i], random.chance(0.5) ? random.uniform(0.1, 1.0) : 0.0);
+  for (int i = 0; i < qp.equalities(); ++i)
+    use(qp.E.row(i), qp.e[i], random.uniform(-1.0, 1.0));
+  for (int i = 0; i < n; ++i) {
+    const Eigen::RowVectorXd unit = Eigen::RowVectorXd::Unit(n, i);
+    if (std::isfinite(qp.upper[i]) && random.chance(0.5))
+      use(unit, qp.upper[i], random.uniform(0.1, 1.0));
+    else if (std::isfinite(qp.lower[i]) && random.chance(0.5))
+      use(-unit, -qp.lower[i], random.uniform(0.1, 1.0));
+  }
+  qp.b[last] -= std::pow(10.0, random.uniform(-5, 0));
+  return qp;
+}
+
+TEST(ActiveSet, ProvesInfeasibility) {
+  control::ActiveSet solver;
+  control::IpoptBackend judge;
+  int judged = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(3000); ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    auto qp = contradiction(random);
+    if (qp.rows() == 0 || qp.A.row(qp.rows() - 1).norm() < 1e-3)
+      continue;
+    control::QpSolution solution;
+    solver.solve(qp, solution);
+    ASSERT_EQ(solution.status, QpStatus::kInfeasible) << control::describe(solution.status);
+    EXPECT_LT(control::certificateResidual(qp, solution), 1e-8);
+    if (seed % 500 == 0) {
+      control::QpSolution theirs;
+      judge.solve(qp, theirs);
+      EXPECT_NE(theirs.status, QpStatus::kSolved);
+      ++judged;
+    }
+  }
+  EXPECT_GT(judged, 2);
 }
 
 TEST(ActiveSet, SaysWhatIsInfeasible) {

@@ -100,9 +100,82 @@ TEST(StabilityReport, RotationLeftEndsAtTheFold) {
 }
 
 /// Two tubes: all crossings of the S-curve with the motors' angle.
+TEST(Equilibria, OfTwoTubesAreAllOnTheCurve) {
+  int many = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 60; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const TwoTubes tubes(random);
+    const double motors = std::numbers::pi + random.uniform(-0.5, 0.5);  // opposed: where there are several
+    Eigen::VectorXd q(4);
+    q << tubes.beta[0], tubes.beta[1], motors, 0.0;
+    std::vector<double> expected;
+    constexpr double kStep = 2e-3, kTurn = 2.0 * std::numbers::pi;
+    for (double apart = -2.0 * kTurn; apart < 2.0 * kTurn; apart += kStep) {
+      if ((tubes.motors(apart) - motors) * (tubes.motors(apart + kStep) - motors) <= 0.0)
+        expected.push_back(apart);
+    }
+    const auto found = CompliantModel(tubes.arm).equilibria(q);
+    ASSERT_EQ(found.size(), expected.size()) << "motors " << motors;
+    many += found.size() > 1 ? 1 : 0;
+    for (const EquilibriumInfo& info : found) {
+      const double apart = info.branch.end_angle[0] - info.branch.end_angle[1];
+      const auto near = std::lower_bound(expected.begin(), expected.end(), apart - kStep - 1e-6);
+      ASSERT_TRUE(near != expected.end() && std::abs(*near - apart) < 2.0 * kStep) << apart;
+      if (std::abs(tubes.motorByEnd(apart)) > 1e-3) {
+        EXPECT_EQ(info.conjugate_points, tubes.motorByEnd(apart) > 0.0 ? 0 : 1);
+      }
+    }
+  }
+  EXPECT_GT(many, 15);
+}
 
 /// As tubes stiffen, all but one equilibrium vanish in pairs: stable ones and those with an even number of conjugate
 /// points are one more than the others.
+TEST(Equilibria, HaveDegreeOneAndTheirEnergies) {
+  int several = 0, incomplete = 0, arms = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 200; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    // Curved almost everywhere, so that most joints have several equilibria.
+    const auto arm = random.chance(0.3) ? randomArm(random) : longCurved(arkArm(0.0), {0.25, 0.25, 0.18});
+    const int n = arm.tubeCount();
+    const CompliantModel model(arm);
+    const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.1);
+    const auto found = model.equilibria(q);
+    ASSERT_FALSE(found.empty());
+    ++arms;
+    several += found.size() > 1 ? 1 : 0;
+    int degree = 0;
+    double first = 0.0;
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      const EquilibriumInfo& info = found[k];
+      const Eigen::VectorXd theta = info.branch.end_angle.head(n);
+      const EndAngleTrack track = trackOf(arm, q, theta);
+      EXPECT_LT((track.motors - q.tail(n)).cwiseAbs().maxCoeff(), 1e-8);
+      EXPECT_EQ(track.conjugate_points, info.conjugate_points);
+      EXPECT_NEAR(track.minimum, info.stability, 1e-7 * std::max(1.0, std::abs(track.minimum)));
+      EXPECT_TRUE(k == 0 || found[k - 1].energy <= info.energy);
+      for (std::size_t other = 0; other < k; ++other)
+        EXPECT_GT((found[other].branch.end_angle.head(n) - theta).norm(), 1e-6);
+      EnergyOracle energy(arm, q, 2e-4);
+      const double value = energy.value(energy.shoot(theta));
+      first = k == 0 ? value : first;
+      EXPECT_NEAR(info.energy - found[0].energy, value - first, 1e-4 * std::abs(value) + 1e-9);
+      degree += info.conjugate_points % 2 == 0 ? 1 : -1;
+    }
+    incomplete += degree != 1 ? 1 : 0;
+    EXPECT_EQ(found[0].conjugate_points, 0) << "the lowest of all is a minimum";
+    Branch branch;
+    Tip tip;
+    ASSERT_EQ(model.tip(q, branch, tip), ModelStatus::kOk);
+    EXPECT_TRUE(std::any_of(found.begin(), found.end(), [&](const EquilibriumInfo& info) {
+      return (info.branch.end_angle - branch.end_angle).cwiseAbs().maxCoeff() < 1e-6;
+    })) << "the cold answer is one of them";
+  }
+  EXPECT_LE(incomplete, arms / 100);
+  EXPECT_GT(several, 20);
+}
 
 TEST(EndAngles, AnswerWithoutABoundaryValueProblem) {
   int unstable = 0;

@@ -18,6 +18,12 @@ inline std::uint32_t baseSeed() {
   return text != nullptr ? static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10)) : 20240607u;
 }
 
+/// How many cases a random test takes: `usual`, times TANDEM_TEST_CASES if that is set.
+inline std::uint32_t cases(std::uint32_t usual) {
+  const char* text = std::getenv("TANDEM_TEST_CASES");
+  return text != nullptr ? usual * static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10)) : usual;
+}
+
 /** Random numbers of one case. */
 class Random {
  public:

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "control/active_set.h"
+
+namespace tandem::control {
+
+/// Takes away the rounding of the way to the solution; for problems whose numbers are of the size of one.
+void ActiveSet::polish(double shift) {
+  for (int k = 0; k < factors_.active(); ++k)
+    normal_[k] = slack(active_[k]);
+  factors_.meet(normal_, x_);
+  const QpVector gradient = qp_->H.lazyProduct(x_) + shift * x_ + gradient_;
+  factors_.descend(gradient, x_, multiplier_);
+}
+
+/// Whether a direction is feasible without end, costs nothing in H, and makes the objective fall.
+/// @param negligible part of the direction that does not count
+bool ActiveSet::fallsForEver(const QpVector& way, double negligible) const {
+  const double small = negligible * way.cwiseAbs().maxCoeff();
+  if (!(qp_->g.dot(way) < -small * qp_->g.cwiseAbs().maxCoeff()))
+    return false;
+  for (int i = 0; i < n_; ++i) {
+    if (std::abs(qp_->H.row(i).dot(way)) > small || (way[i] > small && std::isfinite(qp_->upper[i])) ||
+        (way[i] < -small && std::isfinite(qp_->lower[i])))
+      return false;
+  }
+  for (int j = 0; j < equalities_; ++j) {
+    if (std::abs(qp_->E.row(j).dot(way)) > small)
+      return false;
+  }
+  for (int j = 0; j < rows_; ++j) {
+    if (qp_->A.row(j).dot(way) > small)
+      return false;
+  }
+  return true;
+}
+
+/// The proximal point method on a problem whose numbers are of the size of one.
+QpStatus ActiveSet::solveSemidefinite() {
+  constexpr double kFirstShift = 1e-3, kLastShift = 1e-6, kConverged = 1e-11;
+  constexpr int kMaxRounds = 60, kPatience = 10;
+  double shift = kFirstShift;
+  QpVector last = QpVector::Zero(n_);
+  for (int round = 0; round < kMaxRounds; ++round) {
+    gradient_ = qp_->g - shift * last;
+    iteration_limit_ = iterations_ + 20 * (n_ + constraints_);
+    if (const QpStatus status = solveStrictly(shift); status != QpStatus::kSolved)
+      return status;
+    was_active_ = is_active_;
+    const QpVector way = x_ - last;
+    const double size = std::max(qp_->g.cwiseAbs().maxCoeff(), x_.cwiseAbs().maxCoeff());
+    if (shift * way.cwiseAbs().maxCoeff() <= kConverged * size)
+      return QpStatus::kSolved;
+    // A variable that creeps towards a bound far away hides the one that runs away.
+    if (fallsForEver(way, round < kPatience ? 1e-7 : 1e-4))
+      return QpStatus::kUnbounded;
+    last = x_;
+    shift = std::max(kLastShift, 0.1 * shift);
+  }
+  return QpStatus::kIterationLimit;
+}
+
+}  // namespace tandem::control
