@@ -106,6 +106,14 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
   const auto valid = [](const Snapshot& s) {
     return std::all_of(s.state.valid.begin(), s.state.valid.begin() + s.state.arm_count, [](int v) { return v == 1; });
   };
+  const auto faulty = [](const Snapshot& s) {
+    return std::any_of(s.state.faults.begin(), s.state.faults.begin() + s.state.arm_count,
+                       [](auto f) { return f != 0; });
+  };
+  // What does not come up while everything starts at once gets a second boot.
+  client_->waitFor(kBoot, [&](const Snapshot& s) { return s.states > 0 && (valid(s) || faulty(s)); });
+  if (faulty(client_->snapshot()))
+    client_->stateCommand("disable");
   if (!client_->waitFor(kBoot, valid))
     throw Failure(kFailure, "the joints do not say where they are; tandem can monitor, tandem home");
   client_->stateCommand("disable");
