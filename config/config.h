@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot, experiment and deployment files: the structs they become, and their loaders.
+/** @file Robot, experiment, deployment and hardware files: the structs they become, and their loaders.
  *
  * Files are YAML; every number that has a unit has it in its key (`outer_diameter_mm`), and this room is the only place
  * where units are converted. Every error is a config::Error that names file, line, column and key, what was found and
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "control/parameters.h"
+#include "hal/hardware.h"
 #include "kinematics/concentric_tube.h"
 #include "planning/tips.h"
 #include "planning/trajectory.h"
@@ -96,6 +97,7 @@ struct Process {
   std::string name;                    ///< sim, control, planning
   std::string executable;              ///< tandem-sim ...
   std::vector<std::string> arguments;  ///< appended to those that tandem up gives
+  bool is_service = true;              ///< takes --deployment and --log
 };
 
 enum class ClockMode {
@@ -107,6 +109,7 @@ enum class ClockMode {
 struct Deployment {
   std::string name;
   std::filesystem::path robot;                  ///< resolved against the deployment file's folder
+  std::filesystem::path hardware;               ///< hardware file of tandem-hal, resolved likewise; empty: none
   std::string prefix = "tandem";                ///< topic prefix, the robot's name on the wire: rt/<prefix>/...
   int domain = 0;                               ///< DDS domain, 0..232
   std::string interface_address = "127.0.0.1";  ///< the only interface used
@@ -135,6 +138,13 @@ Robot loadRobot(const std::filesystem::path& file);
 Experiment loadExperiment(const std::filesystem::path& file);
 Deployment loadDeployment(const std::filesystem::path& file);
 
+/** A hardware file, checked against its robot and against the load limits of its buses.
+ * @param heartbeat_budget the drives' patience with the HAL (Budgets::drive_heartbeat), s: part of the bus load
+ * @param refuse_overload false: a bus beyond its load limit is let through, for the calculator. */
+hal::HardwareConfig loadHardware(const std::filesystem::path& file,
+                                 double heartbeat_budget = safety::Budgets{}.drive_heartbeat,
+                                 bool refuse_overload = true);
+
 /** A trajectory given as YAML text (planning/request, `tandem run`), `origin` names it in errors. CSV paths are
  * relative to `folder`; an empty folder refuses them, as texts from the wire must not name files. */
 planning::TrajectorySpec parseTrajectory(const std::string& yaml,
@@ -151,7 +161,7 @@ std::string formatTrajectory(const planning::TrajectorySpec& spec);
 /** What kind of file it is by its first key (`tandem: robot/1`), fully loaded and checked, as one line for people.
  * @throw Error as the loaders do. */
 struct Summary {
-  std::string kind;  ///< robot, experiment, deployment, trajectory
+  std::string kind;  ///< robot, experiment, deployment, trajectory, hardware
   std::string text;
   std::vector<std::string> warnings;
 };
@@ -160,7 +170,7 @@ Summary validate(const std::filesystem::path& file);
 /** Finds a preset by bare name ("ark2024"): as a path if it is one, else in the folders given by TANDEM_CONFIG_PATH
  * (colon-separated), else beside the executable or module (../share/tandem), else, from a build tree, in its source
  * tree.
- * @param kind "robot", "experiment", "deployment", "trajectory", or empty for any
+ * @param kind "robot", "experiment", "deployment", "trajectory", "hardware", or empty for any
  * @throw Error that lists the presets there are. */
 std::filesystem::path findFile(const std::string& name_or_path, const std::string& kind);
 

@@ -29,7 +29,8 @@ safety::Budgets readBudgets(const Map& map) {
 std::vector<Process> readProcesses(const Map& map) {
   std::vector<Process> processes;
   for (const Map& entry : map.maps("processes")) {
-    processes.push_back({entry.text("name"), entry.text("executable"), entry.texts("arguments")});
+    processes.push_back(
+        {entry.text("name"), entry.text("executable"), entry.texts("arguments"), entry.flag("service")});
     for (std::size_t i = 0; i + 1 < processes.size(); ++i) {
       if (processes[i].name == processes.back().name) {
         entry.fail("name", "found '" + processes[i].name + "' a second time, expected another name");
@@ -78,6 +79,8 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   deployment.file = file;
   deployment.name = map.text("name");
   deployment.robot = robotPath(map, file);
+  if (map.has("hardware"))
+    deployment.hardware = companionPath(map, "hardware", file);
   deployment.prefix = map.text("prefix");
   deployment.domain = map.integer("domain");
   deployment.interface_address = map.text("interface_address");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The key tables of the four kinds of file, and what is generated from them. */
+/** @file The key tables of the kinds of file, and what is generated from them. */
 #pragma once
 
 #include <string>
@@ -13,10 +13,11 @@ const Mapping& robotTable();
 const Mapping& experimentTable();
 const Mapping& deploymentTable();
 const Mapping& trajectoryTable();
+const Mapping& hardwareTable();
 /// The `plant` of a deployment.
 const Mapping& plantTable();
 
-/// "robot", "experiment", "deployment", "trajectory".
+/// "robot", "experiment", "deployment", "trajectory", "hardware".
 const std::vector<std::string>& kinds();
 
 /// The table of a kind. @throw std::invalid_argument for an unknown kind.

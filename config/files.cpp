@@ -65,8 +65,10 @@ std::vector<fs::path> searchFolders() {
   return folders;
 }
 
-/// "robots", "trajectories".
+/// "robots", "trajectories", "hardware".
 std::string folderOf(const std::string& kind) {
+  if (kind == "hardware")
+    return kind;
   return kind.ends_with('y') ? kind.substr(0, kind.size() - 1) + "ies" : kind + "s";
 }
 
@@ -129,20 +131,22 @@ fs::path findFile(const std::string& name_or_path, const std::string& kind) {
   return isFile(name_or_path) ? fs::path(name_or_path) : findPreset(name_or_path, kind);
 }
 
-fs::path robotPath(const Map& map, const fs::path& file) {
-  const std::string name = map.text("robot");
+fs::path robotPath(const Map& map, const fs::path& file) { return companionPath(map, "robot", file); }
+
+fs::path companionPath(const Map& map, const std::string& kind, const fs::path& file) {
+  const std::string name = map.text(kind);
   const fs::path beside = (file.parent_path() / name).lexically_normal();
   if (isFile(beside))
     return beside;
   if (name.find('/') == std::string::npos) {
     try {
-      return findPreset(name, "robot");
+      return findPreset(name, kind);
     } catch (const Error&) {
       // Told below, with the place of the key.
     }
   }
-  map.fail("robot", "found '" + name + "', expected a file relative to this one's folder or one of the presets: " +
-                        presetNames("robot"));
+  map.fail(kind, "found '" + name +
+                     "', expected a file relative to this one's folder or one of the presets: " + presetNames(kind));
 }
 
 }  // namespace tandem::config

@@ -19,6 +19,9 @@ std::filesystem::path findPreset(const std::string& name, const std::string& kin
 /// The `robot` key: relative to the folder of the file, else a preset. @throw Error at the key.
 std::filesystem::path robotPath(const Map& map, const std::filesystem::path& file);
 
+/// A key that names another file, `robot` or `hardware`, in the same way.
+std::filesystem::path companionPath(const Map& map, const std::string& kind, const std::filesystem::path& file);
+
 /// [beta_1..beta_n, alpha_1..alpha_n] from the keys `beta` and `alpha`, inside the limits.
 /// @throw Error at the element that is outside.
 Eigen::VectorXd readJoints(const Map& map, const safety::ArmLimits& limits);

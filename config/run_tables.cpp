@@ -134,6 +134,8 @@ const Mapping& processTable() {
               .matching("^[a-z][a-z0-9_-]*$", "a name of small letters, digits, _ and -, a letter first"),
           text("executable", "name on the search path or beside tandem, or a path").required(),
           text("arguments", "appended to those that `tandem up` gives").list(0, 100).defaultNote("none"),
+          flag("service", "false: a program that knows nothing of deployments; it gets its arguments alone")
+              .defaultsTo(1.0),
       }};
   return table;
 }
@@ -168,6 +170,8 @@ const Mapping& deploymentTable() {
           kind("deployment/1"),
           text("name", "name of the deployment").required(),
           robotPath(),
+          text("hardware", "hardware file of tandem-hal, relative to the folder of this file, or a preset")
+              .defaultNote("none"),
           text("prefix", "topic prefix, the robot's name on the wire: rt/PREFIX/...")
               .matching("^[a-z][a-z0-9_]*$", "a name of small letters, digits and _, a letter first")
               .defaultsTo(defaults.prefix),

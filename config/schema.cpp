@@ -213,7 +213,7 @@ std::string rowOf(const Field& field, bool is_choice) {
 }  // namespace
 
 const std::vector<std::string>& kinds() {
-  static const std::vector<std::string> all{"robot", "experiment", "deployment", "trajectory"};
+  static const std::vector<std::string> all{"robot", "experiment", "deployment", "trajectory", "hardware"};
   return all;
 }
 
@@ -226,6 +226,8 @@ const Mapping& tableOf(const std::string& kind) {
     return deploymentTable();
   if (kind == "trajectory")
     return trajectoryTable();
+  if (kind == "hardware")
+    return hardwareTable();
   throw std::invalid_argument("found the kind '" + kind + "', expected one of " + join(kinds()));
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <variant>
 
 #include "config/file_tables.h"
@@ -60,6 +61,20 @@ Summary summarize(const Deployment& deployment) {
           warnings};
 }
 
+Summary summarize(const hal::HardwareConfig& hardware) {
+  std::vector<std::string> buses;
+  for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
+    const hal::BusLoad load = hal::computeLoad(hardware.planOf(static_cast<int>(b), safety::Budgets{}.drive_heartbeat));
+    buses.push_back(hardware.buses[b].name + " on " + hardware.buses[b].address + " at " +
+                    formatNumber(std::round(1e3 * load.load) / 10.0) + " % load");
+  }
+  return {"hardware",
+          "hardware " + hardware.name + ": " + count(hardware.axes.size(), "axis", "axes") + ", " +
+              count(buses.size(), "bus", "buses") + " (" + join(buses, "; ") + "), period " +
+              formatNumber(1e3 * hardware.period) + " ms" + (hardware.simulated ? ", simulated" : ""),
+          {}};
+}
+
 Summary summarize(const planning::TrajectorySpec& spec) {
   return {"trajectory",
           "trajectory " + spec.name + ": " + shapeName(spec.shape) + " of arm " + std::to_string(spec.arm) + ", " +
@@ -78,6 +93,8 @@ Summary validate(const std::filesystem::path& file) {
     return summarize(loadExperiment(file));
   if (kind == "deployment")
     return summarize(loadDeployment(file));
+  if (kind == "hardware")
+    return summarize(loadHardware(file));
   return summarize(loadTrajectory(file));
 }
 

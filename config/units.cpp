@@ -32,6 +32,8 @@ constexpr std::array kUnits{
     Unit{"ms", Quantity::kTime, 1.0, 1e3},
     Unit{"Hz", Quantity::kFrequency, 1.0, 1.0},
     Unit{"per_s", Quantity::kGain, 1.0, 1.0},
+    Unit{"kbit_per_s", Quantity::kBitRate, 1e3, 1.0},
+    Unit{"bit_per_s", Quantity::kBitRate, 1.0, 1.0},
 };
 
 }  // namespace
@@ -57,7 +59,7 @@ std::vector<const Unit*> unitsOf(Quantity quantity) {
 }
 
 std::string_view name(Quantity quantity) {
-  constexpr std::array<std::string_view, 14> kNames{
+  constexpr std::array<std::string_view, 15> kNames{
       "a number",
       "a length",
       "an angle",
@@ -72,6 +74,7 @@ std::string_view name(Quantity quantity) {
       "a time",
       "a frequency",
       "a gain",
+      "a bit rate",
   };
   return kNames[static_cast<std::size_t>(quantity)];
 }

@@ -26,6 +26,7 @@ enum class Quantity {
   kTime,
   kFrequency,
   kGain,
+  kBitRate,
 };
 
 /** One unit: SI value = value * numerator / denominator. Two exact factors, so that 0.88 mm becomes the double nearest

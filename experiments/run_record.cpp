@@ -60,7 +60,8 @@ void RunRecord::add(const StepFacts& facts) {
   }
   row.violation = -safety::kUnlimited;
   for (int k = 0; k < robot_.armCount(); ++k) {
-    const Eigen::VectorXd q = facts.position.segment(robot_.offset(k), robot_.size(k));
+    const safety::RobotVector& commanded = facts.setpoint.size() == 0 ? facts.position : facts.setpoint;
+    const Eigen::VectorXd q = commanded.segment(robot_.offset(k), robot_.size(k));
     row.violation = std::max(row.violation, safety::largestViolation(*robot_.limits()[static_cast<std::size_t>(k)], q));
   }
   rows_.push_back(std::move(row));

@@ -26,8 +26,9 @@ struct RunKey {
 struct StepFacts {
   int point = 0;
   int iteration = 0;
-  planning::Reference reference;                      ///< the one that was answered: relative position, then tip
-  safety::RobotVector position;                       ///< of all joints after the step, as measured, m and rad
+  planning::Reference reference;  ///< the one that was answered: relative position, then tip
+  safety::RobotVector position;   ///< of all joints after the step, as measured, m and rad
+  safety::RobotVector setpoint;   ///< past the gate, where joints lag behind it; empty: they are at it
   std::array<Eigen::Vector3d, safety::kMaxArms> tip;  ///< where the tips really are after the step, m, robot base frame
   std::array<double, 2> scale{};                      ///< task scales of the solution
   std::uint32_t solver_iterations = 0;
@@ -38,9 +39,9 @@ struct StepFacts {
 /** One row: the facts and what follows from them. */
 struct Row {
   StepFacts facts;
-  double error_ab = 0.0;             ///< m, after the step, of the tips as they really are
-  double error_a = 0.0;              ///< m, after the step, of the tip as it really is
-  double violation = 0.0;            ///< largest excess over boxes and rows, m or rad; not above zero inside
+  double error_ab = 0.0;   ///< m, after the step, of the tips as they really are
+  double error_a = 0.0;    ///< m, after the step, of the tip as it really is
+  double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
   safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
 };
 

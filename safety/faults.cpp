@@ -27,7 +27,7 @@ constexpr std::array<std::pair<Fault, std::string_view>, 13> kFaultNames{{
 constexpr std::array<std::string_view, kGuardCount> kGuardNames{
     "finite", "fresh", "sequence", "step", "known_arm", "position", "coupled_row", "velocity", "slew"};
 
-constexpr std::array<std::string_view, 10> kCauses{"",
+constexpr std::array<std::string_view, 13> kCauses{"",
                                                    "off",
                                                    "following error",
                                                    "hal or sim started anew",
@@ -36,7 +36,10 @@ constexpr std::array<std::string_view, 10> kCauses{"",
                                                    "no model",
                                                    "no solution",
                                                    "no states",
-                                                   "commands are not taken"};
+                                                   "commands are not taken",
+                                                   "no answer",
+                                                   "reports an error",
+                                                   "drive and encoder disagree"};
 
 std::string number(double value) {
   char text[32];

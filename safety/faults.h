@@ -43,6 +43,9 @@ enum class FaultCause : std::uint8_t {
   kNoSolution,       ///< kSolver: the redundancy resolution failed
   kSilent,           ///< kStateTimeout: no states come
   kUnanswered,       ///< kStateTimeout: states come, but they answer old commands
+  kNoAnswer,         ///< kDrive, kSensor: a device or its bus fell silent, or is not up
+  kDeviceError,      ///< kDrive, kSensor: a device reports an error of its own
+  kDisagree,         ///< kSensor: drive and absolute encoder disagree
 };
 
 /** The first thing that led an arm into FAULT since it was last cleared: for logs and people. Amounts are in the unit

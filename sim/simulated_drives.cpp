@@ -89,28 +89,13 @@ SimulatedDrives::SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
   }
 }
 
-safety::ArmRequest SimulatedDrives::requestFor(int arm,
-                                               const Command& command,
-                                               const safety::StreamVerdict& verdict) const noexcept {
-  safety::ArmRequest request;
-  request.request = command.request[arm];
-  request.moving = command.moving[arm];
-  request.motion.stream = verdict.faults;
-  request.motion.age_excess = verdict.age_excess;
-  const int first = arm * safety::kMaxJointsPerArm;
-  const int n = jointCount(arm);
-  request.motion.velocity = Eigen::Map<const Eigen::VectorXd>(command.velocity.data() + first, n);
-  request.motion.position = Eigen::Map<const Eigen::VectorXd>(command.position.data() + first, n);
-  return request;
-}
-
 bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept {
   const safety::StreamVerdict verdict = monitor_.check(command.head, standing());
   for (int a = 0; a < armCount(); ++a) {
     Arm& arm = arms_[a];
     if (verdict.new_session)
       arm.supervisor.disableForNewSession();
-    const safety::ArmRequest request = requestFor(a, command, verdict);
+    const safety::ArmRequest request = command.forArm(a, jointCount(a), verdict);
     guards_.add(a, arm.supervisor.command(request, arm.plant.reading(), arm.plant.presentFailure(), now));
   }
   return verdict.faults == 0;

@@ -8,6 +8,7 @@
 
 #include "safety/arm_supervisor.h"
 #include "safety/command_monitor.h"
+#include "safety/robot_command.h"
 #include "sim/simulated_arm.h"
 
 namespace tandem::sim {
@@ -27,15 +28,7 @@ struct SimulatedDrivesOptions {
   std::uint64_t seed = 1;  ///< of the encoders' noise
 };
 
-/** A command for all arms: what tandem_msgs/ActuationCommand carries, after its freshness has been looked up. Arrays
- * over joints are indexed arm * kMaxJointsPerArm + joint. */
-struct Command {
-  safety::StreamHead head;
-  std::array<safety::DriveRequest, safety::kMaxArms> request{};
-  std::array<bool, safety::kMaxArms> moving{};
-  std::array<double, safety::kMaxJoints> velocity{};  ///< m/s, rad/s
-  std::array<double, safety::kMaxJoints> position{};  ///< m, rad
-};
+using Command = safety::RobotCommand;
 
 /** What became of a reset. */
 enum class ResetResult : std::uint8_t {
@@ -100,7 +93,6 @@ class SimulatedDrives {
   };
   void checkDrives(Arm& arm) const noexcept;
   void checkFollowing(Arm& arm) const noexcept;
-  safety::ArmRequest requestFor(int arm, const Command& command, const safety::StreamVerdict& verdict) const noexcept;
 
   SimulatedDrivesOptions options_;
   safety::CommandMonitor monitor_;

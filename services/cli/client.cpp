@@ -20,11 +20,13 @@ Client::Client(const config::Deployment& deployment, Taps taps)
   control_requests_ = bus_.writer(dds::kControlRequest);
   planning_requests_ = bus_.writer(dds::kPlanningRequest);
   sim_requests_ = bus_.writer(dds::kSimRequest);
+  hal_requests_ = bus_.writer(dds::kHalRequest);
   stops_ = bus_.writer(dds::kStop);
   const auto reply = [this](const dds::Reply& r) { onReply(r); };
   control_replies_ = bus_.reader(dds::kControlReply, reply);
   planning_replies_ = bus_.reader(dds::kPlanningReply, reply);
   sim_replies_ = bus_.reader(dds::kSimReply, reply);
+  hal_replies_ = bus_.reader(dds::kHalReply, reply);
   const auto heard = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
                             const auto& tap) {
     {
@@ -189,6 +191,8 @@ dds::Reply Client::planning(dds::PlanningRequest request) {
 }
 dds::Reply Client::sim(dds::SimRequest request) { return ask("sim", sim_requests_, sim_replies_, request); }
 
+dds::Reply Client::hal(dds::HalRequest request) { return ask("hal", hal_requests_, hal_replies_, request); }
+
 void Client::stop(const std::string& reason) {
   dds::Stop stop;
   stop.client = id_;
@@ -229,6 +233,14 @@ void Client::stateCommand(const std::string& command) {
     }
     return s.status.arm_count > 0;
   });
+  const Snapshot now = snapshot();
+  bool homed = true;
+  for (std::size_t k = 0; k < now.hal.arm_count && now.hal.bus_count > 0; ++k)
+    homed = homed && now.hal.homed[k] != 0;
+  if (!reached && !homed)
+    throw Failure(kFailure, "'" + command +
+                                "' was accepted, but not all joints know where they are: `tandem home`, or "
+                                "`tandem can monitor` for what keeps their nodes from coming up");
   if (!reached)
     throw Failure(kFailure, "'" + command + "' was accepted, but not all arms became " + std::string(name(wanted)));
 }

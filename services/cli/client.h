@@ -57,6 +57,7 @@ class Client {
   dds::Reply control(dds::ControlRequest request);
   dds::Reply planning(dds::PlanningRequest request);
   dds::Reply sim(dds::SimRequest request);
+  dds::Reply hal(dds::HalRequest request);
   void stop(const std::string& reason);
 
   void acquireLease();
@@ -84,8 +85,10 @@ class Client {
   dds::Writer<dds::ControlRequest> control_requests_;
   dds::Writer<dds::PlanningRequest> planning_requests_;
   dds::Writer<dds::SimRequest> sim_requests_;
+  dds::Writer<dds::HalRequest> hal_requests_;
   dds::Writer<dds::Stop> stops_;
-  dds::Reader control_replies_, planning_replies_, sim_replies_, states_, statuses_, references_, hals_, sim_tips_;
+  dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
+      sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
   std::thread lease_keeper_;
 };

@@ -177,7 +177,9 @@ int run(Options options) {
   } else {
     std::cout << experiments::formatTable(rows);
     std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
-                options.offline ? "in one process" : "over DDS in lock-step");
+                options.offline                                    ? "in one process"
+                : deployment.clock == config::ClockMode::kLockStep ? "over DDS in lock-step"
+                                                                   : "over DDS in real time");
     if (!options.csv.empty())
       std::cout << "rows and summary: " << options.csv << '\n';
     if (!options.figures.empty())
@@ -193,7 +195,9 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("experiment", "run an experiment, print it beside the published figures");
   command->add_option("experiment", options->experiment, "experiment file or preset: table3")->capture_default_str();
   command->add_flag("--offline", options->offline, "in one process, without DDS: the same digits");
-  command->add_option("-d,--deployment", options->deployment, "deployment in lock-step that is started for it")
+  command
+      ->add_option("-d,--deployment", options->deployment,
+                   "deployment that is started for it; in real time the arms move to each start")
       ->capture_default_str();
   command->add_option("--csv", options->csv, "folder for a file per run (a row an iteration, SI) and summary.csv (mm)");
   command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");
@@ -201,7 +205,7 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   command->add_option("--log", options->log, "log level of the services")->capture_default_str();
   command->add_flag("--json", options->json, "JSON instead of the table");
   command->footer(
-      "Ends with 1 if a point did not converge or a joint left its limits.\n"
+      "Ends with 1 if a point did not converge or a setpoint left its limits.\n"
       "Example: tandem experiment table3 --csv results/csv --figures results/figures");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
 }

@@ -183,12 +183,14 @@ int runTrajectory(const Options& options) {
   const std::uint32_t id = client.planning(request).value;
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
   const auto ours = [&](const Snapshot& s) { return s.reference.trajectory_id == id; };
+  const auto faulty = [](const Snapshot& s) {
+    return std::any_of(s.status.faults.begin(), s.status.faults.begin() + s.status.arm_count,
+                       [](safety::FaultMask faults) { return faults != 0; });
+  };
   std::uint32_t shown = 0;
   const bool ended = client.waitFor(24.0 * 3600.0, [&](const Snapshot& s) {
-    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.faults[k] != 0)
-        return true;
-    }
+    if (faulty(s))
+      return true;
     if (terminal && ours(s) && s.reference.point != shown) {
       shown = s.reference.point;
       std::fprintf(stderr, "\rpoint %u of %u, errors %.3f and %.3f mm   ", s.reference.point, s.reference.point_count,
@@ -199,6 +201,10 @@ int runTrajectory(const Options& options) {
   });
   if (terminal)
     std::fprintf(stderr, "\n");
+  // Planning may notice a fault before control says which one it is.
+  constexpr double kReason = 0.5;  // s
+  if (ended && static_cast<planning::Phase>(client.snapshot().reference.phase) == planning::Phase::kFailed)
+    client.waitFor(kReason, faulty);
   const Snapshot last = client.snapshot();
   if (!ended) {
     client.interruptBy({});

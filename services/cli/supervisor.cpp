@@ -39,8 +39,10 @@ void Supervisor::start(const config::Deployment& deployment,
     throw Failure(kUsage, deployment.file.string() + ": process '" + process.name + "': " + beside.string() +
                               " is not an executable");
   }
-  std::vector<std::string> words{beside.string(), "--deployment", deployment.file.string()};
-  if (!log_level.empty())
+  std::vector<std::string> words{beside.string()};
+  if (process.is_service)
+    words.insert(words.end(), {"--deployment", deployment.file.string()});
+  if (process.is_service && !log_level.empty())
     words.insert(words.end(), {"--log", log_level});
   words.insert(words.end(), process.arguments.begin(), process.arguments.end());
   std::vector<char*> arguments;
@@ -61,7 +63,7 @@ void Supervisor::start(const config::Deployment& deployment,
     execv(arguments[0], arguments.data());
     _exit(127);
   }
-  children_.push_back({process.name, pid});
+  children_.push_back({process.name, pid, process.is_service});
 }
 
 std::optional<DeadProcess> Supervisor::poll() {
@@ -76,15 +78,23 @@ std::optional<DeadProcess> Supervisor::poll() {
   return std::nullopt;
 }
 
-void Supervisor::stopAll() {
-  for (const Child& child : children_)
-    kill(child.pid, SIGTERM);
+void Supervisor::stop(bool services) {
+  const auto concerned = [services](const Child& child) { return child.is_service == services; };
+  for (const Child& child : children_) {
+    if (concerned(child))
+      kill(child.pid, SIGTERM);
+  }
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(3);
-  while (!children_.empty() && std::chrono::steady_clock::now() < deadline) {
+  while (std::any_of(children_.begin(), children_.end(), concerned) && std::chrono::steady_clock::now() < deadline) {
     while (poll()) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+}
+
+void Supervisor::stopAll() {
+  stop(true);
+  stop(false);  // simulated drives outlive the HAL, which brings the arms to a stand
   for (const Child& child : children_) {
     kill(child.pid, SIGKILL);
     waitpid(child.pid, nullptr, 0);

@@ -36,17 +36,20 @@ class Supervisor {
   /// The first process that died since the last call, if any. Never waits.
   std::optional<DeadProcess> poll();
 
-  /// SIGTERM to all, SIGKILL to those that are still there after a grace period of 3 s.
+  /// SIGTERM to the services, then to what they stand on; SIGKILL to those that are still there after 3 s each.
   void stopAll();
 
   struct Child {
     std::string name;
     pid_t pid = 0;
+    bool is_service = true;
   };
   const std::vector<Child>& children() const { return children_; }
 
  private:
   void start(const config::Deployment& deployment, const config::Process& process, const std::string& log_level);
+  void stop(bool services);
+
   std::vector<Child> children_;
 };
 

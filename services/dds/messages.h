@@ -33,7 +33,7 @@ struct ActuationState {
   std::uint64_t sequence = 0;         ///< counts from 1 within the session
   std::int64_t stamp = 0;             ///< ns
   std::uint64_t answers_command = 0;  ///< sequence of the last command taken
-  std::uint32_t placements = 0;       ///< times the joints were put elsewhere without a path (sim reset)
+  std::uint32_t placements = 0;  ///< times the joints were put elsewhere without a path (sim reset, hal's references)
   std::uint8_t lock_step = 0;
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> joint_count{};
@@ -110,7 +110,7 @@ struct PlanningRequest {
   std::string trajectory;  ///< start: the trajectory as YAML text
 };
 
-/// planning/reply and sim/reply and control/reply. tandem_msgs/Reply
+/// planning/reply, sim/reply, control/reply and hal/reply. tandem_msgs/Reply
 struct Reply {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
@@ -233,10 +233,36 @@ struct HalStatus {
   double jitter_max = 0.0;
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  std::uint64_t caught_up = 0;    ///< sim: periods stepped later than they were due
-  std::uint64_t left_out = 0;     ///< sim: periods never stepped
-  double bus_load = 0.0;          ///< 0..1
+  std::uint64_t caught_up = 0;    ///< sim: periods stepped later than they were due; hal: 0
+  std::uint64_t left_out = 0;     ///< periods never stepped; drives on a bus held their last target then
+  double bus_load = 0.0;          ///< 0..1, of the fullest bus
   PerArm<std::uint32_t> snaps{};  ///< sim: times the arm snapped into another equilibrium
+  // Of hal alone; 0 with a simulated robot.
+  PerArm<std::uint8_t> homed{};                                 ///< 1: all joints know where they are
+  PerArm<std::uint8_t> power{};                                 ///< hal::ArmPower
+  std::array<std::uint8_t, safety::kMaxJoints> axis_phase{};    ///< hal::AxisPhase
+  std::array<std::uint8_t, safety::kMaxJoints> axis_state{};    ///< hal::DriveState
+  std::array<std::uint16_t, safety::kMaxJoints> axis_error{};   ///< last error code of drive or encoder
+  std::array<std::uint32_t, safety::kMaxJoints> axis_guards{};  ///< bits of hal::HardwareGuard that act now
+  std::array<float, safety::kMaxJoints> axis_temperature{};     ///< of the drive, deg C; NaN where it is not known
+  JointArray following_error{};                                 ///< m, rad
+  JointArray encoder_difference{};                              ///< absolute encoder minus drive, m, rad
+  std::array<std::uint64_t, 16> hardware_count{};  ///< times each hal::HardwareGuard began to act since start
+  std::array<std::uint8_t, 16> hardware_arm{};     ///< arm and joint of the last time
+  std::array<std::uint8_t, 16> hardware_joint{};
+  std::uint8_t bus_count = 0;
+  std::array<std::uint8_t, 8> bus_state{};      ///< hal::can::BusState
+  std::array<double, 8> bus_loads{};            ///< 0..1
+  std::array<std::uint64_t, 8> bus_dropped{};   ///< frames that could not be sent
+  std::array<std::uint64_t, 8> bus_overflow{};  ///< frames that were not fetched in time
+};
+
+/// hal/request, clients -> hal. tandem_msgs/HalRequest
+struct HalRequest {
+  std::uint64_t client = 0;
+  std::uint64_t request = 0;
+  std::uint8_t kind = 0;  ///< 1 home: goes on as long as the request is repeated
+  std::uint8_t arm = kAllArms;
 };
 
 /// arm_x/shape, control -> all: backbone for drawing. tandem_msgs/Shape (unbounded sequence)

@@ -80,6 +80,10 @@ inline constexpr Topic<SimRequest> kSimRequest{"sim/request", "tandem_msgs/msg/S
                                                "clients",     "reset, step, inject a fault"};
 inline constexpr Topic<Reply> kSimReply{"sim/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
                                         "sim",       "typed answer with reason"};
+inline constexpr Topic<HalRequest> kHalRequest{
+    "hal/request", "tandem_msgs/msg/HalRequest", Profile::kReliable, false, "clients", "home the drives"};
+inline constexpr Topic<Reply> kHalReply{"hal/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
+                                        "hal",       "typed answer with reason"};
 inline constexpr Topic<Stop> kStop{"stop",
                                    "tandem_msgs/msg/Stop",
                                    Profile::kReliable,
@@ -132,6 +136,8 @@ inline constexpr auto kTopics = std::tuple{kActuationState,
                                            kSimTips,
                                            kSimRequest,
                                            kSimReply,
+                                           kHalRequest,
+                                           kHalReply,
                                            kStop,
                                            kHalStatus,
                                            kDiagnostics,

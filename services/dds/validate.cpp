@@ -87,7 +87,14 @@ const char* malformed(const SimRequest& message) {
   return either(badArms(message.arm_count), badTexts({&message.fault}));
 }
 
-const char* malformed(const HalStatus& message) { return badArms(message.arm_count); }
+const char* malformed(const HalStatus& message) {
+  return either(badArms(message.arm_count),
+                message.bus_count > message.bus_state.size() ? "bus_count above 8" : nullptr);
+}
+
+const char* malformed(const HalRequest& message) {
+  return message.arm >= safety::kMaxArms && message.arm != kAllArms ? "arm above 7, and not 255 for all" : nullptr;
+}
 
 const char* malformed(const Shape& message) {
   const std::size_t count = message.tubes.size();

@@ -40,6 +40,7 @@ TANDEM_WIRE(ControlRequest, tandem_msgs)
 TANDEM_WIRE(Stop, tandem_msgs)
 TANDEM_WIRE(SimRequest, tandem_msgs)
 TANDEM_WIRE(HalStatus, tandem_msgs)
+TANDEM_WIRE(HalRequest, tandem_msgs)
 TANDEM_WIRE(Shape, tandem_msgs)
 TANDEM_WIRE(JointState, sensor_msgs)
 TANDEM_WIRE(PoseStamped, geometry_msgs)
@@ -52,8 +53,9 @@ TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
 /// Calls DO(M) for every message that has a topic.
 #define TANDEM_EACH_MESSAGE(DO)                                                                          \
   DO(ActuationState) DO(ActuationCommand) DO(ActuationLimits) DO(PlanningReference) DO(PlanningRequest)  \
-  DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus) DO(Shape)         \
-  DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped) DO(DiagnosticArray)
+  DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus)      \
+  DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
+  DO(DiagnosticArray)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
@@ -84,7 +86,12 @@ TANDEM_MEMBERS(Stop, F(client) F(sequence) F(reason))
 TANDEM_MEMBERS(SimRequest, F(client) F(request) F(kind) F(arm_count) F(joints) F(steps) F(arm) F(joint) F(fault))
 TANDEM_MEMBERS(HalStatus, F(session) F(sequence) F(stamp) F(arm_count) F(operating_state) F(faults) F(guard_count)
                F(guard_largest) F(guard_arm) F(guard_joint) F(first_fault) F(fault_cause) F(fault_joint)
-               F(fault_amount) F(fault_allowed) F(period) F(jitter_max) F(cycles) F(overruns) F(caught_up) F(left_out) F(bus_load) F(snaps))
+               F(fault_amount) F(fault_allowed) F(period) F(jitter_max) F(cycles) F(overruns) F(caught_up) F(left_out) F(bus_load)
+               F(snaps)
+               F(homed) F(power) F(axis_phase) F(axis_state) F(axis_error) F(axis_guards) F(axis_temperature)
+               F(following_error) F(encoder_difference) F(hardware_count) F(hardware_arm) F(hardware_joint) F(bus_count) F(bus_state)
+               F(bus_loads) F(bus_dropped) F(bus_overflow))
+TANDEM_MEMBERS(HalRequest, F(client) F(request) F(kind) F(arm))
 TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))
 #undef TANDEM_MEMBERS
 #undef F

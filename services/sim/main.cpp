@@ -11,8 +11,7 @@
 #include "services/common/mailbox.h"
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
-#include "services/dds/convert.h"
-#include "services/setup/diagnostics.h"
+#include "services/setup/actuation.h"
 #include "services/setup/fault_log.h"
 #include "services/sim/sim_core.h"
 
@@ -36,24 +35,9 @@ class SnapLog {
   dds::PerArm<std::uint32_t> told_{};
 };
 
-void diagnose(service::Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status) {
-  std::string faults;
-  std::uint64_t actions = 0;
-  for (int k = 0; k < status.arm_count; ++k) {
-    if (status.faults[static_cast<std::size_t>(k)] != 0)
-      faults += (faults.empty() ? "" : "; ") + service::describe(robot, {k, dds::faultRecordOf(status, k)});
-  }
-  for (const std::uint64_t count : status.guard_count)
-    actions += count;
+void tellHealth(service::Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status) {
   const std::uint64_t snaps = std::accumulate(status.snaps.begin(), status.snaps.end(), std::uint64_t{0});
-  using Level = service::Diagnostics::Level;
-  diagnostics.publish(service::monotonicNow(), status.stamp, faults.empty() ? Level::kOk : Level::kError,
-                      faults.empty() ? "ok" : "FAULT of " + faults,
-                      {{"gate_actions", std::to_string(actions)},
-                       {"snaps", std::to_string(snaps)},
-                       {"overruns", std::to_string(status.overruns)},
-                       {"periods_caught_up", std::to_string(status.caught_up)},
-                       {"periods_left_out", std::to_string(status.left_out)}});
+  service::diagnose(diagnostics, robot, status, {{"snaps", std::to_string(snaps)}});
 }
 
 /** Lock-step: commands move the time. */
@@ -99,7 +83,7 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
       if (watch.fresh(k, core.faultRecord(k)))
         service::logFault(setup.robot, {k, core.faultRecord(k)});
     }
-    diagnose(diagnostics, setup.robot, status);
+    tellHealth(diagnostics, setup.robot, status);
   };
   spdlog::info("ready: robot {}, lock-step", setup.robot.name);
   constexpr double kRepeat = 0.1;  // s: whoever came late hears the present state
@@ -145,7 +129,7 @@ class RealTime {
         status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
           snaps_.tell(setup_.robot, m);
-          diagnose(diagnostics_, setup_.robot, m);
+          tellHealth(diagnostics_, setup_.robot, m);
         })),
         fault_out_(outbox_.queue<service::FaultReport>(
             64,

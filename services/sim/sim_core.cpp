@@ -7,6 +7,7 @@
 
 #include "services/common/periodic_loop.h"
 #include "services/dds/convert.h"
+#include "services/setup/actuation.h"
 
 namespace tandem::service {
 namespace {
@@ -73,17 +74,7 @@ void SimCore::moveTips(std::int64_t now) noexcept {
 bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noexcept {
   // A command that answers a state of another session answers none of ours: its age is infinite.
   const bool ours = from.state_session == setup_.session;
-  command_.head.session = from.control_session;
-  command_.head.sequence = from.sequence;
-  command_.head.arm_count = from.arm_count;
-  command_.head.age = ours ? lock_step_ ? 0.0 : stamps_.age(from.answers_state, now) : safety::kUnlimited;
-  for (std::size_t k = 0; k < safety::kMaxArms; ++k) {
-    const bool known = from.request[k] <= static_cast<std::uint8_t>(safety::DriveRequest::kResume);
-    command_.request[k] = known ? static_cast<safety::DriveRequest>(from.request[k]) : safety::DriveRequest::kKeep;
-    command_.moving[k] = from.moving[k] != 0;
-  }
-  command_.velocity = from.velocity;
-  command_.position = from.position;
+  readCommand(from, ours ? lock_step_ ? 0.0 : stamps_.age(from.answers_state, now) : safety::kUnlimited, command_);
   if (!lock_step_) {
     drives_.command(command_, now);
     return false;
@@ -121,49 +112,21 @@ void SimCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   state.session = setup_.session;
   state.sequence = ++sequence_;
   state.stamp = lock_step_ ? simulated_time_ : now;
-  state.answers_command = drives_.answersCommand();
   state.placements = placements_;
   state.lock_step = lock_step_ ? 1 : 0;
-  state.arm_count = static_cast<std::uint8_t>(drives_.armCount());
+  writeState(drives_, state);
   stamps_.record(state.sequence, now);
-  for (int k = 0; k < drives_.armCount(); ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    state.joint_count[i] = static_cast<std::uint8_t>(drives_.jointCount(k));
-    state.valid[i] = drives_.valid(k) ? 1 : 0;
-    state.operating_state[i] = static_cast<std::uint8_t>(drives_.state(k));
-    state.faults[i] = drives_.faults(k);
-    const safety::ArmVector position = drives_.position(k), velocity = drives_.velocity(k);
-    const safety::ArmVector& setpoint = drives_.setpoint(k);
-    for (int j = 0; j < drives_.jointCount(k); ++j) {
-      const auto joint = dds::jointIndex(k, j);
-      state.position[joint] = position[j];
-      state.velocity[joint] = velocity[j];
-      state.setpoint[joint] = setpoint[j];
-    }
-  }
 }
 
 void SimCore::status(dds::HalStatus& status) const noexcept {
   status.session = setup_.session;
   status.sequence = sequence_;  // of the state that it goes with
   status.stamp = lock_step_ ? simulated_time_ : monotonicNow();
-  status.arm_count = static_cast<std::uint8_t>(drives_.armCount());
+  writeStatus(drives_, status);
   status.caught_up = caught_up_;
   status.left_out = left_out_;
-  for (int k = 0; k < drives_.armCount(); ++k) {
+  for (int k = 0; k < drives_.armCount(); ++k)
     status.snaps[static_cast<std::size_t>(k)] = tips_.snaps(k);
-    status.operating_state[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(drives_.state(k));
-    status.faults[static_cast<std::size_t>(k)] = drives_.faults(k);
-    dds::setFaultRecord(drives_.faultRecord(k), k, status);
-  }
-  for (int g = 0; g < safety::kGuardCount; ++g) {
-    const safety::GuardCounters::Entry& entry = drives_.guards()[static_cast<safety::Guard>(g)];
-    const auto i = static_cast<std::size_t>(g);
-    status.guard_count[i] = entry.count;
-    status.guard_largest[i] = entry.largest;
-    status.guard_arm[i] = static_cast<std::uint8_t>(entry.arm);
-    status.guard_joint[i] = static_cast<std::uint8_t>(entry.joint);
-  }
 }
 
 void SimCore::fillHead(dds::TipPoses& tips) const noexcept {

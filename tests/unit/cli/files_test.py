@@ -11,9 +11,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integratio
 import system  # noqa: E402
 
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
-SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"], ["stability"],
-               ["workspace"],
-               ["experiment"], ["robot"],
+SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"],
+               ["stability"], ["workspace"], ["experiment"], ["robot"],
+               ["can"], ["home"], ["jog"],
+               *(["can", name] for name in ("scan", "od", "budget", "monitor", "log", "replay")),
                *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp",
                                               "method", "set", "run"))]
 
@@ -100,7 +101,8 @@ class Validate(unittest.TestCase):
         self.assertEqual([entry["file"] for entry in entries], [str(file) for file in files])
         for file, entry in zip(files, entries):
             self.assertTrue(entry["valid"])
-            self.assertEqual(entry["kind"] + "s" if entry["kind"] != "trajectory" else "trajectories", file.parent.name)
+            folder = {"trajectory": "trajectories", "hardware": "hardware"}.get(entry["kind"], entry["kind"] + "s")
+            self.assertEqual(folder, file.parent.name)
         printed = next(e for e in entries if e["file"].endswith("ark2024.yaml"))
         self.assertTrue(any("poisson_ratio" in warning for warning in printed["warnings"]))
 

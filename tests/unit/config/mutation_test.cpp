@@ -190,6 +190,7 @@ INSTANTIATE_TEST_SUITE_P(Presets,
                                          "robots/timc2024.yaml",
                                          "experiments/table3.yaml",
                                          "deployments/laptop.yaml",
+                                         "hardware/ark2024-two-buses.yaml",
                                          "trajectories/circle.yaml",
                                          "trajectories/lissajous.yaml"),
                          [](const auto& preset) {

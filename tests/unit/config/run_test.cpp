@@ -203,6 +203,7 @@ TEST(Deployment, EveryKeyReachesItsField) {
   const std::string text = R"(tandem: deployment/1
 name: lab
 robot: ark2024-as-printed
+hardware: ark2024-two-buses
 prefix: lab_1
 domain: 232
 interface_address: 10.0.0.255
@@ -240,12 +241,13 @@ plant:
     - {arm: arm_a, force_N: [0.1, 0, -0.2]}
   tracker: {rate_Hz: 60, position_noise_mm: 0.3, rotation_noise_rad: 0.01, delay_ms: 30, drop_out: 0.125}
 processes:
-  - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"]}
+  - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false}
 )";
   expectEveryKey(text, deploymentTable());
   const Deployment d = loadDeployment(folder.write("d.yaml", text));
   EXPECT_EQ(d.name, "lab");
   EXPECT_EQ(d.robot.filename(), "ark2024-as-printed.yaml");
+  EXPECT_EQ(d.hardware.filename(), "ark2024-two-buses.yaml");
   EXPECT_EQ(d.prefix, "lab_1");
   EXPECT_EQ(d.domain, 232);
   EXPECT_EQ(d.interface_address, "10.0.0.255");
@@ -269,12 +271,13 @@ processes:
   EXPECT_EQ(d.tip_gain, 2.0);
   EXPECT_EQ(d.processes.at(0).executable, "/opt/sim");
   EXPECT_EQ(d.processes.at(0).arguments, (std::vector<std::string>{"--quiet", "7"}));
+  EXPECT_FALSE(d.processes.at(0).is_service);
   EXPECT_EQ(d.budgets.tip_measurement, 0.07);
   EXPECT_EQ(d.model, "compliant");
   EXPECT_EQ(d.feedback, planning::Feedback::kSensor);
   expectPlant(d.plant);
   ASSERT_EQ(d.warnings.size(), 1u);
-  EXPECT_NE(d.warnings[0].find("22:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
+  EXPECT_NE(d.warnings[0].find("23:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
             std::string::npos)
       << d.warnings[0];
 }
@@ -347,8 +350,10 @@ TEST(Validate, EveryPresetIsGood) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(presets())) {
     if (!entry.is_regular_file())
       continue;
-    EXPECT_EQ(entry.path().parent_path().filename(),
-              validate(entry.path()).kind == "trajectory" ? "trajectories" : validate(entry.path()).kind + "s");
+    const std::string kind = validate(entry.path()).kind;
+    EXPECT_EQ(entry.path().parent_path().filename(), kind == "trajectory" ? "trajectories"
+                                                     : kind == "hardware" ? kind
+                                                                          : kind + "s");
     ++count;
   }
   EXPECT_GE(count, 10);

@@ -44,8 +44,14 @@ bool decode(const std::vector<unsigned char>& bytes, M& message) {
  * left out or mixed up, independently of any list of members. */
 template <class M>
 class FixedSize : public testing::Test {};
-using FixedSizeMessages = testing::
-    Types<ActuationState, ActuationCommand, ActuationLimits, PlanningReference, TipPoses, ControlStatus, HalStatus>;
+using FixedSizeMessages = testing::Types<ActuationState,
+                                         ActuationCommand,
+                                         ActuationLimits,
+                                         PlanningReference,
+                                         TipPoses,
+                                         ControlStatus,
+                                         HalStatus,
+                                         HalRequest>;
 TYPED_TEST_SUITE(FixedSize, FixedSizeMessages);
 
 TYPED_TEST(FixedSize, RandomBytesSurviveTheRoundTrip) {

@@ -29,6 +29,7 @@ TEST(Malformed, CountsBeyondCapacity) {
   checkCount<ControlRequest>([](auto& m, auto n) { m.joint_count = n; }, 8);
   checkCount<SimRequest>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<HalStatus>([](auto& m, auto n) { m.arm_count = n; }, 8);
+  checkCount<HalStatus>([](auto& m, auto n) { m.bus_count = n; }, 8);
 }
 
 TEST(Malformed, IndicesBeyondArrays) {
@@ -36,6 +37,7 @@ TEST(Malformed, IndicesBeyondArrays) {
   checkCount<PlanningReference>([](auto& m, auto n) { m.tasks[0].other_arm = n; }, 7);
   checkCount<ControlRequest>([](auto& m, auto n) { m.arm = n; }, 7, kAllArms);
   checkCount<SimRequest>([](auto& m, auto n) { m.arm = n; }, 7);
+  checkCount<HalRequest>([](auto& m, auto n) { m.arm = n; }, 7, kAllArms);
   checkCount<SimRequest>([](auto& m, auto n) { m.joint = n; }, 7);
 }
 

@@ -37,7 +37,7 @@ FAST_DDS = re.compile(r"fastdds/|fastrtps/|fastcdr/|\w+PubSubTypes\.h")
 SEES_FAST_DDS = ["idl", "services/dds", "bench", "tests/integration/wire", "tests/unit/dds"]
 
 # Folders whose code runs in the periodic path; they print nothing, wait for nothing and hold no threads.
-PERIODIC = ["safety", "control", "kinematics", "planning", "sim"]
+PERIODIC = ["safety", "control", "kinematics", "planning", "hal", "sim"]
 FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthread|mutex|condition_variable)\b"
                        r"|\bsleep_(?:for|until)\b|\b(?:u|nano)?sleep\s*\(|\bf?printf\s*\(|<iostream>"
                        r"|\bsystem_clock\b")

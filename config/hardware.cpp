@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/hardware.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+std::uint32_t readNumber32(const Map& map, const std::string& name) {
+  if (!map.has(name))
+    return 0;
+  const std::string text = map.text(name);
+  const unsigned long long value = std::stoull(text, nullptr, text.starts_with("0x") ? 16 : 10);
+  if (value > 0xFFFFFFFFull)
+    map.fail(name, "found " + text + ", expected less than 2^32");
+  return static_cast<std::uint32_t>(value);
+}
+
+hal::DeviceIdentity readIdentity(const Map& map) {
+  return {readNumber32(map, "vendor"), readNumber32(map, "product"), readNumber32(map, "revision"), 0};
+}
+
+hal::Gearing readGearing(const Map& map, bool translation) {
+  hal::Gearing gearing;
+  gearing.counts_per_revolution = map.number("counts_per_revolution");
+  gearing.gear_ratio = map.number("gear_ratio");
+  gearing.travel_per_revolution = translation ? map.number("lead") : 2.0 * std::numbers::pi;
+  return gearing;
+}
+
+std::vector<hal::BusConfig> readBuses(const Map& map) {
+  std::vector<hal::BusConfig> buses;
+  for (const Map& entry : map.maps("buses")) {
+    hal::BusConfig bus;
+    bus.name = entry.text("name");
+    bus.address = entry.text("interface");
+    bus.bit_rate = entry.number("bit_rate");
+    bus.load_limit = entry.number("load_limit");
+    bus.node_id = entry.integer("node_id");
+    for (const hal::BusConfig& other : buses) {
+      if (other.name == bus.name)
+        entry.fail("name", "found '" + bus.name + "' a second time, expected another name");
+      if (other.address == bus.address)
+        entry.fail("interface", "found '" + bus.address + "' a second time, expected another interface");
+    }
+    buses.push_back(bus);
+  }
+  return buses;
+}
+
+hal::PositionReference readReference(const Map& map) {
+  const std::string word = map.text("reference");
+  if (word == "drive")
+    return hal::PositionReference::kDrive;
+  return word == "homing" ? hal::PositionReference::kHoming : hal::PositionReference::kAbsoluteEncoder;
+}
+
+/// What all axes of a group share.
+struct Group {
+  bool translation;
+  hal::AxisConfig axis;
+  std::optional<hal::EncoderConfig> encoder;
+};
+
+void readHoming(const Map& drive, Group& group) {
+  const bool wanted = group.axis.reference == hal::PositionReference::kHoming;
+  if (!drive.has("homing")) {
+    if (wanted)
+      drive.fail("reference", "found homing, expected a `homing` mapping beside it");
+    return;
+  }
+  if (!wanted)
+    drive.fail("homing", "found a homing run, expected `reference: homing` beside it");
+  const Map map = drive.map("homing");
+  hal::HomingConfig& homing = group.axis.homing;
+  homing.method = map.integer("method");
+  homing.fast = map.number("fast");
+  homing.slow = map.number("slow");
+  homing.acceleration = map.number("acceleration");
+  homing.order = map.integer("order");
+  homing.budget = map.number("budget");
+}
+
+Group readGroup(const Map& map, bool translation) {
+  Group group{translation, {}, std::nullopt};
+  hal::AxisConfig& axis = group.axis;
+  const Map drive = map.map("drive");
+  axis.translation = translation;
+  axis.gearing = readGearing(drive, translation);
+  axis.mode = drive.text("mode") == "csv" ? hal::DriveMode::kCyclicVelocity : hal::DriveMode::kCyclicPosition;
+  axis.velocity_gain = drive.number("velocity_gain");
+  axis.velocity = drive.number("velocity");
+  axis.quick_stop_deceleration = drive.number("quick_stop_deceleration");
+  axis.following_error = drive.number("following_error");
+  axis.following_time = drive.number("following_time");
+  axis.reference = readReference(drive);
+  readHoming(drive, group);
+  axis.temperature_scale = drive.number("temperature_scale");
+  if (drive.has("temperature_object")) {
+    const std::string object = drive.text("temperature_object");
+    axis.temperature_index = static_cast<std::uint16_t>(std::stoul(object.substr(0, 4), nullptr, 16));
+    axis.temperature_sub = static_cast<std::uint8_t>(std::stoul(object.substr(5), nullptr, 16));
+  }
+  axis.identity = readIdentity(drive);
+  if (map.has("encoder")) {
+    const Map encoder = map.map("encoder");
+    group.encoder.emplace();
+    group.encoder->gearing = readGearing(encoder, translation);
+    group.encoder->tolerance = encoder.number("tolerance");
+    group.encoder->identity = readIdentity(encoder);
+  } else if (axis.reference == hal::PositionReference::kAbsoluteEncoder) {
+    drive.fail("reference", "found absolute_encoder, expected an `encoder` mapping in this group");
+  }
+  return group;
+}
+
+/** Collects the axes of all groups and refuses what two of them claim. */
+class AxisReader {
+ public:
+  AxisReader(const Robot& robot, const std::vector<hal::BusConfig>& buses) : robot_(robot), buses_(buses) {
+    for (std::size_t b = 0; b < buses.size(); ++b)
+      nodes_.insert({static_cast<int>(b), buses[b].node_id});
+  }
+
+  void read(const Map& map, const Group& group) {
+    hal::AxisConfig axis = group.axis;
+    placeJoint(map, axis);
+    placeNode(map, axis);
+    axis.identity.serial = readNumber32(map, "serial");
+    axis.gearing.reversed = map.flag("reversed");
+    axis.gearing.offset = map.number("offset");
+    axis.homing.position = map.number("home_position");
+    axis.lower = map.number("lower");
+    axis.upper = map.number("upper");
+    if (!(axis.lower < axis.upper)) {
+      map.fail("lower", "found " + map.inUnit("lower", axis.lower) + ", expected less than " + map.keyOf("upper") +
+                            ", " + map.inUnit("lower", axis.upper));
+    }
+    readEncoder(map, group, axis);
+    checkRange(map, axis);
+    axes_.push_back(axis);
+  }
+
+  /// Arms and joints in order. @throw Error where a joint has no axis.
+  std::vector<hal::AxisConfig> finish(const Map& map) {
+    for (std::size_t a = 0; a < robot_.arms.size(); ++a) {
+      const int n = robot_.arms[a].limits.jointCount();
+      for (int j = 0; j < n; ++j) {
+        if (joints_.count({static_cast<int>(a), j}) == 0) {
+          const bool translation = 2 * j < n;
+          map.fail(translation ? "translations" : "rotations",
+                   "found no axis for tube " + std::to_string(j % (n / 2) + 1) + " of " + robot_.arms[a].name +
+                       ", expected one for every joint of the robot");
+        }
+      }
+    }
+    std::sort(axes_.begin(), axes_.end(),
+              [](const auto& a, const auto& b) { return a.arm != b.arm ? a.arm < b.arm : a.joint < b.joint; });
+    return axes_;
+  }
+
+ private:
+  void placeJoint(const Map& map, hal::AxisConfig& axis) {
+    const std::string arm = map.text("arm");
+    const auto found =
+        std::find_if(robot_.arms.begin(), robot_.arms.end(), [&](const Arm& a) { return a.name == arm; });
+    if (found == robot_.arms.end())
+      map.fail("arm", "found '" + arm + "', which the robot does not have");
+    axis.arm = static_cast<int>(found - robot_.arms.begin());
+    const int tubes = found->limits.jointCount() / 2;
+    const int tube = map.integer("tube");
+    if (tube > tubes)
+      map.fail("tube", "found " + std::to_string(tube) + ", expected at most " + std::to_string(tubes));
+    axis.joint = tube - 1 + (axis.translation ? 0 : tubes);
+    axis.name = arm + (axis.translation ? " translation " : " rotation ") + std::to_string(tube);
+    if (!joints_.insert({axis.arm, axis.joint}).second)
+      map.fail("tube", "found " + axis.name + " a second time, expected each joint once");
+  }
+
+  void claimNode(const Map& map, const std::string& key, int bus, int node) {
+    if (!nodes_.insert({bus, node}).second) {
+      map.fail(key, "found " + std::to_string(node) + " a second time on " +
+                        buses_[static_cast<std::size_t>(bus)].name + " (the HAL's own id counts), expected another id");
+    }
+  }
+
+  void placeNode(const Map& map, hal::AxisConfig& axis) {
+    const std::string bus = map.text("bus");
+    const auto found =
+        std::find_if(buses_.begin(), buses_.end(), [&](const hal::BusConfig& b) { return b.name == bus; });
+    if (found == buses_.end())
+      map.fail("bus", "found '" + bus + "', expected one of the buses of this file");
+    axis.bus = static_cast<int>(found - buses_.begin());
+    axis.node = map.integer("node");
+    claimNode(map, "node", axis.bus, axis.node);
+  }
+
+  void readEncoder(const Map& map, const Group& group, hal::AxisConfig& axis) {
+    const std::uint32_t serial = readNumber32(map, "encoder_serial");
+    const bool reversed = map.flag("encoder_reversed");
+    const double offset = map.number("encoder_offset");
+    if (!map.has("encoder_node")) {
+      if (axis.reference == hal::PositionReference::kAbsoluteEncoder)
+        map.fail("encoder_node", "found none, expected one with `reference: absolute_encoder`");
+      return;
+    }
+    if (!group.encoder)
+      map.fail("encoder_node", "found an encoder, expected an `encoder` mapping in this group");
+    axis.encoder = group.encoder;
+    axis.encoder->node = map.integer("encoder_node");
+    axis.encoder->identity.serial = serial;
+    axis.encoder->gearing.reversed = reversed;
+    axis.encoder->gearing.offset = offset;
+    claimNode(map, "encoder_node", axis.bus, axis.encoder->node);
+  }
+
+  /// The whole travel has to be countable, wherever a drive's counter starts.
+  static void checkRange(const Map& map, const hal::AxisConfig& axis) {
+    constexpr double kRoom = 1 << 30;
+    try {
+      const double resolution = hal::AxisUnits(axis.gearing).resolution();
+      if ((axis.upper - axis.lower) / resolution > kRoom)
+        map.fail("upper", "found a travel beyond 2^30 counts, expected less: a drive cannot count it");
+      if (axis.following_error < 2.0 * resolution)
+        map.fail("node", "found a following_error below two counts of this axis, expected more");
+      if (axis.encoder && axis.encoder->tolerance < hal::AxisUnits(axis.encoder->gearing).resolution())
+        map.fail("encoder_node", "found a tolerance below one count of the encoder, expected more");
+    } catch (const std::invalid_argument& error) {
+      map.fail("node", error.what());
+    }
+  }
+
+  const Robot& robot_;
+  const std::vector<hal::BusConfig>& buses_;
+  std::set<std::pair<int, int>> joints_;  ///< arm, joint
+  std::set<std::pair<int, int>> nodes_;   ///< bus, id
+  std::vector<hal::AxisConfig> axes_;
+};
+
+/// Carriages that home together keep their distances if they move at one speed and end inside equation (1); then every
+/// distance goes from one good value to another one without turning round.
+void checkHoming(const Map& map, const hal::HardwareConfig& hardware) {
+  for (std::size_t a = 0; a < hardware.arms.size(); ++a) {
+    const hal::AxisConfig* first = nullptr;
+    safety::ArmVector home;
+    home.setZero(hardware.arms[a].limits.jointCount());
+    for (const hal::AxisConfig& axis : hardware.axes) {
+      if (axis.arm != static_cast<int>(a) || !axis.translation)
+        continue;
+      home[axis.joint] = axis.homing.position;
+      const bool homes = axis.reference == hal::PositionReference::kHoming;
+      if (first == nullptr)
+        first = &axis;
+      const bool first_homes = first->reference == hal::PositionReference::kHoming;
+      if (homes != first_homes ||
+          (homes && (axis.homing.order != first->homing.order || axis.homing.fast != first->homing.fast ||
+                     axis.homing.acceleration != first->homing.acceleration))) {
+        map.fail("translations", "found linear stages of " + hardware.arms[a].name +
+                                     " that would not home together, expected one reference, order, speed and "
+                                     "acceleration: equation (1) couples them");
+      }
+    }
+    if (first == nullptr || first->reference != hal::PositionReference::kHoming)
+      continue;
+    for (const safety::LinearRow& row : hardware.arms[a].limits.rows) {
+      if (safety::rowValue(row, home) > row.b + 1e-9)
+        map.fail("translations", "found home positions of " + hardware.arms[a].name +
+                                     " that break equation (1): " + safety::describe(row));
+    }
+  }
+}
+
+void readArms(const Map& map, const Robot& robot, hal::HardwareConfig& hardware) {
+  for (std::size_t a = 0; a < robot.arms.size(); ++a) {
+    try {
+      hardware.arms.push_back(
+          {robot.arms[a].name, hal::cutLimits(robot.arms[a].limits, hardware.axes, static_cast<int>(a))});
+    } catch (const std::invalid_argument& error) {
+      map.fail("robot", robot.arms[a].name + ": " + error.what());
+    }
+  }
+}
+
+}  // namespace
+
+hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heartbeat_budget, bool refuse_overload) {
+  Document document(file.string(), readFile(file));
+  const Map map = document.check(hardwareTable());
+  map.text("tandem");
+  hal::HardwareConfig hardware;
+  hardware.name = map.text("name");
+  const Robot robot = loadRobot(robotPath(map, file));
+  hardware.robot_file = robot.file.string();
+  hardware.simulated = map.flag("simulated");
+  if (!hardware.simulated && !robot.hardware)
+    map.fail("robot", "found a robot with `hardware: false`, expected `hardware: true`, or `simulated: true` here");
+  hardware.period = map.number("period");
+  constexpr double kTicksPerSecond = 1e4;
+  if (std::abs(kTicksPerSecond * hardware.period - std::round(kTicksPerSecond * hardware.period)) > 1e-6)
+    map.fail("period", "found " + map.inUnit("period", hardware.period) + ", expected a multiple of 0.1 ms");
+  hardware.node_heartbeat = map.number("node_heartbeat");
+  hardware.feedback_budget = map.number("feedback_budget");
+  hardware.boot_budget = map.number("boot_budget");
+  hardware.transition_budget = map.number("transition_budget");
+  hardware.power_budget = map.number("power_budget");
+  hardware.buses = readBuses(map);
+  AxisReader reader(robot, hardware.buses);
+  for (const bool translation : {true, false}) {
+    for (const Map& entry : map.maps(translation ? "translations" : "rotations")) {
+      const Group group = readGroup(entry, translation);
+      for (const Map& axis : entry.maps("axes"))
+        reader.read(axis, group);
+    }
+  }
+  hardware.axes = reader.finish(map);
+  readArms(map, robot, hardware);
+  checkHoming(map, hardware);
+  for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
+    const hal::BusPlan plan = hardware.planOf(static_cast<int>(b), heartbeat_budget);
+    if (refuse_overload && !hal::computeLoad(plan).fits) {
+      map.fail("buses",
+               hardware.buses[b].name + ": " +
+                   hal::explainLoad(plan, hardware.trafficOf(static_cast<int>(b), heartbeat_budget)),
+               static_cast<int>(b));
+    }
+  }
+  document.finish();
+  return hardware;
+}
+
+}  // namespace tandem::config

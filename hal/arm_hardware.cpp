@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/arm_hardware.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::hal {
+namespace {
+
+using safety::DriveRequest;
+using safety::OperatingState;
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+/// Between two boots of an arm that does not come up: control repeats its request with every command.
+constexpr std::int64_t kBootPause = 2 * kSecond;
+/// For faults that drives keep over a boot, until they are reset.
+constexpr std::int64_t kFaultReset = kSecond;
+
+std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
+
+}  // namespace
+
+std::string_view name(ArmPower power) {
+  constexpr std::array<std::string_view, 4> kNames{"off", "switching on", "on", "switching off"};
+  const auto i = static_cast<std::size_t>(power);
+  return i < kNames.size() ? kNames[i] : std::string_view("unknown");
+}
+
+ArmHardware::ArmHardware(const ArmConfig& config,
+                         std::vector<Axis*> axes,
+                         const safety::SupervisorOptions& options,
+                         double power_budget)
+    : supervisor_(config.limits, safety::ArmVector::Zero(config.limits.jointCount()), options),
+      axes_(std::move(axes)),
+      homing_(axes_),
+      power_budget_(nanoseconds(power_budget)),
+      request_budget_(nanoseconds(options.budgets.commandAge(options.control_period))) {}
+
+template <class Condition>
+bool ArmHardware::all(Condition&& condition) const noexcept {
+  return std::all_of(axes_.begin(), axes_.end(), [&](const Axis* axis) { return condition(*axis); });
+}
+
+bool ArmHardware::homed() const noexcept {
+  return all([](const Axis& axis) { return axis.referenced(); });
+}
+
+bool ArmHardware::valid() const noexcept {
+  return all([](const Axis& axis) { return axis.valid(); });
+}
+
+bool ArmHardware::standing() const noexcept {
+  return supervisor_.standing() && !homing_.running() && all([](const Axis& axis) { return axis.velocity() == 0.0; });
+}
+
+safety::ArmVector ArmHardware::position() const noexcept {
+  safety::ArmVector q(jointCount());
+  for (int j = 0; j < jointCount(); ++j)
+    q[j] = axis(j).position();
+  return q;
+}
+
+safety::ArmVector ArmHardware::velocity() const noexcept {
+  safety::ArmVector v(jointCount());
+  for (int j = 0; j < jointCount(); ++j)
+    v[j] = axis(j).velocity();
+  return v;
+}
+
+safety::ArmVector ArmHardware::targets() const noexcept {
+  safety::ArmVector q(jointCount());
+  for (int j = 0; j < jointCount(); ++j)
+    q[j] = axis(j).target();
+  return q;
+}
+
+safety::FaultRecord ArmHardware::presentFailure() const noexcept {
+  safety::FaultRecord present;
+  for (const Axis* axis : axes_) {
+    const safety::FaultRecord failure = axis->failure(axis->guards());
+    if (present.faults == 0)
+      present = failure;
+    present.faults |= failure.faults;
+  }
+  if (needs_boot_ || recovering_)
+    present.faults |= safety::bit(safety::Fault::kDrive);
+  return present;
+}
+
+void ArmHardware::boot(std::int64_t now) noexcept {
+  for (Axis* axis : axes_)
+    axis->boot(now);
+  booted_ = now;
+}
+
+void ArmHardware::latch(const safety::FaultRecord& record) noexcept {
+  needs_boot_ = needs_boot_ || record.faults != 0;
+  supervisor_.latch(record);
+}
+
+DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
+  if (supervisor_.state() != OperatingState::kDisabled)
+    return DriveRequest::kEnable;
+  if (presentFaults() != 0)
+    return DriveRequest::kEnable;  // latches them, which says why
+  if (!homed() || homing_.running())
+    return DriveRequest::kKeep;
+  enable_asked_ = now;
+  if (power_ == ArmPower::kOff && supervisor_.standing()) {
+    power_ = ArmPower::kSwitchingOn;
+    power_since_ = now;
+    for (Axis* axis : axes_) {
+      axis->hold();
+      axis->setGoal(PowerGoal::kOperation, now);
+    }
+  }
+  if (power_ != ArmPower::kSwitchingOn || !all([](const Axis& axis) { return axis.followsCommand(); }))
+    return DriveRequest::kKeep;
+  power_ = ArmPower::kOn;
+  for (Axis* axis : axes_)
+    axis->setOperating(true);
+  return DriveRequest::kEnable;
+}
+
+void ArmHardware::onDisable(std::int64_t now) noexcept {
+  if (power_ == ArmPower::kSwitchingOn)
+    switchOff(now);
+  // The wish is remembered: torque may not be gone yet, and the last boot be too recent.
+  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !recovering_)
+    recovering_ = boot_due_ = true;
+}
+
+safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::int64_t now) noexcept {
+  safety::ArmRequest passed = request;
+  if (request.motion.stream == 0) {
+    if (request.request == DriveRequest::kEnable)
+      passed.request = onEnable(now);
+    if (request.request == DriveRequest::kDisable)
+      onDisable(now);
+  }
+  const bool was_enabled = supervisor_.powered();
+  const safety::GateReport report = supervisor_.command(passed, targets(), presentFailure(), now);
+  if (passed.request == DriveRequest::kEnable && !was_enabled && presentFaults() != 0)
+    needs_boot_ = true;
+  return report;
+}
+
+void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) noexcept {
+  Axis& axis = *axes_[static_cast<std::size_t>(joint)];
+  const bool drive = (guards & ~kSensorGuards) != 0;
+  const bool moves = power_ == ArmPower::kOn;
+  if (moves && drive) {
+    // Where this axis ends is its drive's business; the others stop on the line that remains without it.
+    needs_boot_ = true;
+    supervisor_.latchAxisFailure(axis.failure(guards), axis.position());
+    axis.setOperating(false);
+    axis.setGoal(PowerGoal::kQuickStop, now);
+  }
+  const bool lost = axis.phase() == AxisPhase::kFailed || (guards & bit(HardwareGuard::kBus)) != 0;
+  if (moves || power_ == ArmPower::kSwitchingOn || homing_.running() || lost)
+    latch(axis.failure(guards));
+}
+
+void ArmHardware::watchAxes(std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept {
+  for (int j = 0; j < jointCount(); ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    const GuardMask guards = axes_[i]->guards();
+    began[i] = guards & ~seen_[i];
+    seen_[i] = guards;
+    if (began[i] != 0)
+      onAxisGuards(j, began[i], now);
+  }
+}
+
+void ArmHardware::switchOff(std::int64_t now) noexcept {
+  power_ = ArmPower::kSwitchingOff;
+  power_since_ = now;
+  for (Axis* axis : axes_) {
+    axis->setOperating(false);
+    axis->hold();
+    axis->setGoal(PowerGoal::kOff, now);
+  }
+}
+
+void ArmHardware::stepSwitchingOn(std::int64_t now) noexcept {
+  const bool faulty = supervisor_.state() != OperatingState::kDisabled;
+  const bool forgotten = now - enable_asked_ > request_budget_;
+  safety::FaultRecord late;
+  for (Axis* axis : axes_) {
+    if (axis->goalLate(now) || (now - power_since_ > power_budget_ && !axis->followsCommand())) {
+      axis->fail(HardwareGuard::kSwitchOn);
+      late = late.faults == 0 ? axis->failure(bit(HardwareGuard::kSwitchOn)) : late;
+    }
+  }
+  if (faulty || forgotten || late.faults != 0)
+    switchOff(now);
+  latch(late);
+}
+
+void ArmHardware::stepPower(std::int64_t now) noexcept {
+  switch (power_) {
+    case ArmPower::kOff:
+      return;
+    case ArmPower::kSwitchingOn:
+      return stepSwitchingOn(now);
+    case ArmPower::kOn:
+      if (!supervisor_.powered() && supervisor_.standing())
+        switchOff(now);
+      return;
+    case ArmPower::kSwitchingOff:
+      if (all([&](const Axis& axis) { return axis.goalReached() || axis.goalLate(now); })) {
+        for (Axis* axis : axes_) {
+          if (axis->goalReached() || (axis->guards() & bit(HardwareGuard::kDriveSilent)) != 0)
+            continue;
+          axis->fail(HardwareGuard::kSwitchOn);  // it does not let go
+          latch(axis->failure(bit(HardwareGuard::kSwitchOn)));
+        }
+        power_ = ArmPower::kOff;
+      }
+      return;
+  }
+}
+
+void ArmHardware::stepRecovery(std::int64_t now) noexcept {
+  if (!recovering_)
+    return;
+  if (boot_due_) {
+    boot_due_ = power_ != ArmPower::kOff || homing_.running() || (booted_ != 0 && now - booted_ < kBootPause);
+    if (!boot_due_)
+      boot(now);
+    return;
+  }
+  const bool up =
+      all([](const Axis& axis) { return axis.phase() == AxisPhase::kReady || axis.phase() == AxisPhase::kUnhomed; });
+  const bool failed = !all([](const Axis& axis) { return axis.phase() != AxisPhase::kFailed; });
+  const bool clear = all([](const Axis& axis) { return axis.guards() == 0; });
+  up_since_ = !up ? 0 : up_since_ == 0 ? now : up_since_;
+  if (up && clear) {
+    needs_boot_ = recovering_ = false;
+    supervisor_.command({DriveRequest::kDisable, false, {}}, targets(), presentFailure(), now);  // the wish
+  } else if (failed || (up && now - up_since_ > kFaultReset) || now - booted_ > 30 * kSecond) {
+    recovering_ = false;
+  }
+}
+
+ArmHardware::HomingAnswer ArmHardware::home(std::int64_t now) noexcept {
+  home_asked_ = now;
+  if (homing_.running())
+    return HomingAnswer::kRunning;
+  if (homed())
+    return HomingAnswer::kDone;
+  if (supervisor_.state() != OperatingState::kDisabled || power_ != ArmPower::kOff)
+    return HomingAnswer::kNotDisabled;
+  if (presentFaults() != 0 || !homing_.needed() ||
+      !all([](const Axis& axis) { return axis.phase() == AxisPhase::kReady || axis.phase() == AxisPhase::kUnhomed; }))
+    return HomingAnswer::kNotReady;
+  homing_.start(now);
+  return HomingAnswer::kRunning;
+}
+
+void ArmHardware::stepHoming(std::int64_t now) noexcept {
+  if (!homing_.running())
+    return;
+  if (now - home_asked_ > nanoseconds(kHomingKeepAlive) || supervisor_.state() != OperatingState::kDisabled)
+    homing_.abort(now);
+  homing_.step(now);
+}
+
+void ArmHardware::step(double dt, std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept {
+  watchAxes(now, began);
+  stepRecovery(now);
+  stepHoming(now);
+  supervisor_.step(dt, now);
+  stepPower(now);
+  // Without torque the joints are where they are; they owe nothing to an earlier reference.
+  if (power_ != ArmPower::kOn && supervisor_.standing() && !supervisor_.powered() && homed())
+    supervisor_.place(power_ == ArmPower::kSwitchingOn ? targets() : position());
+  for (int j = 0; j < jointCount(); ++j) {
+    Axis& axis = *axes_[static_cast<std::size_t>(j)];
+    if (power_ == ArmPower::kOn)
+      axis.setTarget(supervisor_.reference()[j], supervisor_.referenceVelocity()[j]);
+    axis.writeCommand(now);
+  }
+}
+
+}  // namespace tandem::hal

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file One arm of real drives: safety's supervisor on one side, its axes on the other.
+ *
+ * Drives of an arm get torque together and lose it together. Torque never finds a distance to cover, one axis that
+ * fails stops the arm along a line that keeps the coupled limits, and what the hardware did wrong is forgotten only by
+ * a new boot of all nodes of the arm. */
+#pragma once
+
+#include <vector>
+
+#include "hal/axis.h"
+#include "hal/homing_run.h"
+#include "safety/arm_supervisor.h"
+
+namespace tandem::hal {
+
+/** How the drives of an arm are powered. */
+enum class ArmPower : std::uint8_t { kOff = 0, kSwitchingOn, kOn, kSwitchingOff };
+std::string_view name(ArmPower power);
+
+/** Supervisor and axes of one arm. Nothing after construction allocates, locks or throws. Times are ns. */
+class ArmHardware {
+ public:
+  /// @param axes one per joint, in order; they outlive the arm. @param power_budget s to bring all into operation.
+  ArmHardware(const ArmConfig& config,
+              std::vector<Axis*> axes,
+              const safety::SupervisorOptions& options,
+              double power_budget);
+
+  /// Resets and configures all nodes of the arm.
+  void boot(std::int64_t now) noexcept;
+
+  /// Takes the arm's part of a command. A request to enable goes on until the drives are in operation; one to disable
+  /// an arm in FAULT boots the nodes first, where the hardware was the cause.
+  safety::GateReport command(const safety::ArmRequest& request, std::int64_t now) noexcept;
+  void disableForNewSession() noexcept { supervisor_.disableForNewSession(); }
+  /// The stop topic.
+  void stop() noexcept { supervisor_.latch({safety::bit(safety::Fault::kStopRequested)}); }
+
+  /// Runs a homing run, or keeps it running: without a repetition within kHomingKeepAlive it is stopped.
+  enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady };
+  HomingAnswer home(std::int64_t now) noexcept;
+  static constexpr double kHomingKeepAlive = 1.0;  ///< s
+
+  /// Goes on by one period of dt, s: watches the axes, moves the reference, writes what the drives shall do.
+  /// @param[out] began per joint: the guards that began to act.
+  void step(double dt, std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept;
+
+  const safety::ArmSupervisor& supervisor() const noexcept { return supervisor_; }
+  int jointCount() const noexcept { return static_cast<int>(axes_.size()); }
+  const Axis& axis(int joint) const noexcept { return *axes_[static_cast<std::size_t>(joint)]; }
+  ArmPower power() const noexcept { return power_; }
+  bool homing() const noexcept { return homing_.running(); }
+  /// All joints know where they are.
+  bool homed() const noexcept;
+  bool valid() const noexcept;
+  /// Neither the reference nor, as far as the drives tell, a joint moves.
+  bool standing() const noexcept;
+  safety::ArmVector position() const noexcept;
+  safety::ArmVector velocity() const noexcept;
+  /// Faults whose cause stands now, with the first joint of them.
+  safety::FaultRecord presentFailure() const noexcept;
+  safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
+  /// The nodes are being booted at the wish of an operator, or will be as soon as torque is gone.
+  bool recovering() const noexcept { return recovering_; }
+
+ private:
+  safety::DriveRequest onEnable(std::int64_t now) noexcept;
+  void onDisable(std::int64_t now) noexcept;
+  void watchAxes(std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept;
+  void onAxisGuards(int joint, GuardMask guards, std::int64_t now) noexcept;
+  void latch(const safety::FaultRecord& record) noexcept;
+  void stepPower(std::int64_t now) noexcept;
+  void stepSwitchingOn(std::int64_t now) noexcept;
+  void switchOff(std::int64_t now) noexcept;
+  void stepRecovery(std::int64_t now) noexcept;
+  void stepHoming(std::int64_t now) noexcept;
+  safety::ArmVector targets() const noexcept;
+  template <class Condition>
+  bool all(Condition&& condition) const noexcept;
+
+  safety::ArmSupervisor supervisor_;
+  std::vector<Axis*> axes_;
+  HomingRun homing_;
+  std::int64_t power_budget_;
+  std::int64_t request_budget_;
+  ArmPower power_ = ArmPower::kOff;
+  std::int64_t power_since_ = 0;
+  std::int64_t enable_asked_ = 0;
+  std::int64_t home_asked_ = 0;
+  std::int64_t booted_ = 0;
+  std::int64_t up_since_ = 0;  ///< recovering_: all axes have been up, 0: not yet
+  bool needs_boot_ = false;    ///< the hardware caused a fault: only a boot clears it
+  bool recovering_ = false;
+  bool boot_due_ = false;  ///< recovering_: the boot has not begun yet
+  std::array<GuardMask, safety::kMaxJointsPerArm> seen_{};
+};
+
+}  // namespace tandem::hal

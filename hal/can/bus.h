@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A CAN bus as the HAL and the simulated drives see it: frames in, frames out, counters, state. */
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/can/frame.h"
+
+namespace tandem::hal::can {
+
+/** Error state of the controller, as CAN defines it, or why there is none. */
+enum class BusState : std::uint8_t {
+  kActive = 0,
+  kWarning,  ///< an error counter is at 96 or above
+  kPassive,  ///< 128 or above: no active error flags any more
+  kOff,      ///< 256: the controller has left the bus; only an operator brings it back
+  kDown,     ///< the interface is down, or gone
+};
+std::string_view name(BusState state);  ///< "active" ...
+
+/** What happened on one bus since it was opened. */
+struct BusCounters {
+  std::uint64_t sent = 0;         ///< frames that the kernel took
+  std::uint64_t received = 0;     ///< frames handed to the caller, error frames included
+  std::uint64_t tx_dropped = 0;   ///< frames dropped because the transmit queue was full
+  std::uint64_t tx_failed = 0;    ///< frames refused for another reason (link down, length)
+  std::uint64_t rx_overflow = 0;  ///< frames that the kernel dropped because nobody fetched them
+  std::uint64_t rx_invalid = 0;   ///< what came and was no frame
+  std::uint64_t rx_failed = 0;    ///< reads that failed (link down)
+  std::uint64_t error_frames = 0;
+  std::uint64_t bus_off = 0;      ///< times the controller left the bus
+  std::uint64_t restarts = 0;     ///< times it came back
+  std::uint64_t link_losses = 0;  ///< times the interface went down
+  std::uint8_t tx_errors = 0;     ///< the controller's error counters, where it tells them
+  std::uint8_t rx_errors = 0;
+};
+
+/** Lets frames with (id & mask) == (filter id & mask) through. */
+struct Filter {
+  std::uint32_t id = 0;
+  std::uint32_t mask = 0x7FF;
+  bool extended = false;  ///< 29-bit frames, else 11-bit ones
+};
+
+struct BusOptions {
+  std::vector<Filter> filters;     ///< none: everything
+  bool fd = false;                 ///< CAN FD frames too; the interface must have it
+  int receive_buffer = 1 << 20;    ///< bytes; the kernel charges some 450 for a frame
+  int max_consecutive_drops = 10;  ///< so many calls of send() in a row that drop make a bus fault
+};
+
+/** One endpoint of a bus. Not thread-safe. No member allocates, blocks, or throws once the bus is open. */
+class Bus {
+ public:
+  virtual ~Bus() = default;
+
+  /** Sends frames in order. A frame that finds the queue full is dropped and counted, and so are those after it: the
+   * next cycle's setpoint supersedes it.
+   * @return how many were taken, from the front. */
+  virtual std::size_t send(std::span<const CanFrame> frames) noexcept = 0;
+
+  /// Fetches what has come, without waiting. @return how many of `frames` are filled; all of them: call again.
+  virtual std::size_t receive(std::span<CanFrame> frames) noexcept = 0;
+
+  /// For poll(): readable when receive() has something to do. -1: there is none.
+  virtual int fd() const noexcept = 0;
+
+  BusState state() const noexcept { return state_; }
+  const BusCounters& counters() const noexcept { return counters_; }
+  /// No setpoint leaves any more: bus-off, link down, or max_consecutive_drops reached.
+  bool faulty() const noexcept;
+  /// Calls of send() in a row that dropped something.
+  int consecutiveDrops() const noexcept { return consecutive_drops_; }
+  const std::string& name() const noexcept { return name_; }
+  /// Largest payload, bytes: 8, or 64 with CAN FD.
+  std::size_t maxLength() const noexcept { return fd_frames_ ? kFdLength : kClassicLength; }
+
+ protected:
+  Bus(std::string name, const BusOptions& options);
+
+  void noteState(BusState state) noexcept;         ///< counts the ways to bus-off and back, and link losses
+  void noteError(const CanFrame& frame) noexcept;  ///< an error frame: counters and state
+  void noteSend(std::size_t taken, std::size_t dropped, std::size_t failed) noexcept;
+  bool wants(const CanFrame& frame) const noexcept;  ///< passes the filters
+
+  BusCounters counters_;
+  bool fd_frames_ = false;
+
+ private:
+  std::string name_;
+  std::vector<Filter> filters_;
+  int max_consecutive_drops_;
+  int consecutive_drops_ = 0;
+  BusState state_ = BusState::kActive;
+};
+
+/** Opens "can:INTERFACE" (SocketCAN), "unix:PATH" (joins the hub at that socket) or "unix-hub:PATH" (is the hub).
+ * @throw std::invalid_argument for another address, std::system_error where the kernel refuses. */
+std::unique_ptr<Bus> openBus(const std::string& address, const BusOptions& options = {});
+
+}  // namespace tandem::hal::can

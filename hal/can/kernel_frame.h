@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Frames as Linux writes them (struct can_frame, struct canfd_frame). */
+#pragma once
+
+#include <linux/can.h>
+
+#include "hal/can/frame.h"
+
+namespace tandem::hal::can {
+
+/// @return bytes of `out` that count: CAN_MTU or CANFD_MTU.
+std::size_t encodeFrame(const CanFrame& frame, canfd_frame& out) noexcept;
+
+/// Leaves the time alone. @return false: no frame of that length, or no such frame.
+bool decodeFrame(const canfd_frame& in, std::size_t length, CanFrame& frame) noexcept;
+
+}  // namespace tandem::hal::can

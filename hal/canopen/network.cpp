@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/canopen/network.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace tandem::hal::canopen {
+namespace {
+
+// Whose frame an outgoing one is: a node (NMT), a node + kSdo, or one of these.
+constexpr std::int16_t kPeriodic = -1;
+constexpr std::int16_t kCommand = -2;
+constexpr std::int16_t kOwnHeartbeat = -3;
+constexpr std::int16_t kSdo = 1000;
+/// Frames taken per receive(): a babbling node cannot keep the caller for ever.
+constexpr std::size_t kMostFrames = 4096;
+
+bool heartbeatStateIsValid(std::uint8_t state) noexcept {
+  return state == 0 || state == 4 || state == 5 || state == 127;
+}
+
+}  // namespace
+
+Network::Network(can::Bus& bus, const NetworkOptions& options) : bus_(bus), options_(options) {
+  if (options.own_id < 1 || options.own_id > kMaxNodeId)
+    throw std::invalid_argument("own node id " + std::to_string(options.own_id) + ", expected 1 to 127");
+  if (options.sync_overflow == 1 || options.sync_overflow > 240)
+    throw std::invalid_argument("SYNC counter overflow, expected 0 or 2 to 240");
+  claim(cob::kNmt, {Use::kMaster});
+  claim(cob::kSync, {Use::kMaster});
+  claim(cob::kHeartbeat + options.own_id, {Use::kMaster});
+  outgoing_.resize(commands_.size() + 2);
+  origin_.resize(outgoing_.size());
+}
+
+void Network::claim(std::uint32_t id, Route route) {
+  Route& slot = routes_[id];
+  if (slot.use != Use::kForeign)
+    throw std::invalid_argument(bus_.name() + ": identifier " + std::to_string(id) + " is used twice");
+  slot = route;
+}
+
+int Network::addNode(const NodeSetup& setup) {
+  const auto index = static_cast<std::uint8_t>(nodes_.size());
+  auto node = std::make_unique<Node>(setup);
+  const auto id = static_cast<std::uint32_t>(setup.id);
+  claim(cob::kHeartbeat + id, {Use::kHeartbeat, index});
+  claim(cob::kEmcy + id, {Use::kEmcy, index});
+  claim(cob::kSdoAnswer + id, {Use::kSdo, index});
+  claim(cob::kSdoRequest + id, {Use::kMaster, index});
+  for (std::size_t k = 0; k < node->tpdos().size(); ++k)
+    claim(node->tpdos()[k].id, {Use::kTpdo, index, static_cast<std::uint8_t>(k)});
+  for (const Rpdo& pdo : node->rpdos())
+    claim(pdo.id, {Use::kMaster, index});
+  outgoing_.resize(outgoing_.size() + node->rpdos().size() + 2);
+  origin_.resize(outgoing_.size());
+  phases_.push_back(NodePhase::kIdle);
+  nodes_.push_back(std::move(node));
+  return index;
+}
+
+void Network::boot(int index, std::int64_t now) noexcept {
+  nodes_[index]->boot(now);
+  noticePhases(now);
+}
+
+void Network::bootAll(std::int64_t now) noexcept {
+  for (int k = 0; k < nodeCount(); ++k)
+    boot(k, now);
+}
+
+void Network::start(int index, std::int64_t now) noexcept {
+  nodes_[index]->start(now);
+  noticePhases(now);
+}
+
+void Network::startAll(std::int64_t now) noexcept {
+  for (int k = 0; k < nodeCount(); ++k)
+    start(k, now);
+}
+
+void Network::command(NmtCommand command, std::uint8_t id) noexcept {
+  if (command_count_ < commands_.size())
+    commands_[command_count_++] = {command, id};
+}
+
+bool Network::all(NodePhase phase) const noexcept {
+  return !nodes_.empty() && std::ranges::all_of(nodes_, [&](const auto& node) { return node->phase() == phase; });
+}
+
+bool Network::anyFailed() const noexcept {
+  return std::ranges::any_of(nodes_, [](const auto& node) { return node->phase() == NodePhase::kFailed; });
+}
+
+void Network::setHeartbeat(bool on, NmtState state) noexcept {
+  if (on && !heartbeat_)
+    next_heartbeat_ = 0;
+  heartbeat_ = on;
+  heartbeat_state_ = state;
+}
+
+std::size_t Network::receive(std::int64_t now) noexcept {
+  std::size_t total = 0;
+  std::size_t count = incoming_.size();
+  while (count == incoming_.size() && total < kMostFrames) {
+    count = bus_.receive(incoming_);
+    for (std::size_t k = 0; k < count; ++k)
+      dispatch(incoming_[k], now);
+    total += count;
+  }
+  for (const auto& node : nodes_)
+    node->poll(now);
+  noticePhases(now);
+  if (bus_.state() != bus_state_) {
+    bus_state_ = bus_.state();
+    NetworkEvent event;
+    event.kind = NetworkEvent::Kind::kBusState;
+    event.bus_state = bus_state_;
+    event.time = now;
+    pushEvent(event);
+  }
+  return total;
+}
+
+void Network::dispatch(const CanFrame& frame, std::int64_t now) noexcept {
+  ++counters_.received;
+  if (frame.error) {
+    ++counters_.errors;
+    return;
+  }
+  if (!frame.classicData()) {
+    ++counters_.foreign;
+    return;
+  }
+  const Route& route = routes_[frame.id & 0x7FF];
+  switch (route.use) {
+    case Use::kForeign:
+      ++counters_.foreign;
+      break;
+    case Use::kMaster:
+      ++counters_.masters;
+      break;
+    case Use::kTpdo:
+      onTpdo(frame, route);
+      break;
+    case Use::kHeartbeat:
+      onHeartbeat(frame, *nodes_[route.node], now);
+      break;
+    case Use::kEmcy:
+      onEmcy(frame, route);
+      break;
+    case Use::kSdo:
+      if (frame.length == 8) {
+        ++counters_.sdos;
+        nodes_[route.node]->sdo().feed(frame, now);
+      } else {
+        ++counters_.malformed;
+      }
+      break;
+  }
+}
+
+void Network::onTpdo(const CanFrame& frame, const Route& route) noexcept {
+  Node& node = *nodes_[route.node];
+  Tpdo& pdo = node.tpdos()[route.pdo];
+  if (frame.length != pdo.layout.bytes()) {
+    ++counters_.malformed;
+    ++pdo.bad_length;
+  } else if (node.phase() != NodePhase::kOperational && node.phase() != NodePhase::kStarting) {
+    ++counters_.early_pdos;
+  } else {
+    ++counters_.tpdos;
+    ++pdo.count;
+    pdo.time = frame.time;
+    pdo.word = fromBytes(frame.payload());
+  }
+}
+
+void Network::onHeartbeat(const CanFrame& frame, Node& node, std::int64_t now) noexcept {
+  // The top bit is the toggle of node guarding, which nothing here uses.
+  if (frame.length != 1 || !heartbeatStateIsValid(frame.data[0])) {
+    ++counters_.malformed;
+    return;
+  }
+  ++counters_.heartbeats;
+  node.onHeartbeat(static_cast<NmtState>(frame.data[0]), now);
+}
+
+void Network::onEmcy(const CanFrame& frame, const Route& route) noexcept {
+  const auto emcy = parseEmcy(frame);
+  if (!emcy) {
+    ++counters_.malformed;
+    return;
+  }
+  ++counters_.emcies;
+  nodes_[route.node]->onEmcy(*emcy);
+  NetworkEvent event;
+  event.kind = NetworkEvent::Kind::kEmcy;
+  event.node = route.node;
+  event.phase = nodes_[route.node]->phase();
+  event.emcy = *emcy;
+  event.time = frame.time;
+  pushEvent(event);
+}
+
+void Network::pushEvent(const NetworkEvent& event) noexcept {
+  if (event_count_ == events_.size()) {
+    ++lost_events_;
+    return;
+  }
+  events_[(event_first_ + event_count_++) % events_.size()] = event;
+}
+
+bool Network::nextEvent(NetworkEvent& event) noexcept {
+  if (event_count_ == 0)
+    return false;
+  event = events_[event_first_];
+  event_first_ = (event_first_ + 1) % events_.size();
+  --event_count_;
+  return true;
+}
+
+void Network::noticePhases(std::int64_t now) noexcept {
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    if (nodes_[k]->phase() == phases_[k])
+      continue;
+    phases_[k] = nodes_[k]->phase();
+    NetworkEvent event;
+    event.node = static_cast<int>(k);
+    event.phase = phases_[k];
+    event.time = now;
+    pushEvent(event);
+  }
+}
+
+void Network::queue(const CanFrame& frame, std::int16_t origin) noexcept {
+  outgoing_[outgoing_count_] = frame;
+  origin_[outgoing_count_++] = origin;
+}
+
+void Network::queueNmt() noexcept {
+  for (std::size_t k = 0; k < command_count_; ++k)
+    queue(nmtFrame(commands_[k].command, commands_[k].id), kCommand);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    NmtCommand command{};
+    if (nodes_[k]->nmtRequest(command))
+      queue(nmtFrame(command, nodes_[k]->id()), static_cast<std::int16_t>(k));
+  }
+}
+
+void Network::queueRpdos() noexcept {
+  for (const auto& node : nodes_) {
+    if (node->phase() != NodePhase::kOperational)
+      continue;
+    for (Rpdo& pdo : node->rpdos()) {
+      if (!pdo.enabled)
+        continue;
+      CanFrame frame;
+      frame.id = pdo.id;
+      frame.length = static_cast<std::uint8_t>(pdo.layout.bytes());
+      toBytes(pdo.word, {frame.data.data(), frame.length});
+      queue(frame, kPeriodic);
+      ++pdo.count;
+    }
+  }
+}
+
+std::size_t Network::transmit(std::int64_t now, const Transmission& what) noexcept {
+  outgoing_count_ = 0;
+  queueNmt();
+  if (heartbeat_ && now >= next_heartbeat_)
+    queue(heartbeatFrame(options_.own_id, heartbeat_state_), kOwnHeartbeat);
+  if (what.rpdos)
+    queueRpdos();
+  if (what.sync) {
+    ++syncs_;
+    if (options_.sync_overflow != 0)
+      sync_counter_ = static_cast<std::uint8_t>(sync_counter_ % options_.sync_overflow + 1);
+    queue(syncFrame(sync_counter_), kPeriodic);
+  }
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    if (const CanFrame* request = nodes_[k]->sdo().request())
+      queue(*request, static_cast<std::int16_t>(k + kSdo));
+  }
+  const std::size_t taken = outgoing_count_ == 0 ? 0 : bus_.send({outgoing_.data(), outgoing_count_});
+  settle(taken, now);
+  noticePhases(now);
+  return taken;
+}
+
+void Network::settle(std::size_t taken, std::int64_t now) noexcept {
+  std::size_t commands = 0;
+  for (std::size_t k = 0; k < taken; ++k) {
+    const std::int16_t origin = origin_[k];
+    if (origin == kCommand) {
+      ++commands;
+    } else if (origin == kOwnHeartbeat) {
+      // On its grid, but without a burst after a pause.
+      next_heartbeat_ += options_.heartbeat_period;
+      if (next_heartbeat_ <= now)
+        next_heartbeat_ = now + options_.heartbeat_period;
+    } else if (origin >= kSdo) {
+      nodes_[origin - kSdo]->sdo().sent(now);
+    } else if (origin >= 0) {
+      nodes_[origin]->nmtSent(now);
+    }
+  }
+  std::copy(commands_.begin() + static_cast<std::ptrdiff_t>(commands),
+            commands_.begin() + static_cast<std::ptrdiff_t>(command_count_), commands_.begin());
+  command_count_ -= commands;
+}
+
+}  // namespace tandem::hal::canopen

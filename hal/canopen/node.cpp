@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/canopen/node.h"
+
+#include <cstdio>
+#include <stdexcept>
+
+namespace tandem::hal::canopen {
+namespace {
+
+std::string hex(std::uint64_t value) {
+  char text[24];
+  std::snprintf(text, sizeof text, "0x%llX", static_cast<unsigned long long>(value));
+  return text;
+}
+
+void append(std::vector<SetupStep>& to, const std::vector<SetupStep>& steps) {
+  to.insert(to.end(), steps.begin(), steps.end());
+}
+
+void requireSteps(const std::vector<SetupStep>& steps) {
+  for (const SetupStep& step : steps) {
+    const bool writes = step.kind == SetupStep::Kind::kWrite || step.kind == SetupStep::Kind::kWriteVerify;
+    if (step.size < (writes ? 1 : 0) || step.size > 8)
+      throw std::invalid_argument(step.what + " " + describe(step.object) + ": expected 1 to 8 bytes");
+  }
+}
+
+}  // namespace
+
+std::string_view name(NodePhase phase) {
+  constexpr std::string_view kNames[] = {"idle",     "resetting",   "configuring", "configured",
+                                         "starting", "operational", "failed"};
+  return kNames[static_cast<std::size_t>(phase)];
+}
+
+Node::Node(const NodeSetup& setup) : setup_(setup), sdo_(setup.id, setup.sdo_timeout) {
+  if (setup.id < 1 || setup.id > kMaxNodeId)
+    throw std::invalid_argument(setup.name + ": node " + std::to_string(setup.id) + ", expected 1 to 127");
+  append(steps_, setup.steps);
+  for (const PdoConfig& pdo : setup.rpdos) {
+    append(steps_, pdoSteps(pdo, PdoDirection::kReceive, setup.id));
+    rpdos_.push_back({pdo.layout, cobIdOf(pdo, PdoDirection::kReceive, setup.id)});
+  }
+  for (const PdoConfig& pdo : setup.tpdos) {
+    append(steps_, pdoSteps(pdo, PdoDirection::kTransmit, setup.id));
+    tpdos_.push_back({pdo.layout, cobIdOf(pdo, PdoDirection::kTransmit, setup.id)});
+  }
+  append(steps_, setup.last_steps);
+  requireSteps(steps_);
+  values_.resize(steps_.size());
+  has_value_.resize(steps_.size());
+}
+
+std::string Node::describeFailure() const {
+  std::string text = "node " + std::to_string(setup_.id) + (setup_.name.empty() ? "" : " (" + setup_.name + ")") + ": ";
+  if (failure_.step >= 0) {
+    const SetupStep& step = steps_[failure_.step];
+    text += step.what + " " + describe(step.object) + ": ";
+    if (failure_.reason == NodeFailure::Reason::kMismatch)
+      return text + "found " + hex(failure_.value) + ", expected " + hex(step.value);
+    return text + describe(failure_.abort);
+  }
+  switch (failure_.reason) {
+    case NodeFailure::Reason::kNoBootUp:
+      return text + "no boot-up message after the reset";
+    case NodeFailure::Reason::kNotStarted:
+      return text + "does not become operational";
+    case NodeFailure::Reason::kHeartbeatLost:
+      return text + "heartbeat lost";
+    case NodeFailure::Reason::kRebooted:
+      return text + "booted unasked";
+    case NodeFailure::Reason::kLeftOperational:
+      return text + "left operational: " + std::string(canopen::name(nmt_));
+    default:
+      return text + "no failure";
+  }
+}
+
+const std::uint64_t* Node::readValue(ObjectAddress object) const noexcept {
+  for (std::size_t k = steps_.size(); k-- > 0;) {
+    if (has_value_[k] && steps_[k].object == object)
+      return &values_[k];
+  }
+  return nullptr;
+}
+
+void Node::enter(NodePhase phase, std::int64_t now) noexcept {
+  phase_ = phase;
+  attempts_ = 0;
+  if (phase == NodePhase::kConfigured)
+    heartbeat_time_ = now;  // from here on it is watched
+}
+
+void Node::fail(NodeFailure::Reason reason, std::uint64_t value, SdoAbort abort) noexcept {
+  const bool in_step = reason == NodeFailure::Reason::kAborted || reason == NodeFailure::Reason::kMismatch;
+  failure_ = {reason, in_step ? step_ : -1, abort, value};
+  phase_ = NodePhase::kFailed;
+  nmt_pending_ = false;
+  transferring_ = false;
+  sdo_.cancel();
+}
+
+void Node::boot(std::int64_t now) noexcept {
+  failure_ = {};
+  step_ = 0;
+  transferring_ = false;
+  reading_back_ = false;
+  has_value_.assign(has_value_.size(), false);
+  sdo_.reset();
+  nmt_ = NmtState::kUnknown;
+  heartbeat_time_ = 0;
+  nmt_pending_ = true;
+  deadline_ = now + setup_.boot_timeout;
+  enter(NodePhase::kResetting, now);
+}
+
+void Node::start(std::int64_t now) noexcept {
+  if (phase_ != NodePhase::kConfigured)
+    return;
+  nmt_pending_ = true;
+  deadline_ = now + setup_.start_timeout;
+  enter(NodePhase::kStarting, now);
+}
+
+void Node::release() noexcept {
+  sdo_.cancel();
+  nmt_pending_ = false;
+  transferring_ = false;
+  phase_ = NodePhase::kIdle;
+}
+
+bool Node::nmtRequest(NmtCommand& command) const noexcept {
+  command = phase_ == NodePhase::kResetting ? setup_.reset : NmtCommand::kStart;
+  return nmt_pending_;
+}
+
+void Node::nmtSent(std::int64_t now) noexcept {
+  nmt_pending_ = false;
+  deadline_ = now + (phase_ == NodePhase::kResetting ? setup_.boot_timeout : setup_.start_timeout);
+}
+
+void Node::onEmcy(const Emcy& emcy) noexcept {
+  emcy_ = emcy;
+  ++emcy_count_;
+}
+
+void Node::onHeartbeat(NmtState state, std::int64_t now) noexcept {
+  nmt_ = state;
+  heartbeat_time_ = now;
+  if (phase_ == NodePhase::kResetting) {
+    if (state == NmtState::kBootUp && !nmt_pending_)
+      enter(NodePhase::kConfiguring, now);
+    return;
+  }
+  if (phase_ == NodePhase::kIdle || phase_ == NodePhase::kFailed)
+    return;
+  if (state == NmtState::kBootUp) {
+    fail(NodeFailure::Reason::kRebooted);
+  } else if (phase_ == NodePhase::kStarting && state == NmtState::kOperational && !nmt_pending_) {
+    enter(NodePhase::kOperational, now);
+  } else if (phase_ == NodePhase::kOperational && state != NmtState::kOperational) {
+    fail(NodeFailure::Reason::kLeftOperational);
+  }
+}
+
+void Node::poll(std::int64_t now) noexcept {
+  const bool watched = phase_ >= NodePhase::kConfigured && phase_ <= NodePhase::kOperational;
+  if (watched && setup_.heartbeat_timeout > 0 && now - heartbeat_time_ > setup_.heartbeat_timeout) {
+    fail(NodeFailure::Reason::kHeartbeatLost);
+  } else if (phase_ == NodePhase::kResetting && now > deadline_) {
+    fail(NodeFailure::Reason::kNoBootUp);
+  } else if (phase_ == NodePhase::kStarting && now > deadline_) {
+    fail(NodeFailure::Reason::kNotStarted);
+  } else if (phase_ == NodePhase::kConfiguring) {
+    configure(now);
+  } else {
+    sdo_.poll(now);
+  }
+}
+
+void Node::configure(std::int64_t now) noexcept {
+  if (transferring_) {
+    sdo_.poll(now);
+    if (sdo_.busy())
+      return;
+    transferring_ = false;
+    endTransfer(now);
+  }
+  if (phase_ != NodePhase::kConfiguring || transferring_)
+    return;
+  if (step_ == static_cast<int>(steps_.size())) {
+    enter(NodePhase::kConfigured, now);
+  } else {
+    step_deadline_ = now + steps_[step_].timeout;
+    beginTransfer(now);
+  }
+}
+
+void Node::beginTransfer(std::int64_t now) noexcept {
+  const SetupStep& step = steps_[step_];
+  const bool writes = step.kind == SetupStep::Kind::kWrite || step.kind == SetupStep::Kind::kWriteVerify;
+  if (writes && !reading_back_) {
+    sdo_.download(step.object, step.value, step.size, now);
+  } else {
+    sdo_.upload(step.object, now);
+  }
+  transferring_ = true;
+}
+
+void Node::nextStep() noexcept {
+  ++step_;
+  attempts_ = 0;
+  reading_back_ = false;
+}
+
+void Node::endTransfer(std::int64_t now) noexcept {
+  const SetupStep& step = steps_[step_];
+  if (sdo_.status() == SdoStatus::kDone) {
+    attempts_ = 0;
+    if (step.kind == SetupStep::Kind::kWrite) {
+      nextStep();
+    } else if (step.kind == SetupStep::Kind::kWriteVerify && !reading_back_) {
+      reading_back_ = true;
+      beginTransfer(now);
+    } else {
+      judge(now);
+    }
+  } else if (sdo_.abort() == SdoAbort::kTimeout && attempts_ < setup_.sdo_retries) {
+    ++attempts_;
+    beginTransfer(now);
+  } else if (step.optional && (sdo_.abort() == SdoAbort::kNoObject || sdo_.abort() == SdoAbort::kNoSubIndex)) {
+    nextStep();
+  } else {
+    fail(NodeFailure::Reason::kAborted, 0, sdo_.abort());
+  }
+}
+
+void Node::judge(std::int64_t now) noexcept {
+  const SetupStep& step = steps_[step_];
+  const std::uint64_t value = sdo_.value();
+  const std::size_t size = sdo_.data().size();
+  values_[step_] = value;
+  has_value_[step_] = true;
+  const bool size_fits = step.size == 0 || static_cast<std::size_t>(step.size) == size;
+  const bool fits = size_fits && ((value ^ step.value) & step.mask) == 0;
+  if (step.kind == SetupStep::Kind::kRead ? size_fits : fits) {
+    nextStep();
+  } else if (step.kind == SetupStep::Kind::kAwait && size_fits && now < step_deadline_) {
+    beginTransfer(now);
+  } else {
+    fail(NodeFailure::Reason::kMismatch, value);
+  }
+}
+
+}  // namespace tandem::hal::canopen

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/canopen/setup.h"
+
+#include "hal/canopen/bytes.h"
+
+namespace tandem::hal::canopen {
+namespace {
+
+SetupStep step(SetupStep::Kind kind, ObjectAddress object, std::int64_t value, int size, std::string what) {
+  SetupStep result;
+  result.kind = kind;
+  result.object = object;
+  result.size = size;
+  result.value = size > 0 ? lowBits(static_cast<std::uint64_t>(value), 8 * size) : 0;
+  result.what = std::move(what);
+  return result;
+}
+
+}  // namespace
+
+SetupStep write(ObjectAddress object, std::int64_t value, int size, std::string what) {
+  return step(SetupStep::Kind::kWriteVerify, object, value, size, std::move(what));
+}
+
+SetupStep writeOnly(ObjectAddress object, std::int64_t value, int size, std::string what) {
+  return step(SetupStep::Kind::kWrite, object, value, size, std::move(what));
+}
+
+SetupStep check(ObjectAddress object, std::int64_t value, int size, std::string what) {
+  return step(SetupStep::Kind::kCheck, object, value, size, std::move(what));
+}
+
+SetupStep checkBits(ObjectAddress object, std::uint64_t value, std::uint64_t mask, int size, std::string what) {
+  SetupStep result = step(SetupStep::Kind::kCheck, object, static_cast<std::int64_t>(value), size, std::move(what));
+  result.mask = mask;
+  return result;
+}
+
+SetupStep read(ObjectAddress object, int size, std::string what) {
+  return step(SetupStep::Kind::kRead, object, 0, size, std::move(what));
+}
+
+std::vector<SetupStep> identitySteps(const Identity& identity) {
+  std::vector<SetupStep> steps;
+  const auto add = [&](ObjectAddress object, std::uint32_t value, const char* what) {
+    if (value != 0)
+      steps.push_back(check(object, value, 4, what));
+  };
+  add({0x1000, 0}, identity.device_type, "device type");
+  add({0x1018, 1}, identity.vendor, "vendor");
+  add({0x1018, 2}, identity.product, "product code");
+  add({0x1018, 3}, identity.revision, "revision");
+  add({0x1018, 4}, identity.serial, "serial number");
+  return steps;
+}
+
+std::vector<SetupStep> guardingSteps(const Guarding& guarding) {
+  const std::int64_t consumer =
+      guarding.our_heartbeat_timeout == 0 ? 0 : std::int64_t{guarding.our_id} << 16 | guarding.our_heartbeat_timeout;
+  return {write({0x1016, 1}, consumer, 4, "watch on our heartbeat"),
+          write({0x1017, 0}, guarding.node_heartbeat, 2, "heartbeat period"),
+          write({0x1029, 1}, guarding.error_behaviour, 1, "behaviour after a communication error")};
+}
+
+}  // namespace tandem::hal::canopen

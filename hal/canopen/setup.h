@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What is done to one node between its boot-up and its start: a list of SDO accesses. */
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hal/canopen/sdo.h"
+
+namespace tandem::hal::canopen {
+
+/** One access. */
+struct SetupStep {
+  enum class Kind : std::uint8_t {
+    kWrite,        ///< and trust the acknowledgement
+    kWriteVerify,  ///< and read back: the same bits under `mask`
+    kCheck,        ///< read: must be `value` under `mask`
+    kRead,         ///< read and keep: Node::readValue()
+    kAwait,        ///< read again and again until it is `value` under `mask`
+  };
+  Kind kind = Kind::kWriteVerify;
+  ObjectAddress object;
+  int size = 0;  ///< bytes, 1..8; a read of another size is an error. Reads: 0 = any
+  std::uint64_t value = 0;
+  std::uint64_t mask = ~std::uint64_t{0};
+  std::string what;                      ///< for people: "quick stop option"
+  bool optional = false;                 ///< an object that the node does not have is left out
+  std::int64_t timeout = 1'000'000'000;  ///< of kAwait, ns
+};
+
+/// Negative numbers keep their two's complement in `size` bytes.
+SetupStep write(ObjectAddress object, std::int64_t value, int size, std::string what);      ///< kWriteVerify
+SetupStep writeOnly(ObjectAddress object, std::int64_t value, int size, std::string what);  ///< kWrite
+SetupStep check(ObjectAddress object, std::int64_t value, int size, std::string what);      ///< kCheck
+SetupStep checkBits(ObjectAddress object, std::uint64_t value, std::uint64_t mask, int size, std::string what);
+SetupStep read(ObjectAddress object, int size, std::string what);  ///< kRead
+
+/** Identity; what is 0 is not checked. */
+struct Identity {
+  std::uint32_t device_type = 0;  ///< object 1000; profile in the low word: 402, 406
+  std::uint32_t vendor = 0;       ///< 1018:1
+  std::uint32_t product = 0;      ///< 1018:2
+  std::uint32_t revision = 0;     ///< 1018:3
+  std::uint32_t serial = 0;       ///< 1018:4
+};
+std::vector<SetupStep> identitySteps(const Identity& identity);
+
+/** Who watches whom. Times in ms, 0: not. */
+struct Guarding {
+  std::uint8_t our_id = 127;
+  std::uint16_t our_heartbeat_timeout = 100;  ///< the node's patience with us: 1016:1
+  std::uint16_t node_heartbeat = 25;          ///< the node's own period: 1017
+  std::uint8_t error_behaviour = 0;           ///< 1029:1: 0 pre-operational, 1 none, 2 stopped
+};
+std::vector<SetupStep> guardingSteps(const Guarding& guarding);
+
+}  // namespace tandem::hal::canopen

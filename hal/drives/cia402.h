@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The drive profile CiA 402: states, transitions, the bits of the modes that are used, error codes in words.
+ *
+ * Pure logic over statusword and controlword; which frames carry them is no business of this file. */
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "safety/watchdog.h"
+
+namespace tandem::hal {
+
+/** States of the power drive system, read from statusword 0x6041. */
+enum class DriveState : std::uint8_t {
+  kUnknown = 0,  ///< no bit pattern of the profile: garbage, or nothing heard yet
+  kNotReady,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReaction,
+  kFault,
+};
+inline constexpr int kDriveStateCount = 9;
+
+/// The state that a statusword shows (masks 0x4F and 0x6F of the profile).
+DriveState driveState(std::uint16_t statusword) noexcept;
+/// "operation enabled".
+std::string_view name(DriveState state);
+
+/** Modes of operation, object 0x6060. */
+enum class DriveMode : std::int8_t {
+  kNone = 0,
+  kProfilePosition = 1,
+  kHoming = 6,
+  kCyclicPosition = 8,
+  kCyclicVelocity = 9,
+};
+/// "cyclic synchronous position".
+std::string_view name(DriveMode mode);
+/// Whether object 0x6502 (supported modes) names this mode.
+bool supports(std::uint32_t supported_modes, DriveMode mode) noexcept;
+
+/** Bits of the statusword that do not make the state. */
+namespace statusword {
+inline constexpr std::uint16_t kFault = 1u << 3;
+inline constexpr std::uint16_t kVoltageEnabled = 1u << 4;
+inline constexpr std::uint16_t kWarning = 1u << 7;
+inline constexpr std::uint16_t kRemote = 1u << 9;
+inline constexpr std::uint16_t kTargetReached = 1u << 10;
+inline constexpr std::uint16_t kInternalLimit = 1u << 11;
+inline constexpr std::uint16_t kFollowsCommand = 1u << 12;       ///< cyclic modes: 0 = the target is ignored
+inline constexpr std::uint16_t kSetPointAcknowledge = 1u << 12;  ///< profile position
+inline constexpr std::uint16_t kHomingAttained = 1u << 12;       ///< homing
+inline constexpr std::uint16_t kFollowingError = 1u << 13;       ///< cyclic and profile position
+inline constexpr std::uint16_t kHomingError = 1u << 13;          ///< homing
+}  // namespace statusword
+
+/** Controlwords, object 0x6040. */
+namespace controlword {
+inline constexpr std::uint16_t kDisableVoltage = 0x00;
+inline constexpr std::uint16_t kQuickStop = 0x02;
+inline constexpr std::uint16_t kShutdown = 0x06;
+inline constexpr std::uint16_t kSwitchOn = 0x07;  ///< also: disable operation
+inline constexpr std::uint16_t kEnableOperation = 0x0F;
+inline constexpr std::uint16_t kNewSetPoint = 1u << 4;        ///< profile position
+inline constexpr std::uint16_t kStartHoming = 1u << 4;        ///< homing
+inline constexpr std::uint16_t kChangeImmediately = 1u << 5;  ///< profile position
+inline constexpr std::uint16_t kFaultReset = 1u << 7;         ///< acts on its rising edge
+inline constexpr std::uint16_t kHalt = 1u << 8;
+}  // namespace controlword
+
+/** Where the drive shall go. */
+enum class PowerGoal : std::uint8_t {
+  kOff,        ///< switch on disabled: no torque
+  kOperation,  ///< operation enabled
+  kQuickStop,  ///< stop by the drive's own ramp (0x605A), then whatever that option leaves
+};
+
+/** Leads one drive to a goal, one confirmed transition after the other, and notices when it does not come along.
+ *
+ * A fault is never left on the way to a goal: only resetFault() does that, with a written 0 in bit 7 before the 1, for
+ * the profile asks for an edge. Times are ns on the caller's clock; nothing allocates, locks or throws. */
+class PowerSequence {
+ public:
+  /// @param transition_budget s within which the drive has to show each next state.
+  explicit PowerSequence(double transition_budget) : patience_(transition_budget) {}
+
+  void setGoal(PowerGoal goal, std::int64_t now) noexcept;
+  PowerGoal goal() const noexcept { return goal_; }
+  /// Asks for one fault reset; without effect unless the drive is in fault.
+  void resetFault(std::int64_t now) noexcept;
+
+  /// The controlword that answers this statusword.
+  std::uint16_t step(std::uint16_t statusword, std::int64_t now) noexcept;
+
+  DriveState state() const noexcept { return state_; }
+  /// The last statusword showed the goal. For kOff: no torque, whether by command, after a fault or never switched on.
+  bool reached() const noexcept;
+  /// The drive has not shown the next state within the budget; stays until the next goal, reset or change of state.
+  bool late(std::int64_t now) const noexcept { return !reached() && patience_.expired(now); }
+
+ private:
+  enum class Reset : std::uint8_t { kNone, kLow, kHigh };
+  /// Cycles for which bit 7 is written as 0 first: one lost frame must not swallow the edge.
+  static constexpr int kLowCycles = 3;
+
+  std::uint16_t towardsOperation() const noexcept;
+  std::uint16_t towardsOff() const noexcept;
+
+  safety::Watchdog patience_;
+  PowerGoal goal_ = PowerGoal::kOff;
+  DriveState state_ = DriveState::kUnknown;
+  Reset reset_ = Reset::kNone;
+  int low_cycles_ = 0;
+};
+
+/** How a homing run stands (statusword bits 13, 12 and 10 in mode 6). */
+enum class HomingState : std::uint8_t {
+  kRunning,
+  kInterrupted,     ///< or not started
+  kAttainedMoving,  ///< reference found, the target is not yet reached
+  kDone,
+  kErrorMoving,
+  kErrorStanding,
+};
+HomingState homingState(std::uint16_t statusword) noexcept;
+
+/** The hand-shake of profile position: a set-point counts once per edge of bit 4, and bit 4 may rise only while the
+ * drive shows bit 12 = 0. */
+class SetPointHandshake {
+ public:
+  /// A new target lies in 0x607A and shall be taken.
+  void request() noexcept { pending_ = true; }
+  /// Bits to be added to the controlword of an enabled drive.
+  std::uint16_t step(std::uint16_t statusword) noexcept;
+  /// No set-point waits for its acknowledgement.
+  bool idle() const noexcept { return !pending_ && !raised_; }
+
+ private:
+  bool pending_ = false;
+  bool raised_ = false;
+};
+
+/// What an error code (0x603F, or the code of an emergency message) means: "over-current (0x2310)"; unknown codes are
+/// described by their class. 0 is "no error".
+std::string describeErrorCode(std::uint16_t code);
+
+}  // namespace tandem::hal

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/hardware.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tandem::hal {
+
+BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
+  BusTraffic traffic;
+  for (const AxisConfig& axis : axes) {
+    if (axis.bus != bus)
+      continue;
+    ++traffic.drives;
+    traffic.encoders += axis.encoder ? 1 : 0;
+  }
+  traffic.heartbeat_period = node_heartbeat;
+  traffic.master_heartbeat_period = heartbeat_budget / kHeartbeatsPerBudget;
+  return traffic;
+}
+
+BusPlan HardwareConfig::planOf(int bus, double heartbeat_budget) const {
+  const BusConfig& config = buses.at(static_cast<std::size_t>(bus));
+  BusPlan plan;
+  plan.bit_rate = config.bit_rate;
+  plan.period = period;
+  plan.load_limit = config.load_limit;
+  plan.streams = streamsOf(trafficOf(bus, heartbeat_budget));
+  return plan;
+}
+
+safety::ArmLimits cutLimits(const safety::ArmLimits& robot, const std::vector<AxisConfig>& axes, int arm) {
+  safety::ArmLimits limits = robot;
+  for (const AxisConfig& axis : axes) {
+    if (axis.arm != arm)
+      continue;
+    safety::JointLimit& joint = limits.joints.at(static_cast<std::size_t>(axis.joint));
+    joint.lower = std::max(joint.lower, axis.lower);
+    joint.upper = std::min(joint.upper, axis.upper);
+    joint.velocity = std::min(joint.velocity, axis.velocity);
+  }
+  for (std::size_t j = 0; j < limits.joints.size(); ++j) {
+    const safety::JointLimit& joint = limits.joints[j];
+    const std::string who = "joint " + std::to_string(j + 1);
+    if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper) || !std::isfinite(joint.velocity))
+      throw std::invalid_argument(who + " has no finite limits");
+    if (!(joint.lower < joint.upper))
+      throw std::invalid_argument(who + ": the limits of robot and drive leave no room");
+  }
+  return limits;
+}
+
+}  // namespace tandem::hal

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/drives/units.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace tandem::hal {
+
+AxisUnits::AxisUnits(const Gearing& gearing) {
+  const auto positive = [](double value, const char* what) {
+    if (!(std::isfinite(value) && value > 0.0))
+      throw std::invalid_argument(std::string("units of an axis: ") + what + " has to be finite and above zero");
+    return value;
+  };
+  const double counts =
+      positive(gearing.counts_per_revolution, "counts_per_revolution") * positive(gearing.gear_ratio, "gear_ratio");
+  const double magnitude = positive(gearing.travel_per_revolution, "travel_per_revolution") / counts;
+  if (!std::isfinite(gearing.offset))
+    throw std::invalid_argument("units of an axis: offset has to be finite");
+  scale_ = positive(magnitude, "the travel per count") * (gearing.reversed ? -1.0 : 1.0);
+  offset_ = gearing.offset;
+}
+
+Counts AxisUnits::toCounts(double joint) const noexcept {
+  constexpr double kLowest = std::numeric_limits<std::int32_t>::min();
+  constexpr double kHighest = std::numeric_limits<std::int32_t>::max();
+  if (!std::isfinite(joint))
+    return {0, false};
+  const double counts = std::nearbyint((joint - offset_) / scale_ + static_cast<double>(reference_));
+  if (counts < kLowest)
+    return {std::numeric_limits<std::int32_t>::min(), false};
+  if (counts > kHighest)
+    return {std::numeric_limits<std::int32_t>::max(), false};
+  return {static_cast<std::int32_t>(counts), true};
+}
+
+std::uint32_t AxisUnits::toCountMagnitude(double amount) const noexcept {
+  constexpr double kHighest = std::numeric_limits<std::uint32_t>::max();
+  const double counts = std::nearbyint(std::abs(amount / scale_));
+  return counts < kHighest ? static_cast<std::uint32_t>(counts) : std::numeric_limits<std::uint32_t>::max();
+}
+
+bool AxisUnits::setReference(std::int32_t counts, double joint) noexcept {
+  if (!std::isfinite(joint))
+    return false;
+  reference_ = counts;
+  offset_ = joint;
+  return true;
+}
+
+}  // namespace tandem::hal

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/homing_run.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "hal/node_setups.h"
+
+namespace tandem::hal {
+namespace {
+
+constexpr std::int64_t kModePatience = 1'000'000'000;   ///< for the mode display, ns
+constexpr std::int64_t kAbortPatience = 3'000'000'000;  ///< for a quick stop, ns
+/// What may stand against an axis that is being homed: nothing.
+bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPhase::kFailed; }
+
+}  // namespace
+
+bool HomingRun::needed() const noexcept {
+  return std::any_of(axes_.begin(), axes_.end(), [](const Axis* a) { return a->phase() == AxisPhase::kUnhomed; });
+}
+
+bool HomingRun::member(const Axis& axis) const noexcept {
+  return axis.config().reference == PositionReference::kHoming && axis.config().homing.order == order_;
+}
+
+template <class Condition>
+bool HomingRun::all(Condition&& condition) const noexcept {
+  return std::all_of(axes_.begin(), axes_.end(), [&](Axis* axis) { return !member(*axis) || condition(*axis); });
+}
+
+bool HomingRun::anyBad() const noexcept {
+  return !all([](const Axis& axis) { return !bad(axis); });
+}
+
+void HomingRun::enter(Phase phase, std::int64_t now) noexcept {
+  phase_ = phase;
+  entered_ = now;
+  for (Axis* axis : axes_) {
+    if (!member(*axis))
+      continue;
+    const DriveMode mode = phase == Phase::kMode ? DriveMode::kHoming : axis->config().mode;
+    switch (phase) {
+      case Phase::kMode:
+      case Phase::kModeBack:
+        axis->jobs().clear();
+        axis->jobs().write(objects::kMode, static_cast<int>(mode), 1);
+        axis->jobs().await(objects::kModeDisplay, static_cast<int>(mode), 1, kModePatience);
+        break;
+      case Phase::kPower:
+        axis->hold();
+        axis->setGoal(PowerGoal::kOperation, now);
+        break;
+      case Phase::kRun:
+        axis->setModeBits(controlword::kStartHoming);
+        break;
+      case Phase::kPowerOff:
+        axis->setModeBits(0);
+        axis->setGoal(PowerGoal::kOff, now);
+        break;
+      case Phase::kLimits:
+        axis->rereference(0, axis->config().homing.position);
+        break;
+      case Phase::kAborting:
+        axis->setModeBits(0);
+        axis->setGoal(PowerGoal::kQuickStop, now);
+        break;
+      case Phase::kIdle:
+        break;
+    }
+  }
+}
+
+void HomingRun::nextGroup(std::int64_t now) noexcept {
+  constexpr int kNone = std::numeric_limits<int>::max();
+  order_ = kNone;
+  budget_ = 0.0;
+  for (const Axis* axis : axes_) {
+    if (axis->phase() == AxisPhase::kUnhomed)
+      order_ = std::min(order_, axis->config().homing.order);
+  }
+  for (const Axis* axis : axes_) {
+    if (member(*axis))
+      budget_ = std::max(budget_, axis->config().homing.budget);
+  }
+  enter(order_ == kNone ? Phase::kIdle : Phase::kMode, now);
+}
+
+void HomingRun::start(std::int64_t now) noexcept {
+  if (!running())
+    nextGroup(now);
+}
+
+void HomingRun::abort(std::int64_t now) noexcept {
+  if (running() && phase_ != Phase::kAborting)
+    enter(Phase::kAborting, now);
+}
+
+void HomingRun::stepJobs(Phase next, std::int64_t now) noexcept {
+  bool done = true;
+  for (Axis* axis : axes_) {
+    if (!member(*axis))
+      continue;
+    const SdoJobs::Status status = axis->jobs().step(axis->driveNode(), now);
+    if (status == SdoJobs::Status::kFailed)
+      axis->fail(HardwareGuard::kHoming);
+    done = done && status == SdoJobs::Status::kDone;
+  }
+  if (done)
+    enter(next, now);
+}
+
+void HomingRun::stepRun(std::int64_t now) noexcept {
+  const bool late = 1e-9 * static_cast<double>(now - entered_) > budget_;
+  // The bits of the mode mean something once the drive has taken the start: not in the first cycles.
+  constexpr std::int64_t kSettling = 50'000'000;  // ns
+  if (now - entered_ < kSettling)
+    return;
+  for (Axis* axis : axes_) {
+    if (!member(*axis))
+      continue;
+    const HomingState state = homingState(axis->statusword());
+    const bool error = state == HomingState::kErrorMoving || state == HomingState::kErrorStanding;
+    const bool lost = axis->driveState() != DriveState::kOperationEnabled;
+    if (error || lost || (late && state != HomingState::kDone))
+      axis->fail(HardwareGuard::kHoming);
+  }
+  if (all([](const Axis& axis) { return homingState(axis.statusword()) == HomingState::kDone; }))
+    enter(Phase::kPowerOff, now);
+}
+
+void HomingRun::step(std::int64_t now) noexcept {
+  if (!running())
+    return;
+  if (phase_ == Phase::kAborting) {
+    // Out of operation is as far as a quick stop can be followed; then no torque.
+    if (all([](const Axis& axis) { return axis.driveState() != DriveState::kOperationEnabled; }) ||
+        now - entered_ > kAbortPatience) {
+      for (Axis* axis : axes_) {
+        if (member(*axis))
+          axis->setGoal(PowerGoal::kOff, now);
+      }
+      phase_ = Phase::kIdle;
+    }
+    return;
+  }
+  if (anyBad())
+    return abort(now);
+  switch (phase_) {
+    case Phase::kMode:
+      return stepJobs(Phase::kPower, now);
+    case Phase::kPower:
+      for (Axis* axis : axes_) {
+        if (member(*axis) && axis->goalLate(now))
+          axis->fail(HardwareGuard::kSwitchOn);
+      }
+      if (all([](const Axis& axis) { return axis.goalReached(); }))
+        enter(Phase::kRun, now);
+      return;
+    case Phase::kRun:
+      return stepRun(now);
+    case Phase::kPowerOff:
+      if (all([](const Axis& axis) { return axis.goalReached(); }))
+        enter(Phase::kModeBack, now);
+      return;
+    case Phase::kModeBack:
+      return stepJobs(Phase::kLimits, now);
+    case Phase::kLimits:
+      if (all([](const Axis& axis) { return axis.phase() == AxisPhase::kReady; }))
+        nextGroup(now);
+      return;
+    default:
+      return;
+  }
+}
+
+}  // namespace tandem::hal

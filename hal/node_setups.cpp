@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/node_setups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tandem::hal {
+namespace {
+
+using canopen::PdoConfig;
+using canopen::PdoDirection;
+using canopen::SetupStep;
+
+constexpr std::uint32_t kDriveProfile = 402;
+constexpr std::uint32_t kEncoderProfile = 406;
+/// CANopen has up to four predefined PDOs each way; those that the HAL does not use must not load the bus.
+constexpr int kPredefinedPdos = 4;
+
+std::uint16_t milliseconds(double seconds) {
+  constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
+  return static_cast<std::uint16_t>(std::clamp(std::round(1e3 * seconds), 1.0, kMost));
+}
+
+std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(std::llround(1e9 * seconds)); }
+
+void append(std::vector<SetupStep>& steps, const std::vector<SetupStep>& more) {
+  steps.insert(steps.end(), more.begin(), more.end());
+}
+
+SetupStep optional(SetupStep step) {
+  step.optional = true;
+  return step;
+}
+
+canopen::Identity identityOf(const DeviceIdentity& device) {
+  return {0, device.vendor, device.product, device.revision, device.serial};
+}
+
+/// What drives and encoders have in common: who they are, who watches whom, how long to wait.
+canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
+                               const AxisConfig& axis,
+                               int node,
+                               const DeviceIdentity& device,
+                               std::uint32_t profile,
+                               double heartbeat_budget) {
+  canopen::NodeSetup setup;
+  setup.id = static_cast<std::uint8_t>(node);
+  setup.steps.push_back(canopen::checkBits({0x1000, 0}, profile, 0xFFFF, 4, "device profile"));
+  append(setup.steps, canopen::identitySteps(identityOf(device)));
+  canopen::Guarding guarding;
+  guarding.our_id = static_cast<std::uint8_t>(hardware.buses[static_cast<std::size_t>(axis.bus)].node_id);
+  guarding.our_heartbeat_timeout = milliseconds(heartbeat_budget);
+  guarding.node_heartbeat = milliseconds(hardware.node_heartbeat);
+  append(setup.steps, canopen::guardingSteps(guarding));
+  setup.heartbeat_timeout = nanoseconds(std::max(2.5 * hardware.node_heartbeat, heartbeat_budget));
+  setup.boot_timeout = nanoseconds(hardware.boot_budget);
+  return setup;
+}
+
+/// All predefined PDOs but one are switched off, where the node has them.
+void switchOffOthers(std::vector<SetupStep>& steps, PdoDirection direction, int used, int node) {
+  for (int number = 1; number <= kPredefinedPdos; ++number) {
+    if (number == used)
+      continue;
+    for (SetupStep& step : canopen::pdoOffSteps(number, direction, node))
+      steps.push_back(optional(std::move(step)));
+  }
+}
+
+/// 60C2: the period as u8 * 10^i8 s; config grants multiples of 0.1 ms up to 20 ms.
+void appendInterpolation(std::vector<SetupStep>& steps, double period) {
+  std::int64_t value = std::llround(1e4 * period);
+  int exponent = -4;
+  for (; value % 10 == 0; value /= 10)
+    ++exponent;
+  steps.push_back(canopen::write({0x60C2, 1}, value, 1, "interpolation period"));
+  steps.push_back(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent"));
+}
+
+void appendReactions(std::vector<SetupStep>& steps) {
+  steps.push_back(canopen::write({0x6007, 0}, 3, 2, "abort connection option: quick stop"));
+  steps.push_back(canopen::write({0x605A, 0}, 2, 2, "quick stop option: ramp, then off"));
+  steps.push_back(canopen::write({0x605E, 0}, 2, 2, "fault reaction option: quick stop ramp"));
+}
+
+void appendWindows(std::vector<SetupStep>& steps, const AxisConfig& axis) {
+  const AxisUnits units(axis.gearing);
+  steps.push_back(
+      canopen::write({0x6065, 0}, units.toCountMagnitude(axis.following_error), 4, "following error window"));
+  steps.push_back(canopen::write({0x6066, 0}, milliseconds(axis.following_time), 2, "following error time-out"));
+  steps.push_back(
+      canopen::write({0x6085, 0}, units.toCountMagnitude(axis.quick_stop_deceleration), 4, "quick stop deceleration"));
+  // Room for the position loop to catch up; the gate holds the speed itself.
+  steps.push_back(
+      optional(canopen::write({0x6080, 0}, units.toCountMagnitude(2.0 * axis.velocity), 4, "maximum motor speed")));
+}
+
+void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
+  const AxisUnits units(axis.gearing);
+  const HomingConfig& homing = axis.homing;
+  steps.push_back(canopen::write({0x607C, 0}, 0, 4, "home offset"));
+  steps.push_back(canopen::write({0x6098, 0}, homing.method, 1, "homing method"));
+  steps.push_back(canopen::write({0x6099, 1}, units.toCountMagnitude(homing.fast), 4, "homing speed to the switch"));
+  steps.push_back(canopen::write({0x6099, 2}, units.toCountMagnitude(homing.slow), 4, "homing speed to the index"));
+  steps.push_back(canopen::write({0x609A, 0}, units.toCountMagnitude(homing.acceleration), 4, "homing acceleration"));
+}
+
+SetupStep awaitMode(DriveMode mode) {
+  SetupStep step = canopen::check(objects::kModeDisplay, static_cast<int>(mode), 1, "mode of operation display");
+  step.kind = SetupStep::Kind::kAwait;
+  return step;
+}
+
+}  // namespace
+
+canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {
+  canopen::NodeSetup setup = commonSetup(hardware, axis, axis.node, axis.identity, kDriveProfile, heartbeat_budget);
+  setup.name = axis.name;
+  std::uint32_t modes = 1u << (static_cast<int>(axis.mode) - 1);
+  if (axis.reference == PositionReference::kHoming)
+    modes |= 1u << (static_cast<int>(DriveMode::kHoming) - 1);
+  setup.steps.push_back(canopen::checkBits({0x6502, 0}, modes, modes, 4, "supported modes"));
+  appendReactions(setup.steps);
+  appendWindows(setup.steps, axis);
+  appendInterpolation(setup.steps, hardware.period);
+  if (axis.reference == PositionReference::kHoming)
+    appendHoming(setup.steps, axis);
+  switchOffOthers(setup.steps, PdoDirection::kReceive, 1, axis.node);
+  switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, axis.node);
+  PdoConfig command;
+  // The drive watches the cycle itself: half of what it grants our heartbeat.
+  command.event_timer = milliseconds(0.5 * heartbeat_budget);
+  command.layout.add({{0x6040, 0}, 16});
+  command.layout.add(axis.mode == DriveMode::kCyclicVelocity ? canopen::PdoEntry{{0x60FF, 0}, 32}
+                                                             : canopen::PdoEntry{{0x607A, 0}, 32});
+  setup.rpdos.push_back(command);
+  PdoConfig feedback;
+  feedback.layout.add({{0x6041, 0}, 16});
+  feedback.layout.add({{0x6064, 0}, 32});
+  setup.tpdos.push_back(feedback);
+  setup.last_steps.push_back(canopen::writeOnly(objects::kMode, static_cast<int>(axis.mode), 1, "mode of operation"));
+  setup.last_steps.push_back(awaitMode(axis.mode));
+  return setup;
+}
+
+canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {
+  const EncoderConfig& encoder = *axis.encoder;
+  canopen::NodeSetup setup =
+      commonSetup(hardware, axis, encoder.node, encoder.identity, kEncoderProfile, heartbeat_budget);
+  setup.name = axis.name + " encoder";
+  setup.steps.push_back(canopen::checkBits({0x6503, 0}, 0, 1, 2, "position alarm"));
+  // TPDO 1 of an encoder runs by its own timer, TPDO 2 by SYNC.
+  constexpr int kSynchronous = 2;
+  switchOffOthers(setup.steps, PdoDirection::kTransmit, kSynchronous, encoder.node);
+  PdoConfig feedback;
+  feedback.number = kSynchronous;
+  feedback.layout.add({{0x6004, 0}, 32});
+  feedback.layout.add({{0x6503, 0}, 16});
+  setup.tpdos.push_back(feedback);
+  return setup;
+}
+
+}  // namespace tandem::hal

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file How drives and encoders of a hardware file are set up: every object that the HAL depends on is written in
+ * pre-operational and read back. */
+#pragma once
+
+#include "hal/canopen/node.h"
+#include "hal/hardware.h"
+
+namespace tandem::hal {
+
+/** Where values lie in the PDOs of a drive and of an encoder. */
+namespace slots {
+inline constexpr int kControlword = 0;  ///< RPDO 1
+inline constexpr int kTarget = 1;       ///< position (CSP) or velocity (CSV)
+inline constexpr int kStatusword = 0;   ///< TPDO 1
+inline constexpr int kPosition = 1;
+inline constexpr int kEncoderPosition = 0;  ///< TPDO of an encoder
+inline constexpr int kEncoderAlarms = 1;
+}  // namespace slots
+
+/// Objects that are accessed while a drive runs.
+namespace objects {
+inline constexpr canopen::ObjectAddress kErrorCode{0x603F, 0};
+inline constexpr canopen::ObjectAddress kMode{0x6060, 0};
+inline constexpr canopen::ObjectAddress kModeDisplay{0x6061, 0};
+inline constexpr canopen::ObjectAddress kLowerLimit{0x607D, 1};
+inline constexpr canopen::ObjectAddress kUpperLimit{0x607D, 2};
+}  // namespace objects
+
+/// The objects of a drive. @param heartbeat_budget its patience with the HAL, s.
+canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget);
+
+/// The objects of an absolute encoder; the axis must have one.
+canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget);
+
+}  // namespace tandem::hal

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/robot_hardware.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace tandem::hal {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+/// What a frame of the cycle carries at the most: controlword and target, or statusword and position.
+constexpr int kTypicalBytes = 6;
+
+canopen::NetworkOptions networkOptions(const BusConfig& bus, double heartbeat_budget) {
+  canopen::NetworkOptions options;
+  options.own_id = static_cast<std::uint8_t>(bus.node_id);
+  options.heartbeat_period = static_cast<std::int64_t>(1e9 * heartbeat_budget / kHeartbeatsPerBudget);
+  return options;
+}
+
+}  // namespace
+
+RobotHardware::RobotHardware(const HardwareConfig& config,
+                             const std::vector<can::Bus*>& buses,
+                             const RobotOptions& options)
+    : config_(config),
+      monitor_(static_cast<int>(config.arms.size()), options.budgets.commandAge(options.control_period)) {
+  if (buses.size() != config.buses.size())
+    throw std::invalid_argument("hardware: one open bus per configured one expected");
+  const double heartbeat_budget = options.budgets.drive_heartbeat;
+  for (std::size_t b = 0; b < buses.size(); ++b) {
+    BusSlot slot;
+    slot.bus = buses[b];
+    slot.network = std::make_unique<canopen::Network>(*slot.bus, networkOptions(config.buses[b], heartbeat_budget));
+    buses_.push_back(std::move(slot));
+  }
+  for (const AxisConfig& axis : config_.axes) {
+    BusSlot& slot = buses_.at(index(axis.bus));
+    axes_.push_back(std::make_unique<Axis>(config_, axis, *slot.network, heartbeat_budget));
+    slot.axis_of_node.resize(index(slot.network->nodeCount()), static_cast<int>(axes_.size()) - 1);
+  }
+  const safety::SupervisorOptions supervisor{options.control_period, options.budgets, false};
+  for (std::size_t a = 0; a < config_.arms.size(); ++a) {
+    std::vector<Axis*> of_arm;
+    for (const auto& axis : axes_) {
+      if (axis->config().arm == static_cast<int>(a))
+        of_arm.push_back(axis.get());
+    }
+    if (static_cast<int>(of_arm.size()) != config_.arms[a].limits.jointCount())
+      throw std::invalid_argument("hardware: " + config_.arms[a].name + ": one axis per joint expected");
+    arms_.emplace_back(config_.arms[a], std::move(of_arm), supervisor, config_.power_budget);
+  }
+  phases_.assign(axes_.size(), AxisPhase::kBooting);
+}
+
+void RobotHardware::start(std::int64_t now) noexcept {
+  for (BusSlot& slot : buses_)
+    slot.network->setHeartbeat(true);
+  for (ArmHardware& arm : arms_)
+    arm.boot(now);
+}
+
+bool RobotHardware::off() const noexcept {
+  for (const ArmHardware& arm : arms_) {
+    if (arm.power() != ArmPower::kOff || arm.homing())
+      return false;
+  }
+  return true;
+}
+
+bool RobotHardware::standing() const noexcept {
+  for (const ArmHardware& arm : arms_) {
+    if (!arm.standing())
+      return false;
+  }
+  return true;
+}
+
+bool RobotHardware::command(const safety::RobotCommand& command, std::int64_t now) noexcept {
+  const safety::StreamVerdict verdict = monitor_.check(command.head, standing());
+  for (int a = 0; a < armCount(); ++a) {
+    ArmHardware& arm = arms_[index(a)];
+    if (verdict.new_session)
+      arm.disableForNewSession();
+    const bool was_recovering = arm.recovering();
+    guards_.add(a, arm.command(command.forArm(a, arm.jointCount(), verdict), now));
+    if (arm.recovering() && !was_recovering)
+      askForRestarts();
+  }
+  return verdict.faults == 0;
+}
+
+void RobotHardware::askForRestarts() noexcept {
+  for (BusSlot& slot : buses_)
+    slot.restart = slot.restart || slot.bus->state() == can::BusState::kOff;
+}
+
+bool RobotHardware::takeRestart(int b) noexcept { return std::exchange(buses_[index(b)].restart, false); }
+
+void RobotHardware::stop() noexcept {
+  for (ArmHardware& arm : arms_)
+    arm.stop();
+}
+
+void RobotHardware::push(const HardwareEvent& event) noexcept {
+  if (event_count_ == events_.size()) {  // the newest tells most
+    event_first_ = (event_first_ + 1) % events_.size();
+    --event_count_;
+  }
+  events_[(event_first_ + event_count_++) % events_.size()] = event;
+}
+
+bool RobotHardware::nextEvent(HardwareEvent& event) noexcept {
+  if (event_count_ == 0)
+    return false;
+  event = events_[event_first_];
+  event_first_ = (event_first_ + 1) % events_.size();
+  --event_count_;
+  return true;
+}
+
+void RobotHardware::onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept {
+  HardwareEvent told;
+  told.bus = static_cast<std::uint8_t>(bus);
+  if (event.kind == canopen::NetworkEvent::Kind::kBusState) {
+    told.kind = HardwareEvent::Kind::kBus;
+    told.bus_state = event.bus_state;
+    return push(told);
+  }
+  Axis& axis = *axes_[index(buses_[bus].axis_of_node[index(event.node)])];
+  told.arm = static_cast<std::uint8_t>(axis.config().arm);
+  told.joint = static_cast<std::uint8_t>(axis.config().joint);
+  told.encoder = event.node == axis.encoderIndex();
+  if (event.kind == canopen::NetworkEvent::Kind::kEmcy) {
+    axis.onEmcy(event.node, event.emcy);
+    told.kind = HardwareEvent::Kind::kEmergency;
+    told.code = event.emcy.code;
+    push(told);
+  } else if (event.phase == canopen::NodePhase::kFailed) {
+    told.kind = HardwareEvent::Kind::kNode;
+    told.failure = buses_[bus].network->node(event.node).failure();
+    push(told);
+  }
+}
+
+void RobotHardware::measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now) noexcept {
+  if (slot.window != 0 && now - slot.window < kSecond)
+    return;
+  const can::BusCounters& counters = slot.bus->counters();
+  const std::uint64_t frames = counters.sent + counters.received;
+  if (slot.window != 0) {
+    const double seconds = 1e-9 * static_cast<double>(now - slot.window);
+    const double bits = static_cast<double>(frames - slot.frames) * frameBits(kTypicalBytes);
+    slot.load = bits / seconds / config_.buses[bus].bit_rate;
+  }
+  slot.frames = frames;
+  slot.window = now;
+}
+
+void RobotHardware::receive(std::int64_t now) noexcept {
+  for (std::size_t b = 0; b < buses_.size(); ++b) {
+    buses_[b].network->receive(now);
+    canopen::NetworkEvent event;
+    while (buses_[b].network->nextEvent(event))
+      onEvent(b, event);
+    measureLoad(buses_[b], b, now);
+  }
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    axes_[i]->update(now);
+    const bool became_ready = axes_[i]->phase() == AxisPhase::kReady && phases_[i] != AxisPhase::kReady;
+    phases_[i] = axes_[i]->phase();
+    if (!became_ready)
+      continue;
+    ++placements_;
+    HardwareEvent told;
+    told.kind = HardwareEvent::Kind::kReady;
+    told.arm = static_cast<std::uint8_t>(axes_[i]->config().arm);
+    told.joint = static_cast<std::uint8_t>(axes_[i]->config().joint);
+    push(told);
+  }
+}
+
+void RobotHardware::step(std::int64_t now) noexcept {
+  receive(now);
+  for (int a = 0; a < armCount(); ++a) {
+    ArmHardware& arm = arms_[index(a)];
+    arm.step(config_.period, now, began_);
+    for (int j = 0; j < arm.jointCount(); ++j) {
+      const GuardMask began = began_[index(j)];
+      if (began == 0)
+        continue;
+      hardware_guards_.add(began, a, j);
+      HardwareEvent told;
+      told.arm = static_cast<std::uint8_t>(a);
+      told.joint = static_cast<std::uint8_t>(j);
+      told.guards = began;
+      push(told);
+    }
+  }
+  for (BusSlot& slot : buses_)
+    slot.network->transmit(now, {true, true});
+}
+
+}  // namespace tandem::hal

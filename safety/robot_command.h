@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A command for a whole robot, and what one arm gets of it: the same for hal and sim. */
+#pragma once
+
+#include <array>
+
+#include "safety/arm_supervisor.h"
+#include "safety/command_monitor.h"
+
+namespace tandem::safety {
+
+/** A command for all arms: what tandem_msgs/ActuationCommand carries, after its freshness has been looked up. Arrays
+ * over joints are indexed arm * kMaxJointsPerArm + joint. */
+struct RobotCommand {
+  StreamHead head;
+  std::array<DriveRequest, kMaxArms> request{};
+  std::array<bool, kMaxArms> moving{};
+  std::array<double, kMaxJoints> velocity{};  ///< m/s, rad/s
+  std::array<double, kMaxJoints> position{};  ///< m, rad
+
+  /// The part of one arm with so many joints, with the verdict on the whole stream.
+  ArmRequest forArm(int arm, int joint_count, const StreamVerdict& verdict) const noexcept {
+    const auto index = static_cast<std::size_t>(arm);
+    const auto first = index * static_cast<std::size_t>(kMaxJointsPerArm);
+    ArmRequest part;
+    part.request = request[index];
+    part.moving = moving[index];
+    part.motion.stream = verdict.faults;
+    part.motion.age_excess = verdict.age_excess;
+    part.motion.velocity = Eigen::Map<const Eigen::VectorXd>(velocity.data() + first, joint_count);
+    part.motion.position = Eigen::Map<const Eigen::VectorXd>(position.data() + first, joint_count);
+    return part;
+  }
+};
+
+}  // namespace tandem::safety

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/drive_sim/bus_spec.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <stdexcept>
+#include <vector>
+
+#include "hal/drives/units.h"
+
+namespace tandem::service {
+namespace {
+
+using sim::drives::DriveSpec;
+using sim::drives::EncoderSpec;
+
+constexpr std::uint32_t kSerialBase = 1000;
+
+double toNumber(const std::string& text, const std::string& what, double low, double high) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size() || !(value >= low && value <= high))
+    throw std::invalid_argument(what + " '" + text + "', expected a number in its range");
+  return value;
+}
+
+std::uint8_t toNode(const std::string& text) {
+  const double id = toNumber(text, "node", 1, 127);
+  if (id != std::floor(id))
+    throw std::invalid_argument("node '" + text + "', expected 1 to 127");
+  return static_cast<std::uint8_t>(id);
+}
+
+std::uint32_t toSerial(const std::string& text) {
+  return static_cast<std::uint32_t>(toNumber(text, "serial", 0, 4294967295.0));
+}
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+using Setters = std::map<std::string, std::function<void(const std::string&)>>;
+
+void apply(const std::vector<std::string>& parts, const Setters& setters) {
+  for (std::size_t k = 1; k < parts.size(); ++k) {
+    const std::size_t equal = parts[k].find('=');
+    const auto setter = setters.find(parts[k].substr(0, equal));
+    if (setter == setters.end()) {
+      std::string known;
+      for (const auto& [key, unused] : setters)
+        known += (known.empty() ? "" : ", ") + key;
+      throw std::invalid_argument("'" + parts[k] + "', expected one of " + known);
+    }
+    setter->second(equal == std::string::npos ? "" : parts[k].substr(equal + 1));
+  }
+}
+
+DriveSpec driveOf(const hal::AxisConfig& axis) {
+  const hal::AxisUnits units(axis.gearing);
+  DriveSpec spec;
+  spec.id = static_cast<std::uint8_t>(axis.node);
+  spec.serial = axis.identity.serial != 0 ? axis.identity.serial : kSerialBase + spec.id;
+  spec.motor.max_velocity = std::max(1.0, 2.0 * std::abs(units.toCountSpeed(axis.velocity)));
+  spec.motor.max_acceleration =
+      std::max(spec.motor.max_acceleration, 4.0 * std::abs(units.toCountSpeed(axis.quick_stop_deceleration)));
+  if (axis.reference == hal::PositionReference::kHoming) {
+    spec.incremental = true;
+    spec.start = units.toCounts(0.5 * (axis.lower + axis.upper)).value;
+    const double end = units.toCounts(axis.homing.position).value;
+    if (axis.homing.method == 17)
+      spec.motor.low = end;
+    if (axis.homing.method == 18)
+      spec.motor.high = end;
+  }
+  return spec;
+}
+
+EncoderSpec encoderOf(const hal::AxisConfig& axis) {
+  const hal::EncoderConfig& encoder = *axis.encoder;
+  EncoderSpec spec;
+  spec.id = static_cast<std::uint8_t>(encoder.node);
+  spec.serial = encoder.identity.serial != 0 ? encoder.identity.serial : kSerialBase + spec.id;
+  spec.drive = static_cast<std::uint8_t>(axis.node);
+  spec.ratio = hal::AxisUnits(axis.gearing).scale() / hal::AxisUnits(encoder.gearing).scale();
+  // A drive that keeps its position counts from its own reference: both have to mean the same joint position.
+  if (axis.reference != hal::PositionReference::kAbsoluteEncoder)
+    spec.offset = hal::AxisUnits(encoder.gearing).toCounts(hal::AxisUnits(axis.gearing).toJoint(0)).value;
+  return spec;
+}
+
+}  // namespace
+
+DriveSpec parseDrive(const std::string& text) {
+  constexpr double kMost = 2147483647.0;
+  const std::vector<std::string> parts = split(text);
+  DriveSpec spec;
+  spec.id = toNode(parts[0]);
+  spec.serial = kSerialBase + spec.id;
+  const auto into = [](double& value, const char* what, double low, double high) {
+    return [&value, what, low, high](const std::string& word) { value = toNumber(word, what, low, high); };
+  };
+  apply(parts, {{"serial", [&](const std::string& word) { spec.serial = toSerial(word); }},
+                {"start", into(spec.start, "start", -kMost, kMost)},
+                {"low", into(spec.motor.low, "low", -kMost, kMost)},
+                {"high", into(spec.motor.high, "high", -kMost, kMost)},
+                {"max_velocity", into(spec.motor.max_velocity, "max_velocity", 1.0, kMost)},
+                {"max_acceleration", into(spec.motor.max_acceleration, "max_acceleration", 1.0, 1e12)},
+                {"incremental", [&](const std::string&) { spec.incremental = true; }}});
+  if (spec.motor.low >= spec.motor.high)
+    throw std::invalid_argument("drive '" + text + "': expected low below high");
+  return spec;
+}
+
+EncoderSpec parseEncoder(const std::string& text) {
+  constexpr double kMost = 2147483647.0;
+  const std::vector<std::string> parts = split(text);
+  const std::size_t equal = parts[0].find('=');
+  if (equal == std::string::npos)
+    throw std::invalid_argument("encoder '" + text + "', expected ID=DRIVE");
+  EncoderSpec spec;
+  spec.id = toNode(parts[0].substr(0, equal));
+  spec.drive = toNode(parts[0].substr(equal + 1));
+  spec.serial = kSerialBase + spec.id;
+  apply(parts, {{"serial", [&](const std::string& word) { spec.serial = toSerial(word); }},
+                {"ratio", [&](const std::string& word) { spec.ratio = toNumber(word, "ratio", -1e6, 1e6); }},
+                {"offset", [&](const std::string& word) {
+                   spec.offset = static_cast<std::int32_t>(toNumber(word, "offset", -kMost, kMost));
+                 }}});
+  return spec;
+}
+
+void addStandardNodes(sim::drives::BusSpec& spec) {
+  for (int k = 1; k <= 6; ++k) {
+    spec.drives.push_back(parseDrive(std::to_string(k)));
+    spec.encoders.push_back(parseEncoder(std::to_string(16 + k) + "=" + std::to_string(k)));
+  }
+}
+
+void addNodes(const hal::HardwareConfig& hardware, const std::string& bus, sim::drives::BusSpec& spec) {
+  const auto found = std::ranges::find(hardware.buses, bus, &hal::BusConfig::name);
+  if (found == hardware.buses.end())
+    throw std::invalid_argument("hardware " + hardware.name + " has no bus '" + bus + "'");
+  const auto index = static_cast<int>(found - hardware.buses.begin());
+  for (const hal::AxisConfig& axis : hardware.axes) {
+    if (axis.bus != index)
+      continue;
+    spec.drives.push_back(driveOf(axis));
+    if (axis.encoder)
+      spec.encoders.push_back(encoderOf(axis));
+  }
+}
+
+}  // namespace tandem::service

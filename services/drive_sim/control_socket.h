@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Where a running tandem-drive-sim takes commands: an AF_UNIX seqpacket socket, one line a packet. */
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tandem::service {
+
+/** Server side; not blocking. */
+class ControlSocket {
+ public:
+  /// @throw std::system_error where the path cannot be listened on.
+  explicit ControlSocket(const std::string& path);
+  ~ControlSocket();
+  ControlSocket(const ControlSocket&) = delete;
+  ControlSocket& operator=(const ControlSocket&) = delete;
+
+  /// Answers what has come.
+  void poll(const std::function<std::string(const std::string&)>& answer);
+  /// For poll(): readable when there is something to do.
+  int fd() const noexcept { return poll_; }
+
+ private:
+  std::string path_;
+  int poll_ = -1;
+  int listener_ = -1;
+  std::vector<int> clients_;
+};
+
+/// Sends one line and waits for the answer. @throw std::system_error where nobody answers within so many seconds.
+std::string askControl(const std::string& path, const std::string& line, double seconds = 5.0);
+
+}  // namespace tandem::service

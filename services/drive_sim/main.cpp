@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem-drive-sim: simulated CANopen drives and encoders on a CAN bus, in the place of real ones. */
+#include <poll.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <iostream>
+#include <optional>
+
+#include "hal/can/clock.h"
+#include "services/common/log.h"
+#include "services/common/stop_signal.h"
+#include "services/drive_sim/bus_spec.h"
+#include "services/drive_sim/control_socket.h"
+#include "services/drive_sim/report.h"
+
+using namespace tandem;
+
+namespace {
+
+struct Options {
+  std::string bus, control, send, hardware, hardware_bus, drive_eds, encoder_eds, level;
+  std::vector<std::string> drives, encoders;
+  std::uint32_t seed = 1;
+};
+
+void addOptions(CLI::App& app, Options& options) {
+  app.add_option("--bus", options.bus, "can:INTERFACE, or unix:SOCKET, where it becomes the hub");
+  app.add_option("--hardware", options.hardware, "hardware file, or the name of a preset: simulate one of its buses");
+  app.add_option("--hardware-bus", options.hardware_bus, "name of that bus in the file; --bus overrides its interface");
+  app.add_option("--drive", options.drives,
+                 "ID[,serial=N][,start=COUNTS][,low=COUNTS][,high=COUNTS][,max_velocity=N][,max_acceleration=N]"
+                 "[,incremental]; may be repeated")
+      ->delimiter('\0');
+  app.add_option("--encoder", options.encoders, "ID=DRIVE[,serial=N][,ratio=X][,offset=N]; may be repeated")
+      ->delimiter('\0');
+  app.add_option("--drive-eds", options.drive_eds, "data sheet of the drives (default: the one compiled in)");
+  app.add_option("--encoder-eds", options.encoder_eds, "data sheet of the encoders (likewise)");
+  app.add_option("--control", options.control, "socket for commands while it runs");
+  app.add_option("--send", options.send,
+                 "send this line to the --control socket of a running one, print its answer and end: state | mark | "
+                 "inject NODE FAULT [VALUE] [for SECONDS] | clear NODE [FAULT]; node 0 is the bus");
+  app.add_option("--seed", options.seed, "of random losses and flips")->capture_default_str();
+  app.add_option("--log", options.level, "trace, debug, info, warn, error or off (default: TANDEM_LOG, else info)");
+  app.footer("Without --drive, --encoder and --hardware: drives 1 to 6, encoders 17 to 22.");
+}
+
+sim::drives::BusSpec specOf(Options& options) {
+  sim::drives::BusSpec spec;
+  spec.seed = options.seed;
+  if (!options.drive_eds.empty())
+    spec.drive_eds = sim::drives::loadEds(options.drive_eds);
+  if (!options.encoder_eds.empty())
+    spec.encoder_eds = sim::drives::loadEds(options.encoder_eds);
+  if (!options.hardware.empty()) {
+    const hal::HardwareConfig hardware = config::loadHardware(config::findFile(options.hardware, "hardware"));
+    if (!hardware.simulated)
+      spdlog::warn("hardware {} is not marked as simulated: make sure that no real drive is on this bus",
+                   hardware.name);
+    service::addNodes(hardware, options.hardware_bus, spec);
+    for (const hal::BusConfig& bus : hardware.buses) {
+      if (bus.name == options.hardware_bus && options.bus.empty())
+        options.bus = bus.address;
+    }
+  }
+  for (const std::string& drive : options.drives)
+    spec.drives.push_back(service::parseDrive(drive));
+  for (const std::string& encoder : options.encoders)
+    spec.encoders.push_back(service::parseEncoder(encoder));
+  if (spec.drives.empty() && spec.encoders.empty())
+    service::addStandardNodes(spec);
+  return spec;
+}
+
+void run(Options& options, service::StopSignal& stop) {
+  constexpr int kPeriod = 1;  // ms
+  const sim::drives::BusSpec spec = specOf(options);
+  // Others join the hub that this is: without drives there is no bus.
+  if (options.bus.starts_with("unix:"))
+    options.bus.replace(0, 5, "unix-hub:");
+  const auto bus = hal::can::openBus(options.bus);
+  sim::drives::DriveBus simulation(*bus, spec, hal::can::monotonicNow());
+  std::optional<service::ControlSocket> control;
+  if (!options.control.empty())
+    control.emplace(options.control);
+  spdlog::info("ready: {} drives, {} encoders on {}", spec.drives.size(), spec.encoders.size(), bus->name());
+  std::array<pollfd, 3> sources{{{bus->fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}, {-1, POLLIN, 0}}};
+  if (control)
+    sources[2].fd = control->fd();
+  hal::can::BusState state = bus->state();
+  while (!stop.requested()) {
+    poll(sources.data(), sources.size(), kPeriod);
+    simulation.poll(hal::can::monotonicNow());
+    if (control)
+      control->poll([&](const std::string& line) {
+        spdlog::debug("control: {}", line);
+        return service::serveLine(simulation, line);
+      });
+    if (bus->state() != state) {
+      state = bus->state();
+      spdlog::warn("bus: {}", name(state));
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulated CANopen drives (CiA 402) and absolute encoders (CiA 406) on a CAN bus.", "tandem-drive-sim");
+  Options options;
+  addOptions(app, options);
+  try {
+    app.parse(argc, argv);
+    if (!options.send.empty()) {
+      const std::string answer = service::askControl(options.control, options.send);
+      std::cout << answer << '\n';
+      return answer.starts_with("error") ? 1 : 0;
+    }
+    if (options.bus.empty() && options.hardware.empty())
+      throw CLI::RequiredError("--bus or --hardware");
+    if (options.hardware.empty() != options.hardware_bus.empty())
+      throw CLI::RequiredError("--hardware and --hardware-bus together");
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::exception& error) {
+    std::cerr << "tandem-drive-sim: " << error.what() << '\n';
+    return 1;
+  }
+  service::StopSignal stop;
+  int code = 0;
+  try {
+    service::startLog("drive-sim", options.level);
+    run(options, stop);
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    const bool configuration = dynamic_cast<const config::Error*>(&error) != nullptr ||
+                               dynamic_cast<const std::invalid_argument*>(&error) != nullptr ||
+                               dynamic_cast<const sim::drives::EdsError*>(&error) != nullptr;
+    code = configuration ? 2 : 1;
+  }
+  service::stopLog();
+  return code;
+}

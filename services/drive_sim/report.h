@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What tandem-drive-sim answers on its control socket. */
+#pragma once
+
+#include <string>
+
+#include "sim/drives/drive_bus.h"
+
+namespace tandem::service {
+
+/// Everything that the drives and encoders know, as one line of JSON. Positions in counts, times in s.
+std::string reportState(sim::drives::DriveBus& bus);
+
+/// Does what a line asks (see parseFaultCommand()): "ok", the state as JSON, or "error: ...".
+std::string serveLine(sim::drives::DriveBus& bus, const std::string& line);
+
+}  // namespace tandem::service

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/hal/bus_setup.h"
+
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "hal/can/link.h"
+#include "services/common/periodic_loop.h"
+
+namespace tandem::service {
+namespace {
+
+constexpr std::string_view kCan = "can:";
+/// Frames that a whole cycle and a burst of parameter access may queue.
+constexpr std::uint32_t kQueueLength = 64;
+
+void checkLink(const hal::BusConfig& bus) {
+  if (!bus.address.starts_with(kCan))
+    return;
+  const auto link = hal::can::findLink(bus.address.substr(kCan.size()));
+  if (!link)
+    return;
+  if (link->bit_rate && static_cast<double>(*link->bit_rate) != bus.bit_rate) {
+    throw std::invalid_argument("bus " + bus.name + ": " + link->name + " runs at " + std::to_string(*link->bit_rate) +
+                                " bit/s, the hardware file plans with " +
+                                std::to_string(static_cast<std::uint32_t>(bus.bit_rate)));
+  }
+  if (link->restart_ms.value_or(0) != 0)
+    spdlog::warn("bus {}: {} restarts by itself after bus-off (restart-ms {}); 0 is safer: drives may have timed out",
+                 bus.name, link->name, *link->restart_ms);
+  if (link->queue_length < kQueueLength)
+    spdlog::warn("bus {}: {} has a transmit queue of {}; `ip link set {} txqueuelen {}` avoids dropped frames",
+                 bus.name, link->name, link->queue_length, link->name, kQueueLength);
+}
+
+}  // namespace
+
+hal::HardwareConfig loadHardwareOf(const Setup& setup) {
+  const config::Deployment& deployment = setup.deployment;
+  const auto refuse = [&](const std::string& key, const std::string& message) {
+    throw config::Error(deployment.file.string(), 0, 0, key, message);
+  };
+  if (deployment.hardware.empty())
+    refuse("hardware", "found none, expected a hardware file: tandem-hal needs one");
+  if (deployment.clock != config::ClockMode::kRealTime)
+    refuse("clock", "found lock_step, expected real_time: drives know no other time");
+  hal::HardwareConfig hardware = config::loadHardware(deployment.hardware, deployment.budgets.drive_heartbeat);
+  std::error_code ignored;
+  if (!std::filesystem::equivalent(hardware.robot_file, deployment.robot, ignored))
+    refuse("hardware",
+           "found one for robot " + hardware.robot_file + ", expected one for " + deployment.robot.string());
+  if (hardware.period > deployment.control_period)
+    refuse("control_period", "found less than the period of the bus, expected at least that");
+  return hardware;
+}
+
+std::vector<std::unique_ptr<hal::can::Bus>> openBuses(const hal::HardwareConfig& hardware,
+                                                      const StopSignal& stop,
+                                                      double patience) {
+  constexpr double kRetry = 0.1;  // s
+  std::vector<std::unique_ptr<hal::can::Bus>> buses;
+  const std::int64_t deadline = monotonicNow() + static_cast<std::int64_t>(1e9 * patience);
+  for (const hal::BusConfig& bus : hardware.buses) {
+    checkLink(bus);
+    for (bool told = false;; told = true) {
+      try {
+        buses.push_back(hal::can::openBus(bus.address));
+        break;
+      } catch (const std::exception& error) {
+        if (monotonicNow() > deadline)
+          throw std::runtime_error("bus " + bus.name + ": " + error.what());
+        if (!told)
+          spdlog::info("bus {}: waiting for {} ({})", bus.name, bus.address, error.what());
+      }
+      if (stop.waitFor(kRetry))
+        return {};
+    }
+  }
+  return buses;
+}
+
+}  // namespace tandem::service

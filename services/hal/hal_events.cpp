@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/hal/hal_events.h"
+
+namespace tandem::service {
+namespace {
+
+using Kind = hal::HardwareEvent::Kind;
+using Reason = hal::canopen::NodeFailure::Reason;
+
+std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::NodeFailure& failure) {
+  switch (failure.reason) {
+    case Reason::kNone:
+      return "no failure";
+    case Reason::kNoBootUp:
+      return "no boot-up message after the reset";
+    case Reason::kNotStarted:
+      return "did not become operational";
+    case Reason::kHeartbeatLost:
+      return "its heartbeat is lost";
+    case Reason::kRebooted:
+      return "it rebooted by itself";
+    case Reason::kLeftOperational:
+      return "it left the operational state by itself";
+    case Reason::kAborted:
+    case Reason::kMismatch:
+      break;
+  }
+  std::string text = "setup";
+  if (failure.step >= 0 && failure.step < static_cast<int>(node.steps().size())) {
+    const hal::canopen::SetupStep& step = node.steps()[static_cast<std::size_t>(failure.step)];
+    text = step.what + " " + hal::canopen::describe(step.object);
+    if (failure.reason == Reason::kMismatch)
+      return text + ": found " + std::to_string(failure.value) + ", expected " + std::to_string(step.value);
+  }
+  return text + ": " + hal::canopen::describe(failure.abort);
+}
+
+}  // namespace
+
+bool isProblem(const hal::HardwareEvent& event) {
+  return event.kind == Kind::kGuard || event.kind == Kind::kNode ||
+         (event.kind == Kind::kEmergency && event.code != 0) ||
+         (event.kind == Kind::kBus && event.bus_state != hal::can::BusState::kActive);
+}
+
+std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& robot) {
+  if (event.kind == Kind::kBus)
+    return "bus " + robot.config().buses[event.bus].name + ": " + std::string(name(event.bus_state));
+  const hal::Axis& axis = robot.arm(event.arm).axis(event.joint);
+  const hal::canopen::Node* encoder = axis.encoderNode();
+  const hal::canopen::Node& node = event.encoder && encoder != nullptr ? *encoder : axis.driveNode();
+  const std::string who = node.setup().name + " (node " + std::to_string(node.id()) + ")";
+  switch (event.kind) {
+    case Kind::kGuard:
+      return axis.config().name + ": " + hal::describeGuards(event.guards);
+    case Kind::kEmergency:
+      return who + ": " +
+             (event.code == 0 ? "its emergency is over" : "emergency, " + hal::describeErrorCode(event.code));
+    case Kind::kNode:
+      return who + ": " + describeFailure(node, event.failure);
+    case Kind::kReady:
+      return axis.config().name + ": ready";
+    case Kind::kBus:
+      break;
+  }
+  return who;
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A CANopen slave (CiA 301): NMT, SDO, PDOs, SYNC, heartbeats, emergencies. What it does beyond is its heirs'.
+ */
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hal/canopen/cob.h"
+#include "hal/canopen/emcy.h"
+#include "sim/drives/object_dictionary.h"
+#include "sim/drives/pdo_engine.h"
+#include "sim/drives/sdo_server.h"
+
+namespace tandem::sim::drives {
+
+using hal::canopen::NmtState;
+
+/** Bits of the error register, object 1001. */
+enum class ErrorBit : std::uint8_t {
+  kGeneric = 0x01,
+  kCurrent = 0x02,
+  kVoltage = 0x04,
+  kTemperature = 0x08,
+  kCommunication = 0x10,
+  kProfile = 0x20,
+};
+
+/** What a device did and got since it was switched on. */
+struct DeviceCounters {
+  std::uint64_t frames_in = 0;  ///< for this device
+  std::uint64_t frames_out = 0;
+  std::uint64_t rpdos = 0;
+  std::uint64_t bad_rpdos = 0;  ///< too short, or too long
+  std::uint64_t syncs = 0;
+  std::uint64_t sdo_requests = 0;
+  std::uint64_t emergencies = 0;
+  std::uint64_t heartbeats_lost = 0;
+  std::uint64_t rpdo_timeouts = 0;
+  std::uint64_t boots = 0;
+};
+
+/** Time is that of the caller, ns. Frames to send gather in out(). */
+class Device : private SdoAccess {
+ public:
+  /// @throw std::invalid_argument for an id out of range or a data sheet that lacks a mandatory object.
+  Device(std::uint8_t id, const Eds& eds, std::uint32_t serial);
+  ~Device() override = default;
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  /// Power on: boots after kBootTime. Off: silent, forgets all.
+  void powerOn(std::int64_t now) noexcept;
+  void powerOff() noexcept;
+  bool powered() const noexcept { return powered_; }
+
+  void receive(const CanFrame& frame, std::int64_t now) noexcept;
+  /// Goes on to `now`: timers, heartbeats, and step() of the heir.
+  void advance(std::int64_t now, double dt) noexcept;
+  /// Frames to send; the caller empties it.
+  std::vector<CanFrame>& out() noexcept { return out_; }
+
+  std::uint8_t id() const noexcept { return id_; }
+  NmtState nmt() const noexcept { return nmt_; }
+  ObjectDictionary& dictionary() noexcept { return dictionary_; }
+  const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+  const DeviceCounters& counters() const noexcept { return counters_; }
+  std::uint16_t lastError() const noexcept { return last_error_; }
+
+  static constexpr std::int64_t kBootTime = 20'000'000;
+
+ protected:
+  /// Sends an emergency and notes it in 1001 and 1003.
+  void raise(std::uint16_t code, ErrorBit bit, std::uint8_t detail = 0) noexcept;
+  /// The errors of these bits are over; tells when it was the last one.
+  void clear(ErrorBit bit) noexcept;
+  std::int64_t now() const noexcept { return now_; }
+  /// PDO parameters were changed otherwise than by an SDO.
+  void reconfigurePdos() noexcept { pdos_.configure(); }
+
+  /// The heir's part. Physics and timers:
+  virtual void step(double dt) noexcept = 0;
+  /// Objects are about to be read: write measured values into them.
+  virtual void refresh() noexcept = 0;
+  /// The value of an object was written, by SDO or PDO.
+  virtual void written(const Entry& entry) noexcept = 0;
+  /// Whether it may be written so now.
+  virtual SdoAbort accept(const Entry& entry, std::int64_t value) const noexcept = 0;
+  /// SYNC, after the RPDOs that waited for it were written.
+  virtual void synchronized() noexcept {}
+  /// Contact with the master is lost: heartbeat, RPDO deadline, or NMT took the device out of operational.
+  virtual void contactLost() noexcept {}
+  /// Power off, or reset of the application.
+  virtual void resetApplication() noexcept {}
+
+ private:
+  struct Producer {  // whom we watch: 1016
+    std::uint8_t node = 0;
+    std::int64_t timeout = 0;
+    std::int64_t last = 0;
+    bool active = false;
+  };
+
+  SdoAbort readObject(ObjectAddress object, std::span<std::uint8_t> bytes, std::size_t& size) override;
+  SdoAbort writeObject(ObjectAddress object, std::span<const std::uint8_t> bytes) override;
+  void onNmt(const CanFrame& frame) noexcept;
+  void onSync(const CanFrame& frame) noexcept;
+  void onHeartbeat(const CanFrame& frame) noexcept;
+  void onRpdo(const CanFrame& frame) noexcept;
+  void watchMaster() noexcept;
+  void communicationError(std::uint16_t code) noexcept;
+  void enter(NmtState state) noexcept;
+  void boot(bool application) noexcept;
+  void loadProducers() noexcept;
+  void tellWritten() noexcept;
+  void send(const CanFrame& frame) noexcept;
+
+  std::uint8_t id_;
+  ObjectDictionary dictionary_;
+  SdoServer sdo_;
+  PdoEngine pdos_;
+  Entry& error_register_;
+  Entry& heartbeat_;
+  Entry& sync_id_;
+  Entry& emcy_id_;
+  Entry& error_behaviour_;
+  std::vector<CanFrame> out_;
+  std::vector<Entry*> written_;
+  std::array<Producer, 2> producers_{};
+  DeviceCounters counters_;
+  NmtState nmt_ = NmtState::kBootUp;
+  bool powered_ = false;
+  std::int64_t now_ = 0;
+  std::int64_t boot_at_ = 0;
+  std::int64_t next_heartbeat_ = 0;
+  std::uint16_t last_error_ = 0;
+};
+
+}  // namespace tandem::sim::drives

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/drives/drive.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::sim::drives {
+namespace {
+
+namespace error_code = hal::canopen::error_code;
+
+// Controlword.
+constexpr std::uint16_t kQuickStopBit = 0x04, kEnableVoltage = 0x02, kStartBit = 0x10, kFaultReset = 0x80;
+// Modes.
+constexpr int kProfilePosition = 1, kHomingMode = 6, kCyclicPosition = 8, kCyclicVelocity = 9;
+
+}  // namespace
+
+std::string_view name(DriveState state) {
+  constexpr std::string_view kNames[] = {
+      "not ready to switch on", "switch on disabled", "ready to switch on",    "switched on",
+      "operation enabled",      "quick stop active",  "fault reaction active", "fault"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+Drive::Drive(const DriveSpec& spec, const Eds& eds)
+    : Device(spec.id, eds, spec.serial),
+      spec_(spec),
+      motor_(spec.motor, spec.start),
+      random_(spec.id),
+      controlword_(dictionary().require(0x6040)),
+      statusword_(dictionary().require(0x6041)),
+      error_code_(dictionary().require(0x603F)),
+      mode_(dictionary().require(0x6060)),
+      mode_display_(dictionary().require(0x6061)),
+      target_(dictionary().require(0x607A)),
+      actual_(dictionary().require(0x6064)),
+      demand_value_(dictionary().require(0x6062)),
+      velocity_actual_(dictionary().require(0x606C)),
+      following_(dictionary().require(0x60F4)),
+      target_velocity_(dictionary().require(0x60FF)),
+      torque_(dictionary().require(0x6077)),
+      current_(dictionary().require(0x6078)),
+      temperature_(dictionary().require(0x2001)),
+      temperature_limit_(dictionary().require(0x2002)),
+      inputs_(dictionary().require(0x60FD)) {
+  for (const std::uint16_t index :
+       {0x6007, 0x605A, 0x605B, 0x605C, 0x605D, 0x605E, 0x6065, 0x6066, 0x6067, 0x6068, 0x607C,
+        0x607F, 0x6081, 0x6083, 0x6084, 0x6085, 0x6098, 0x609A, 0x60B0, 0x60B1, 0x60C5, 0x6502})
+    dictionary().require(index);
+  for (const std::uint16_t index : {0x607D, 0x6099, 0x60C2, 0x608F})
+    dictionary().require(index, 2);
+  zero_ = spec.incremental ? -motor_.position() : 0.0;
+  adoptPosition();
+  mark();
+}
+
+void Drive::mark() noexcept {
+  record_ = {};
+  record_.lowest = record_.highest = position();
+}
+
+void Drive::resetApplication() noexcept {
+  enter(DriveState::kNotReady);
+  if (!powered() && spec_.incremental)
+    zero_ = -motor_.position();
+  brake_ = {};
+  homing_ = Homing::kIdle;
+  next_target_.reset();
+  acknowledged_ = false;
+  last_word_ = 0;
+  adoptPosition();
+}
+
+bool Drive::moves() const noexcept {
+  return state_ == DriveState::kEnabled || state_ == DriveState::kQuickStop || state_ == DriveState::kFaultReaction;
+}
+
+void Drive::enter(DriveState state) noexcept {
+  const bool moved = moves();
+  state_ = state;
+  brake_.active = false;
+  error_time_ = 0.0;
+  if (!moves() || !moved)
+    adoptPosition();
+  if (state == DriveState::kEnabled) {
+    halted_ = false;
+    profile_target_ = demand_;
+    next_target_.reset();
+    if (homing_ != Homing::kDone)
+      homing_ = Homing::kIdle;
+  }
+}
+
+void Drive::written(const Entry& entry) noexcept {
+  if (&entry == &controlword_) {
+    onControlword(static_cast<std::uint16_t>(entry.value));
+  } else if (&entry == &target_) {
+    takeTarget();
+  }
+}
+
+SdoAbort Drive::accept(const Entry& entry, std::int64_t value) const noexcept {
+  const std::uint16_t index = entry.info.address.index;
+  if (index == 0x6060) {
+    const bool known = value == 0 || value == kProfilePosition || value == kHomingMode || value == kCyclicPosition ||
+                       value == kCyclicVelocity;
+    return known ? SdoAbort::kNone : SdoAbort::kValueRange;
+  }
+  if (index == 0x6098) {
+    const bool known = value == 17 || value == 18 || value == 33 || value == 34 || value == 35 || value == 37;
+    return known ? SdoAbort::kNone : SdoAbort::kValueRange;
+  }
+  if (index == 0x605A && value == 4)
+    return SdoAbort::kValueRange;
+  // What decides how the motor is stopped and limited does not change while it runs.
+  const bool fixed = index == 0x60C2 || index == 0x607D || index == 0x608F || index == 0x607C;
+  return fixed && moves() ? SdoAbort::kDeviceState : SdoAbort::kNone;
+}
+
+void Drive::onControlword(std::uint16_t word) noexcept {
+  const auto rising = static_cast<std::uint16_t>(word & ~last_word_);
+  last_word_ = word;
+  if (state_ == DriveState::kFault) {
+    if ((rising & kFaultReset) != 0)
+      resetFault();
+    return;
+  }
+  if (nmt() != NmtState::kOperational && nmt() != NmtState::kPreOperational)
+    return;
+  command(word);
+  if (state_ != DriveState::kEnabled || brake_.active)
+    return;
+  if (mode() == kProfilePosition) {
+    if ((rising & kStartBit) != 0)
+      takeSetPoint();
+    if ((word & kStartBit) == 0 && !next_target_)
+      acknowledged_ = false;
+  } else if (mode() == kHomingMode && (rising & kStartBit) != 0) {
+    homing_ = Homing::kSearch;
+    last_homing_position_ = motor_.position();
+  }
+}
+
+void Drive::command(std::uint16_t word) noexcept {
+  const bool voltage = (word & kEnableVoltage) != 0;
+  const bool no_quick_stop = (word & kQuickStopBit) != 0;
+  const bool shutdown = (word & 0x07) == 0x06, switch_on = (word & 0x0F) == 0x07, enable = (word & 0x0F) == 0x0F;
+  switch (state_) {
+    case DriveState::kSwitchOnDisabled:
+      if (shutdown)
+        enter(DriveState::kReady);
+      break;
+    case DriveState::kReady:
+      if (!voltage || !no_quick_stop) {
+        enter(DriveState::kSwitchOnDisabled);
+      } else if (switch_on || enable) {
+        enter(enable ? DriveState::kEnabled : DriveState::kSwitchedOn);
+      }
+      break;
+    case DriveState::kSwitchedOn:
+      if (!voltage || !no_quick_stop) {
+        enter(DriveState::kSwitchOnDisabled);
+      } else if (shutdown) {
+        enter(DriveState::kReady);
+      } else if (enable) {
+        enter(DriveState::kEnabled);
+      }
+      break;
+    case DriveState::kEnabled:
+      leaveEnabled(word);
+      break;
+    case DriveState::kQuickStop:
+      if (!voltage) {
+        enter(DriveState::kSwitchOnDisabled);
+      } else if (enable && dictionary().require(0x605A).value >= 5) {
+        enter(DriveState::kEnabled);
+      }
+      break;
+    default:
+      break;
+  }
+}
+
+void Drive::leaveEnabled(std::uint16_t word) noexcept {
+  if ((word & kEnableVoltage) == 0) {
+    enter(DriveState::kSwitchOnDisabled);
+  } else if ((word & kQuickStopBit) == 0) {
+    quickStop();
+  } else if ((word & 0x0F) != 0x0F && !brake_.active) {
+    const bool shutdown = (word & 0x01) == 0;
+    const DriveState then = shutdown ? DriveState::kReady : DriveState::kSwitchedOn;
+    if (dictionary().require(shutdown ? 0x605B : 0x605C).value == 0) {
+      enter(then);
+    } else {
+      brakeTo(static_cast<double>(dictionary().require(0x6084).value), then, false);
+    }
+  }
+}
+
+void Drive::brakeTo(double deceleration, DriveState then, bool stay) noexcept {
+  brake_ = {true, deceleration, then, stay};
+  halted_ = false;
+  // From where the motor is, not from where it should be: a stop does not make up for a following error.
+  demand_ = position();
+  demand_velocity_ = motor_.velocity();
+}
+
+void Drive::quickStop() noexcept {
+  const std::int64_t option = dictionary().require(0x605A).value;
+  ++record_.quick_stops;
+  stopping_ = true;
+  record_.stop_begin = now();
+  record_.stop_travel = record_.stop_duration = 0.0;
+  if (option == 0) {
+    enter(DriveState::kSwitchOnDisabled);
+    return;
+  }
+  enter(DriveState::kQuickStop);
+  const bool slow = option == 1 || option == 5;
+  const bool full_current = option == 3 || option == 7 || option == 8;
+  const double deceleration = full_current ? spec_.motor.max_acceleration
+                                           : static_cast<double>(dictionary().require(slow ? 0x6084 : 0x6085).value);
+  brakeTo(deceleration, DriveState::kSwitchOnDisabled, option >= 5);
+}
+
+void Drive::contactLost() noexcept {
+  ++record_.contact_losses;
+  const std::int64_t option = dictionary().require(0x6007).value;
+  if (option == 0 || state_ == DriveState::kFault || state_ == DriveState::kFaultReaction)
+    return;
+  if (option == 1) {
+    if (state_ == DriveState::kEnabled)
+      fail(lastError() == 0 ? error_code::kHeartbeat : lastError(), ErrorBit::kCommunication);
+  } else if (state_ == DriveState::kEnabled && option == 3) {
+    quickStop();
+  } else if (state_ != DriveState::kQuickStop && state_ != DriveState::kNotReady) {
+    enter(DriveState::kSwitchOnDisabled);
+  }
+}
+
+void Drive::fail(std::uint16_t code, ErrorBit bit) noexcept {
+  if (state_ == DriveState::kFault || state_ == DriveState::kFaultReaction)
+    return;
+  raise(code, bit);
+  error_code_.value = code;
+  ++record_.faults;
+  const std::int64_t option = dictionary().require(0x605E).value;
+  // Without a position or with a short circuit nothing can be braked.
+  const bool coast = option == 0 || code == error_code::kEncoder || code == error_code::kOverCurrent;
+  if (moves()) {
+    stopping_ = true;
+    record_.stop_begin = now();
+    record_.stop_travel = record_.stop_duration = 0.0;
+  }
+  if (!moves() || coast) {
+    enter(DriveState::kFault);
+    return;
+  }
+  enter(DriveState::kFaultReaction);
+  brakeTo(static_cast<double>(dictionary().require(option == 1 ? 0x6084 : 0x6085).value), DriveState::kFault, false);
+}
+
+bool Drive::causeStands() const noexcept {
+  return sensor.alarm || motor_.faults.over_current ||
+         motor_.temperature() > static_cast<double>(temperature_limit_.value);
+}
+
+void Drive::resetFault() noexcept {
+  if (causeStands())
+    return;
+  error_code_.value = 0;
+  for (const ErrorBit bit : {ErrorBit::kCurrent, ErrorBit::kVoltage, ErrorBit::kTemperature, ErrorBit::kCommunication,
+                             ErrorBit::kProfile, ErrorBit::kGeneric})
+    clear(bit);
+  enter(DriveState::kSwitchOnDisabled);
+}
+
+void Drive::step(double dt) noexcept {
+  const double before = motor_.position();
+  if (state_ == DriveState::kNotReady && powered() && nmt() != NmtState::kBootUp)
+    enter(DriveState::kSwitchOnDisabled);
+  if (mode_display_.value != mode_.value) {
+    mode_display_.value = mode_.value;
+    profile_target_ = demand_;
+    demand_velocity_ = moves() ? demand_velocity_ : 0.0;
+    segment_start_ = segment_end_ = demand_;
+    next_target_.reset();
+    acknowledged_ = false;
+  }
+  if (moves() && powered()) {
+    generate(dt);
+    if (moves()) {
+      motor_.follow(demand_ - zero_, demand_velocity_, dt);
+    } else {
+      motor_.coast(dt);
+    }
+  } else {
+    motor_.coast(dt);
+    adoptPosition();
+  }
+  note(dt, before);
+  if (powered() && state_ != DriveState::kNotReady)
+    monitor(dt);
+}
+
+void Drive::note(double dt, double before) noexcept {
+  const double way = std::abs(motor_.position() - before);
+  record_.travel += way;
+  record_.lowest = std::min(record_.lowest, position());
+  record_.highest = std::max(record_.highest, position());
+  record_.peak_velocity = std::max(record_.peak_velocity, std::abs(motor_.velocity()));
+  if (stopping_) {
+    record_.stop_travel += way;
+    if (std::abs(motor_.velocity()) < 1e-3 * spec_.motor.max_velocity) {
+      stopping_ = false;
+    } else {
+      record_.stop_duration += dt;
+    }
+  }
+}
+
+void Drive::monitor(double dt) noexcept {
+  if (sensor.alarm)
+    fail(error_code::kEncoder, ErrorBit::kProfile);
+  if (motor_.faults.over_current && moves())
+    fail(error_code::kOverCurrent, ErrorBit::kCurrent);
+  if (motor_.temperature() > static_cast<double>(temperature_limit_.value))
+    fail(error_code::kDriveTemperature, ErrorBit::kTemperature);
+  if (state_ != DriveState::kEnabled)
+    return;
+  const double error = std::abs(demand_ - position());
+  record_.max_following_error = std::max(record_.max_following_error, error);
+  const auto window = static_cast<std::uint32_t>(dictionary().require(0x6065).value);
+  if (window == 0xFFFFFFFF || error <= window) {
+    error_time_ = 0.0;
+    return;
+  }
+  error_time_ += dt;
+  if (error_time_ > 1e-3 * static_cast<double>(dictionary().require(0x6066).value))
+    fail(error_code::kFollowingError, ErrorBit::kProfile);
+}
+
+}  // namespace tandem::sim::drives

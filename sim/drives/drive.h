@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A simulated servo drive after CiA 402. */
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <string_view>
+
+#include "sim/drives/device.h"
+#include "sim/drives/motor.h"
+
+namespace tandem::sim::drives {
+
+/** States of CiA 402. */
+enum class DriveState : std::uint8_t {
+  kNotReady,
+  kSwitchOnDisabled,
+  kReady,
+  kSwitchedOn,
+  kEnabled,
+  kQuickStop,
+  kFaultReaction,
+  kFault,
+};
+std::string_view name(DriveState state);
+
+/** One drive of a bus. Positions in counts. */
+struct DriveSpec {
+  std::uint8_t id = 1;
+  std::uint32_t serial = 1;
+  double start = 0.0;        ///< position when the simulation begins
+  bool incremental = false;  ///< its encoder counts from 0 at power-on; else it keeps the position
+  MotorParameters motor;
+};
+
+/** What can be wrong with what a sensor tells. */
+struct SensorFaults {
+  bool frozen = false;
+  bool garbage = false;
+  bool alarm = false;
+  double offset = 0.0;  ///< counts
+
+  /// What is read where `value` is right. `held` keeps the last good reading.
+  std::int32_t distort(double value, std::int32_t& held, std::mt19937& random) const noexcept;
+};
+
+/** What a drive saw; since construction, or since mark(). */
+struct DriveRecord {
+  double max_following_error = 0.0;  ///< counts
+  double max_jump = 0.0;             ///< largest distance from the demand to a new cyclic target, counts
+  std::uint64_t limit_hits = 0;      ///< targets outside the software limits
+  std::uint64_t quick_stops = 0;
+  std::uint64_t faults = 0;
+  std::uint64_t contact_losses = 0;
+  double travel = 0.0;  ///< path, counts
+  double lowest = 0.0;  ///< position, counts
+  double highest = 0.0;
+  double peak_velocity = 0.0;  ///< counts/s
+  /// Of the last stop that the drive made by itself (quick stop, fault): when it began, ns, its path and duration.
+  std::int64_t stop_begin = 0;
+  double stop_travel = 0.0;
+  double stop_duration = 0.0;  ///< s
+};
+
+class Drive final : public Device {
+ public:
+  /// @throw std::invalid_argument where the data sheet lacks an object.
+  Drive(const DriveSpec& spec, const Eds& eds);
+
+  DriveState state() const noexcept { return state_; }
+  int mode() const noexcept { return static_cast<int>(mode_display_.value); }
+  const Motor& motor() const noexcept { return motor_; }
+  Motor& motor() noexcept { return motor_; }
+  SensorFaults sensor;  ///< of the motor's encoder; `alarm` is a fault of the drive
+
+  /// True position in the drive's coordinates, counts.
+  double position() const noexcept { return motor_.position() + zero_; }
+  double demand() const noexcept { return demand_; }
+  const DriveRecord& record() const noexcept { return record_; }
+  /// Begins a new record.
+  void mark() noexcept;
+
+ private:
+  // The ramp that ends in another state.
+  struct Brake {
+    bool active = false;
+    double deceleration = 0.0;
+    DriveState then = DriveState::kSwitchOnDisabled;
+    bool stay = false;  ///< in the present state
+  };
+  enum class Homing : std::uint8_t { kIdle, kSearch, kBackOff, kIndex, kDone, kError };
+
+  void step(double dt) noexcept override;
+  void refresh() noexcept override;
+  void written(const Entry& entry) noexcept override;
+  SdoAbort accept(const Entry& entry, std::int64_t value) const noexcept override;
+  void contactLost() noexcept override;
+  void resetApplication() noexcept override;
+
+  // State machine (drive.cpp).
+  void onControlword(std::uint16_t word) noexcept;
+  void command(std::uint16_t word) noexcept;
+  void leaveEnabled(std::uint16_t word) noexcept;
+  void enter(DriveState state) noexcept;
+  void quickStop() noexcept;
+  void fail(std::uint16_t code, ErrorBit bit) noexcept;
+  void resetFault() noexcept;
+  bool causeStands() const noexcept;
+  bool moves() const noexcept;  ///< the power stage is on
+  void brakeTo(double deceleration, DriveState then, bool stay) noexcept;
+  void monitor(double dt) noexcept;
+  void note(double dt, double before) noexcept;
+  std::uint16_t statusword() const noexcept;
+  std::uint16_t modeBits() const noexcept;
+  std::int64_t valueOf(std::uint16_t index) const noexcept;
+
+  // Motion (drive_motion.cpp). All in the drive's coordinates.
+  void generate(double dt) noexcept;
+  void slowDown(double deceleration, double dt) noexcept;
+  void endBrake() noexcept;
+  void cyclicPosition(double dt) noexcept;
+  void cyclicVelocity(double dt) noexcept;
+  void profilePosition(double dt) noexcept;
+  void takeSetPoint() noexcept;
+  void homing(double dt) noexcept;
+  void homed() noexcept;
+  void approach(double velocity, double acceleration, double dt) noexcept;
+  void takeTarget() noexcept;
+  double limited(double target) noexcept;
+  double interpolationPeriod() const noexcept;
+  void adoptPosition() noexcept;
+
+  DriveSpec spec_;
+  Motor motor_;
+  std::mt19937 random_;
+  Entry &controlword_, &statusword_, &error_code_, &mode_, &mode_display_;
+  Entry &target_, &actual_, &demand_value_, &velocity_actual_, &following_, &target_velocity_;
+  Entry &torque_, &current_, &temperature_, &temperature_limit_, &inputs_;
+  DriveState state_ = DriveState::kNotReady;
+  DriveRecord record_;
+  double zero_ = 0.0;  ///< drive's coordinates minus the motor's
+  double demand_ = 0.0;
+  double demand_velocity_ = 0.0;
+  double segment_start_ = 0.0;  ///< CSP
+  double segment_end_ = 0.0;
+  double segment_time_ = 0.0;
+  Brake brake_;
+  bool halted_ = false;
+  bool limited_ = false;
+  bool stopping_ = false;      ///< a stop of the drive's own is being recorded
+  double error_time_ = 0.0;    ///< outside the following error window, s
+  double reached_time_ = 0.0;  ///< inside the position window, s
+  std::uint16_t last_word_ = 0;
+  double profile_target_ = 0.0;
+  std::optional<double> next_target_;
+  bool acknowledged_ = false;
+  Homing homing_ = Homing::kIdle;
+  double last_homing_position_ = 0.0;
+  std::int32_t held_reading_ = 0;
+};
+
+}  // namespace tandem::sim::drives

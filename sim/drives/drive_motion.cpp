@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "sim/drives/drive.h"
+
+namespace tandem::sim::drives {
+namespace {
+
+constexpr std::uint16_t kHalt = 0x0100, kImmediately = 0x20, kRelative = 0x40;
+
+double number(const Entry& entry) noexcept { return static_cast<double>(entry.value); }
+
+}  // namespace
+
+void Drive::adoptPosition() noexcept {
+  demand_ = segment_start_ = segment_end_ = profile_target_ = position();
+  demand_velocity_ = 0.0;
+  segment_time_ = 0.0;
+}
+
+double Drive::interpolationPeriod() const noexcept {
+  const Entry* value = dictionary().find({0x60C2, 1});
+  const Entry* exponent = dictionary().find({0x60C2, 2});
+  return number(*value) * std::pow(10.0, number(*exponent));
+}
+
+double Drive::limited(double target) noexcept {
+  const double low = number(dictionary().require(0x607D, 1)), high = number(dictionary().require(0x607D, 2));
+  if (low >= high)
+    return target;
+  const double inside = std::clamp(target, low, high);
+  limited_ = inside != target;
+  if (limited_)
+    ++record_.limit_hits;
+  return inside;
+}
+
+void Drive::takeTarget() noexcept {
+  if (state_ != DriveState::kEnabled || mode() != 8)
+    return;
+  const double target = limited(number(target_) + number(dictionary().require(0x60B0)));
+  record_.max_jump = std::max(record_.max_jump, std::abs(target - demand_));
+  segment_start_ = demand_;
+  segment_end_ = target;
+  segment_time_ = 0.0;
+}
+
+void Drive::generate(double dt) noexcept {
+  if (brake_.active) {
+    slowDown(brake_.deceleration, dt);
+    if (demand_velocity_ == 0.0)
+      endBrake();
+    return;
+  }
+  if (state_ != DriveState::kEnabled) {
+    demand_velocity_ = 0.0;  // holds
+    return;
+  }
+  halted_ = (last_word_ & kHalt) != 0;
+  if (halted_) {
+    const bool slow = dictionary().require(0x605D).value == 1;
+    slowDown(number(dictionary().require(slow ? 0x6084 : 0x6085)), dt);
+    segment_start_ = segment_end_ = demand_;
+    return;
+  }
+  switch (mode()) {
+    case 1:
+      profilePosition(dt);
+      break;
+    case 6:
+      homing(dt);
+      break;
+    case 8:
+      cyclicPosition(dt);
+      break;
+    case 9:
+      cyclicVelocity(dt);
+      break;
+    default:
+      demand_velocity_ = 0.0;
+      break;
+  }
+}
+
+void Drive::slowDown(double deceleration, double dt) noexcept {
+  const double loss = std::min(std::abs(demand_velocity_), deceleration * dt);
+  const double before = demand_velocity_;
+  demand_velocity_ -= std::copysign(loss, demand_velocity_);
+  demand_ += 0.5 * (before + demand_velocity_) * dt;
+  // Ends are mechanical: pushing against them is no use.
+  demand_ = std::clamp(demand_, spec_.motor.low + zero_, spec_.motor.high + zero_);
+}
+
+void Drive::endBrake() noexcept {
+  // The demand stands; the motor has to as well before its power goes.
+  if (std::abs(motor_.velocity()) > 1e-3 * spec_.motor.max_velocity)
+    return;
+  const Brake brake = brake_;
+  brake_.active = false;
+  if (!brake.stay)
+    enter(brake.then);
+}
+
+void Drive::cyclicPosition(double dt) noexcept {
+  const double period = interpolationPeriod();
+  const double way = segment_end_ - segment_start_;
+  segment_time_ = std::min(segment_time_ + dt, period);
+  const double before = demand_;
+  demand_ = segment_time_ >= period ? segment_end_ : segment_start_ + way * segment_time_ / period;
+  demand_velocity_ = (demand_ - before) / dt + number(dictionary().require(0x60B1));
+}
+
+void Drive::approach(double velocity, double acceleration, double dt) noexcept {
+  const double change = std::clamp(velocity - demand_velocity_, -acceleration * dt, acceleration * dt);
+  demand_ += (demand_velocity_ + 0.5 * change) * dt;
+  demand_velocity_ += change;
+}
+
+void Drive::cyclicVelocity(double dt) noexcept {
+  const double most = number(dictionary().require(0x607F));
+  double velocity = number(target_velocity_) + number(dictionary().require(0x60B1));
+  limited_ = std::abs(velocity) > most;
+  velocity = std::clamp(velocity, -most, most);
+  const double acceleration = number(dictionary().require(0x60C5));
+  // Room to stop before a software limit.
+  const double low = number(dictionary().require(0x607D, 1)), high = number(dictionary().require(0x607D, 2));
+  if (low < high) {
+    const double room = std::max(0.0, velocity > 0.0 ? high - demand_ : demand_ - low);
+    const double fastest = std::sqrt(2.0 * acceleration * room);
+    if (std::abs(velocity) > fastest) {
+      limited_ = true;
+      velocity = std::copysign(fastest, velocity);
+    }
+  }
+  approach(velocity, acceleration, dt);
+}
+
+void Drive::takeSetPoint() noexcept {
+  if (acknowledged_)
+    return;
+  const double base = (last_word_ & kRelative) != 0 ? profile_target_ : 0.0;
+  const double target = limited(base + number(target_));
+  acknowledged_ = true;
+  const bool busy = reached_time_ == 0.0 && demand_ != profile_target_;
+  if (busy && (last_word_ & kImmediately) == 0) {
+    next_target_ = target;
+  } else {
+    profile_target_ = target;
+    reached_time_ = 0.0;
+  }
+}
+
+void Drive::profilePosition(double dt) noexcept {
+  if (demand_ == profile_target_ && next_target_) {
+    profile_target_ = *next_target_;
+    next_target_.reset();
+    acknowledged_ = (last_word_ & 0x10) != 0;
+    reached_time_ = 0.0;
+  }
+  const double way = profile_target_ - demand_;
+  const double deceleration = number(dictionary().require(0x6084));
+  const double most = std::min(number(dictionary().require(0x6081)), number(dictionary().require(0x607F)));
+  // So fast that the rest of the way suffices to stop, one step ahead.
+  const double rest = std::max(0.0, std::abs(way) - 0.5 * std::abs(demand_velocity_) * dt);
+  const double velocity = std::copysign(std::min(most, std::sqrt(2.0 * deceleration * rest)), way);
+  const bool slower = std::abs(velocity) < std::abs(demand_velocity_) || velocity * demand_velocity_ < 0.0;
+  approach(velocity, slower ? 1.2 * deceleration : number(dictionary().require(0x6083)), dt);
+  const double left = profile_target_ - demand_;
+  if (std::abs(left) <= 0.5 || (left * way < 0.0 && std::abs(left) < 10.0 * deceleration * dt * dt)) {
+    demand_ = profile_target_;
+    demand_velocity_ = 0.0;
+  }
+  const bool inside =
+      demand_ == profile_target_ && std::abs(position() - profile_target_) <= number(dictionary().require(0x6067));
+  reached_time_ = inside ? reached_time_ + dt : 0.0;
+}
+
+void Drive::homing(double dt) noexcept {
+  const double acceleration = number(dictionary().require(0x609A));
+  const double fast = number(dictionary().require(0x6099, 1)), slow = number(dictionary().require(0x6099, 2));
+  const std::int64_t method = dictionary().require(0x6098).value;
+  if (homing_ == Homing::kIdle || homing_ == Homing::kDone || homing_ == Homing::kError) {
+    slowDown(acceleration, dt);
+    return;
+  }
+  if (method == 35 || method == 37) {
+    homed();
+    return;
+  }
+  if (method == 33 || method == 34) {
+    approach(method == 33 ? -slow : slow, acceleration, dt);
+    const double resolution = number(dictionary().require(0x608F, 1));
+    const bool index = std::floor(motor_.position() / resolution) != std::floor(last_homing_position_ / resolution);
+    last_homing_position_ = motor_.position();
+    if (index)
+      homed();
+    return;
+  }
+  const double outward = method == 17 ? -1.0 : 1.0;
+  const bool pressed = method == 17 ? motor_.atLowEnd() : motor_.atHighEnd();
+  const double end = method == 17 ? spec_.motor.low : spec_.motor.high;
+  if (!std::isfinite(end)) {
+    homing_ = Homing::kError;
+  } else if (homing_ == Homing::kSearch) {
+    approach(outward * fast, acceleration, dt);
+    if (pressed) {
+      homing_ = Homing::kBackOff;
+      demand_ = position();
+      demand_velocity_ = 0.0;
+    }
+  } else {
+    approach(-outward * slow, acceleration, dt);
+    if (!pressed)
+      homed();
+  }
+}
+
+void Drive::homed() noexcept {
+  const double lag = demand_ - position();
+  zero_ = number(dictionary().require(0x607C)) - motor_.position();
+  demand_ = position() + lag;
+  profile_target_ = segment_start_ = segment_end_ = demand_;
+  homing_ = Homing::kDone;
+}
+
+}  // namespace tandem::sim::drives

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/drives/faults.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace tandem::sim::drives {
+namespace {
+
+constexpr std::array<std::string_view, kFaultKinds> kNames{
+    "off",          "stuck",        "garbage",          "wrong",         "slow",       "delayed",
+    "intermittent", "over_current", "over_temperature", "encoder_alarm", "frame_loss", "byte_flips",
+    "bus_off",      "babbling"};
+
+std::string allNames() {
+  std::string text;
+  for (const std::string_view one : kNames)
+    text += (text.empty() ? "" : ", ") + std::string(one);
+  return text;
+}
+
+FaultKind requireFault(const std::string& word) {
+  const auto kind = faultFromName(word);
+  if (!kind)
+    throw std::invalid_argument("fault '" + word + "', expected one of " + allNames());
+  return *kind;
+}
+
+double requireNumber(const std::string& word, const char* what) {
+  std::size_t used = 0;
+  double value = 0.0;
+  try {
+    value = std::stod(word, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used == 0 || used != word.size() || !std::isfinite(value))
+    throw std::invalid_argument(std::string(what) + " '" + word + "', expected a number");
+  return value;
+}
+
+std::uint8_t requireNode(std::istringstream& in) {
+  std::string word;
+  if (!(in >> word))
+    throw std::invalid_argument("expected a node id, 0 for the bus");
+  const double id = requireNumber(word, "node");
+  if (id < 0 || id > 127 || id != std::floor(id))
+    throw std::invalid_argument("node '" + word + "', expected 0 to 127");
+  return static_cast<std::uint8_t>(id);
+}
+
+void readInjection(std::istringstream& in, Injection& injection) {
+  std::string word;
+  injection.node = requireNode(in);
+  if (!(in >> word))
+    throw std::invalid_argument("expected a fault, one of " + allNames());
+  injection.kind = requireFault(word);
+  while (in >> word) {
+    if (word == "for") {
+      if (!(in >> word))
+        throw std::invalid_argument("expected a number of seconds after 'for'");
+      injection.duration = requireNumber(word, "duration");
+      if (injection.duration <= 0.0)
+        throw std::invalid_argument("duration '" + word + "', expected more than 0 s");
+    } else {
+      injection.value = requireNumber(word, "value");
+    }
+  }
+}
+
+}  // namespace
+
+std::string_view name(FaultKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
+
+std::optional<FaultKind> faultFromName(std::string_view name) {
+  const auto* found = std::ranges::find(kNames, name);
+  if (found == kNames.end())
+    return std::nullopt;
+  return static_cast<FaultKind>(found - kNames.begin());
+}
+
+FaultCommand parseFaultCommand(const std::string& line) {
+  std::istringstream in(line);
+  std::string word;
+  in >> word;
+  FaultCommand command;
+  if (word == "inject") {
+    command.kind = FaultCommand::Kind::kInject;
+    readInjection(in, command.injection);
+  } else if (word == "clear") {
+    command.kind = FaultCommand::Kind::kClear;
+    command.node = requireNode(in);
+    if (in >> word)
+      command.fault = requireFault(word);
+  } else if (word == "mark") {
+    command.kind = FaultCommand::Kind::kMark;
+  } else if (word != "state") {
+    throw std::invalid_argument("'" + word + "', expected inject, clear, state or mark");
+  }
+  if (in >> word)
+    throw std::invalid_argument("'" + word + "', expected nothing more");
+  return command;
+}
+
+}  // namespace tandem::sim::drives

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/drives/object_dictionary.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace tandem::sim::drives {
+namespace {
+
+ObjectAddress addressOf(const Entry& entry) noexcept { return entry.info.address; }
+
+}  // namespace
+
+std::int64_t Entry::decode(std::uint64_t raw) const noexcept {
+  if (bits() == 0)
+    return 0;
+  return isSigned(info.type) ? hal::canopen::signExtend(raw, bits())
+                             : static_cast<std::int64_t>(hal::canopen::lowBits(raw, bits()));
+}
+
+ObjectDictionary::ObjectDictionary(const Eds& eds, std::uint8_t node) : node_(node) {
+  for (const EdsObject& object : eds.objects)
+    entries_.push_back({object, 0, object.text});
+  reset(0, 0xFFFF);
+}
+
+Entry* ObjectDictionary::find(ObjectAddress address) noexcept {
+  const auto found = std::ranges::lower_bound(entries_, address, {}, addressOf);
+  return found != entries_.end() && found->info.address == address ? &*found : nullptr;
+}
+
+const Entry* ObjectDictionary::find(ObjectAddress address) const noexcept {
+  return const_cast<ObjectDictionary*>(this)->find(address);
+}
+
+bool ObjectDictionary::hasIndex(std::uint16_t index) const noexcept {
+  const auto found = std::ranges::lower_bound(entries_, ObjectAddress{index, 0}, {}, addressOf);
+  return found != entries_.end() && found->info.address.index == index;
+}
+
+Entry& ObjectDictionary::require(std::uint16_t index, std::uint8_t sub) {
+  Entry* entry = find({index, sub});
+  if (entry == nullptr || entry->size() == 0)
+    throw std::invalid_argument("the data sheet has no number " + describe(ObjectAddress{index, sub}));
+  return *entry;
+}
+
+void ObjectDictionary::reset(std::uint16_t first, std::uint16_t last) noexcept {
+  for (Entry& entry : entries_) {
+    if (entry.info.address.index >= first && entry.info.address.index <= last)
+      entry.value = entry.info.value + (entry.info.adds_node_id ? node_ : 0);
+  }
+}
+
+SdoAbort ObjectDictionary::missing(ObjectAddress address) const noexcept {
+  return hasIndex(address.index) ? SdoAbort::kNoSubIndex : SdoAbort::kNoObject;
+}
+
+SdoAbort ObjectDictionary::checkRead(ObjectAddress address) const noexcept {
+  const Entry* entry = find(address);
+  if (entry == nullptr)
+    return missing(address);
+  return entry->info.access == Access::kWriteOnly ? SdoAbort::kWriteOnly : SdoAbort::kNone;
+}
+
+SdoAbort ObjectDictionary::checkWrite(ObjectAddress address, std::span<const std::uint8_t> bytes) const noexcept {
+  const Entry* entry = find(address);
+  if (entry == nullptr)
+    return missing(address);
+  if (entry->info.access == Access::kReadOnly || entry->info.access == Access::kConstant || entry->size() == 0)
+    return SdoAbort::kReadOnly;
+  const auto size = static_cast<std::size_t>(entry->size());
+  if (bytes.size() != size)
+    return bytes.size() > size ? SdoAbort::kTooLong : SdoAbort::kTooShort;
+  const std::int64_t value = entry->decode(hal::canopen::fromBytes(bytes));
+  if (entry->info.high && value > *entry->info.high)
+    return SdoAbort::kValueTooHigh;
+  if (entry->info.low && value < *entry->info.low)
+    return SdoAbort::kValueTooLow;
+  return SdoAbort::kNone;
+}
+
+}  // namespace tandem::sim::drives

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The objects of one simulated device and their values. */
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/canopen/bytes.h"
+#include "sim/drives/eds.h"
+
+namespace tandem::sim::drives {
+
+using hal::canopen::SdoAbort;
+
+/** One object. Numbers are kept as 64-bit two's complement. */
+struct Entry {
+  EdsObject info;
+  std::int64_t value = 0;
+  std::string text;
+
+  int size() const noexcept { return sizeOf(info.type); }  ///< bytes; 0: a string
+  int bits() const noexcept { return 8 * size(); }
+  /// From the bits of the wire.
+  std::int64_t decode(std::uint64_t raw) const noexcept;
+  /// As on the wire: size() bytes count.
+  std::uint64_t raw() const noexcept { return static_cast<std::uint64_t>(value); }
+};
+
+/** Dictionary of a device. Its shape is fixed after construction: pointers to entries stay valid. */
+class ObjectDictionary {
+ public:
+  ObjectDictionary(const Eds& eds, std::uint8_t node);
+
+  Entry* find(ObjectAddress address) noexcept;
+  const Entry* find(ObjectAddress address) const noexcept;
+  bool hasIndex(std::uint16_t index) const noexcept;
+  /// @throw std::invalid_argument where the data sheet lacks the object, or it is a string.
+  Entry& require(std::uint16_t index, std::uint8_t sub = 0);
+  /// Default values of all objects with first <= index <= last.
+  void reset(std::uint16_t first, std::uint16_t last) noexcept;
+
+  /// Why this object cannot be read, kNone: it can.
+  SdoAbort checkRead(ObjectAddress address) const noexcept;
+  /// ... written with these bytes: existence, access, length, limits.
+  SdoAbort checkWrite(ObjectAddress address, std::span<const std::uint8_t> bytes) const noexcept;
+
+  std::vector<Entry>& entries() noexcept { return entries_; }
+
+ private:
+  SdoAbort missing(ObjectAddress address) const noexcept;
+
+  std::vector<Entry> entries_;  // sorted by address
+  std::uint8_t node_;
+};
+
+}  // namespace tandem::sim::drives

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The budgets that the fault matrix is judged by; times in ms, from the fault on."""
+import dataclasses
+
+PERIOD_MS = 4
+RAMP_MM_PER_S2 = 100     # stop_deceleration of a translation
+STAND_MS = 64            # from FAULT to standstill: 4 mm/s over the ramp is 40 ms, then the lag of the drives
+COAST_MS = 50            # more where a motor coasts: its drive cannot brake, or does not know where it is
+FOLLOWING_MM, FOLLOWING_MS, TOLERANCE_MM, SPEED_MM_PER_S = 0.5, 20, 0.2, 4
+FOLLOWING_DEG, SPEED_DEG_PER_S = 2.865, 17.19
+MARGIN_MS = 3 * PERIOD_MS  # frames of one cycle are judged in the next; the motor's own lag
+
+
+@dataclasses.dataclass
+class Device:
+    noticed: object  # None: ridden through
+    reason: str
+    lag_mm: float = 0.1   # an axis that is lost may be so far from where it was told to be, in addition
+    coasts: bool = False  # one motor has no brake any more
+    rarely: bool = False  # ridden through by some runs, stopped within the time above in others
+
+    def standing(self):
+        """From the fault to the last axis' standstill, ms."""
+        return self.noticed + STAND_MS + (COAST_MS if self.coasts else 0)
+
+    def travel(self, speed_mm_per_s):
+        """Longest way of a joint, mm: on at full speed until it is noticed, then the ramp."""
+        seconds = 1e-3 * (self.noticed + MARGIN_MS)
+        return speed_mm_per_s * seconds + speed_mm_per_s**2 / (2 * RAMP_MM_PER_S2) + self.lag_mm
+
+
+def at_once(coasts=False):
+    return Device(MARGIN_MS, "2 periods: statusword, emergency or reading", coasts=coasts)
+
+
+def silent(coasts=False):
+    return Device(30 + MARGIN_MS, "silent for 30 ms, 3 SYNCs at least", coasts=coasts)
+
+
+def mismatch():
+    return Device(1e3 * TOLERANCE_MM / SPEED_MM_PER_S + MARGIN_MS, "`tolerance` at this speed")
+
+
+def following(error=FOLLOWING_MM, speed=SPEED_MM_PER_S):
+    return Device(1e3 * error / speed + FOLLOWING_MS + MARGIN_MS + 20,
+                  "`following_error` at this speed, `following_time`, lag", lag_mm=0.5)
+
+
+def lossy():
+    return Device(2000, "the next frame comes 4 ms later, but two heartbeats in a row may be lost", rarely=True)
+
+
+def ridden(reason):
+    return Device(None, reason)
+
+
+DEVICES = {
+    ("drive", "off", 0): silent(coasts=True),
+    ("drive", "stuck", 0): following(),
+    ("drive, rotation", "stuck", 0): following(FOLLOWING_DEG, SPEED_DEG_PER_S),
+    ("drive", "garbage", 0): at_once(coasts=True),
+    ("drive", "wrong", 0): at_once(),
+    ("drive", "slow", 0.2): ridden("the joint is fast enough for this speed"),
+    ("drive", "slow", 0.001): following(),
+    ("drive", "delayed", 20): ridden("20 ms are 0.08 mm here, less than any window"),
+    ("drive", "delayed", 300): silent(),
+    ("drive", "intermittent", 200): silent(),
+    ("drive", "over_current", 0): at_once(coasts=True),
+    ("drive", "over_temperature", 0): at_once(),
+    ("drive", "encoder_alarm", 0): at_once(coasts=True),
+    ("drive", "frame_loss", 0.1): lossy(),
+    ("drive", "frame_loss", 1): silent(),
+    ("drive", "byte_flips", 0.1): Device(500, "the first flip that matters"),
+    ("drive", "babbling", 2000): ridden("11 % of 1 Mbit/s"),
+    ("encoder", "off", 0): silent(),
+    ("encoder", "stuck", 0): mismatch(),
+    ("encoder", "garbage", 0): at_once(),
+    ("encoder", "wrong", 50000): at_once(),
+    ("encoder", "delayed", 20): ridden("20 ms are 0.08 mm here, less than `tolerance`"),
+    ("encoder", "delayed", 300): silent(),
+    ("encoder", "intermittent", 200): silent(),
+    ("encoder", "encoder_alarm", 0): at_once(),
+    ("encoder", "frame_loss", 0.1): lossy(),
+    ("encoder", "frame_loss", 1): silent(),
+    ("encoder", "byte_flips", 0.1): Device(500, "the first flip that matters"),
+    ("encoder", "babbling", 2000): ridden("11 % of 1 Mbit/s"),
+    ("bus", "off", 0): silent(coasts=True),
+    ("bus", "frame_loss", 0.1): lossy(),
+    ("bus", "frame_loss", 1): silent(),
+    ("bus", "bus_off", 0): at_once(),
+}
+
+
+@dataclasses.dataclass
+class Process:
+    reason: str
+    periods: float = 0.0  # of control
+    least_ms: float = 0.0
+    heartbeats: float = 0.0  # share of drive_heartbeat
+
+    def noticed_ms(self, control_period, drive_heartbeat_ms):
+        return max(1e3 * self.periods * control_period, self.least_ms) + self.heartbeats * drive_heartbeat_ms
+
+
+PROCESSES = {
+    "control": Process("age of a command: 3 control periods", periods=3),
+    "planning": Process("age of a reference: 250 ms, then 2 control periods", least_ms=350),
+    "hal": Process("deadline of the command PDO: half of `drive_heartbeat`", heartbeats=0.5),
+}

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Every fault of tandem-drive-sim's vocabulary on a drive, an encoder and the bus of a moving arm: how long
+ * until the HAL notices, what it does, until when which axes move. Prints JSON; tests/fault/matrix/matrix_test.py
+ * judges it.
+ *
+ * Two arms on two simulated buses in simulated time: what is measured is the HAL's answer, not this machine's load. */
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/hal_robot/robot_fixture.h"
+
+namespace tandem::hal::test {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Speeds of the arm that is hurt, m/s and rad/s, and of the other one.
+constexpr double kTranslation = 4e-3, kRotation = 0.3, kShare = 0.25;
+/// Slower than this counts as standing, m/s and rad/s.
+constexpr double kStill = 2e-5, kStillRotation = 2e-3;
+constexpr int kRuns = 5;  ///< each fault, at different moments of a control period
+constexpr int kDrive = 2, kRotationDrive = 5, kEncoder = 18, kBus = 0;
+
+struct Case {
+  const char* where;
+  int node;
+  FaultKind kind;
+  double value;
+};
+
+constexpr Case kCases[] = {
+    {"drive", kDrive, FaultKind::kOff, 0},
+    {"drive", kDrive, FaultKind::kStuck, 0},
+    {"drive, rotation", kRotationDrive, FaultKind::kStuck, 0},
+    {"drive", kDrive, FaultKind::kGarbage, 0},
+    {"drive", kDrive, FaultKind::kWrong, 0},
+    {"drive", kDrive, FaultKind::kSlow, 0.2},
+    {"drive", kDrive, FaultKind::kSlow, 0.001},
+    {"drive", kDrive, FaultKind::kDelayed, 20},
+    {"drive", kDrive, FaultKind::kDelayed, 300},
+    {"drive", kDrive, FaultKind::kIntermittent, 200},
+    {"drive", kDrive, FaultKind::kOverCurrent, 0},
+    {"drive", kDrive, FaultKind::kOverTemperature, 0},
+    {"drive", kDrive, FaultKind::kEncoderAlarm, 0},
+    {"drive", kDrive, FaultKind::kFrameLoss, 0.1},
+    {"drive", kDrive, FaultKind::kFrameLoss, 1},
+    {"drive", kDrive, FaultKind::kByteFlips, 0.1},
+    {"drive", kDrive, FaultKind::kBabbling, 2000},
+    {"encoder", kEncoder, FaultKind::kOff, 0},
+    {"encoder", kEncoder, FaultKind::kStuck, 0},
+    {"encoder", kEncoder, FaultKind::kGarbage, 0},
+    {"encoder", kEncoder, FaultKind::kWrong, 50000},
+    {"encoder", kEncoder, FaultKind::kDelayed, 20},
+    {"encoder", kEncoder, FaultKind::kDelayed, 300},
+    {"encoder", kEncoder, FaultKind::kIntermittent, 200},
+    {"encoder", kEncoder, FaultKind::kEncoderAlarm, 0},
+    {"encoder", kEncoder, FaultKind::kFrameLoss, 0.1},
+    {"encoder", kEncoder, FaultKind::kFrameLoss, 1},
+    {"encoder", kEncoder, FaultKind::kByteFlips, 0.1},
+    {"encoder", kEncoder, FaultKind::kBabbling, 2000},
+    {"bus", kBus, FaultKind::kOff, 0},
+    {"bus", kBus, FaultKind::kFrameLoss, 0.1},
+    {"bus", kBus, FaultKind::kFrameLoss, 1},
+    {"bus", kBus, FaultKind::kBusOff, 0},
+};
+
+/** One arm's motors, in SI. */
+struct Motors {
+  System& system;
+  int arm;
+
+  double scale(int joint) const { return AxisUnits(system.robot->arm(arm).axis(joint).config().gearing).scale(); }
+  ArmVector position() const {
+    ArmVector q(6);
+    for (int j = 0; j < 6; ++j)
+      q[j] = scale(j) * system.drive(arm, j).motor().position();
+    return q;
+  }
+  int moving() const {
+    int count = 0;
+    for (int j = 0; j < 6; ++j) {
+      const double speed = std::abs(scale(j) * system.drive(arm, j).motor().velocity());
+      count += speed > (j < 3 ? kStill : kStillRotation) ? 1 : 0;
+    }
+    return count;
+  }
+};
+
+double milliseconds(std::int64_t time) { return time < 0 ? -1.0 : 1e-6 * static_cast<double>(time); }
+
+/// What happens after the injection, until 2 s later.
+struct Story {
+  std::int64_t begin = 0;
+  std::int64_t noticed = -1, standing = -1;  ///< ns after the beginning
+  GuardMask guards = 0;
+  double violation = -1.0;  ///< of equation (1) and the boxes by the true joints, m or rad
+
+  void watch(System& system, const Motors& hurt) {
+    const std::int64_t passed = system.now - begin;
+    if (noticed < 0 && system.robot->state(0) == OperatingState::kFault)
+      noticed = passed;
+    if (hurt.moving() > 0)
+      standing = -1;
+    else if (standing < 0)
+      standing = passed;
+    violation = std::max(violation, safety::largestViolation(system.config.arms[0].limits, system.truth(0)));
+  }
+};
+
+std::string statesOf(System& system) {
+  std::map<std::string, int> states;
+  for (int j = 0; j < 6; ++j)
+    ++states[std::string(name(system.drive(0, j).state()))];
+  std::string text;
+  for (const auto& [state, count] : states)
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + state;
+  return text;
+}
+
+Json measure(const Case& fault, int run) {
+  System system;
+  if (!system.boot() || !system.enable())
+    throw std::runtime_error("the arms do not come up\n" + system.story());
+  ArmVector v(6);
+  v << kTranslation, kTranslation, kTranslation, kRotation, kRotation, kRotation;
+  system.move(0, v);
+  system.move(1, kShare * v);
+  system.run(0.5 + 0.1 / kRuns * run);
+  if (!system.all(OperatingState::kEnabled))
+    throw std::runtime_error("an arm stops by itself\n" + system.story());
+  const Motors hurt{system, 0}, other{system, 1};
+  const ArmVector before = hurt.position();
+  Story story;
+  story.begin = system.now;
+  system.events.clear();
+  system.after_period = [&] { story.watch(system, hurt); };
+  if (!system.inject(0, fault.kind, fault.node, fault.value))
+    throw std::runtime_error("the fault cannot be injected");
+  system.run(2.0);
+  for (const HardwareEvent& event : system.events)
+    story.guards |= event.kind == HardwareEvent::Kind::kGuard && event.arm == 0 ? event.guards : 0;
+  const ArmVector way = (hurt.position() - before).cwiseAbs();
+  return {{"noticed_ms", milliseconds(story.noticed)},
+          {"standing_ms", milliseconds(story.standing)},
+          {"travel_mm", 1e3 * way.head(3).maxCoeff()},
+          {"travel_deg", way.tail(3).maxCoeff() * 180.0 / M_PI},
+          {"violation_mm", 1e3 * std::max(0.0, story.violation)},
+          {"guards", describeGuards(story.guards)},
+          {"faults", safety::describeFaults(system.robot->faults(0))},
+          {"cause", safety::describe(system.robot->faultRecord(0), 6)},
+          {"state", system.robot->state(0) == OperatingState::kFault ? "FAULT" : "ENABLED"},
+          {"other_state", system.robot->state(1) == OperatingState::kEnabled ? "ENABLED" : "FAULT"},
+          {"moving", hurt.moving()},
+          {"other_moving", other.moving()},
+          {"drives", statesOf(system)}};
+}
+
+}  // namespace
+}  // namespace tandem::hal::test
+
+int main() {
+  using namespace tandem::hal::test;
+  try {
+    const auto hardware = presetHardware();
+    Json all{{"period_ms", 1e3 * hardware.period},
+             {"speed_mm_per_s", 1e3 * kTranslation},
+             {"speed_deg_per_s", kRotation * 180.0 / M_PI},
+             {"runs", kRuns},
+             {"rows", Json::array()}};
+    for (const Case& fault : kCases) {
+      Json row{{"where", fault.where}, {"fault", name(fault.kind)}, {"value", fault.value}, {"runs", Json::array()}};
+      for (int run = 0; run < kRuns; ++run)
+        row["runs"].push_back(measure(fault, run));
+      all["rows"].push_back(row);
+    }
+    std::cout << all.dump(1) << '\n';
+  } catch (const std::exception& error) {
+    std::cerr << "device_faults: " << error.what() << '\n';
+    return 1;
+  }
+  return 0;
+}

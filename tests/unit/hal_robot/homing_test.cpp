@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot_fixture.h"
+
+#include "tests/unit/safety/allocation_counter.h"
+#include "tests/unit/safety/random_arm.h"
+
+namespace tandem::hal::test {
+namespace {
+
+/// Linear stages of arm A search their negative limit switch; all else keeps its absolute encoder.
+HardwareConfig homingHardware() {
+  HardwareConfig config = presetHardware();
+  constexpr double kHome[] = {-0.4, -0.3, -0.19};
+  for (AxisConfig& axis : config.axes) {
+    if (axis.arm != 0 || !axis.translation)
+      continue;
+    axis.reference = PositionReference::kHoming;
+    axis.encoder.reset();
+    axis.homing.method = 17;
+    axis.homing.fast = 0.02;
+    axis.homing.slow = 0.002;
+    axis.homing.acceleration = 0.2;
+    axis.homing.position = kHome[axis.joint];
+    axis.homing.budget = 60.0;
+  }
+  return config;
+}
+
+/// Position of a homing axis in truth: the simulated motor stands at counts of the joint's own gearing.
+double carriage(System& system, int joint) {
+  const AxisConfig& axis = system.config.axes[static_cast<std::size_t>(joint)];
+  return AxisUnits(axis.gearing).scale() * system.drive(0, joint).motor().position() + axis.gearing.offset;
+}
+
+TEST(Homing, TellsThatItIsNeededAndNothingIsEnabledBefore) {
+  System system(homingHardware());
+  EXPECT_FALSE(system.boot());
+  EXPECT_FALSE(system.robot->arm(0).homed());
+  EXPECT_FALSE(system.robot->valid(0));
+  EXPECT_TRUE(system.robot->arm(1).homed());
+  system.request(DriveRequest::kEnable);
+  system.run(1.0);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kDisabled);
+  EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
+}
+
+TEST(Homing, CarriagesKeepEquationOneOnTheWay) {
+  System system(homingHardware());
+  system.boot();
+  const safety::ArmLimits& limits = system.config.arms[0].limits;
+  ArmVector q = ArmVector::Zero(6);
+  for (int j = 0; j < 3; ++j)
+    q[j] = carriage(system, j);
+  ASSERT_LE(safety::largestViolation(limits, q), 0.0) << "the simulated start has to be a good one";
+  double worst = -1.0;
+  system.after_period = [&] {
+    for (int j = 0; j < 3; ++j)
+      q[j] = carriage(system, j);
+    for (const safety::LinearRow& row : limits.rows)
+      worst = std::max(worst, safety::rowValue(row, q) - row.b);
+  };
+  ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
+  EXPECT_EQ(answer, ArmHardware::HomingAnswer::kRunning);
+  for (int i = 0; i < 1000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
+    system.run(0.1);
+    answer = system.robot->home(0, system.now);
+  }
+  ASSERT_EQ(answer, ArmHardware::HomingAnswer::kDone) << system.story();
+  EXPECT_LE(worst, 0.1e-3);
+  EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
+  for (int j = 0; j < 3; ++j)
+    EXPECT_NEAR(system.robot->position(0)[j], carriage(system, j), 0.5e-3);
+  ASSERT_TRUE(system.enable()) << system.story();
+}
+
+TEST(Homing, WhoeverLetsGoStopsIt) {
+  System system(homingHardware());
+  system.boot();
+  ASSERT_EQ(system.robot->home(0, system.now), ArmHardware::HomingAnswer::kRunning);
+  system.run(0.9);
+  EXPECT_TRUE(system.robot->arm(0).homing());
+  system.run(0.8);
+  EXPECT_FALSE(system.robot->arm(0).homing());
+  const double before = carriage(system, 0);
+  system.run(1.0);
+  EXPECT_NEAR(carriage(system, 0), before, 1e-6);
+  EXPECT_FALSE(system.robot->arm(0).homed());
+}
+
+TEST(Homing, OneAxisThatFailsStopsItsGroup) {
+  System system(homingHardware());
+  system.boot();
+  system.robot->home(0, system.now);
+  system.run(0.8);
+  ASSERT_TRUE(system.robot->arm(0).homing());
+  ASSERT_TRUE(system.inject(0, FaultKind::kOverCurrent, 2));
+  EXPECT_TRUE(system.until(0.5, [&] { return !system.robot->arm(0).homing(); })) << system.story();
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+  system.run(0.3);
+  const double first = carriage(system, 0), last = carriage(system, 2);
+  system.run(1.0);
+  EXPECT_NEAR(carriage(system, 0), first, 1e-6);
+  EXPECT_NEAR(carriage(system, 2), last, 1e-6);
+}
+
+TEST(CyclicVelocity, HoldsItsPlaceAndFollows) {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes)
+    axis.mode = axis.translation ? DriveMode::kCyclicVelocity : DriveMode::kCyclicPosition;
+  System system(config);
+  ASSERT_TRUE(system.boot()) << system.story();
+  ASSERT_TRUE(system.enable()) << system.story();
+  const ArmVector start = system.truth(0);
+  system.run(1.0);
+  EXPECT_LE((system.truth(0) - start).cwiseAbs().maxCoeff(), 2e-6);
+  ArmVector v = ArmVector::Zero(6);
+  v.head(3).setConstant(2e-3);
+  system.move(0, v);
+  system.run(2.0);
+  system.hold();
+  system.run(2.0);
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+  for (int j = 0; j < 3; ++j)
+    EXPECT_NEAR(system.truth(0)[j], system.robot->setpoint(0)[j], 5e-6);
+}
+
+TEST(PeriodicPath, AllocatesNothing) {
+  if (!tandem::test::canCountAllocations())
+    GTEST_SKIP() << "sanitizers bring their own allocator";
+  System system;
+  std::size_t allocations = 0;
+  const auto counted = [&](double seconds) {
+    const std::int64_t end = system.now + static_cast<std::int64_t>(1e9 * seconds);
+    while (system.now < end) {
+      const bool alive = std::exchange(system.hal_alive, false);
+      system.period();  // the drives alone
+      system.hal_alive = alive;
+      const std::size_t before = tandem::test::allocationCount();
+      if (system.now - system.last_command >= 100 * kMillisecond) {
+        system.last_command = system.now;
+        system.send();
+      }
+      system.robot->step(system.now);
+      HardwareEvent event;
+      while (system.robot->nextEvent(event)) {
+      }
+      allocations += tandem::test::allocationCount() - before;
+    }
+  };
+  system.robot->start(system.now);
+  counted(2.0);
+  ASSERT_TRUE(system.allHomed());
+  system.request(DriveRequest::kEnable);
+  counted(1.0);
+  ASSERT_TRUE(system.all(OperatingState::kEnabled));
+  system.request(DriveRequest::kKeep);
+  ArmVector v = ArmVector::Constant(6, 1e-3);
+  system.move(0, v);
+  counted(1.0);
+  ASSERT_TRUE(system.inject(0, FaultKind::kOff, 2, 0.0, 0.5));
+  counted(1.0);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+  system.hold();
+  system.request(DriveRequest::kDisable);
+  counted(4.0);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kDisabled);
+  EXPECT_EQ(allocations, 0u);
+}
+
+}  // namespace
+}  // namespace tandem::hal::test

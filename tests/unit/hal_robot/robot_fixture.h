@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A robot of two arms on two simulated buses, under a commander that behaves, in simulated time. */
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "config/config.h"
+#include "hal/can/virtual_bus.h"
+#include "hal/robot_hardware.h"
+#include "services/drive_sim/bus_spec.h"
+#include "sim/drives/drive_bus.h"
+
+namespace tandem::hal::test {
+
+using safety::ArmVector;
+using safety::DriveRequest;
+using safety::Fault;
+using safety::OperatingState;
+using sim::drives::FaultKind;
+
+inline constexpr std::int64_t kMillisecond = 1'000'000;
+
+inline HardwareConfig presetHardware() {
+  HardwareConfig config =
+      config::loadHardware(std::filesystem::path(TANDEM_SOURCE) / "config/presets/hardware/ark2024-two-buses.yaml");
+  config.feedback_budget = HardwareConfig{}.feedback_budget;  // simulated time is never late
+  for (AxisConfig& axis : config.axes) {
+    axis.following_error = axis.translation ? 0.5e-3 : 0.05;
+    axis.following_time = 0.02;
+    axis.encoder->tolerance = axis.translation ? 0.2e-3 : 0.02;
+  }
+  return config;
+}
+
+/** One wire with its drives, and the HAL's port on it. */
+struct Wire {
+  Wire(const HardwareConfig& hardware, int index, std::int64_t now)
+      : master(bus.join("hal")), slaves(bus.join("drives")) {
+    bus.now = now;
+    sim::drives::BusSpec spec;
+    service::addNodes(hardware, hardware.buses[static_cast<std::size_t>(index)].name, spec);
+    drives = std::make_unique<sim::drives::DriveBus>(slaves, spec, now);
+  }
+  can::VirtualBus bus;
+  can::VirtualBus::Port& master;
+  can::VirtualBus::Port& slaves;
+  std::unique_ptr<sim::drives::DriveBus> drives;
+};
+
+/** Drives, HAL and commander in lock-step. */
+class System {
+ public:
+  static constexpr double kControlPeriod = 0.1;
+
+  explicit System(const HardwareConfig& hardware = presetHardware()) : config(hardware) {
+    std::vector<can::Bus*> buses;
+    for (int b = 0; b < static_cast<int>(config.buses.size()); ++b) {
+      wires.push_back(std::make_unique<Wire>(config, b, now));
+      buses.push_back(&wires.back()->master);
+    }
+    RobotOptions options;
+    options.control_period = kControlPeriod;
+    robot = std::make_unique<RobotHardware>(config, buses, options);
+  }
+
+  /// One period of the bus: drives every millisecond, the HAL at the end, the commander every control period.
+  void period() {
+    const auto ticks = static_cast<int>(std::lround(1e3 * config.period));
+    for (int i = 0; i < ticks; ++i) {
+      now += kMillisecond;
+      for (auto& wire : wires) {
+        wire->bus.now = now;
+        wire->drives->poll(now);
+      }
+    }
+    if (!hal_alive)
+      return;
+    if (commanding && now - last_command >= static_cast<std::int64_t>(1e9 * kControlPeriod)) {
+      last_command = now;
+      send();
+    }
+    robot->step(now);
+    while (robot->nextEvent(event))
+      events.push_back(event);
+    if (after_period)
+      after_period();
+  }
+  void run(double seconds) {
+    const std::int64_t end = now + static_cast<std::int64_t>(1e9 * seconds);
+    while (now < end)
+      period();
+  }
+  /// Runs until the condition holds. @return whether it did within so many s.
+  bool until(double seconds, const std::function<bool()>& condition) {
+    const std::int64_t end = now + static_cast<std::int64_t>(1e9 * seconds);
+    while (!condition()) {
+      if (now >= end)
+        return false;
+      period();
+    }
+    return true;
+  }
+
+  bool boot() {
+    robot->start(now);
+    return until(5.0, [this] { return allHomed(); });
+  }
+  bool allHomed() const {
+    for (int a = 0; a < robot->armCount(); ++a) {
+      if (!robot->arm(a).homed())
+        return false;
+    }
+    return true;
+  }
+  bool all(OperatingState state) const {
+    for (int a = 0; a < robot->armCount(); ++a) {
+      if (robot->state(a) != state)
+        return false;
+    }
+    return true;
+  }
+  bool enable() {
+    request(DriveRequest::kEnable);
+    const bool done = until(3.0, [this] { return all(OperatingState::kEnabled); });
+    request(DriveRequest::kKeep);
+    return done;
+  }
+  void request(DriveRequest what) { command.request.fill(what); }
+  /// From now on all joints of the arm move at these speeds, in every command.
+  void move(int arm, const ArmVector& speed) { speeds[static_cast<std::size_t>(arm)] = speed; }
+  void hold() { speeds = {}; }
+
+  void send() {
+    command.head.session = 7;
+    command.head.sequence = ++sequence;
+    command.head.age = 0.0;
+    command.head.arm_count = robot->armCount();
+    for (int a = 0; a < robot->armCount(); ++a) {
+      const auto i = static_cast<std::size_t>(a);
+      const bool moving = speeds[i].size() != 0;
+      command.moving[i] = moving;
+      for (int j = 0; j < robot->jointCount(a); ++j) {
+        const auto k = static_cast<std::size_t>(a * safety::kMaxJointsPerArm + j);
+        command.velocity[k] = moving ? speeds[i][j] : 0.0;
+        command.position[k] = robot->setpoint(a)[j] + kControlPeriod * command.velocity[k];
+      }
+    }
+    accepted = robot->command(command, now);
+  }
+
+  bool inject(int bus, FaultKind kind, int node, double value = 0.0, double duration = 0.0) {
+    return wires[static_cast<std::size_t>(bus)]->drives->inject(
+        {kind, static_cast<std::uint8_t>(node), value, duration});
+  }
+  sim::drives::Drive& drive(int arm, int joint) {
+    return *wires[static_cast<std::size_t>(arm)]->drives->drives()[static_cast<std::size_t>(joint)];
+  }
+  /// Where the joint really is, m or rad: by the encoder's gearing, whatever drive and HAL believe.
+  double truth(int arm, int joint) {
+    auto& encoder = *wires[static_cast<std::size_t>(arm)]->drives->encoders()[static_cast<std::size_t>(joint)];
+    const AxisConfig& axis = robot->arm(arm).axis(joint).config();
+    return AxisUnits(axis.encoder->gearing).toJoint(static_cast<std::int32_t>(std::lround(encoder.position())));
+  }
+  ArmVector truth(int arm) {
+    ArmVector q(robot->jointCount(arm));
+    for (int j = 0; j < robot->jointCount(arm); ++j)
+      q[j] = truth(arm, j);
+    return q;
+  }
+  std::uint64_t guardCount(HardwareGuard guard) const { return robot->hardwareGuards()[guard].count; }
+  std::string story() const {
+    std::string text;
+    for (const HardwareEvent& e : events)
+      text += "kind " + std::to_string(static_cast<int>(e.kind)) + " arm " + std::to_string(e.arm) + " joint " +
+              std::to_string(e.joint) + " code " + std::to_string(e.code) + " guards " + describeGuards(e.guards) +
+              " reason " + std::to_string(static_cast<int>(e.failure.reason)) + " step " +
+              std::to_string(e.failure.step) + "\n";
+    return text;
+  }
+
+  HardwareConfig config;
+  std::int64_t now = 1'000'000'000;
+  std::vector<std::unique_ptr<Wire>> wires;
+  std::unique_ptr<RobotHardware> robot;
+  safety::RobotCommand command;
+  std::array<ArmVector, safety::kMaxArms> speeds;
+  std::uint64_t sequence = 0;
+  std::int64_t last_command = 0;
+  bool commanding = true;
+  bool hal_alive = true;
+  bool accepted = false;
+  std::vector<HardwareEvent> events;
+  HardwareEvent event;
+  std::function<void()> after_period;
+};
+
+}  // namespace tandem::hal::test
