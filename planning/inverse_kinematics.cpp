@@ -243,9 +243,9 @@ void InverseKinematics::improve(Search& search, const safety::RobotVector& start
   }
 }
 
-std::vector<safety::RobotVector> InverseKinematics::starts(const PoseProblem& problem) const {
+std::vector<safety::RobotVector> InverseKinematics::starts(const PoseProblem& problem, std::uint64_t seed) const {
   std::vector<safety::RobotVector> result(at(options_.starts), problem.reference);
-  std::mt19937_64 engine(options_.seed);
+  std::mt19937_64 engine(seed);
   for (int arm = 0; arm < arms_.count(); ++arm) {
     const TipTarget* target = nullptr;
     for (const TipTarget& t : problem.targets)
@@ -329,7 +329,9 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
                                   const safety::RobotVector& reference,
                                   const std::vector<kinematics::Branch>& branches,
                                   bool keep_relative) const {
-  constexpr double kAside = 0.05;  // rad, out of a plane
+  constexpr double kAside = 0.05;   // rad, out of a plane
+  constexpr double kAlmost = 1e-3;  // m
+  constexpr int kBatches = 4;
   Search search;
   search.best.q = reference;
   bool valid = reference.size() == arms_.jointCount() && reference.allFinite() && !targets.empty();
@@ -359,8 +361,11 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
     attempt(search, aside);
   if (!search.reached)
     improve(search, aside);
-  if (!search.reached && !options_.local) {
-    for (const safety::RobotVector& other : starts(search.problem)) {
+  // A nearest pose that is almost the pose itself is worth more starts.
+  for (int batch = 0; batch < kBatches && !search.reached && !options_.local; ++batch) {
+    if (batch > 0 && !(search.best.largestError() < kAlmost))
+      break;
+    for (const safety::RobotVector& other : starts(search.problem, options_.seed + static_cast<std::uint64_t>(batch))) {
       if (search.reached || cancelled())
         break;
       improve(search, other);

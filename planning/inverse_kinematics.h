@@ -31,7 +31,7 @@ std::string_view name(Reach reach);
 
 struct IkOptions {
   Demands demands;                  ///< none by default
-  double tolerance = 1e-7;          ///< of a tip, m; directions are good to 1e-6 rad
+  double tolerance = 5e-7;          ///< of a tip, m; directions are good to 1e-6 rad
   int starts = 12;                  ///< besides the reference
   int candidates = 600;             ///< random joints that the starts are chosen from
   int max_iterations = 120;         ///< of Ipopt, a programme
@@ -86,7 +86,7 @@ class InverseKinematics {
 
  private:
   struct Search;
-  std::vector<safety::RobotVector> starts(const PoseProblem& problem) const;
+  std::vector<safety::RobotVector> starts(const PoseProblem& problem, std::uint64_t seed) const;
   void attempt(Search& search, const safety::RobotVector& start) const;
   bool take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const;
   void improve(Search& search, const safety::RobotVector& start) const;

@@ -16,8 +16,9 @@ int main(int argc, char** argv) {
       "Every subcommand has --help.");
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
-  for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerFk,
-                         registerSolve, registerStability, registerWorkspace, registerValidate, registerSchema}) {
+  for (Register* part :
+       {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerFk, registerSolve,
+        registerStability, registerWorkspace, registerPlan, registerValidate, registerSchema}) {
     part(app, exit_code);
   }
   try {
