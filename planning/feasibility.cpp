@@ -61,20 +61,18 @@ class Walker {
       : arms_(arms),
         spec_(spec),
         options_(options),
-        near_(arms, local(options.ik, options.accept)),
+        near_(arms, local(options)),
         far_(arms, tolerant(options.ik, options.accept)),
         branches_(std::move(start.branches)) {}
 
   PointReport step(int number, const TrajectoryPoint& point, const safety::RobotVector& q) {
     const std::vector<TipTarget> targets{{spec_.arm, point.tip, {}}, {spec_.other_arm, point.tip - point.relative, {}}};
     IkAnswer answer = near_.solve(targets, q, branches_, true);
-    if (answer.reach == Reach::kReached && jumps(q, answer.q)) {
-      answer.reach = Reach::kReconfiguration;
-    } else if (answer.reach != Reach::kReached && answer.reach != Reach::kCancelled && !followsKnownEdge(answer)) {
+    if (answer.reach != Reach::kReached && answer.reach != Reach::kCancelled && !followsKnownEdge(answer)) {
       IkAnswer elsewhere = far_.solve(targets, q, {}, true);
       if (elsewhere.reach == Reach::kReached && !jumps(q, elsewhere.q))
         answer = elsewhere;
-      else if (elsewhere.reach == Reach::kReached)
+      else if (elsewhere.reach == Reach::kReached && !demanded(answer.reach))
         answer.reach = Reach::kReconfiguration;
       else if (answer.tips.empty())
         answer = elsewhere;
@@ -96,12 +94,22 @@ class Walker {
     ik.tolerance = std::min(ik.tolerance, accept);
     return ik;
   }
-  static IkOptions local(IkOptions ik, double accept) {
+  static IkOptions local(const FeasibilityOptions& options) {
+    IkOptions ik = tolerant(options.ik, options.accept);
     ik.local = true;
-    return tolerant(std::move(ik), accept);
+    ik.translation_trust = options.translation_jump;
+    ik.rotation_trust = options.rotation_jump;
+    return ik;
   }
   /// Whether the last point could not be had for the same reason: then everywhere has just been searched.
-  bool followsKnownEdge(const IkAnswer& answer) const { return edge_ == answer.reach && !answer.tips.empty(); }
+  bool followsKnownEdge(const IkAnswer& answer) const {
+    constexpr double kFar = 3e-3;  // m: nearer ones are looked for again
+    return edge_ == answer.reach && !answer.tips.empty() && answer.largestError() > kFar;
+  }
+  /// Whether it is a demand that stands in the way, and not the joints.
+  static bool demanded(Reach reach) {
+    return reach == Reach::kUnstable || reach == Reach::kArmsTouch || reach == Reach::kPort;
+  }
 
   bool jumps(const safety::RobotVector& from, const safety::RobotVector& to) const {
     for (int j = 0; j < from.size(); ++j) {

@@ -20,7 +20,7 @@ struct PointReport {
   Eigen::Vector3d tip;          ///< there, m
   double error = 0.0;           ///< of the tip, m
   double relative_error = 0.0;  ///< m
-  double stability = 1.0, clearance = 0.0;
+  double stability = 1.0, clearance = safety::kUnlimited;  ///< as IkAnswer's
 };
 
 struct FeasibilityReport {
@@ -38,9 +38,8 @@ struct FeasibilityReport {
 struct FeasibilityOptions {
   IkOptions ik;
   double accept = 1e-5;  ///< m: points nearer than this are reached
-  /// Joints may move by this much more than the tip's way asks for from one point to the next, m and rad; farther is
-  /// another configuration of the arm.
-  double translation_jump = 0.02, rotation_jump = 1.0;
+  /// Joints may move by this much from one point to the next, m and rad; farther is another configuration of the arm.
+  double translation_jump = 0.02, rotation_jump = 1.5;
   std::function<void(int point, int points)> progress;  ///< may be empty
 };
 

@@ -5,9 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
-
-#include "kinematics/rigid_model.h"
 
 namespace tandem::planning {
 namespace {
@@ -23,20 +20,6 @@ std::string format(const char* pattern, double value) {
   char text[96];
   std::snprintf(text, sizeof text, pattern, value);
   return text;
-}
-
-/// Turns rotations that have no limit by whole turns toward the reference.
-void unwind(const Arms& arms, const safety::RobotVector& reference, safety::RobotVector& q) {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  for (int arm = 0; arm < arms.count(); ++arm) {
-    const auto& joints = arms.limits[at(arm)]->joints;
-    for (int j = arms.size(arm) / 2; j < arms.size(arm); ++j) {
-      const int k = arms.offset(arm) + j;
-      const double turns = kTurn * std::round((reference[k] - q[k]) / kTurn);
-      if (q[k] + turns >= joints[at(j)].lower && q[k] + turns <= joints[at(j)].upper)
-        q[k] += turns;
-    }
-  }
 }
 
 std::string label(int arm) { return std::string("arm ") + static_cast<char>('a' + arm); }
@@ -143,6 +126,9 @@ bool InverseKinematics::take(Search& search, const PoseProblem& problem, const P
       case ConstraintName::Kind::kRow:
         inside = inside && value <= 1e-8;
         break;
+      case ConstraintName::Kind::kRelative:
+        inside = inside && std::abs(value) <= 1e-4;  // 1e-6 m
+        break;
       case ConstraintName::Kind::kStability:
         if (value < -kSlack || answer.stability <= 0.0)
           needed.stability = options_.demands.stability, reach = Reach::kUnstable;
@@ -243,50 +229,6 @@ void InverseKinematics::improve(Search& search, const safety::RobotVector& start
   }
 }
 
-std::vector<safety::RobotVector> InverseKinematics::starts(const PoseProblem& problem, std::uint64_t seed) const {
-  std::vector<safety::RobotVector> result(at(options_.starts), problem.reference);
-  std::mt19937_64 engine(seed);
-  for (int arm = 0; arm < arms_.count(); ++arm) {
-    const TipTarget* target = nullptr;
-    for (const TipTarget& t : problem.targets)
-      target = t.arm == arm ? &t : target;
-    const kinematics::RigidModel model(arms_.models[at(arm)]->arm());  // the elastic one is not far from it
-    const Eigen::Isometry3d base = model.arm().base;
-    const JointSampler& sampler = samplers_[at(arm)];
-    const bool turns = sampler.turnsFreely();
-    const int n = arms_.size(arm) / 2, batch = std::max(1, options_.candidates / std::max(1, options_.starts));
-    std::vector<std::pair<double, safety::ArmVector>> chosen;
-    for (int k = 0; target != nullptr && k < options_.starts; ++k) {
-      chosen.emplace_back(std::numeric_limits<double>::infinity(), sampler.random(engine));
-      for (int i = 0; i < batch; ++i) {
-        safety::ArmVector q = sampler.random(engine);
-        kinematics::Tip tip;
-        if (model.tip(q, tip) != kinematics::ModelStatus::kOk)
-          continue;
-        Eigen::Isometry3d pose = tip.pose;
-        if (turns) {  // the whole arm turned so that the tip is over the target
-          const Eigen::Vector3d is = base.inverse() * Eigen::Vector3d(pose.translation());
-          const Eigen::Vector3d wanted = base.inverse() * target->position;
-          const double angle = std::atan2(wanted.y(), wanted.x()) - std::atan2(is.y(), is.x());
-          q.tail(n).array() += angle;
-          pose = base * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * base.inverse() * pose;
-        }
-        double distance = (pose.translation() - target->position).norm();
-        if (target->direction)
-          distance += 0.05 * (pose.linear().col(2) - *target->direction).norm();
-        if (distance < chosen.back().first)
-          chosen.back() = {distance, q};
-      }
-    }
-    std::stable_sort(chosen.begin(), chosen.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t k = 0; k < chosen.size(); ++k)
-      result[k].segment(arms_.offset(arm), 2 * n) = chosen[k].second;
-  }
-  for (safety::RobotVector& q : result)
-    unwind(arms_, problem.reference, q);
-  return result;
-}
-
 /// Says what stands in the way of the nearest pose.
 void InverseKinematics::explain(Search& search) const {
   IkAnswer& best = search.best;
@@ -329,9 +271,9 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
                                   const safety::RobotVector& reference,
                                   const std::vector<kinematics::Branch>& branches,
                                   bool keep_relative) const {
-  constexpr double kAside = 0.05;   // rad, out of a plane
-  constexpr double kAlmost = 1e-3;  // m
-  constexpr int kBatches = 4;
+  constexpr double kAside = 0.05;                     // rad, out of a plane
+  constexpr double kAlmost = 1e-3, kHopeless = 3e-3;  // m
+  constexpr int kBatches = 4, kAsides = 3;
   Search search;
   search.best.q = reference;
   bool valid = reference.size() == arms_.jointCount() && reference.allFinite() && !targets.empty();
@@ -344,23 +286,20 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
     return search.best;
   }
   search.problem = {&arms_, targets, reference, branches, false, keep_relative && targets.size() > 1, {}};
-  safety::RobotVector start(reference.size()), aside(reference.size());
+  search.problem.translation_trust = options_.translation_trust;
+  search.problem.rotation_trust = options_.rotation_trust;
   std::mt19937_64 engine(options_.seed);
-  std::uniform_real_distribution<double> turn(-kAside, kAside);
-  for (int arm = 0; arm < arms_.count(); ++arm) {
-    const int first = arms_.offset(arm), size = arms_.size(arm);
-    const safety::ArmVector inside = samplers_[at(arm)].inside(reference.segment(first, size));
-    safety::ArmVector moved = 0.99 * inside + 0.01 * samplers_[at(arm)].middle(inside);
-    start.segment(first, size) = inside + 1e-3 * (moved - inside);
-    for (int j = size / 2; j < size; ++j)
-      moved[j] += turn(engine);
-    aside.segment(first, size) = samplers_[at(arm)].inside(moved);
+  attempt(search, neighbour(reference, 0.0, engine));
+  double turn = kAside;
+  for (int i = 0; i < (options_.local ? kAsides : 1) && !search.reached && !cancelled(); ++i, turn *= 2.0) {
+    const safety::RobotVector aside = neighbour(reference, turn, engine);
+    if (options_.local)
+      attempt(search, aside);
+    if (!search.reached)
+      improve(search, aside);
+    if (search.best.largestError() > kHopeless)
+      break;
   }
-  attempt(search, start);
-  if (!search.reached && options_.local)
-    attempt(search, aside);
-  if (!search.reached)
-    improve(search, aside);
   // A nearest pose that is almost the pose itself is worth more starts.
   for (int batch = 0; batch < kBatches && !search.reached && !options_.local; ++batch) {
     if (batch > 0 && !(search.best.largestError() < kAlmost))
@@ -371,6 +310,8 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
       improve(search, other);
     }
   }
+  if (!search.reached && search.best.tips.empty() && search.problem.keep_relative && !cancelled())
+    return solve(targets, reference, branches, false);  // the difference cannot be kept anywhere
   search.best.starts = search.starts;
   search.best.iterations = search.iterations;
   if (cancelled() && !search.reached) {

@@ -30,13 +30,15 @@ enum class Reach : std::uint8_t {
 std::string_view name(Reach reach);
 
 struct IkOptions {
-  Demands demands;                  ///< none by default
-  double tolerance = 5e-7;          ///< of a tip, m; directions are good to 1e-6 rad
-  int starts = 12;                  ///< besides the reference
-  int candidates = 600;             ///< random joints that the starts are chosen from
-  int max_iterations = 120;         ///< of Ipopt, a programme
-  std::uint64_t seed = 1;           ///< of the starts; the same seed gives the same answer
-  bool local = false;               ///< the reference and its neighbourhood are the only starts
+  Demands demands;           ///< none by default
+  double tolerance = 5e-7;   ///< of a tip, m; directions are good to 1e-6 rad
+  int starts = 12;           ///< besides the reference
+  int candidates = 600;      ///< random joints that the starts are chosen from
+  int max_iterations = 120;  ///< of Ipopt, a programme
+  std::uint64_t seed = 1;    ///< of the starts; the same seed gives the same answer
+  bool local = false;        ///< the reference and its neighbourhood are the only starts
+  /// How far joints may be from the reference, m and rad.
+  double translation_trust = safety::kUnlimited, rotation_trust = safety::kUnlimited;
   std::function<bool()> cancelled;  ///< asked at every iteration
 };
 
@@ -51,20 +53,20 @@ struct IkAnswer {
   Reach reach = Reach::kInvalid;
   safety::RobotVector q;  ///< of the pose, or of the nearest one found, inside the limits
   std::vector<kinematics::Branch> branches;
-  std::vector<Eigen::Vector3d> tips;  ///< of all arms at q, m
-  std::vector<double> error;          ///< distance to each target, m
-  std::vector<ActiveLimit> limits;    ///< at the nearest pose
-  double stability = 1.0;             ///< smallest of all arms
-  double clearance = 0.0;             ///< between arms, m; filled where it was asked for
-  int starts = 0, iterations = 0;     ///< used, in total
-  std::string words;                  ///< "arm a: 4.2 mm beyond the edge of the workspace"; empty where reached
+  std::vector<Eigen::Vector3d> tips;      ///< of all arms at q, m
+  std::vector<double> error;              ///< distance to each target, m
+  std::vector<ActiveLimit> limits;        ///< at the nearest pose
+  double stability = 1.0;                 ///< smallest of all arms
+  double clearance = safety::kUnlimited;  ///< between arms, m; infinite where it was not asked for
+  int starts = 0, iterations = 0;         ///< used, in total
+  std::string words;                      ///< "arm a: 4.2 mm beyond the edge of the workspace"; empty where reached
 
   double largestError() const;
 };
 
 /** Inverse kinematics with the programmes of PoseProblem.
  *
- * The reference is tried first, then a neighbour of it (a planar arm's Jacobian is singular; a little turn leaves the
+ * The reference is tried first, then neighbours of it (a planar arm's Jacobian is singular; a little turn leaves the
  * plane), then random joints whose tips are near the targets: from each the nearest pose is looked for, and where that
  * is the pose itself, the joints nearest to the reference that reach it. Clearance and stability enter a programme once
  * a solution without them breaks them. Where no start leads to the pose, the best of the nearest ones is answered; that
@@ -87,6 +89,8 @@ class InverseKinematics {
  private:
   struct Search;
   std::vector<safety::RobotVector> starts(const PoseProblem& problem, std::uint64_t seed) const;
+  /// q inside the limits, a little away from their edges, its rotations turned at random by up to `turn`, rad.
+  safety::RobotVector neighbour(const safety::RobotVector& q, double turn, std::mt19937_64& engine) const;
   void attempt(Search& search, const safety::RobotVector& start) const;
   bool take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const;
   void improve(Search& search, const safety::RobotVector& start) const;

@@ -43,13 +43,10 @@ class PoseNlp final : public Ipopt::TNLP {
   }
 
   bool get_bounds_info(Index, Number* lower, Number* upper, Index m, Number* g_lower, Number* g_upper) override {
-    const Arms& arms = *problem_.arms;
-    for (int arm = 0, j = 0; arm < arms.count(); ++arm) {
-      for (const safety::JointLimit& joint : arms.limits[static_cast<std::size_t>(arm)]->joints) {
-        lower[j] = std::max(joint.lower / unit_[j], -kInfinity);
-        upper[j] = std::min(joint.upper / unit_[j], kInfinity);
-        ++j;
-      }
+    for (int j = 0; j < unit_.size(); ++j) {
+      const safety::Interval box = problem_.box(j);
+      lower[j] = std::max(box.lower / unit_[j], -kInfinity);
+      upper[j] = std::min(box.upper / unit_[j], kInfinity);
     }
     Eigen::Map<Eigen::VectorXd>(g_lower, m) = point_.lower;
     Eigen::Map<Eigen::VectorXd>(g_upper, m) = point_.upper;
@@ -162,12 +159,9 @@ class PoseNlp final : public Ipopt::TNLP {
                          const Ipopt::IpoptData*,
                          Ipopt::IpoptCalculatedQuantities*) override {
     solution_.q = joints(x);
-    const Arms& arms = *problem_.arms;
-    for (int arm = 0, j = 0; arm < arms.count(); ++arm) {
-      for (const safety::JointLimit& joint : arms.limits[static_cast<std::size_t>(arm)]->joints) {
-        solution_.q[j] = std::clamp(solution_.q[j], joint.lower, joint.upper);  // rounding of the units
-        ++j;
-      }
+    for (int j = 0; j < unit_.size(); ++j) {
+      const safety::Interval box = problem_.box(j);
+      solution_.q[j] = std::clamp(solution_.q[j], box.lower, box.upper);  // rounding of the units
     }
     solution_.multipliers = Eigen::Map<const Eigen::VectorXd>(lambda, m);
     solution_.joint_multipliers =

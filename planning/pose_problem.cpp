@@ -169,6 +169,19 @@ double PoseProblem::unit(const Arms& arms, int joint) {
   return joint - arms.offset(arm) < arms.size(arm) / 2 ? 0.1 : 1.0;
 }
 
+safety::Interval PoseProblem::box(int joint) const {
+  int arm = 0;
+  while (joint >= arms->offset(arm + 1))
+    ++arm;
+  const safety::JointLimit& limit = arms->limits[at(arm)]->joints[at(joint - arms->offset(arm))];
+  const double trust = unit(*arms, joint) < 1.0 ? translation_trust : rotation_trust;
+  safety::Interval box{std::max(limit.lower, reference[joint] - trust),
+                       std::min(limit.upper, reference[joint] + trust)};
+  if (box.lower > box.upper)  // the reference is far outside the limits
+    box = {limit.lower, limit.upper};
+  return box;
+}
+
 PosePoint evaluate(const PoseProblem& problem, const safety::RobotVector& q) {
   const Arms& arms = *problem.arms;
   const int joints = arms.jointCount();

@@ -47,8 +47,9 @@ struct Demands {
  *     nearest:  min  1/2 sum_k |r_k|^2 + 1/2 rho |z - z_ref|^2
  *     nearest, relative kept:  min 1/2 |r_1|^2 + ...          s.t.  p_1(q) - p_2(q) = t_1 - t_2
  *
- * and all of them  lower <= q <= upper,  A q <= b  (equation (1) of Alsaka et al. 2024),  stability_i(q) >= sigma,
- * clearance_ij(q) >= c,  port_i(q) >= c_port; E_k spans the plane across d_k, rho = 1e-8 makes the minimum unique. */
+ * and all of them  lower <= q <= upper,  |q - q_ref| <= trust,  A q <= b  (equation (1) of Alsaka et al. 2024),
+ * stability_i(q) >= sigma, clearance_ij(q) >= c,  port_i(q) >= c_port; E_k spans the plane across d_k, rho = 1e-8 makes
+ * the minimum unique. */
 struct PoseProblem {
   const Arms* arms = nullptr;
   std::vector<TipTarget> targets;
@@ -57,7 +58,11 @@ struct PoseProblem {
   bool nearest = false;
   bool keep_relative = false;  ///< of the first two targets
   Demands demands;
+  /// |q - q_ref| of translations and rotations, m and rad: for continuation. Infinite: anywhere.
+  double translation_trust = safety::kUnlimited, rotation_trust = safety::kUnlimited;
 
+  /// Box of a joint of the stacked vector: its limit, and the trust around q_ref.
+  safety::Interval box(int joint) const;
   static double unit(const Arms& arms, int joint);  ///< u_j, m or rad
 };
 

@@ -7,6 +7,7 @@
 namespace tandem::planning {
 namespace {
 
+constexpr double kTie = 1e-6;   // of the room
 constexpr double kSame = 1e-3;  // of z: two starts are one
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
@@ -31,8 +32,13 @@ bool judge(const Arms& arms, const TrajectorySpec& spec, const FeasibilityOption
     return false;
   candidate.unreachable = report.unreachable();
   candidate.room = roomAt(arms, candidate.q, safety::kUnlimited, options.ik.demands);
-  for (const PointReport& point : report.points)
-    candidate.room = std::min(candidate.room, roomAt(arms, point.q, point.stability, options.ik.demands));
+  candidate.mean_room = candidate.room;
+  for (const PointReport& point : report.points) {
+    const double room = roomAt(arms, point.q, point.stability, options.ik.demands);
+    candidate.room = std::min(candidate.room, room);
+    candidate.mean_room += room;
+  }
+  candidate.mean_room /= static_cast<double>(report.points.size() + 1);
   return true;
 }
 
@@ -61,7 +67,7 @@ StartChoice chooseStart(const Arms& arms,
   StartChoice choice;
   TrajectorySpec judged = spec;
   judged.point_count = std::min(spec.point_count, options.most_points);
-  StartCandidate first{given, 0, 0.0};
+  StartCandidate first{given, 0, 0.0, 0.0};
   const auto cancelled = [&] { return options.feasibility.ik.cancelled && options.feasibility.ik.cancelled(); };
   if (judge(arms, judged, options.feasibility, first))
     choice.candidates.push_back(first);
@@ -85,7 +91,7 @@ StartChoice chooseStart(const Arms& arms,
     for (int arm = 0; arm < arms.count(); ++arm)
       reference.segment(arms.offset(arm), arms.size(arm)) = samplers[at(arm)].random(engine);
     const IkAnswer answer = inverse.solve(targets, reference);
-    StartCandidate candidate{answer.q, 0, 0.0};
+    StartCandidate candidate{answer.q, 0, 0.0, 0.0};
     if (answer.reach == Reach::kReached && !known(arms, choice.candidates, candidate.q) &&
         judge(arms, judged, options.feasibility, candidate))
       choice.candidates.push_back(candidate);
@@ -94,7 +100,10 @@ StartChoice chooseStart(const Arms& arms,
   }
   choice.cancelled = cancelled();
   std::stable_sort(choice.candidates.begin(), choice.candidates.end(), [](const auto& a, const auto& b) {
-    return a.unreachable != b.unreachable ? a.unreachable < b.unreachable : a.room > b.room;
+    if (a.unreachable != b.unreachable)
+      return a.unreachable < b.unreachable;
+    const double left = std::round(a.room / kTie), right = std::round(b.room / kTie);
+    return left != right ? left > right : a.mean_room > b.mean_room;
   });
   return choice;
 }

@@ -12,8 +12,9 @@ double roomAt(const Arms& arms, const safety::RobotVector& q, double stability, 
 
 struct StartCandidate {
   safety::RobotVector q;
-  int unreachable = 0;  ///< points of the trajectory that cannot be had from there
-  double room = 0.0;    ///< smallest over all points, the start included
+  int unreachable = 0;     ///< points of the trajectory that cannot be had from there
+  double room = 0.0;       ///< smallest over all points, the start included
+  double mean_room = 0.0;  ///< of all points
 };
 
 struct StartChoice {

@@ -253,15 +253,16 @@ int start(const PlanOptions& options) {
     json.push_back({{"joints", listOf(candidate.q)},
                     {"unreachable", candidate.unreachable},
                     {"room", candidate.room},
+                    {"mean_room", candidate.mean_room},
                     {"given", candidate.q == setup.start()}});
   }
   if (options.json) {
     std::cout << json.dump(2) << '\n';
     return good ? kOk : kFailure;
   }
-  std::printf("room      unreachable  joints\n");
+  std::printf("room      mean      unreachable  joints\n");
   for (const planning::StartCandidate& candidate : choice.candidates) {
-    std::printf("%-9.4f %-12d ", candidate.room, candidate.unreachable);
+    std::printf("%-9.4f %-9.4f %-12d ", candidate.room, candidate.mean_room, candidate.unreachable);
     for (Eigen::Index j = 0; j < candidate.q.size(); ++j)
       std::printf("%s%.9g", j == 0 ? "" : ",", candidate.q[j]);
     std::printf("%s\n", candidate.q == setup.start() ? "  (given)" : "");
