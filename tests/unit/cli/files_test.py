@@ -12,7 +12,7 @@ import system  # noqa: E402
 
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
 SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"], ["stability"],
-               ["workspace"],
+               ["workspace"], ["plan"], *(["plan", name] for name in ("check", "repair", "ik", "time", "start")),
                ["experiment"], ["robot"],
                *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp",
                                               "method", "set", "run"))]
