@@ -67,6 +67,14 @@ struct ShapePoint {
   int outermost_tube = 0;                               ///< 1..n: the outermost tube present
 };
 
+/** A material place of the backbone, given by its arc length, and how it moves with the joints. */
+struct BackbonePoint {
+  double s = 0.0;                                      ///< arc length from the entry point, m
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, robot base frame
+  Eigen::Vector3d tangent = Eigen::Vector3d::UnitZ();  ///< unit vector toward the tip, robot base frame
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, safety::kMaxJointsPerArm> jacobian;  ///< at constant s
+};
+
 /** A kinematic model of one arm. tip() and loadedTip() are meant for the periodic path: they allocate nothing and throw
  * nothing. A model has no state of its own: what it has to remember from call to call is the caller's Branch, so one
  * model may serve many threads. */
@@ -94,6 +102,21 @@ class ArmModel {
                             std::vector<ShapePoint>& shape) const = 0;
   /// The same without a load from a cold start.
   ModelStatus shape(const JointsRef& q, int points, std::vector<ShapePoint>& shape) const;
+
+  /** Backbone points at arc lengths in ascending order, m, without a load; beyond the end of tube 1 straight on.
+   *
+   * Here: shape() at 129 points with cubic Hermite interpolation between them, and central differences for the
+   * Jacobians, along the branch; good to 1e-6 m except within one 128th of the arm from a jump of curvature, where the
+   * place can be off by (jump) h^2 / 8. RigidModel answers exactly.
+   * @param derivatives  whether jacobian is filled */
+  virtual ModelStatus backbone(const JointsRef& q,
+                               Branch& branch,
+                               const std::vector<double>& s,
+                               bool derivatives,
+                               std::vector<BackbonePoint>& points) const;
+
+  /// How Tip::stability changes with the joints, 1/m and 1/rad. @param branch  of the model's answer for q itself
+  virtual Gradient stabilityGradient(const JointsRef& q, const Branch& branch) const;
 };
 
 /** Makes a model by name: "rigid" or "compliant".

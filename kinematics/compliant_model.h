@@ -44,6 +44,8 @@ class CompliantModel final : public ArmModel {
   /// Stability report, for people and planners: it follows the branch until it ends, so it is not for the periodic
   /// path.
   ModelStatus stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept;
+  /// Exact, see Stability::gradient.
+  Gradient stabilityGradient(const JointsRef& q, const Branch& branch) const override;
 
   /// All equilibria that a search from many end angles finds for the same joints, by energy, unstable ones included;
   /// none where the joints cannot be answered.

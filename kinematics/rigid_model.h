@@ -37,6 +37,12 @@ class RigidModel final : public ArmModel {
                     Branch& branch,
                     int points,
                     std::vector<ShapePoint>& shape) const override;
+  /// Exact: a point at s is the tip of an arm that is cut there. Derivatives are one-sided where a boundary is at s.
+  ModelStatus backbone(const JointsRef& q,
+                       Branch& branch,
+                       const std::vector<double>& s,
+                       bool derivatives,
+                       std::vector<BackbonePoint>& points) const override;
 
  private:
   /// Curvature of the backbone in an interval and what makes it.

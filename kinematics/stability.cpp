@@ -72,6 +72,14 @@ double turnLeft(const Equilibrium& equilibrium,
 
 }  // namespace
 
+Gradient CompliantModel::stabilityGradient(const JointsRef& q, const Branch& branch) const {
+  if (checkJoints(arm_, q) != ModelStatus::kOk || !branch.known)
+    return Gradient::Zero(arm_.jointCount());
+  Segmentation parts;
+  segment(arm_, q, parts);
+  return gradientOf(arm_, parts, q, branch);
+}
+
 ModelStatus CompliantModel::stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept {
   Tip tip;
   if (const ModelStatus status = this->tip(q, branch, tip); status != ModelStatus::kOk)

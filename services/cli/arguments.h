@@ -31,7 +31,8 @@ class Failure : public std::runtime_error {
 /** Registers a subcommand's options with `app`; the callback of the subcommand sets `exit_code`. */
 using Register = void(CLI::App& app, int& exit_code);
 Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
-    registerRobot, registerSchema, registerStability, registerWorkspace, registerCan, registerHome, registerJog;
+    registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
+    registerJog;
 
 /// A file to read, or standard input for "-". @throw Failure(kUsage) where it can't be opened.
 std::shared_ptr<std::istream> openInput(const std::string& path);

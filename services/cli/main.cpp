@@ -17,8 +17,8 @@ int main(int argc, char** argv) {
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
   for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerFk,
-                         registerSolve, registerStability, registerWorkspace, registerValidate, registerSchema,
-                         registerCan, registerHome, registerJog}) {
+                         registerSolve, registerStability, registerWorkspace, registerPlan, registerValidate,
+                         registerSchema, registerCan, registerHome, registerJog}) {
     part(app, exit_code);
   }
   try {

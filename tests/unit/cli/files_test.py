@@ -11,9 +11,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integratio
 import system  # noqa: E402
 
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
-SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"],
-               ["stability"], ["workspace"], ["experiment"], ["robot"],
-               ["can"], ["home"], ["jog"],
+SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"], ["stability"],
+               ["workspace"], ["plan"], *(["plan", name] for name in ("check", "repair", "ik", "time", "start")),
+               ["experiment"], ["robot"], ["can"], ["home"], ["jog"],
                *(["can", name] for name in ("scan", "od", "budget", "monitor", "log", "replay")),
                *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp",
                                               "method", "set", "run"))]

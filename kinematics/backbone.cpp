@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "kinematics/constant_curvature.h"
+#include "kinematics/rigid_model.h"
+
+namespace tandem::kinematics {
+namespace {
+
+constexpr int kShapePoints = 129;
+/// Steps of central differences: rounding and the cubic term of a model that is good to 1e-12 m are both below 1e-7.
+constexpr double kTranslationStep = 2e-6, kRotationStep = 1e-5;
+
+/// Cubic Hermite interpolation of a sampled backbone; straight on beyond its end.
+void interpolate(const std::vector<ShapePoint>& shape, double s, BackbonePoint& point) {
+  const double length = shape.back().s, h = length / static_cast<double>(shape.size() - 1);
+  const std::size_t k = std::min(shape.size() - 2, static_cast<std::size_t>(std::max(0.0, s / h)));
+  const Eigen::Vector3d p0 = shape[k].pose.translation(), p1 = shape[k + 1].pose.translation();
+  const Eigen::Vector3d t0 = shape[k].pose.linear().col(2), t1 = shape[k + 1].pose.linear().col(2);
+  const double beyond = std::max(0.0, s - length), x = std::clamp((s - beyond - shape[k].s) / h, 0.0, 1.0);
+  const double x2 = x * x, x3 = x2 * x;
+  point.s = s;
+  point.position =
+      (2 * x3 - 3 * x2 + 1) * p0 + (x3 - 2 * x2 + x) * h * t0 + (3 * x2 - 2 * x3) * p1 + (x3 - x2) * h * t1;
+  point.tangent = ((6 * x2 - 6 * x) / h * (p0 - p1) + (3 * x2 - 4 * x + 1) * t0 + (3 * x2 - 2 * x) * t1).normalized();
+  point.position += beyond * point.tangent;
+}
+
+}  // namespace
+
+ModelStatus ArmModel::backbone(const JointsRef& q,
+                               Branch& branch,
+                               const std::vector<double>& s,
+                               bool derivatives,
+                               std::vector<BackbonePoint>& points) const {
+  std::vector<ShapePoint> shape;
+  const Wrench none = Wrench::Zero();
+  if (const ModelStatus status = this->shape(q, none, branch, kShapePoints, shape); status != ModelStatus::kOk)
+    return status;
+  points.resize(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i)
+    interpolate(shape, s[i], points[i]);
+  if (!derivatives)
+    return ModelStatus::kOk;
+  const int joints = arm().jointCount();
+  for (BackbonePoint& point : points)
+    point.jacobian.setZero(3, joints);
+  safety::ArmVector moved = q;
+  for (int j = 0; j < joints; ++j) {
+    const double step = j < joints / 2 ? kTranslationStep : kRotationStep;
+    double span = 0.0;
+    for (const double sense : {1.0, -1.0}) {
+      moved[j] = q[j] + sense * step;
+      Branch aside = branch;
+      const bool there = this->shape(moved, none, aside, kShapePoints, shape) == ModelStatus::kOk;
+      BackbonePoint point;
+      for (std::size_t i = 0; i < s.size(); ++i) {
+        if (there)
+          interpolate(shape, s[i], point);
+        points[i].jacobian.col(j) += sense * (there ? point.position : points[i].position);
+      }
+      span += there ? step : 0.0;
+    }
+    moved[j] = q[j];
+    for (BackbonePoint& point : points)
+      point.jacobian.col(j) /= std::max(span, 1e-12);  // on an edge of equation (1) one side is enough
+  }
+  return ModelStatus::kOk;
+}
+
+Gradient ArmModel::stabilityGradient(const JointsRef&, const Branch&) const {
+  return Gradient::Zero(arm().jointCount());
+}
+
+ModelStatus RigidModel::backbone(const JointsRef& q,
+                                 Branch&,
+                                 const std::vector<double>& s,
+                                 bool derivatives,
+                                 std::vector<BackbonePoint>& points) const {
+  if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
+    return status;
+  const int n = arm_.tubeCount();
+  Segmentation parts;
+  segment(arm_, q, parts);
+  points.resize(s.size());
+  // As in tip(): twists about the base's origin, of all that happens before s.
+  Jacobian passed = Jacobian::Zero(6, 2 * n), here_too(6, 2 * n);
+  const auto add = [](Jacobian& twist, int joint, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular,
+                      const Eigen::Vector3d& at) {
+    twist.col(joint).head<3>() += linear - angular.cross(at);
+    twist.col(joint).tail<3>() += angular;
+  };
+  Eigen::Matrix3d rotation = arm_.base.linear();
+  Eigen::Vector3d position = arm_.base.translation();
+  const auto bendTo = [&](int k, const Bend& here, double length, Eigen::Vector3d& end, Jacobian& twist) {
+    const Arc arc(here.u, length);
+    end = position + rotation * arc.position();
+    for (int i = 0; i < n; ++i) {
+      const int index = parts.interval[k].section[i];
+      if (index == Segmentation::kAbsent)
+        continue;
+      const TubeSection& section = arm_.tubes[i].sections[index];
+      const double share = section.bending_stiffness / here.stiffness * section.curvature;
+      const Eigen::Vector3d du(-share * std::cos(q[n + i]), -share * std::sin(q[n + i]), 0.0);
+      add(twist, n + i, rotation * arc.positionDerivative(du), rotation * arc.rotationDerivative(du), end);
+    }
+    return Eigen::Matrix3d(rotation * arc.rotation());
+  };
+  Bend here = bend(parts.interval[0], q);
+  int k = 0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    BackbonePoint& point = points[i];
+    const double inside = std::min(s[i], parts.length());
+    while (k + 1 < parts.count && inside > parts.interval[k].end) {
+      const Segmentation::Interval& interval = parts.interval[k];
+      Eigen::Vector3d end;
+      rotation = bendTo(k, here, interval.end - interval.start, end, passed);
+      position = end;
+      const Bend behind = bend(parts.interval[++k], q);
+      add(passed, interval.owner, Eigen::Vector3d::Zero(), rotation * (here.u - behind.u), position);
+      here = behind;
+    }
+    here_too = passed;
+    point.s = s[i];
+    point.tangent = bendTo(k, here, inside - parts.interval[k].start, point.position, here_too).col(2);
+    point.position += (s[i] - inside) * point.tangent;
+    if (!derivatives)
+      continue;
+    point.jacobian.resize(3, 2 * n);
+    for (int j = 0; j < 2 * n; ++j) {
+      const Eigen::Vector3d angular = here_too.col(j).tail<3>();
+      point.jacobian.col(j) = here_too.col(j).head<3>() + angular.cross(point.position);
+    }
+  }
+  return ModelStatus::kOk;
+}
+
+}  // namespace tandem::kinematics

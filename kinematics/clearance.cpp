@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kinematics/clearance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tandem::kinematics {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Places on two segments p0 + x (p1 - p0), r0 + y (r1 - r0), x and y from 0 to 1, that are nearest to each other
+/// (Ericson, Real-Time Collision Detection, 5.1.9).
+void nearest(const Vector3d& p0, const Vector3d& p1, const Vector3d& r0, const Vector3d& r1, double& x, double& y) {
+  constexpr double kPoint = 1e-24;  // m^2
+  const Vector3d d = p1 - p0, e = r1 - r0, w = p0 - r0;
+  const double dd = d.squaredNorm(), ee = e.squaredNorm(), de = d.dot(e), dw = d.dot(w), ew = e.dot(w);
+  x = y = 0.0;
+  if (dd <= kPoint) {
+    y = ee > kPoint ? std::clamp(ew / ee, 0.0, 1.0) : 0.0;
+    return;
+  }
+  if (ee > kPoint) {
+    const double across = dd * ee - de * de;
+    x = across > 1e-12 * dd * ee ? std::clamp((de * ew - dw * ee) / across, 0.0, 1.0) : 0.0;
+    y = (de * x + ew) / ee;
+    if (y >= 0.0 && y <= 1.0)
+      return;
+    y = std::clamp(y, 0.0, 1.0);
+  }
+  x = std::clamp((de * y - dw) / dd, 0.0, 1.0);
+}
+
+Vector3d placeOn(const Body& body, std::size_t piece, double x) {
+  return (1.0 - x) * body.nodes[piece].position + x * body.nodes[piece + 1].position;
+}
+
+double lengthAt(const Body& body, std::size_t piece, double x) {
+  return (1.0 - x) * body.nodes[piece].s + x * body.nodes[piece + 1].s;
+}
+
+/// How a place on a piece moves along n.
+Gradient along(const Body& body, std::size_t piece, double x, const Vector3d& n) {
+  if (body.nodes[piece].jacobian.cols() == 0)
+    return {};
+  return n.transpose() * ((1.0 - x) * body.nodes[piece].jacobian + x * body.nodes[piece + 1].jacobian);
+}
+
+/// Balls around the pieces, to leave most pairs out.
+struct Ball {
+  Vector3d centre;
+  double radius;
+};
+std::vector<Ball> balls(const Body& body) {
+  std::vector<Ball> result;
+  for (std::size_t k = 0; k < body.radius.size(); ++k) {
+    const Vector3d& p = body.nodes[k].position;
+    const Vector3d& r = body.nodes[k + 1].position;
+    result.push_back({0.5 * (p + r), 0.5 * (r - p).norm() + body.radius[k]});
+  }
+  return result;
+}
+
+/// Signed distance of a place to the port, and its gradient.
+double distanceTo(const Port& port, const Vector3d& place, Vector3d& gradient) {
+  const Vector3d p = port.frame.inverse() * place;
+  const double rho = std::hypot(p.x(), p.y()), inside = port.radius - rho, ahead = p.z() - port.depth;
+  const Vector3d inwards = rho > 0.0 ? Vector3d(-p.x() / rho, -p.y() / rho, 0.0) : Vector3d::Zero();
+  double distance;
+  if (inside > 0.0 && ahead > 0.0) {
+    distance = std::hypot(inside, ahead);
+    gradient = (inside * inwards + ahead * Vector3d::UnitZ()) / distance;
+  } else {
+    distance = std::max(inside, ahead);
+    gradient = inside > ahead ? inwards : Vector3d::UnitZ();
+  }
+  gradient = port.frame.linear() * gradient;
+  return distance;
+}
+
+}  // namespace
+
+ModelStatus makeBody(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body) {
+  const ConcentricTubeArm& arm = model.arm();
+  const int n = arm.tubeCount();
+  if (q.size() != 2 * n)
+    return ModelStatus::kWrongSize;
+  std::vector<double> s{0.0};
+  std::vector<Eigen::RowVectorXd> slope{Eigen::RowVectorXd::Zero(n)};  // of s by the translations
+  body.radius.clear();
+  body.joints = 2 * n;
+  for (int i = n - 1; i >= 0; --i) {
+    const double start = s.back(), end = std::max(start, q[i] + arm.tubes[i].length());
+    const Eigen::RowVectorXd start_slope = slope.back();
+    const Eigen::RowVectorXd end_slope = end > start ? Eigen::RowVectorXd::Unit(n, i).eval() : start_slope;
+    for (int k = 1; k <= Body::kPieces; ++k) {
+      const double x = static_cast<double>(k) / Body::kPieces;
+      s.push_back(k == Body::kPieces ? end : start + x * (end - start));
+      slope.push_back((1.0 - x) * start_slope + x * end_slope);
+      body.radius.push_back(0.5 * arm.tubes[i].outer_diameter);
+    }
+  }
+  if (const ModelStatus status = model.backbone(q, branch, s, derivatives, body.nodes); status != ModelStatus::kOk)
+    return status;
+  for (std::size_t k = 0; k < body.nodes.size(); ++k) {
+    if (derivatives)
+      body.nodes[k].jacobian.leftCols(n) += body.nodes[k].tangent * slope[k];
+    else
+      body.nodes[k].jacobian.resize(3, 0);
+  }
+  return ModelStatus::kOk;
+}
+
+Clearance clearance(const Body& a, const Body& b) {
+  const std::vector<Ball> balls_a = balls(a), balls_b = balls(b);
+  double least = std::numeric_limits<double>::infinity(), x_least = 0.0, y_least = 0.0;
+  std::size_t i_least = 0, k_least = 0;
+  for (std::size_t i = 0; i < balls_a.size(); ++i) {
+    for (std::size_t k = 0; k < balls_b.size(); ++k) {
+      const double bound = least + balls_a[i].radius + balls_b[k].radius;
+      if ((balls_a[i].centre - balls_b[k].centre).squaredNorm() >= bound * bound && bound > 0.0)
+        continue;
+      double x, y;
+      nearest(a.nodes[i].position, a.nodes[i + 1].position, b.nodes[k].position, b.nodes[k + 1].position, x, y);
+      const double distance = (placeOn(a, i, x) - placeOn(b, k, y)).norm() - a.radius[i] - b.radius[k];
+      if (distance < least) {
+        least = distance, x_least = x, y_least = y;
+        i_least = i, k_least = k;
+      }
+    }
+  }
+  Clearance result;
+  result.distance = least;
+  result.place_a = placeOn(a, i_least, x_least);
+  result.place_b = placeOn(b, k_least, y_least);
+  result.s_a = lengthAt(a, i_least, x_least);
+  result.s_b = lengthAt(b, k_least, y_least);
+  Vector3d n = result.place_a - result.place_b;
+  n = n.norm() > 0.0 ? n.normalized() : Vector3d::Zero();
+  result.by_a = along(a, i_least, x_least, n);
+  result.by_b = along(b, k_least, y_least, -n);
+  return result;
+}
+
+Clearance clearance(const Body& a, const Port& port) {
+  constexpr int kSections = 40;  // of the interval, each by the golden ratio: down to rounding
+  constexpr double kGolden = 0.6180339887498949;
+  Clearance result;
+  result.distance = std::numeric_limits<double>::infinity();
+  Vector3d gradient;
+  const auto at = [&](std::size_t piece, double x) {
+    return distanceTo(port, placeOn(a, piece, x), gradient) - a.radius[piece];
+  };
+  const auto take = [&](std::size_t piece, double x) {
+    const double distance = at(piece, x);
+    if (distance >= result.distance)
+      return;
+    result.distance = distance;
+    result.place_a = placeOn(a, piece, x);
+    result.s_a = lengthAt(a, piece, x);
+    result.by_a = along(a, piece, x, gradient);
+  };
+  for (std::size_t piece = 0; piece < a.radius.size(); ++piece) {
+    take(piece, 0.0);
+    take(piece, 1.0);
+    const double half = 0.5 * (a.nodes[piece + 1].position - a.nodes[piece].position).norm();
+    if (at(piece, 0.5) - half >= result.distance)
+      continue;  // the distance falls by at most the way
+    double low = 0.0, high = 1.0;
+    for (int i = 0; i < kSections; ++i) {
+      const double left = high - kGolden * (high - low), right = low + kGolden * (high - low);
+      (at(piece, left) < at(piece, right) ? high : low) = at(piece, left) < at(piece, right) ? right : left;
+    }
+    take(piece, 0.5 * (low + high));
+  }
+  return result;
+}
+
+}  // namespace tandem::kinematics

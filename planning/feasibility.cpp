@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/feasibility.h"
+
+#include <Eigen/SVD>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::planning {
+namespace {
+
+using Eigen::Vector3d;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/** The start: tips, equilibria, and whether the robot may stand there at all. */
+struct Start {
+  std::vector<kinematics::Tip> tips;
+  std::vector<kinematics::Branch> branches;
+  std::string wrong;
+};
+
+std::string armLabel(int arm) { return std::string("arm ") + static_cast<char>('a' + arm); }
+
+Start lookAt(const Arms& arms, const safety::RobotVector& q, const Demands& demands) {
+  constexpr double kViolation = 1e-6;
+  Start start;
+  if (q.size() != arms.jointCount() || !q.allFinite()) {
+    start.wrong = "the start's joints are not finite or of the wrong number";
+    return start;
+  }
+  start.tips.resize(at(arms.count()));
+  start.branches.resize(at(arms.count()));
+  for (int arm = 0; arm < arms.count(); ++arm) {
+    const Eigen::VectorXd own = q.segment(arms.offset(arm), arms.size(arm));
+    const auto status = arms.models[at(arm)]->tip(own, start.branches[at(arm)], start.tips[at(arm)]);
+    if (status != kinematics::ModelStatus::kOk) {
+      start.wrong = armLabel(arm) + ": " + std::string(kinematics::describe(status));
+      return start;
+    }
+    if (safety::largestViolation(*arms.limits[at(arm)], own) > kViolation)
+      start.wrong = armLabel(arm) + " starts outside its limits";
+    const kinematics::Tip& tip = start.tips[at(arm)];
+    if (tip.conjugate_points > 0 || (demands.stability && tip.stability < *demands.stability))
+      start.wrong = armLabel(arm) + " starts less stable than asked for";
+  }
+  return start;
+}
+
+/// Second singular value of the rotations' columns.
+double rotationConditioning(const kinematics::Tip& tip) {
+  const auto n = tip.jacobian.cols() / 2;
+  const Eigen::MatrixXd rotations = tip.jacobian.topRightCorner(3, n);
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(rotations).singularValues()[1];
+}
+
+/** Walks along the points. */
+class Walker {
+ public:
+  Walker(const Arms& arms, const TrajectorySpec& spec, const FeasibilityOptions& options, Start start)
+      : arms_(arms),
+        spec_(spec),
+        options_(options),
+        near_(arms, local(options)),
+        far_(arms, tolerant(options.ik, options.accept)),
+        branches_(std::move(start.branches)) {}
+
+  PointReport step(int number, const TrajectoryPoint& point, const safety::RobotVector& q) {
+    const std::vector<TipTarget> targets{{spec_.arm, point.tip, {}}, {spec_.other_arm, point.tip - point.relative, {}}};
+    IkAnswer answer = near_.solve(targets, q, branches_, true);
+    if (answer.reach != Reach::kReached && answer.reach != Reach::kCancelled && !followsKnownEdge(answer)) {
+      IkAnswer elsewhere = far_.solve(targets, q, {}, true);
+      if (elsewhere.reach == Reach::kReached && !jumps(q, elsewhere.q))
+        answer = elsewhere;
+      else if (elsewhere.reach == Reach::kReached && !demanded(answer.reach))
+        answer.reach = Reach::kReconfiguration;
+      else if (answer.tips.empty())
+        answer = elsewhere;
+    }
+    if (answer.reach == Reach::kReconfiguration) {
+      answer.words = "from the point before, only another configuration of the arms gets there";
+      if (answer.largestError() <= options_.accept)
+        answer.q = q;  // the arms stay
+    }
+    edge_ = answer.reach;
+    PointReport report = reportOf(number, point, answer);
+    if (answer.reach == Reach::kReached)
+      branches_ = answer.branches;
+    return report;
+  }
+
+ private:
+  static IkOptions tolerant(IkOptions ik, double accept) {
+    ik.tolerance = std::min(ik.tolerance, accept);
+    return ik;
+  }
+  static IkOptions local(const FeasibilityOptions& options) {
+    IkOptions ik = tolerant(options.ik, options.accept);
+    ik.local = true;
+    ik.translation_trust = options.translation_jump;
+    ik.rotation_trust = options.rotation_jump;
+    return ik;
+  }
+  /// Whether the last point could not be had for the same reason: then everywhere has just been searched.
+  bool followsKnownEdge(const IkAnswer& answer) const {
+    constexpr double kFar = 3e-3;  // m: nearer ones are looked for again
+    return edge_ == answer.reach && !answer.tips.empty() && answer.largestError() > kFar;
+  }
+  /// Whether it is a demand that stands in the way, and not the joints.
+  static bool demanded(Reach reach) {
+    return reach == Reach::kUnstable || reach == Reach::kArmsTouch || reach == Reach::kPort;
+  }
+
+  bool jumps(const safety::RobotVector& from, const safety::RobotVector& to) const {
+    for (int j = 0; j < from.size(); ++j) {
+      const double allowed = PoseProblem::unit(arms_, j) < 1.0 ? options_.translation_jump : options_.rotation_jump;
+      if (std::abs(to[j] - from[j]) > allowed)
+        return true;
+    }
+    return false;
+  }
+
+  PointReport reportOf(int number, const TrajectoryPoint& point, const IkAnswer& answer) const {
+    PointReport report;
+    report.point = number;
+    report.wanted = point;
+    report.q = answer.q;
+    report.reach = answer.reach;
+    report.words = answer.words;
+    report.stability = answer.stability;
+    report.clearance = answer.clearance;
+    report.error = report.relative_error = std::numeric_limits<double>::infinity();
+    std::vector<Vector3d> tips;
+    for (int arm = 0; arm < arms_.count(); ++arm) {
+      kinematics::Branch branch = branches_[at(arm)];
+      kinematics::Tip tip;
+      if (arms_.models[at(arm)]->tip(answer.q.segment(arms_.offset(arm), arms_.size(arm)), branch, tip) !=
+          kinematics::ModelStatus::kOk)
+        return report;
+      tips.push_back(tip.pose.translation());
+    }
+    report.tip = tips[at(spec_.arm)];
+    report.error = (report.tip - point.tip).norm();
+    report.relative_error = (report.tip - tips[at(spec_.other_arm)] - point.relative).norm();
+    if (report.reach != Reach::kCancelled && report.reach != Reach::kReconfiguration &&
+        std::max(report.error, report.relative_error) <= options_.accept)
+      report.reach = Reach::kReached;
+    return report;
+  }
+
+  const Arms& arms_;
+  const TrajectorySpec& spec_;
+  const FeasibilityOptions& options_;
+  InverseKinematics near_, far_;
+  std::vector<kinematics::Branch> branches_;
+  Reach edge_ = Reach::kReached;
+};
+
+/// min_s sum w_k |s_k - d_k|^2 + mu sum |second differences|^2; the start in front stays where it is.
+std::vector<Vector3d> smooth(const std::vector<Vector3d>& d, const std::vector<double>& w, double mu) {
+  const int n = static_cast<int>(d.size());
+  using Triplet = Eigen::Triplet<double>;
+  std::vector<Triplet> entries;
+  Eigen::MatrixXd right(n, 3);
+  for (int k = 0; k < n; ++k) {
+    entries.emplace_back(k, k, w[at(k)]);
+    right.row(k) = w[at(k)] * d[at(k)].transpose();
+  }
+  constexpr double kPattern[] = {1.0, -2.0, 1.0};
+  for (int k = 0; k + 1 < n; ++k) {  // around point k; point -1 is the start, whose correction is zero
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        if (k - 1 + i >= 0 && k - 1 + j >= 0)
+          entries.emplace_back(k - 1 + i, k - 1 + j, mu * kPattern[i] * kPattern[j]);
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::MatrixXd s = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
+  std::vector<Vector3d> result;
+  for (int k = 0; k < n; ++k)
+    result.push_back(s.row(k).transpose());
+  return result;
+}
+
+}  // namespace
+
+int FeasibilityReport::unreachable() const {
+  return static_cast<int>(
+      std::count_if(points.begin(), points.end(), [](const auto& p) { return p.reach != Reach::kReached; }));
+}
+
+FeasibilityReport checkTrajectory(const Arms& arms,
+                                  const TrajectorySpec& spec,
+                                  const safety::RobotVector& start,
+                                  const FeasibilityOptions& options) {
+  constexpr double kSingular = 1e-5;  // m/rad
+  FeasibilityReport report;
+  if (spec.arm == spec.other_arm || std::min(spec.arm, spec.other_arm) < 0 ||
+      std::max(spec.arm, spec.other_arm) >= arms.count()) {
+    report.start = "the trajectory names an arm that there is not";
+    return report;
+  }
+  Start begin = lookAt(arms, start, options.ik.demands);
+  report.start = begin.wrong;
+  if (!begin.wrong.empty())
+    return report;
+  const Vector3d tip = begin.tips[at(spec.arm)].pose.translation();
+  const Vector3d relative = tip - begin.tips[at(spec.other_arm)].pose.translation();
+  report.rotation_conditioning =
+      std::min(rotationConditioning(begin.tips[at(spec.arm)]), rotationConditioning(begin.tips[at(spec.other_arm)]));
+  report.planar_start = report.rotation_conditioning < kSingular;
+  const std::vector<TrajectoryPoint> points = sample(spec, tip, relative);
+  Walker walker(arms, spec, options, std::move(begin));
+  safety::RobotVector q = start;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    PointReport point = walker.step(static_cast<int>(k) + 1, points[k], q);
+    if (point.reach == Reach::kCancelled) {
+      report.cancelled = true;
+      return report;
+    }
+    q = point.q;
+    report.points.push_back(std::move(point));
+    if (options.progress)
+      options.progress(static_cast<int>(k) + 1, static_cast<int>(points.size()));
+  }
+  report.feasible = report.unreachable() == 0;
+  return report;
+}
+
+RepairResult repairTrajectory(const Arms& arms,
+                              const TrajectorySpec& spec,
+                              const safety::RobotVector& start,
+                              const FeasibilityOptions& options,
+                              double smoothing) {
+  constexpr int kRounds = 8, kSmoothRounds = 2;
+  constexpr double kMoved = 100.0;
+  RepairResult result;
+  result.spec = spec;
+  result.before = result.after = checkTrajectory(arms, spec, start, options);
+  std::vector<Vector3d> wanted;
+  for (const PointReport& point : result.before.points)
+    wanted.push_back(point.wanted.tip);
+  for (; result.rounds < kRounds && !result.after.feasible && !result.after.cancelled && result.after.start.empty();
+       ++result.rounds) {
+    std::vector<Vector3d> correction;
+    std::vector<double> weight;
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      const PointReport& point = result.after.points[k];
+      correction.push_back((point.reach == Reach::kReached ? point.wanted.tip : point.tip) - wanted[k]);
+      weight.push_back(correction.back().norm() > options.accept ? kMoved : 1.0);
+    }
+    if (result.rounds < kSmoothRounds && smoothing > 0.0)
+      correction = smooth(correction, weight, smoothing);
+    Waypoints moved;
+    moved.absolute = true;
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+      moved.points.push_back(wanted[k] + correction[k]);
+    result.spec.shape = moved;
+    result.after = checkTrajectory(arms, result.spec, start, options);
+  }
+  double sum = 0.0;
+  for (std::size_t k = 0; k < std::min(wanted.size(), result.after.points.size()); ++k) {
+    const double change = (result.after.points[k].wanted.tip - wanted[k]).norm();
+    result.largest_change = std::max(result.largest_change, change);
+    sum += change * change;
+  }
+  result.rms_change = wanted.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(wanted.size()));
+  return result;
+}
+
+}  // namespace tandem::planning

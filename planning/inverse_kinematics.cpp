@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/inverse_kinematics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace tandem::planning {
+namespace {
+
+constexpr double kSlack = 1e-6;       ///< by which a demand may be missed: in m, or of stability
+constexpr double kDirection = 1e-6;   ///< rad
+constexpr double kForce = 1e-6;       ///< multipliers above this hold the tip back
+constexpr double kNearlyThere = 0.3;  ///< |r|^2 / 2 of a nearest pose from which the pose itself is tried
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+std::string format(const char* pattern, double value) {
+  char text[96];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+std::string label(int arm) { return std::string("arm ") + static_cast<char>('a' + arm); }
+
+/// Limits that the nearest pose stands at and is pushed against, the strongest first.
+std::vector<ActiveLimit> heldBack(const Arms& arms, const PoseProblem& problem, const PoseSolution& nearest) {
+  constexpr double kStandsAt = 1e-6, kWeak = 1e-3;  // m or rad; of the strongest
+  std::vector<ActiveLimit> held;
+  const PosePoint point = evaluate(problem, nearest.q);
+  const double pull = kForce * std::max(1.0, std::sqrt(2.0 * point.objective));
+  for (Eigen::Index k = 0; k < std::min(nearest.multipliers.size(), point.constraints.size()); ++k) {
+    const ConstraintName& row = point.names[static_cast<std::size_t>(k)];
+    if (row.kind == ConstraintName::Kind::kRow && nearest.multipliers[k] > pull && point.constraints[k] > -1e-5)
+      held.push_back(
+          {row.arm, safety::describe(arms.limits[at(row.arm)]->rows[at(row.index)]), nearest.multipliers[k]});
+  }
+  for (int arm = 0; arm < arms.count() && nearest.joint_multipliers.size() > 0; ++arm) {
+    for (int j = 0; j < arms.size(arm); ++j) {
+      const int k = arms.offset(arm) + j, n = arms.size(arm) / 2;
+      const double force = nearest.joint_multipliers[k];
+      const safety::JointLimit& joint = arms.limits[at(arm)]->joints[at(j)];
+      const double gap = force > 0.0 ? joint.upper - nearest.q[k] : nearest.q[k] - joint.lower;
+      if (std::abs(force) <= pull || gap > kStandsAt)
+        continue;
+      held.push_back({arm,
+                      std::string(force > 0.0 ? "upper" : "lower") + " limit of " +
+                          (j < n ? "translation " : "rotation ") + std::to_string(j % n + 1),
+                      std::abs(force)});
+    }
+  }
+  std::stable_sort(held.begin(), held.end(), [](const auto& a, const auto& b) { return a.force > b.force; });
+  std::erase_if(held, [&](const ActiveLimit& limit) { return limit.force < kWeak * held.front().force; });
+  return held;
+}
+
+/// Those of the arm; where there are none, all.
+std::string wordsOf(const std::vector<ActiveLimit>& limits, int arm) {
+  const bool own = std::any_of(limits.begin(), limits.end(), [arm](const ActiveLimit& l) { return l.arm == arm; });
+  std::string words;
+  for (const ActiveLimit& limit : limits) {
+    if (limit.arm == arm || !own)
+      words += (words.empty() ? "" : ", ") + (own ? "" : label(limit.arm) + " ") + limit.words;
+  }
+  return words;
+}
+
+}  // namespace
+
+std::string_view name(Reach reach) {
+  constexpr std::string_view kNames[] = {
+      "reached",      "outside_workspace", "limits",          "unstable",  "arms_touch",
+      "port_touched", "reconfiguration",   "iteration_limit", "cancelled", "invalid"};
+  return kNames[static_cast<std::size_t>(reach)];
+}
+
+double IkAnswer::largestError() const { return error.empty() ? 0.0 : *std::max_element(error.begin(), error.end()); }
+
+InverseKinematics::InverseKinematics(Arms arms, IkOptions options)
+    : arms_(std::move(arms)), options_(std::move(options)) {
+  for (const safety::ArmLimits* limits : arms_.limits)
+    samplers_.emplace_back(*limits);
+}
+
+/** What one call has found so far. */
+struct InverseKinematics::Search {
+  PoseProblem problem;                                     ///< reach; its demands are those that have proved necessary
+  IkAnswer best;                                           ///< reached, or the nearest so far
+  double least = std::numeric_limits<double>::infinity();  ///< objective of the nearest so far
+  std::optional<Reach> broken;  ///< a demand that stood in the way of joints that reach the targets
+  PoseProblem nearest_problem;  ///< of the nearest so far
+  PoseSolution nearest;
+  bool reached = false;
+  int starts = 0, iterations = 0;
+};
+
+/// Checks a solution against everything that was asked for. @return whether it reaches the targets and keeps all.
+bool InverseKinematics::take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const {
+  PoseProblem all = problem;
+  all.demands = options_.demands;
+  const PosePoint point = evaluate(all, solution.q);
+  if (!point.answered)
+    return false;
+  IkAnswer answer;
+  answer.q = solution.q;
+  answer.branches = point.branches;
+  bool there = true, turned = true;
+  for (const kinematics::Tip& tip : point.tips) {
+    answer.tips.push_back(tip.pose.translation());
+    answer.stability = std::min(answer.stability, tip.conjugate_points > 0 ? 0.0 : tip.stability);
+  }
+  for (const TipTarget& target : problem.targets) {
+    const kinematics::Tip& tip = point.tips[at(target.arm)];
+    answer.error.push_back((tip.pose.translation() - target.position).norm());
+    there = there && answer.error.back() <= options_.tolerance;
+    if (target.direction)
+      turned = turned && (tip.pose.linear().col(2) - *target.direction).norm() <= kDirection;
+  }
+  bool inside = true;
+  Reach reach = Reach::kReached;
+  Demands& needed = search.problem.demands;
+  for (Eigen::Index k = 0; k < point.constraints.size(); ++k) {
+    const double value = point.constraints[k];
+    switch (point.names[static_cast<std::size_t>(k)].kind) {
+      case ConstraintName::Kind::kRow:
+        inside = inside && value <= 1e-8;
+        break;
+      case ConstraintName::Kind::kRelative:
+        inside = inside && std::abs(value) <= 1e-4;  // 1e-6 m
+        break;
+      case ConstraintName::Kind::kStability:
+        if (value < -kSlack || answer.stability <= 0.0)
+          needed.stability = options_.demands.stability, reach = Reach::kUnstable;
+        break;
+      case ConstraintName::Kind::kClearance:
+        answer.clearance = *options_.demands.clearance + 0.01 * value;
+        if (0.01 * value < -kSlack)
+          needed.clearance = options_.demands.clearance, reach = Reach::kArmsTouch;
+        break;
+      case ConstraintName::Kind::kPort:
+        if (0.01 * value < -kSlack) {
+          needed.port = options_.demands.port;
+          needed.port_clearance = options_.demands.port_clearance;
+          reach = Reach::kPort;
+        }
+        break;
+      default:
+        break;
+    }
+  }
+  answer.reach = reach;
+  if (!inside)
+    return false;
+  if (there && turned && reach != Reach::kReached && !search.broken)
+    search.broken = reach;
+  if (reach != Reach::kReached)
+    return false;
+  if (there && turned) {
+    search.best = answer;
+    search.reached = true;
+    return true;
+  }
+  if (!problem.nearest)
+    return false;
+  const double objective = point.objective;
+  if (objective < search.least) {
+    search.least = objective;
+    search.best = answer;
+    search.nearest = solution;
+    search.nearest_problem = problem;
+  }
+  return false;
+}
+
+/// From a start to the pose itself. Demands that a solution breaks are asked for in the next try.
+void InverseKinematics::attempt(Search& search, const safety::RobotVector& start) const {
+  constexpr int kTries = 4, kShort = 40;  // what has not arrived by then seldom does
+  safety::RobotVector from = start;
+  ++search.starts;
+  for (int i = 0; i < kTries && !search.reached && !cancelled(); ++i) {
+    const PoseProblem problem = search.problem;
+    const PoseSolution solution =
+        planning::solve(problem, from, std::min(options_.max_iterations, kShort), options_.cancelled);
+    search.iterations += solution.iterations;
+    if (take(search, problem, solution))
+      return;
+    const Demands &before = problem.demands, &now = search.problem.demands;
+    const bool more = before.stability != now.stability || before.clearance != now.clearance ||
+                      before.port.has_value() != now.port.has_value();
+    if (!more)
+      return;
+  }
+}
+
+/// From a start to the nearest pose; from there to the pose itself, where they are one.
+void InverseKinematics::improve(Search& search, const safety::RobotVector& start) const {
+  constexpr int kTries = 4;
+  ++search.starts;
+  safety::RobotVector from = start;
+  for (int i = 0; i < kTries && !cancelled(); ++i) {
+    PoseProblem problem = search.problem;
+    problem.nearest = true;
+    const PoseSolution solution = planning::solve(problem, from, options_.max_iterations, options_.cancelled);
+    search.iterations += solution.iterations;
+    const Demands before = problem.demands;
+    if (take(search, problem, solution))
+      break;
+    const Demands& now = search.problem.demands;
+    if (before.stability == now.stability && before.clearance == now.clearance &&
+        before.port.has_value() == now.port.has_value()) {
+      from = solution.q;
+      break;
+    }
+  }
+  PoseProblem near = search.problem;
+  near.nearest = true;
+  const safety::RobotVector q = search.reached ? search.best.q : from;
+  const PosePoint point = evaluate(near, q);
+  if (!point.answered || point.objective > kNearlyThere)
+    return;
+  search.reached = false;
+  const IkAnswer found = search.best;
+  attempt(search, q);
+  --search.starts;
+  if (!search.reached && found.reach == Reach::kReached && found.largestError() <= options_.tolerance) {
+    search.best = found;
+    search.reached = true;
+  }
+}
+
+/// Says what stands in the way of the nearest pose.
+void InverseKinematics::explain(Search& search) const {
+  IkAnswer& best = search.best;
+  if (best.tips.empty()) {
+    best.reach = Reach::kIterationLimit;
+    best.words = "no solution was found within the limits of the iterations";
+    return;
+  }
+  if (const Demands& needed = search.problem.demands; !search.broken && !cancelled()) {
+    // Was it the demands? Not if the targets are out of reach without them, too.
+    IkOptions plain = options_;
+    plain.demands = {};
+    const bool any = needed.stability || needed.clearance || needed.port;
+    const PoseProblem& wanted = search.problem;
+    if (any && InverseKinematics(arms_, plain).solve(wanted.targets, wanted.reference, wanted.branches).reach ==
+                   Reach::kReached)
+      search.broken = needed.stability ? Reach::kUnstable : needed.clearance ? Reach::kArmsTouch : Reach::kPort;
+  }
+  best.limits = heldBack(arms_, search.nearest_problem, search.nearest);
+  best.reach = search.broken ? *search.broken : best.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;
+  for (std::size_t k = 0; k < best.error.size(); ++k) {
+    if (best.error[k] <= options_.tolerance && best.error.size() > 1)
+      continue;
+    const std::string far = label(search.problem.targets[k].arm) + ": " + format("%.3g mm ", 1e3 * best.error[k]);
+    best.words += (best.words.empty() ? "" : "; ") + far;
+    if (best.reach == Reach::kOutsideWorkspace)
+      best.words += "beyond the edge of the workspace";
+    else if (best.reach == Reach::kLimits)
+      best.words += "away, held back by " + wordsOf(best.limits, search.problem.targets[k].arm);
+    else if (best.reach == Reach::kUnstable)
+      best.words += "away; the pose itself needs an arm that is less stable than asked for";
+    else if (best.reach == Reach::kArmsTouch)
+      best.words += "away; in the pose itself the arms are nearer to each other than asked for";
+    else
+      best.words += "away; in the pose itself the arm is nearer to the port than asked for";
+  }
+}
+
+IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
+                                  const safety::RobotVector& reference,
+                                  const std::vector<kinematics::Branch>& branches,
+                                  bool keep_relative) const {
+  constexpr double kAside = 0.05;                     // rad, out of a plane
+  constexpr double kAlmost = 1e-3, kHopeless = 3e-3;  // m
+  constexpr int kBatches = 4, kAsides = 3;
+  Search search;
+  search.best.q = reference;
+  bool valid = reference.size() == arms_.jointCount() && reference.allFinite() && !targets.empty();
+  for (const TipTarget& target : targets) {
+    valid = valid && target.arm >= 0 && target.arm < arms_.count() && target.position.allFinite() &&
+            (!target.direction || std::abs(target.direction->norm() - 1.0) < 1e-6);
+  }
+  if (!valid) {
+    search.best.words = "a target or the reference is not finite, of the wrong size, or names no arm";
+    return search.best;
+  }
+  search.problem = {&arms_, targets, reference, branches, false, keep_relative && targets.size() > 1, {}};
+  search.problem.translation_trust = options_.translation_trust;
+  search.problem.rotation_trust = options_.rotation_trust;
+  std::mt19937_64 engine(options_.seed);
+  attempt(search, neighbour(reference, 0.0, engine));
+  double turn = kAside;
+  for (int i = 0; i < (options_.local ? kAsides : 1) && !search.reached && !cancelled(); ++i, turn *= 2.0) {
+    const safety::RobotVector aside = neighbour(reference, turn, engine);
+    if (options_.local)
+      attempt(search, aside);
+    if (!search.reached)
+      improve(search, aside);
+    if (search.best.largestError() > kHopeless)
+      break;
+  }
+  // A nearest pose that is almost the pose itself is worth more starts.
+  for (int batch = 0; batch < kBatches && !search.reached && !options_.local; ++batch) {
+    if (batch > 0 && !(search.best.largestError() < kAlmost))
+      break;
+    for (const safety::RobotVector& other : starts(search.problem, options_.seed + static_cast<std::uint64_t>(batch))) {
+      if (search.reached || cancelled())
+        break;
+      improve(search, other);
+    }
+  }
+  if (!search.reached && search.best.tips.empty() && search.problem.keep_relative && !cancelled())
+    return solve(targets, reference, branches, false);  // the difference cannot be kept anywhere
+  search.best.starts = search.starts;
+  search.best.iterations = search.iterations;
+  if (cancelled() && !search.reached) {
+    search.best.reach = Reach::kCancelled;
+    search.best.words = "cancelled";
+  } else if (!search.reached) {
+    explain(search);
+  }
+  return search.best;
+}
+
+}  // namespace tandem::planning

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The nonlinear programmes of inverse kinematics: what they minimise, under which constraints, and one solution
+ * with Ipopt. */
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinematics/clearance.h"
+#include "safety/limits.h"
+
+namespace tandem::planning {
+
+/** The arms of a robot as planning sees them; what it points to must outlive it. */
+struct Arms {
+  std::vector<const kinematics::ArmModel*> models;
+  std::vector<const safety::ArmLimits*> limits;
+
+  int count() const { return static_cast<int>(models.size()); }
+  int size(int arm) const { return models[static_cast<std::size_t>(arm)]->arm().jointCount(); }
+  int offset(int arm) const;  ///< of the arm's first joint in the stacked vector
+  int jointCount() const { return offset(count()); }
+};
+
+/** Where a tip shall be, and optionally where it shall point. */
+struct TipTarget {
+  int arm = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, robot base frame
+  std::optional<Eigen::Vector3d> direction;            ///< of the tool's z axis, unit vector, robot base frame
+};
+
+/** What a pose must keep besides the limits of the joints. Absent ones are not asked for. */
+struct Demands {
+  std::optional<double> stability;       ///< smallest Tip::stability of every arm
+  std::optional<double> clearance;       ///< smallest distance between any two arms, m
+  std::optional<kinematics::Port> port;  ///< that no arm may touch
+  double port_clearance = 0.0;           ///< smallest distance to it, m
+};
+
+/** One inverse kinematics problem over the joints q of all arms, with z_j = q_j / u_j, u = 0.1 m or 1 rad.
+ *
+ * Residuals of target k: r_k = [(p_k(q) - t_k) / 10 mm; 5 (a_k(q) - d_k)], the second part if there is a direction.
+ *
+ *     reach:    min  1/2 |z - z_ref|^2                        s.t.  p_k(q) = t_k,  E_k' a_k(q) = 0,  d_k' a_k(q) >= 0
+ *     nearest:  min  1/2 sum_k |r_k|^2 + 1/2 rho |z - z_ref|^2
+ *     nearest, relative kept:  min 1/2 |r_1|^2 + ...          s.t.  p_1(q) - p_2(q) = t_1 - t_2
+ *
+ * and all of them  lower <= q <= upper,  |q - q_ref| <= trust,  A q <= b  (equation (1) of Alsaka et al. 2024),
+ * stability_i(q) >= sigma, clearance_ij(q) >= c,  port_i(q) >= c_port; E_k spans the plane across d_k, rho = 1e-8 makes
+ * the minimum unique. */
+struct PoseProblem {
+  const Arms* arms = nullptr;
+  std::vector<TipTarget> targets;
+  safety::RobotVector reference;             ///< q_ref
+  std::vector<kinematics::Branch> branches;  ///< one per arm, from which equilibria are followed; unknown: cold
+  bool nearest = false;
+  bool keep_relative = false;  ///< of the first two targets
+  Demands demands;
+  /// |q - q_ref| of translations and rotations, m and rad: for continuation. Infinite: anywhere.
+  double translation_trust = safety::kUnlimited, rotation_trust = safety::kUnlimited;
+
+  /// Box of a joint of the stacked vector: its limit, and the trust around q_ref.
+  safety::Interval box(int joint) const;
+  static double unit(const Arms& arms, int joint);  ///< u_j, m or rad
+};
+
+/** What a constraint row stands for. */
+struct ConstraintName {
+  enum class Kind { kTarget, kRelative, kRow, kStability, kClearance, kPort } kind;
+  int arm = 0;
+  int index = 0;  ///< row of the arm's limits, or the other arm
+};
+
+/** Objective, constraints and exact first derivatives at one q. Units: those of the programme. */
+struct PosePoint {
+  bool answered = false;  ///< every model could answer
+  kinematics::ModelStatus status = kinematics::ModelStatus::kOk;
+  std::vector<kinematics::Tip> tips;
+  std::vector<kinematics::Branch> branches;
+  double objective = 0.0;
+  Eigen::VectorXd gradient;     ///< of the objective by z
+  Eigen::VectorXd constraints;  ///< g
+  Eigen::MatrixXd jacobian;     ///< dg / dz
+  Eigen::VectorXd lower, upper;
+  std::vector<ConstraintName> names;
+};
+
+PosePoint evaluate(const PoseProblem& problem, const safety::RobotVector& q);
+
+/// d / dz of sum_k R_k(q)' w_k over the targets, R_k = d r_k / dz, and of 1/2 factor sum |r_k|^2: curvature of the
+/// Lagrangian by central differences of exact gradients. @param multipliers  of the constraints
+Eigen::MatrixXd curvature(const PoseProblem& problem,
+                          const safety::RobotVector& q,
+                          double factor,
+                          const Eigen::VectorXd& multipliers);
+
+struct PoseSolution {
+  bool solved = false;     ///< Ipopt reached its tolerances
+  bool cancelled = false;  ///< the caller's wish
+  bool iteration_limit = false;
+  safety::RobotVector q;
+  Eigen::VectorXd multipliers;        ///< of the constraints; positive: pushed at the upper bound
+  Eigen::VectorXd joint_multipliers;  ///< of the boxes, upper minus lower
+  int iterations = 0;
+};
+
+/// Solves from `start`, which has to be inside the limits.
+PoseSolution solve(const PoseProblem& problem,
+                   const safety::RobotVector& start,
+                   int max_iterations,
+                   const std::function<bool()>& cancelled);
+
+}  // namespace tandem::planning

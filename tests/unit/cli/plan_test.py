@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tandem plan: verdicts, reasons, files and exit codes."""
+import csv
+import json
+import pathlib
+import re
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
+import system  # noqa: E402
+
+FAR = """tandem: trajectory/1
+name: far
+arm: a
+other_arm: b
+shape:
+  line: {displacement_mm: [0, 0, 200]}
+points: 12
+relative: hold
+"""
+NEAR = FAR.replace("200", "10").replace("points: 12", "points: 5")
+
+
+def plan(*arguments):
+    answer = system.run("plan", *arguments)
+    return answer, (json.loads(answer.stdout) if "--json" in arguments and answer.returncode < 2 else None)
+
+
+class Plan(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="tandem-test-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.far = self.folder / "far.yaml"
+        self.far.write_text(FAR)
+        self.near = self.folder / "near.yaml"
+        self.near.write_text(NEAR)
+
+    def test_a_trajectory_that_can_be_run_ends_with_0_and_one_that_cannot_says_where_and_why(self):
+        answer, report = plan("check", self.near, "--json")
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        self.assertTrue(report["feasible"])
+        self.assertEqual((report["points"], report["unreachable"]), (5, []))
+        self.assertRegex(answer.stderr, r"point 5/5")
+        answer, report = plan("check", self.far, "--json")
+        self.assertEqual(answer.returncode, 1, answer.stderr)
+        self.assertFalse(report["feasible"])
+        last = report["unreachable"][-1]
+        self.assertEqual((last["point"], last["reason"]), (12, "limits"))
+        self.assertRegex(last["words"], r"arm a: [\d.]+ mm away, held back by .*translation")
+        self.assertAlmostEqual(sum((a - b) ** 2 for a, b in zip(last["wanted_m"], last["nearest_m"])) ** 0.5,
+                               last["error_m"], delta=1e-9)
+        text, _ = plan("check", self.far)
+        self.assertEqual(text.returncode, 1)
+        self.assertIn(f"point 12: {last['words']}", text.stdout)
+
+    def test_a_repaired_trajectory_can_be_run(self):
+        repaired = self.folder / "repaired.yaml"
+        answer, report = plan("repair", self.far, "-o", repaired, "--json")
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        self.assertTrue(report["after"]["feasible"])
+        self.assertGreater(report["largest_change_m"], 1e-3)
+        self.assertEqual(system.run("validate", repaired).returncode, 0)
+        again, _ = plan("check", repaired)
+        self.assertEqual(again.returncode, 0, again.stdout)
+
+    def test_joints_for_a_tip_give_that_tip(self):
+        answer, report = plan("ik", "--tip", "a=0.02,0.01,0.3", "--tip", "b=0.03,-0.015,0.25", "--json")
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        for arm, first, tip in (("a", 0, (0.02, 0.01, 0.3)), ("b", 6, (0.03, -0.015, 0.25))):
+            row = ",".join(repr(x) for x in report["joints"][first:first + 6]) + "\n"
+            line = next(csv.DictReader(system.run("fk", "--arm", arm, text=row).stdout.splitlines()))
+            for name, wanted in zip("xyz", tip):
+                self.assertAlmostEqual(float(line[name]), wanted, delta=1e-6)
+        answer, report = plan("ik", "--tip", "a=0.02,0.01,0.7", "--json")
+        self.assertEqual((answer.returncode, report["reached"], report["reason"]), (1, False, "limits"))
+        self.assertGreater(len(report["limits"]), 0)
+
+    def test_timing_keeps_the_speed_of_the_carriages(self):
+        table = self.folder / "timing.csv"
+        answer, report = plan("time", self.near, "--csv", table, "--json")
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        rows = list(csv.DictReader(table.read_text().splitlines()))
+        self.assertEqual(len(rows), 6)
+        self.assertAlmostEqual(float(rows[-1]["t"]), report["seconds"], delta=1e-9)
+        for before, after in zip(rows, rows[1:]):
+            duration = float(after["t"]) - float(before["t"])
+            for j in (1, 2, 3, 7, 8, 9):
+                self.assertLessEqual(abs(float(after[f"q_{j}"]) - float(before[f"q_{j}"])), 5e-3 * duration + 1e-12)
+
+    def test_starts_come_best_first(self):
+        answer, starts = plan("start", self.near, "--tries", "4", "--json")
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        self.assertTrue(any(start["given"] for start in starts))
+        self.assertEqual([s["unreachable"] for s in starts], sorted(s["unreachable"] for s in starts))
+
+    def test_bad_input_ends_with_2_and_names_the_place(self):
+        self.far.write_text(FAR.replace("displacement_mm: [0, 0, 200]", "displacement_mm: [0, 0]"))
+        answer, _ = plan("check", self.far)
+        self.assertEqual(answer.returncode, 2)
+        self.assertRegex(answer.stderr, re.escape(str(self.far)) + r":6:\d+: .*displacement_mm")
+        for arguments, words in ((("check", "nowhere"), "nowhere"), (("ik", "--tip", "a=1,2"), "--tip"),
+                                 (("ik", "--tip", "c=1,2,3"), "arm_a, arm_b"),
+                                 (("check", self.near, "--from", "table3:9"), "expected a configuration"),
+                                 (("check", self.near, "--joints", "1,2,3"), "--joints"),
+                                 (("check", self.near, "--stability", "2"), "--stability")):
+            answer, _ = plan(*arguments)
+            self.assertEqual(answer.returncode, 2, arguments)
+            self.assertIn(words, answer.stderr)
+
+    def test_help_teaches(self):
+        for name in ("check", "repair", "ik", "time", "start"):
+            answer = system.run("plan", name, "--help")
+            self.assertEqual(answer.returncode, 0)
+            self.assertIn("--clearance-mm", answer.stdout)
+        self.assertIn("tandem plan check circle", system.run("plan", "--help").stdout)
+
+
+if __name__ == "__main__":
+    system.main()
