@@ -59,7 +59,7 @@ TEST(InverseKinematics, RefusesTipsOutsideTheWorkspaceWithTheNearestOne) {
   const InverseKinematics ik(robot.one);
   std::map<Reach, int> reasons;
   double most = 0.0;
-  for (int done = 0; done < cases(30); ++done) {
+  for (std::uint32_t done = 0; done < cases(30); ++done) {
     // No arm is longer than 437 mm.
     const Eigen::Vector3d way(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
     const Eigen::Vector3d far = Eigen::Vector3d(0, 0.005, 0) + way.normalized() * random.uniform(0.438, 0.6);
@@ -157,7 +157,7 @@ TEST(InverseKinematics, KeepsTheArmsApart) {
   options.demands.clearance = 2e-3;
   const InverseKinematics free(robot.both), apart(robot.both, options);
   int touching = 0, reached = 0;
-  for (int done = 0; done < cases(16); ++done) {
+  for (std::uint32_t done = 0; done < cases(16); ++done) {
     safety::RobotVector q;
     std::vector<kinematics::Tip> tips;
     if (!robot.known(robot.both, random, q, tips))
