@@ -63,14 +63,19 @@ class Walker {
         options_(options),
         near_(arms, local(options)),
         far_(arms, tolerant(options.ik, options.accept)),
-        branches_(std::move(start.branches)) {}
+        branches_(std::move(start.branches)) {
+    last_.tip = start.tips[at(spec.arm)].pose.translation();
+    last_.relative = last_.tip - start.tips[at(spec.other_arm)].pose.translation();
+  }
 
   PointReport step(int number, const TrajectoryPoint& point, const safety::RobotVector& q) {
-    const std::vector<TipTarget> targets{{spec_.arm, point.tip, {}}, {spec_.other_arm, point.tip - point.relative, {}}};
+    const std::vector<TipTarget> targets = targetsOf(point);
     IkAnswer answer = near_.solve(targets, q, branches_, true);
-    if (answer.reach != Reach::kReached && answer.reach != Reach::kCancelled && !followsKnownEdge(answer)) {
+    if (answer.reach == Reach::kReached && !follow(last_, point, q, answer, options_.halvings))
+      answer.reach = cancelled() ? Reach::kCancelled : Reach::kReconfiguration;
+    else if (answer.reach != Reach::kReached && answer.reach != Reach::kCancelled && !followsKnownEdge(answer)) {
       IkAnswer elsewhere = far_.solve(targets, q, {}, true);
-      if (elsewhere.reach == Reach::kReached && !jumps(q, elsewhere.q))
+      if (elsewhere.reach == Reach::kReached && follow(last_, point, q, elsewhere, options_.halvings))
         answer = elsewhere;
       else if (elsewhere.reach == Reach::kReached && !demanded(answer.reach))
         answer.reach = Reach::kReconfiguration;
@@ -86,10 +91,35 @@ class Walker {
     PointReport report = reportOf(number, point, answer);
     if (answer.reach == Reach::kReached)
       branches_ = answer.branches;
+    last_ = {report.tip, report.actual_relative};
     return report;
   }
 
  private:
+  std::vector<TipTarget> targetsOf(const TrajectoryPoint& point) const {
+    return {{spec_.arm, point.tip, {}}, {spec_.other_arm, point.tip - point.relative, {}}};
+  }
+  bool cancelled() const { return options_.ik.cancelled && options_.ik.cancelled(); }
+
+  /** Whether joints come from q to an answer along the straight way of the tips. Where they move far, the way is halved
+   * until they do not; what still jumps is no way. @param answer  at `to`; replaced by what the halves lead to */
+  bool follow(const TrajectoryPoint& from,
+              const TrajectoryPoint& to,
+              const safety::RobotVector& q,
+              IkAnswer& answer,
+              int halvings) const {
+    if (!jumps(q, answer.q))
+      return true;
+    if (halvings == 0 || cancelled())
+      return false;
+    const TrajectoryPoint middle{0.5 * (from.tip + to.tip), 0.5 * (from.relative + to.relative)};
+    IkAnswer half = near_.solve(targetsOf(middle), q, branches_, true);
+    if (half.reach != Reach::kReached || !follow(from, middle, q, half, halvings - 1))
+      return false;
+    answer = near_.solve(targetsOf(to), half.q, half.branches, true);
+    return answer.reach == Reach::kReached && follow(middle, to, half.q, answer, halvings - 1);
+  }
+
   static IkOptions tolerant(IkOptions ik, double accept) {
     ik.tolerance = std::min(ik.tolerance, accept);
     return ik;
@@ -113,7 +143,7 @@ class Walker {
 
   bool jumps(const safety::RobotVector& from, const safety::RobotVector& to) const {
     for (int j = 0; j < from.size(); ++j) {
-      const double allowed = PoseProblem::unit(arms_, j) < 1.0 ? options_.translation_jump : options_.rotation_jump;
+      const double allowed = PoseProblem::unit(arms_, j) < 1.0 ? options_.translation_step : options_.rotation_step;
       if (std::abs(to[j] - from[j]) > allowed)
         return true;
     }
@@ -141,7 +171,8 @@ class Walker {
     }
     report.tip = tips[at(spec_.arm)];
     report.error = (report.tip - point.tip).norm();
-    report.relative_error = (report.tip - tips[at(spec_.other_arm)] - point.relative).norm();
+    report.actual_relative = report.tip - tips[at(spec_.other_arm)];
+    report.relative_error = (report.actual_relative - point.relative).norm();
     if (report.reach != Reach::kCancelled && report.reach != Reach::kReconfiguration &&
         std::max(report.error, report.relative_error) <= options_.accept)
       report.reach = Reach::kReached;
@@ -153,6 +184,7 @@ class Walker {
   const FeasibilityOptions& options_;
   InverseKinematics near_, far_;
   std::vector<kinematics::Branch> branches_;
+  TrajectoryPoint last_;  ///< where the tips are
   Reach edge_ = Reach::kReached;
 };
 

@@ -15,12 +15,12 @@ struct PointReport {
   int point = 0;  ///< counts from 1; 0: the start
   TrajectoryPoint wanted;
   Reach reach = Reach::kReached;
-  std::string words;            ///< why not
-  safety::RobotVector q;        ///< joints at the point, or at the nearest one that can be had
-  Eigen::Vector3d tip;          ///< there, m
-  double error = 0.0;           ///< of the tip, m
-  double relative_error = 0.0;  ///< m
-  double stability = 1.0, clearance = safety::kUnlimited;  ///< as IkAnswer's
+  std::string words;      ///< why not
+  safety::RobotVector q;  ///< joints at the point, or at the nearest one that can be had
+  Eigen::Vector3d tip = Eigen::Vector3d::Zero(), actual_relative = Eigen::Vector3d::Zero();  ///< there, m
+  double error = 0.0;                                                                        ///< of the tip, m
+  double relative_error = 0.0;                                                               ///< m
+  double stability = 1.0, clearance = safety::kUnlimited;                                    ///< as IkAnswer's
 };
 
 struct FeasibilityReport {
@@ -40,6 +40,9 @@ struct FeasibilityOptions {
   double accept = 1e-5;  ///< m: points nearer than this are reached
   /// Joints may move by this much from one point to the next, m and rad; farther is another configuration of the arm.
   double translation_jump = 0.02, rotation_jump = 1.5;
+  /// Where they move by more than this, the way between two points is halved, at most so often, until they do not.
+  double translation_step = 0.01, rotation_step = 0.3;
+  int halvings = 4;
   std::function<void(int point, int points)> progress;  ///< may be empty
 };
 
@@ -48,7 +51,8 @@ struct FeasibilityOptions {
  *
  *     q_k = argmin 1/2 |z - z_(k-1)|^2   s.t.  p_A(q) = x_A,k,   p_A(q) - p_B(q) = x_AB,k,   all limits and demands.
  *
- * A point that cannot be had so is looked for from everywhere. If it is found, the arms would have to go to another
+ * Where joints move far between two points, the way is halved: what jumps however short the way is no way. A point that
+ * cannot be had so is looked for from everywhere. If it is found, the arms would have to go to another
  * configuration (kReconfiguration); else the nearest point that keeps x_AB,k is answered, with the reason.
  * @param start  joints of all arms; the trajectory's offsets count from their tips */
 FeasibilityReport checkTrajectory(const Arms& arms,

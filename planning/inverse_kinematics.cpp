@@ -273,7 +273,7 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
                                   bool keep_relative) const {
   constexpr double kAside = 0.05;                     // rad, out of a plane
   constexpr double kAlmost = 1e-3, kHopeless = 3e-3;  // m
-  constexpr int kBatches = 4, kAsides = 3;
+  constexpr int kBatches = 4, kAsides = 3, kPolish = 3;
   Search search;
   search.best.q = reference;
   bool valid = reference.size() == arms_.jointCount() && reference.allFinite() && !targets.empty();
@@ -310,6 +310,9 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
       improve(search, other);
     }
   }
+  // The nearest pose once more from itself: an interior-point method may end short of a corner of the limits.
+  for (int i = 0; i < kPolish && !search.reached && !options_.local && !search.best.tips.empty() && !cancelled(); ++i)
+    improve(search, neighbour(search.best.q, 0.1 * kAside * i, engine));
   if (!search.reached && search.best.tips.empty() && search.problem.keep_relative && !cancelled())
     return solve(targets, reference, branches, false);  // the difference cannot be kept anywhere
   search.best.starts = search.starts;
