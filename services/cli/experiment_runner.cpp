@@ -130,12 +130,12 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
   }
   const std::uint64_t asked = client_->snapshot().status.sequence;
   const bool there = client_->waitFor(kJourney, [&](const Snapshot& s) {
-    bool busy = s.status.sequence <= asked + 1, faulty = false;
+    bool busy = s.status.sequence <= asked + 1, latched = false;
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
       busy = busy || s.status.busy[k] != 0;
-      faulty = faulty || s.status.faults[k] != 0;
+      latched = latched || s.status.faults[k] != 0;
     }
-    return faulty || !busy;
+    return latched || !busy;
   });
   refuseFault(client_->snapshot(), plan.key.name() + ", on the way to the start");
   if (!there)
