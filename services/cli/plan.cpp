@@ -50,7 +50,7 @@ void print(const planning::FeasibilityReport& report) {
   }
   if (report.planar_start) {
     std::cout << "note: an arm starts with all tubes bent in one plane, where rotations move its tip across that plane "
-                 "only; inward in the plane, control needs an alpha offset of about 1e-4 rad\n";
+                 "only; inward in the plane, control first turns its tubes a little apart\n";
   }
   for (const planning::PointReport& point : report.points) {
     if (point.reach != planning::Reach::kReached)

@@ -2,8 +2,6 @@
 /** @file Random tasks in closed loop, beside what plan check says of them beforehand. */
 #include <gtest/gtest.h>
 
-#include <cstdio>
-
 #include "planning/feasibility.h"
 #include "planning/follower.h"
 #include "planning/reference_tracker.h"
@@ -78,7 +76,7 @@ Outcome run(const Pair& robot, const TrajectorySpec& spec, safety::RobotVector q
 TEST(ClosedLoop, NoTaskBreaksALimitAndRefusalsHaveReasons) {
   const Pair robot("rigid");
   int feasible = 0, completed = 0, refused = 0, missed = 0;
-  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(6); ++seed) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(14); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
     const safety::RobotVector start = anyStart(robot, random);
@@ -95,9 +93,6 @@ TEST(ClosedLoop, NoTaskBreaksALimitAndRefusalsHaveReasons) {
       if (report.feasible) {
         ++feasible;
         completed += outcome.completed ? 1 : 0;
-        if (!outcome.completed)
-          std::printf("seed %u: %s does not complete what can be run\n", seed,
-                      std::string(control::name(method)).c_str());
       } else {
         ++refused;
         missed += outcome.completed ? 1 : 0;  // within 0.88 mm, where the check wants 0.01 mm
@@ -106,8 +101,6 @@ TEST(ClosedLoop, NoTaskBreaksALimitAndRefusalsHaveReasons) {
       }
     }
   }
-  std::printf("feasible %d, of these completed %d; refused %d, of these completed all the same %d\n", feasible,
-              completed, refused, missed);
   EXPECT_GT(feasible, 0);
   EXPECT_GE(2 * completed, feasible);
   EXPECT_LE(20 * missed, refused);
