@@ -13,7 +13,6 @@
 #include "config/config.h"
 #include "hal/can/virtual_bus.h"
 #include "hal/robot_hardware.h"
-#include "services/drive_sim/bus_spec.h"
 #include "sim/drives/drive_bus.h"
 
 namespace tandem::bench {
@@ -25,14 +24,30 @@ using safety::OperatingState;
 constexpr std::int64_t kMillisecond = 1'000'000;
 constexpr double kControlPeriod = 0.1;  // s
 
+/// The drives and encoders of one bus, geared as the hardware file says.
+sim::drives::BusSpec specOf(const hal::HardwareConfig& hardware, int bus) {
+  sim::drives::BusSpec spec;
+  for (const hal::AxisConfig& axis : hardware.axes) {
+    if (axis.bus != bus)
+      continue;
+    sim::drives::DriveSpec drive;
+    drive.id = static_cast<std::uint8_t>(axis.node);
+    spec.drives.push_back(drive);
+    sim::drives::EncoderSpec encoder;
+    encoder.id = static_cast<std::uint8_t>(axis.encoder->node);
+    encoder.drive = drive.id;
+    encoder.ratio = hal::AxisUnits(axis.gearing).scale() / hal::AxisUnits(axis.encoder->gearing).scale();
+    spec.encoders.push_back(encoder);
+  }
+  return spec;
+}
+
 /** One wire with its drives, and the HAL's end of it. */
 struct Wire {
-  Wire(const hal::HardwareConfig& hardware, const std::string& name, std::int64_t now)
+  Wire(const hal::HardwareConfig& hardware, int index, std::int64_t now)
       : master(bus.join("hal")), slaves(bus.join("drives")) {
     bus.now = now;
-    sim::drives::BusSpec spec;
-    service::addNodes(hardware, name, spec);
-    drives = std::make_unique<sim::drives::DriveBus>(slaves, spec, now);
+    drives = std::make_unique<sim::drives::DriveBus>(slaves, specOf(hardware, index), now);
   }
   hal::can::VirtualBus bus;
   hal::can::VirtualBus::Port& master;
@@ -45,8 +60,8 @@ class Robot {
  public:
   explicit Robot(const hal::HardwareConfig& hardware) : hardware_(hardware) {
     std::vector<hal::can::Bus*> buses;
-    for (const hal::BusConfig& bus : hardware_.buses) {
-      wires_.push_back(std::make_unique<Wire>(hardware_, bus.name, now_));
+    for (int b = 0; b < static_cast<int>(hardware_.buses.size()); ++b) {
+      wires_.push_back(std::make_unique<Wire>(hardware_, b, now_));
       buses.push_back(&wires_.back()->master);
     }
     hal::RobotOptions options;
