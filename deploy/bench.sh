@@ -13,10 +13,11 @@ Installs the Debian packages that are missing, builds the benchmarks, runs them 
 
   bench_kinematics  forward kinematics with its Jacobian, beside a textbook solution in the same run
   bench_control     one quadratic programme and one control step, beside Ipopt in the same run
+  bench_hal         one cycle of the HAL, two arms on two buses, beside what its frames take on a wire of 1 Mbit/s
 
-Percentiles are over the cases (10,000 joint vectors, 2,000 programmes or steps; fewer for the slow peers), each with the
-best of five repetitions, so that they tell of the code and not of what else the machine did. All other arguments go to
-Google Benchmark.
+Percentiles are over the cases (10,000 joint vectors, 2,000 programmes or steps, 5,000 cycles; fewer for the slow
+peers), each with the best of five repetitions, so that they tell of the code and not of what else the machine did. All
+other arguments go to Google Benchmark.
 
   --output FOLDER  for the results, bench_*.json (default: results)
   --table FILE   prints the table of earlier results; runs nothing
@@ -40,6 +41,16 @@ times = ("p50", "p90", "p99", "p999", "max")
 cpu = results["context"]
 print(f"{cpu['date']}, {cpu['num_cpus']} CPUs at {cpu['mhz_per_cpu']} MHz, load {cpu.get('load_avg', ['?'])[0]}; time per call, us")
 runs = [(run["name"].split("/iterations")[0].split("/"), run) for run in results["benchmarks"]]
+if runs and runs[0][0][0] == "hal":
+    print(f"{'what':<14}{'robot':<14}{'state':<14}" + "".join(f"{name:>11}" for name in times) + f"{'failed':>8}"
+          f"{'frames in':>11}{'out':>8}")
+    for name, run in runs:
+        print("".join(f"{part:<14}" for part in name) + "".join(f"{run[time]:>11.2f}" for time in times)
+              + f"{run['failed']:>8.0f}{run['received']:>11.2f}{run['sent']:>8.2f}")
+    run = runs[-1][1]
+    print(f"on the wire of one bus, by the calculator: {run['wire']:.0f} us of a cycle of {run['period']:.0f} us, load "
+          f"{100 * run['load']:.1f} %; wire and HAL one after the other: {100 * run['wire_share']:.2f} % is the wire's")
+    sys.exit()
 kinematics = any(name[0] == "shooting" or name[0] in ("rigid", "compliant", "loaded") for name, _ in runs)
 heads, peer = ((("model", "arm", "curved parts", "joints"), (0, "shooting")) if kinematics else
                (("what", "problem", "solver", "start"), (2, "ipopt")))
@@ -77,9 +88,9 @@ while (($# > 0)); do
 done
 
 if $install; then install_packages; else report_packages; fi
-build release bench_kinematics bench_control
+build release bench_kinematics bench_control bench_hal
 mkdir -p "$output"
-for program in bench_kinematics bench_control; do
+for program in bench_kinematics bench_control bench_hal; do
   say "running $program"
   "$root/build/release/bin/$program" --benchmark_out="$output/$program.json" --benchmark_out_format=json \
     --benchmark_format=console ${arguments[@]+"${arguments[@]}"} >"$output/$program.log" ||
