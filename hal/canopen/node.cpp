@@ -7,6 +7,8 @@
 namespace tandem::hal::canopen {
 namespace {
 
+constexpr int kMaxRestarts = 3;  ///< of a configuration
+
 std::string hex(std::uint64_t value) {
   char text[24];
   std::snprintf(text, sizeof text, "0x%llX", static_cast<unsigned long long>(value));
@@ -100,12 +102,18 @@ void Node::fail(NodeFailure::Reason reason, std::uint64_t value, SdoAbort abort)
   sdo_.cancel();
 }
 
-void Node::boot(std::int64_t now) noexcept {
-  failure_ = {};
+void Node::restartConfiguration() noexcept {
   step_ = 0;
+  attempts_ = 0;
   transferring_ = false;
   reading_back_ = false;
   has_value_.assign(has_value_.size(), false);
+}
+
+void Node::boot(std::int64_t now) noexcept {
+  failure_ = {};
+  restarts_ = 0;
+  restartConfiguration();
   sdo_.reset();
   nmt_ = NmtState::kUnknown;
   heartbeat_time_ = 0;
@@ -154,7 +162,13 @@ void Node::onHeartbeat(NmtState state, std::int64_t now) noexcept {
   }
   if (phase_ == NodePhase::kIdle || phase_ == NodePhase::kFailed)
     return;
-  if (state == NmtState::kBootUp) {
+  if (state == NmtState::kBootUp && phase_ == NodePhase::kConfiguring && restarts_ < kMaxRestarts) {
+    // It came up by itself just when it was reset, and boots once more: what was written to it is lost.
+    ++restarts_;
+    sdo_.reset();
+    restartConfiguration();
+    enter(NodePhase::kConfiguring, now);
+  } else if (state == NmtState::kBootUp) {
     fail(NodeFailure::Reason::kRebooted);
   } else if (phase_ == NodePhase::kStarting && state == NmtState::kOperational && !nmt_pending_) {
     enter(NodePhase::kOperational, now);

@@ -136,6 +136,7 @@ class Node {
   void beginTransfer(std::int64_t now) noexcept;
   void endTransfer(std::int64_t now) noexcept;
   void nextStep() noexcept;
+  void restartConfiguration() noexcept;
   void judge(std::int64_t now) noexcept;
 
   NodeSetup setup_;
@@ -149,6 +150,7 @@ class Node {
   NodeFailure failure_;
   int step_ = 0;
   int attempts_ = 0;
+  int restarts_ = 0;  ///< boot-ups while it was configured, of this boot
   bool transferring_ = false;
   bool reading_back_ = false;
   bool nmt_pending_ = false;

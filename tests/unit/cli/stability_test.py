@@ -37,6 +37,7 @@ class Report(unittest.TestCase):
     def test_against_fk(self):
         rng = system.seeded(self)
         step = 1e-4  # the measure has an error of 1e-7
+        compared = 0
         for _ in range(4):
             q = compliant_tubes.random_overlap(rng)
             found = report(q)
@@ -47,10 +48,15 @@ class Report(unittest.TestCase):
             self.assertAlmostEqual(found["stability_at"], float(row["stability_at"]), delta=1e-9)
             for joint in range(6):
                 path = [q] + [[x + k * step * (i == joint) for i, x in enumerate(q)] for k in (1, -1)]
-                plus, minus = (float(row["stability"]) for row in fk(path, "--follow")[1:])
+                near = fk(path, "--follow", "--branch")[1:]
+                if any(abs(float(row["stability_at"]) - found["stability_at"]) > 5e-3 for row in near):
+                    continue  # the least of the determinant is elsewhere within the step: a corner of the measure
+                compared += 1
+                plus, minus = (float(row["stability"]) for row in near)
                 slope = (plus - minus) / (2 * step)
                 self.assertAlmostEqual(found["gradient"][joint], slope, delta=1e-3 * abs(slope) + 3e-3,
                                        msg=f"joint {joint + 1} at {q}")
+        self.assertGreater(compared, 6)
 
     def test_equilibria(self):
         rng = system.seeded(self)

@@ -154,6 +154,20 @@ TEST(Network, AnUnaskedBootIsAFailure) {
   EXPECT_EQ(rig.network.node(0).failure().reason, NodeFailure::Reason::kRebooted);
 }
 
+/// Power comes on just when the master resets: the node boots twice.
+TEST(Network, ANodeThatBootsAgainWhileItIsConfiguredStartsOver) {
+  DriveRig rig(test::rigSpec(1));
+  rig.network.addNode(test::driveSetup(1));
+  rig.network.bootAll(rig.now);
+  ASSERT_TRUE(rig.until([&] { return rig.network.node(0).phase() == NodePhase::kConfiguring; }, 1.0));
+  rig.run(0.005);
+  ASSERT_EQ(rig.network.node(0).phase(), NodePhase::kConfiguring);
+  rig.drives.inject({sim::drives::FaultKind::kOff, 1, 0.0, 0.010});
+  EXPECT_TRUE(rig.until([&] { return rig.network.node(0).phase() == NodePhase::kConfigured; }, 2.0))
+      << rig.network.node(0).describeFailure();
+  EXPECT_EQ(rig.drive().dictionary().require(0x6007).value, 3) << "what was written before is lost, and written again";
+}
+
 TEST(Network, ANodeThatLeavesOperationalFails) {
   DriveRig rig(1);
   ASSERT_TRUE(rig.bringUp());
