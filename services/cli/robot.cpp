@@ -12,6 +12,8 @@
 #include "safety/faults.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
+#include "services/cli/plan_print.h"
+#include "services/cli/plan_setup.h"
 #include "services/common/stop_signal.h"
 
 namespace tandem::cli {
@@ -20,7 +22,7 @@ namespace {
 struct Options {
   std::string deployment = "laptop", trajectory, arm, method, name, value;
   std::vector<double> joints;
-  bool json = false, keep_enabled = false;
+  bool json = false, keep_enabled = false, check = false;
 };
 
 /// A running system, with its lease if asked for.
@@ -164,10 +166,26 @@ std::string trajectoryText(const std::string& name) {
   return config::formatTrajectory(config::parseTrajectory(text.str(), file.string(), file.parent_path()));
 }
 
+/// Asks planning, from where the robot stands, under the lease: nobody moves it meanwhile.
+/// @throw Failure where the trajectory cannot be had
+void checkFirst(Session& session, const std::string& text) {
+  dds::ComputationRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
+  request.trajectory = text;
+  request.stability = PlanOptions{}.stability;
+  const auto result = computeLive(session.deployment, request, [&session] { return session.stop.requested(); });
+  if (result.report.feasible != 0)
+    return;
+  print(result.report, std::cerr);
+  throw Failure(kFailure, "nothing was started: " + result.reason);
+}
+
 int runTrajectory(const Options& options) {
   const std::string text = trajectoryText(options.trajectory);
   Session session(options, true);
   Client& client = session.client;
+  if (options.check)
+    checkFirst(session, text);
   if (!options.method.empty()) {
     const auto method = control::methodFromName(options.method);
     if (!method)
@@ -268,6 +286,7 @@ void registerRobot(CLI::App& app, int& exit_code) {
   run->add_option("trajectory", options->trajectory, "trajectory file or preset: circle, line, rectangle, lissajous")
       ->required();
   run->add_option("-m,--method", options->method, "method (default: the one in force)");
+  run->add_flag("--check", options->check, "ask planning first, and start only what can be run from here");
   run->add_flag("--keep-enabled", options->keep_enabled, "leave the arms ENABLED at the end");
 }
 

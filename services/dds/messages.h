@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "safety/dimensions.h"
+#include "services/dds/computation_messages.h"
 
 namespace tandem::dds {
 

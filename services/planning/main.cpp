@@ -6,6 +6,7 @@
 
 #include "services/common/mailbox.h"
 #include "services/common/periodic_loop.h"
+#include "services/planning/computation_desk.h"
 #include "services/planning/planning_core.h"
 #include "services/setup/diagnostics.h"
 
@@ -22,12 +23,35 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   auto replies = bus.writer(dds::kPlanningReply);
   auto paths = bus.writer(dds::kPlanningPath);
   const auto put = [&](const auto& message) { mailbox.put(message); };
-  auto states = bus.reader(dds::kActuationState, put);
+  auto progress = bus.writer(dds::kPlanningProgress);
+  auto results = bus.writer(dds::kPlanningResult);
+  service::ComputationDesk desk(setup, [&](const service::ComputationDesk::Outgoing& message) {
+    if (const auto* reply = std::get_if<dds::Reply>(&message))
+      replies.write(*reply);
+    else if (const auto* step = std::get_if<dds::ComputationProgress>(&message))
+      progress.write(*step);
+    else if (const auto& result = std::get<dds::ComputationResult>(message); !results.write(result)) {
+      spdlog::error("result of a computation: {}", results.lastProblem());
+      dds::ComputationResult failed;
+      failed.client = result.client;
+      failed.request = result.request;
+      failed.kind = result.kind;
+      failed.outcome = static_cast<std::uint8_t>(dds::Outcome::kFailed);
+      failed.reason = "the result cannot be sent: " + results.lastProblem();
+      results.write(failed);
+    }
+  });
+  auto states = bus.reader(dds::kActuationState, [&](const dds::ActuationState& message) {
+    mailbox.put(message);
+    desk.onState(message);
+  });
   auto statuses = bus.reader(dds::kControlStatus, put);
   std::optional<dds::Reader> tips;
   if (setup.deployment.feedback == planning::Feedback::kSensor)
     tips = bus.reader(dds::kSensingTips, put);
   auto requests = bus.reader(dds::kPlanningRequest, put);
+  auto computations =
+      bus.reader(dds::kPlanningCompute, [&](const dds::ComputationRequest& request) { desk.onRequest(request); });
 
   service::PlanningCore core(setup);
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);

@@ -101,6 +101,9 @@ TEST(FixedSizeMembers, LandWhereTheyBelong) {
 template <class M>
 class AnySize : public testing::Test {};
 using AnySizeMessages = testing::Types<PlanningRequest,
+                                       ComputationRequest,
+                                       ComputationProgress,
+                                       ComputationResult,
                                        Reply,
                                        ControlRequest,
                                        Stop,

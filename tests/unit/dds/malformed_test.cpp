@@ -56,6 +56,20 @@ TEST(Malformed, TextsAndListsBeyondReason) {
   stop.reason = std::string("a\0b", 3);
   EXPECT_NE(malformed(stop), nullptr);
 
+  ComputationRequest computation;
+  computation.trajectory.assign(kMaxTrajectory + 1, 'x');  // planning answers that
+  EXPECT_EQ(malformed(computation), nullptr);
+  computation.targets.resize(kMaxList + 1);
+  EXPECT_NE(malformed(computation), nullptr);
+  ComputationResult result;
+  EXPECT_EQ(malformed(result), nullptr);
+  result.report.points.resize(1);
+  result.report.points[0].joints.resize(safety::kMaxJoints + 1);
+  EXPECT_NE(malformed(result), nullptr);
+  result.report.points[0] = {};
+  result.repair.before.points.resize(kMaxList + 1);
+  EXPECT_NE(malformed(result), nullptr);
+
   JointState joints;
   joints.effort.resize(kMaxList + 1);
   EXPECT_NE(malformed(joints), nullptr);
