@@ -35,9 +35,10 @@ std::string reason(const StepProblem& problem, const Conflict::Limit& limit, con
   const double speed = std::abs(limit.bound);
   if (speed >= state.velocity * (1.0 - 1e-9))
     return (joint.rotation ? "rotation velocity limit of " : "velocity limit of ") + whose;
+  if (limit.step)
+    return std::string("largest ") + (joint.rotation ? "rotation" : "translation") + " in a step of " + whose;
   if (joint.rotation)
-    return std::isfinite(state.lower) || std::isfinite(state.upper) ? "rotation limit of " + whose
-                                                                    : "largest rotation in a step of " + whose;
+    return "rotation limit of " + whose;
   return (limit.kind == Conflict::Kind::kLower ? "rear travel limit of " : "front travel limit of ") + whose;
 }
 
@@ -47,6 +48,7 @@ void explain(const StepProblem& problem,
              const VelocityBounds& bounds,
              const QpSolution& certificate,
              Conflict& conflict) noexcept {
+  constexpr double kRounding = 1e-9;
   conflict.count = 0;
   double largest = 0.0;
   const auto add = [&](Conflict::Kind kind, int index, double weight, double bound) {
@@ -61,7 +63,13 @@ void explain(const StepProblem& problem,
     conflict.count = std::min(conflict.count + 1, Conflict::kMost);
     for (int i = conflict.count - 1; i > at; --i)
       conflict.limit[i] = conflict.limit[i - 1];
-    conflict.limit[at] = {kind, index, weight, bound};
+    bool step = false;
+    if (kind != Conflict::Kind::kRow) {
+      const bool rotation = problem.joint[index].kind == JointKind::kRotation;
+      const double most = rotation ? bounds.step_rotation : bounds.step_translation;
+      step = std::abs(bound) >= most * (1.0 - kRounding);
+    }
+    conflict.limit[at] = {kind, index, weight, bound, step};
   };
   for (int j = 0; j < problem.joint_count; ++j) {
     add(Conflict::Kind::kUpper, j, certificate.z[j], bounds.upper[j]);
@@ -69,7 +77,6 @@ void explain(const StepProblem& problem,
   }
   for (int i = 0; i < certificate.w.size(); ++i)
     add(Conflict::Kind::kRow, i, certificate.w[i], bounds.row_rate[i]);
-  constexpr double kRounding = 1e-9;
   while (conflict.count > 0 && conflict.limit[conflict.count - 1].weight < kRounding * largest)
     --conflict.count;
 }
