@@ -177,7 +177,7 @@ CLI::App* add(CLI::App& app,
   auto deployment = std::make_shared<std::string>("laptop");
   auto as_json = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(name, text);
-  command->add_option("deployment", *deployment, "deployment file or preset")->capture_default_str();
+  command->add_option("deployment,-d,--deployment", *deployment, "deployment file or preset")->capture_default_str();
   command->add_flag("--json", *as_json, "JSON instead of text");
   command->callback([=, &exit_code] { guarded(exit_code, [&] { return run(*deployment, *as_json); }); });
   return command;

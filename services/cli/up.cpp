@@ -108,7 +108,7 @@ int run(const Options& options) {
 void registerUp(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* up = app.add_subcommand("up", "start the processes of a deployment, supervise them, stop all on Ctrl-C");
-  up->add_option("deployment", options->deployment, "deployment file or preset: laptop, laptop-1khz, lockstep")
+  up->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset: laptop, laptop-1khz, lockstep")
       ->capture_default_str();
   up->add_option("--log", options->log, "log level of the services: trace, debug, info, warn, error, off");
   up->add_option("--for", options->seconds, "stop by itself after so many seconds")->check(CLI::PositiveNumber);
