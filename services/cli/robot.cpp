@@ -22,7 +22,7 @@ namespace {
 struct Options {
   std::string deployment = "laptop", trajectory, arm, method, name, value;
   std::vector<double> joints;
-  bool json = false, keep_enabled = false, check = false;
+  bool json = false, keep_enabled = false, check = false, planned = false;
 };
 
 /// A running system, with its lease if asked for.
@@ -182,7 +182,7 @@ int runTrajectory(const Options& options) {
   const std::string text = trajectoryText(options.trajectory);
   Session session(options, true);
   Client& client = session.client;
-  if (options.check)
+  if (options.check || options.planned)
     checkFirst(session, text);
   if (!options.method.empty()) {
     const auto method = control::methodFromName(options.method);
@@ -196,6 +196,7 @@ int runTrajectory(const Options& options) {
   dds::PlanningRequest request;
   request.kind = 1;
   request.trajectory = text;
+  request.planned = options.planned ? 1 : 0;
   const std::uint32_t id = client.planning(request).value;
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
   const auto ours = [&](const Snapshot& s) { return s.reference.trajectory_id == id; };
@@ -285,6 +286,9 @@ void registerRobot(CLI::App& app, int& exit_code) {
       ->required();
   run->add_option("-m,--method", options->method, "method (default: the one in force)");
   run->add_flag("--check", options->check, "ask planning first, and start only what can be run from here");
+  run->add_flag("--planned", options->planned,
+                "as --check, and let control lead the joints, where the tasks leave them free, to those that planning "
+                "found");
   run->add_flag("--keep-enabled", options->keep_enabled, "leave the arms ENABLED at the end");
 }
 

@@ -70,7 +70,11 @@ inline constexpr Topic<Path> kPlanningPath{"planning/path", "nav_msgs/msg/Path",
 inline constexpr Topic<ControlStatus> kControlStatus{
     "control/status",   "tandem_msgs/msg/ControlStatus",
     Profile::kPeriodic, false,
-    "control",          "method, errors, task scales, active limits, solve time, loop statistics"};
+    "control",          "method, errors, task scales, limits in the way, solve time, loop statistics"};
+inline constexpr Topic<Clearances> kControlClearance{
+    "control/clearance", "tandem_msgs/msg/Clearances",
+    Profile::kReliable,  false,
+    "control",           "how near arms are to one another and to the port, with gradients"};
 inline constexpr Topic<ControlRequest> kControlRequest{
     "control/request",  "tandem_msgs/msg/ControlRequest",
     Profile::kReliable, false,
@@ -132,14 +136,14 @@ inline constexpr Topic<StringStamped> kStateCommand{
     "clients",          "CRTK: enable, disable, pause, resume, home, unhome"};
 
 /// Every topic, once.
-inline constexpr auto kTopics = std::tuple{kActuationState,  kActuationCommand, kActuationLimits, kPlanningReference,
-                                           kPlanningRequest, kPlanningReply,    kPlanningCompute, kPlanningProgress,
-                                           kPlanningResult,  kPlanningPath,     kControlStatus,   kControlRequest,
-                                           kControlReply,    kSensingTips,      kSimTips,         kSimRequest,
-                                           kSimReply,        kHalRequest,       kHalReply,        kStop,
-                                           kHalStatus,       kDiagnostics,      kMeasuredJs,      kMeasuredCp,
-                                           kSetpointJs,      kSetpointCp,       kGoalCp,          kOperatingState,
-                                           kShape,           kStateCommand};
+inline constexpr auto kTopics =
+    std::tuple{kActuationState, kActuationCommand, kActuationLimits,  kPlanningReference, kPlanningRequest,
+               kPlanningReply,  kPlanningCompute,  kPlanningProgress, kPlanningResult,    kPlanningPath,
+               kControlStatus,  kControlClearance, kControlRequest,   kControlReply,      kSensingTips,
+               kSimTips,        kSimRequest,       kSimReply,         kHalRequest,        kHalReply,
+               kStop,           kHalStatus,        kDiagnostics,      kMeasuredJs,        kMeasuredCp,
+               kSetpointJs,     kSetpointCp,       kGoalCp,           kOperatingState,    kShape,
+               kStateCommand};
 
 /// Calls f(topic) with every Topic<M> of the table.
 template <class F>

@@ -101,8 +101,14 @@ const char* malformed(const Reply& message) { return badTexts({&message.reason})
 const char* malformed(const TipPoses& message) { return badArms(message.arm_count); }
 
 const char* malformed(const ControlStatus& message) {
+  if (message.limit_count > message.limit_kind.size())
+    return "limit_count above 8";
   return either(badArms(message.arm_count),
                 message.task_count > message.task_error.size() ? "task_count above 4" : nullptr);
+}
+
+const char* malformed(const Clearances& message) {
+  return message.bodies.size() > safety::kMaxArms * safety::kMaxArms ? "too many bodies" : nullptr;
 }
 
 const char* malformed(const ControlRequest& message) {

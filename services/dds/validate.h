@@ -29,6 +29,7 @@ const char* malformed(const ComputationResult& message);
 const char* malformed(const Reply& message);
 const char* malformed(const TipPoses& message);
 const char* malformed(const ControlStatus& message);
+const char* malformed(const Clearances& message);
 const char* malformed(const ControlRequest& message);
 const char* malformed(const Stop& message);
 const char* malformed(const SimRequest& message);

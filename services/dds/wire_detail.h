@@ -15,6 +15,7 @@
 #include "sensor_msgsPubSubTypes.h"
 #include "services/dds/messages.h"
 #include "tandem_msgsPubSubTypes.h"
+#include "tandem_msgs_planningPubSubTypes.h"
 
 namespace tandem::dds {
 
@@ -47,6 +48,8 @@ TANDEM_WIRE(StartReport, tandem_msgs)
 TANDEM_WIRE(ComputationResult, tandem_msgs)
 TANDEM_WIRE(Reply, tandem_msgs)
 TANDEM_WIRE(ControlStatus, tandem_msgs)
+TANDEM_WIRE(BodyClearance, tandem_msgs)
+TANDEM_WIRE(Clearances, tandem_msgs)
 TANDEM_WIRE(ControlRequest, tandem_msgs)
 TANDEM_WIRE(Stop, tandem_msgs)
 TANDEM_WIRE(SimRequest, tandem_msgs)
@@ -66,7 +69,7 @@ TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
   DO(ActuationState) DO(ActuationCommand) DO(ActuationLimits) DO(PlanningReference) DO(PlanningRequest)  \
   DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus)      \
   DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
-  DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult)
+  DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult) DO(Clearances)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
@@ -82,10 +85,10 @@ TANDEM_MEMBERS(ActuationLimits, F(sequence) F(answers_state) F(stamp) F(arm_coun
 TANDEM_MEMBERS(TaskReference, F(kind) F(arm) F(other_arm) F(position) F(orientation) F(feed_forward))
 TANDEM_MEMBERS(PlanningReference, F(sequence) F(state_session) F(answers_state) F(answers_control) F(stamp)
                F(trajectory_id) F(point) F(point_count) F(iteration) F(total_iterations) F(phase) F(tolerance)
-               F(task_count) F(tasks))
+               F(task_count) F(tasks) F(posture_valid) F(posture))
 TANDEM_MEMBERS(TipPoses, F(session) F(sequence) F(state_session) F(answers_state) F(answers_command) F(stamp)
                F(arm_count) F(valid) F(position) F(orientation))
-TANDEM_MEMBERS(PlanningRequest, F(client) F(request) F(kind) F(trajectory))
+TANDEM_MEMBERS(PlanningRequest, F(client) F(request) F(kind) F(trajectory) F(planned))
 TANDEM_MEMBERS(TipTarget, F(arm) F(has_direction) F(position) F(direction))
 TANDEM_MEMBERS(ComputationRequest, F(client) F(request) F(kind) F(computation) F(trajectory) F(joints) F(targets)
                F(stability) F(arms_may_touch) F(clearance) F(port_radius) F(port_depth) F(accept) F(starts) F(seed)
@@ -108,7 +111,11 @@ TANDEM_MEMBERS(ControlStatus, F(session) F(sequence) F(answers_state) F(answers_
                F(bounds) F(solve_status) F(arm_count) F(operating_state) F(homed) F(busy) F(faults) F(lease_holder)
                F(task_count) F(task_error) F(task_scale) F(task_residual) F(iterations) F(kkt_residual) F(solve_time)
                F(cycle_time) F(period) F(jitter_max) F(cycle_time_max) F(cycles) F(overruns) F(active_limits)
-               F(model) F(feedback) F(hold) F(tip_age) F(snaps))
+               F(model) F(feedback) F(hold) F(tip_age) F(snaps) F(limited) F(limit_count) F(limit_kind) F(limit_arm)
+               F(limit_tube) F(limit_bound))
+TANDEM_MEMBERS(BodyClearance, F(arm) F(other_arm) F(distance) F(place) F(other_place) F(s) F(other_s) F(by_joints)
+               F(by_other_joints))
+TANDEM_MEMBERS(Clearances, F(session) F(sequence) F(answers_state) F(stamp) F(bodies))
 TANDEM_MEMBERS(ControlRequest, F(client) F(request) F(kind) F(arm) F(text) F(value) F(joint_count) F(joints))
 TANDEM_MEMBERS(Stop, F(client) F(sequence) F(reason))
 TANDEM_MEMBERS(SimRequest, F(client) F(request) F(kind) F(arm_count) F(joints) F(steps) F(arm) F(joint) F(fault))

@@ -32,6 +32,18 @@ const char* wordsOf(CancelledBy who) {
   return "cancelled";
 }
 
+std::optional<Plan> planOf(const dds::ComputationRequest& request, const dds::ComputationResult& result) {
+  if (static_cast<ComputationKind>(result.kind) != ComputationKind::kCheck || result.report.feasible == 0)
+    return std::nullopt;
+  const auto vectorOf = [](const std::vector<double>& q) {
+    return safety::RobotVector(Eigen::VectorXd::Map(q.data(), static_cast<Eigen::Index>(q.size())));
+  };
+  Plan plan{request.trajectory, vectorOf(result.start), {}};
+  for (const dds::PointReport& point : result.report.points)
+    plan.points.push_back(vectorOf(point.joints));
+  return plan;
+}
+
 }  // namespace
 
 ComputationDesk::ComputationDesk(const Setup& setup, std::function<void(const Outgoing&)> send)
@@ -175,6 +187,10 @@ void ComputationDesk::compute() {
     std::optional<dds::ComputationResult> result;
     std::optional<Refusal> refusal;
     try {
+      if (const auto& port = setup_.deployment.port; port && job->request.port_radius == 0.0) {
+        job->request.port_radius = port->radius;
+        job->request.port_depth = port->depth;
+      }
       const Computation computation(job->request, {setup_.robot, robot_, setup_.deployment.model == "rigid"},
                                     presentJoints());
       answer(job->request, dds::ReplyCode::kOk, "");
@@ -191,6 +207,8 @@ void ComputationDesk::compute() {
     }
     if (refusal)
       answer(job->request, refusal->code(), refusal->what());
+    if (std::optional<Plan> plan = result ? planOf(job->request, *result) : std::nullopt)
+      outgoing_.put(Outgoing(std::move(*plan)));
     if (result)
       outgoing_.put(Outgoing(std::move(*result)));
   }

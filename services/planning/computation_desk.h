@@ -13,6 +13,7 @@
 #include "services/common/latest_value.h"
 #include "services/common/mailbox.h"
 #include "services/planning/computation.h"
+#include "services/planning/plan.h"
 #include "services/setup/process.h"
 
 namespace tandem::service {
@@ -31,8 +32,9 @@ class ComputationDesk {
   static constexpr double kProgress = 0.2;  ///< s, between two messages of progress; more where nobody gives us time
   static constexpr int kNice = 10;
 
-  using Outgoing = std::variant<dds::Reply, dds::ComputationProgress, dds::ComputationResult>;
+  using Outgoing = std::variant<dds::Reply, dds::ComputationProgress, dds::ComputationResult, Plan>;
 
+  /// A Plan goes out before the result of the check that found it feasible.
   /// @param send  called by the desk's sending thread, one message after another
   ComputationDesk(const Setup& setup, std::function<void(const Outgoing&)> send);
   /// Cancels what runs and sends its result.

@@ -14,7 +14,7 @@ using namespace tandem;
 
 namespace {
 
-using Event = std::variant<dds::ActuationState, dds::TipPoses, dds::ControlStatus, dds::PlanningRequest>;
+using Event = std::variant<dds::ActuationState, dds::TipPoses, dds::ControlStatus, dds::PlanningRequest, service::Plan>;
 
 void run(const service::Setup& setup, service::StopSignal& stop) {
   service::Mailbox<Event> mailbox;
@@ -30,6 +30,8 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
       replies.write(*reply);
     else if (const auto* step = std::get_if<dds::ComputationProgress>(&message))
       progress.write(*step);
+    else if (const auto* plan = std::get_if<service::Plan>(&message))
+      mailbox.put(*plan);
     else if (const auto& result = std::get<dds::ComputationResult>(message); !results.write(result)) {
       spdlog::error("result of a computation: {}", results.lastProblem());
       dds::ComputationResult failed;
@@ -59,7 +61,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   constexpr double kRefresh = 0.05;  // s, a fifth of the budget of a reference
   std::int64_t published = 0;
   while (!stop.requested()) {
-    const auto event = mailbox.take(kRefresh);
+    auto event = mailbox.take(kRefresh);
     if (service::monotonicNow() - published > static_cast<std::int64_t>(1e9 * kRefresh))
       core.refresh();
     if (const auto* state = event ? std::get_if<dds::ActuationState>(&*event) : nullptr) {
@@ -68,6 +70,8 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
       core.onTips(*measured);
     } else if (const auto* status = event ? std::get_if<dds::ControlStatus>(&*event) : nullptr) {
       core.onStatus(*status);
+    } else if (auto* plan = event ? std::get_if<service::Plan>(&*event) : nullptr) {
+      core.onPlan(std::move(*plan));
     } else if (const auto* request = event ? std::get_if<dds::PlanningRequest>(&*event) : nullptr) {
       std::optional<dds::Path> path;
       const dds::Reply reply = core.onRequest(*request, path);

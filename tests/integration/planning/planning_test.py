@@ -10,6 +10,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
+import tubes  # noqa: E402
 
 
 class Live:
@@ -129,8 +130,49 @@ class Computations(system.SystemTest):
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
         self.assertEqual(self.system.joints(), before)
         near = self.trajectory("near", [0, 2, 0], points=2)
+        planned = json.loads(self.assert_ok(self.system.robot("--json", "run", near, "--planned")).stdout)
+        self.assertEqual(planned["phase"], "finished")
         told = json.loads(self.assert_ok(self.system.robot("--json", "run", near, "--check")).stdout)
         self.assertEqual(told["phase"], "finished")
+
+
+class Clearance(system.SystemTest):
+    def test_control_publishes_how_near_the_bodies_are(self):
+        running = self.start("laptop", budgets=Computations.budgets, port="{radius_mm: 15, depth_mm: 5}")
+
+        # At home the bodies touch: somewhere else.
+        asked = system.run("plan", "ik", "--tip", "a=0.02,0.01,0.3", "--clearance-mm", 2, "--json", timeout=120)
+        joints = json.loads(self.assert_ok(asked).stdout)["joints"]
+        self.assert_ok(running.robot("enable"))
+        for arm, own in (("a", joints[:6]), ("b", joints[6:])):
+            self.assert_ok(running.robot("move-jp", "--arm", arm, "--", *own))
+        self.assert_ok(running.robot("disable"))
+        there = time.monotonic_ns()
+
+        def current():
+            status = running.status()
+            return status if len(status["clearance"]) == 3 and status["clearance_stamp_ns"] > there else None
+
+        status = system.until(current, 20, "clearances")
+        told = {(body["arm"], body["other"]): body for body in status["clearance"]}
+        # Where the tips are: the joints of these poses next to the present ones are the present ones.
+        here = ",".join(repr(x) for arm in status["arms"] for x in arm["joints"])
+        tips = [tubes.position(tubes.transform(arm["joints"], name)) for arm, name in zip(status["arms"], "ab")]
+        words = [f"--tip={name}={','.join(repr(float(x)) for x in tip)}" for name, tip in zip("ab", tips)]
+        local = system.run("plan", "ik", *words, "--joints", here, "--json", timeout=120)
+        self.assertEqual(local.returncode, 0, local.stderr)
+        arms = told["arm_a", "arm_b"]
+        self.assertAlmostEqual(arms["distance_m"], json.loads(local.stdout)["clearance_m"], delta=1e-5)
+        self.assertLess(0, max(map(abs, arms["by_joints"])))
+        for arm, base in (("arm_a", 0.005), ("arm_b", -0.005)):
+            port = told[arm, "port"]
+            place = port["place_m"]
+            self.assertLess(place[2], 0.3)
+            # The rim's radius less the way from the axis, less the tube's radius of at most 2 mm.
+            self.assertLess(port["distance_m"], 0.015 - abs(base) + 1e-3)
+            self.assertGreater(port["distance_m"], 0.015 - abs(base) - 4e-3)
+        text = system.run("status", "--deployment", running.path)
+        self.assertRegex(text.stdout, r"arm_a to arm_b: [\d.-]+ mm\n  arm_a to port: [\d.]+ mm")
 
 
 if __name__ == "__main__":

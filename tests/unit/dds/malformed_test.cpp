@@ -26,6 +26,8 @@ TEST(Malformed, CountsBeyondCapacity) {
   checkCount<TipPoses>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<ControlStatus>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<ControlStatus>([](auto& m, auto n) { m.task_count = n; }, 4);
+  checkCount<ControlStatus>([](auto& m, auto n) { m.limit_count = n; }, 8);
+  checkCount<Clearances>([](auto& m, auto n) { m.bodies.resize(n); }, 64);
   checkCount<ControlRequest>([](auto& m, auto n) { m.joint_count = n; }, 8);
   checkCount<SimRequest>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<HalStatus>([](auto& m, auto n) { m.arm_count = n; }, 8);

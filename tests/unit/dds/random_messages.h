@@ -12,7 +12,7 @@
 
 namespace tandem::dds {
 
-inline auto membersOf(PlanningRequest& m) { return std::tie(m.client, m.request, m.kind, m.trajectory); }
+inline auto membersOf(PlanningRequest& m) { return std::tie(m.client, m.request, m.kind, m.trajectory, m.planned); }
 inline auto membersOf(TipTarget& m) { return std::tie(m.arm, m.has_direction, m.position, m.direction); }
 inline auto membersOf(ComputationRequest& m) {
   return std::tie(m.client, m.request, m.kind, m.computation, m.trajectory, m.joints, m.targets, m.stability,
@@ -44,6 +44,11 @@ inline auto membersOf(ComputationResult& m) {
                   m.repair, m.ik, m.timing, m.starts);
 }
 inline auto membersOf(Reply& m) { return std::tie(m.client, m.request, m.accepted, m.code, m.reason, m.value); }
+inline auto membersOf(BodyClearance& m) {
+  return std::tie(m.arm, m.other_arm, m.distance, m.place, m.other_place, m.s, m.other_s, m.by_joints,
+                  m.by_other_joints);
+}
+inline auto membersOf(Clearances& m) { return std::tie(m.session, m.sequence, m.answers_state, m.stamp, m.bodies); }
 inline auto membersOf(ControlRequest& m) {
   return std::tie(m.client, m.request, m.kind, m.arm, m.text, m.value, m.joint_count, m.joints);
 }
