@@ -7,6 +7,7 @@
 #include "planning/start_choice.h"
 #include "planning/timing.h"
 #include "services/cli/arm_options.h"
+#include "services/cli/plan_report.h"
 #include "services/cli/plan_setup.h"
 #include "services/cli/table.h"
 
@@ -17,62 +18,41 @@ using Json = nlohmann::ordered_json;
 
 [[noreturn]] void interrupted() { throw Failure(kFailure, "cancelled"); }
 
-Json pointJson(const planning::PointReport& point) {
-  return {{"point", point.point},
-          {"reason", planning::name(point.reach)},
-          {"words", point.words},
-          {"error_m", point.error},
-          {"relative_error_m", point.relative_error},
-          {"wanted_m", listOf(point.wanted.tip)},
-          {"nearest_m", listOf(point.tip)}};
-}
-
-Json reportJson(const planning::FeasibilityReport& report) {
-  Json json{{"feasible", report.feasible},         {"start", report.start},
-            {"planar_start", report.planar_start}, {"rotation_conditioning_m_per_rad", report.rotation_conditioning},
-            {"points", report.points.size()},      {"unreachable", Json::array()}};
-  double stability = 1.0, clearance = INFINITY;
-  for (const planning::PointReport& point : report.points) {
-    stability = std::min(stability, point.stability);
-    clearance = std::min(clearance, point.clearance);
-    if (point.reach != planning::Reach::kReached)
-      json["unreachable"].push_back(pointJson(point));
-  }
-  json["smallest_stability"] = stability;
-  json["smallest_clearance_m"] = std::isfinite(clearance) ? Json(clearance) : Json();
-  return json;
-}
-
-void print(const planning::FeasibilityReport& report) {
-  if (!report.start.empty()) {
-    std::cout << "not feasible: " << report.start << '\n';
-    return;
-  }
-  if (report.planar_start) {
-    std::cout << "note: an arm starts with all tubes bent in one plane, where rotations move its tip across that plane "
-                 "only; inward in the plane, control first turns its tubes a little apart\n";
-  }
-  for (const planning::PointReport& point : report.points) {
-    if (point.reach != planning::Reach::kReached)
-      std::cout << "point " << point.point << ": " << point.words << '\n';
-  }
-  if (report.feasible)
-    std::printf("feasible: all %zu points\n", report.points.size());
-  else
-    std::printf("not feasible: %d of %zu points\n", report.unreachable(), report.points.size());
-}
-
 int check(const PlanOptions& options) {
   const PlanSetup setup(options);
   const auto report =
       planning::checkTrajectory(setup.arms(), setup.trajectory(), setup.start(), setup.feasibility("point"));
   if (report.cancelled)
     interrupted();
-  if (options.json)
-    std::cout << reportJson(report).dump(2) << '\n';
-  else
+  planning::Rehearsal with, without;
+  const bool rehearsed = !options.no_rehearsal && report.start.empty();
+  if (rehearsed) {
+    const auto rehearse = [&](const std::vector<safety::RobotVector>& postures, const char* label) {
+      auto run = planning::rehearse(setup.arms(), setup.trajectory(), setup.start(), postures, setup.rehearsal(label));
+      if (run.end == planning::RehearsalEnd::kCancelled)
+        interrupted();
+      return run;
+    };
+    with = rehearse(report.path(), "rehearsal");
+    without = rehearse({}, "rehearsal without posture");
+  }
+  if (options.json) {
+    Json json = reportJson(report);
+    json["rehearsal"] = rehearsed ? Json{{"method", options.method},
+                                         {"with_posture", rehearsalJson(with)},
+                                         {"without_posture", rehearsalJson(without)}}
+                                  : Json();
+    std::cout << json.dump(2) << '\n';
+  } else {
     print(report);
-  return report.feasible ? kOk : kFailure;
+    if (rehearsed) {
+      std::fflush(stdout);
+      print(with, options.method, "with the planned posture");
+      print(without, options.method, "without a posture");
+    }
+  }
+  const bool completes = !rehearsed || with.end == planning::RehearsalEnd::kCompleted;
+  return report.feasible && completes ? kOk : kFailure;
 }
 
 int repair(const PlanOptions& options) {
@@ -327,6 +307,13 @@ void registerPlan(CLI::App& app, int& exit_code) {
     auto [command, o] = add("check", "which points of a trajectory cannot be had, and why", check,
                             "Example: tandem plan check lissajous --from table3:2 --model compliant --json");
     trajectoryOf(command, o);
+    std::vector<std::string> methods;
+    for (int m = 0; m < control::kMethodCount; ++m)
+      methods.emplace_back(control::name(static_cast<control::Method>(m)));
+    command->add_option("--method", o->method, "method that the rehearsal runs with, with ideal joints")
+        ->check(CLI::IsMember(methods))
+        ->capture_default_str();
+    command->add_flag("--no-rehearsal", o->no_rehearsal, "only what the robot can do, not whether a method gets there");
   }
   {
     auto [command, o] = add("repair", "the nearest trajectory that can be run, as a file of waypoints", repair,

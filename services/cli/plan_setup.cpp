@@ -74,6 +74,18 @@ planning::FeasibilityOptions PlanSetup::feasibility(const std::string& label) co
   return options;
 }
 
+planning::RehearsalOptions PlanSetup::rehearsal(const std::string& label) const {
+  planning::RehearsalOptions options;
+  options.method = control::methodFromName(options_.method).value();
+  options.parameters = robot_.parameters;
+  for (const config::Arm& arm : robot_.arms)
+    options.arms.push_back(arm.name);
+  options.cancelled = [this] { return stop_.requested(); };
+  auto progress = std::make_shared<PlanProgress>(label);
+  options.progress = [progress](int done, int all) { progress->show(done, all); };
+  return options;
+}
+
 planning::TrajectorySpec PlanSetup::trajectory() const {
   const auto file = config::findFile(options_.file, "trajectory");
   planning::TrajectorySpec spec = config::loadTrajectory(file);

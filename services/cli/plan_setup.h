@@ -8,6 +8,7 @@
 #include "config/config.h"
 #include "experiments/run_record.h"
 #include "planning/feasibility.h"
+#include "planning/rehearsal.h"
 #include "services/cli/arguments.h"
 #include "services/common/stop_signal.h"
 
@@ -21,7 +22,8 @@ struct PlanOptions {
          rotation_acceleration = 0.0;  ///< mm/s^2, rad/s(^2); 0: file's
   std::string position, direction, arm = "a", csv;
   std::vector<std::string> tips;
-  bool no_clearance = false, json = false;
+  std::string method = std::string(control::name(config::Deployment{}.method));
+  bool no_clearance = false, json = false, no_rehearsal = false;
   int starts = 12, tries = 20;
   std::uint64_t seed = 1;
 };
@@ -39,6 +41,8 @@ class PlanSetup {
   const safety::RobotVector& start() const { return start_; }
   planning::IkOptions ik() const;
   planning::FeasibilityOptions feasibility(const std::string& label) const;
+  /// With the method of the options and the robot file's parameters.
+  planning::RehearsalOptions rehearsal(const std::string& label) const;
   /// The trajectory of options.file, a path or the name of a preset.
   planning::TrajectorySpec trajectory() const;
   bool cancelled() const { return stop_.requested(); }
