@@ -23,10 +23,21 @@ bool isGood(const dds::ComputationResult& result) {
 int check(const PlanOptions& options) {
   PlanSetup setup(options);
   const auto result = setup.compute(setup.request(ComputationKind::kCheck));
-  if (options.json)
-    std::cout << reportJson(result.report).dump(2) << '\n';
-  else
+  const bool rehearsed = result.rehearsed != 0;
+  if (options.json) {
+    Json json = reportJson(result.report);
+    json["rehearsal"] = rehearsed ? Json{{"method", setup.method()},
+                                         {"with_posture", rehearsalJson(result.with_posture)},
+                                         {"without_posture", rehearsalJson(result.without_posture)}}
+                                  : Json();
+    std::cout << json.dump(2) << '\n';
+  } else {
     print(result.report, std::cout);
+    if (rehearsed) {
+      print(result.with_posture, setup.method(), "with the planned posture", std::cout);
+      print(result.without_posture, setup.method(), "without a posture", std::cout);
+    }
+  }
   return isGood(result) ? kOk : kFailure;
 }
 
@@ -260,6 +271,15 @@ void registerPlan(CLI::App& app, int& exit_code) {
     auto [command, o] = add("check", "which points of a trajectory cannot be had, and why", check,
                             "Example: tandem plan check lissajous --from table3:2 --model compliant --json");
     trajectoryOf(command, o);
+    std::vector<std::string> methods;
+    for (int m = 0; m < control::kMethodCount; ++m)
+      methods.emplace_back(control::name(static_cast<control::Method>(m)));
+    command
+        ->add_option("--method", o->method,
+                     "method that the rehearsal runs with, with ideal joints (default: nspqp; a running system: its "
+                     "deployment's)")
+        ->check(CLI::IsMember(methods));
+    command->add_flag("--no-rehearsal", o->no_rehearsal, "only what the robot can do, not whether a method gets there");
   }
   {
     auto [command, o] = add("repair", "the nearest trajectory that can be run, as a file of waypoints", repair,

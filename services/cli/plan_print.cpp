@@ -63,4 +63,24 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
     out << "not feasible: " << service::unreachable(report) << " of " << report.points.size() << " points\n";
 }
 
+Json rehearsalJson(const dds::RehearsalReport& rehearsal) {
+  return {{"end", planning::name(static_cast<planning::RehearsalEnd>(rehearsal.end))},
+          {"points", rehearsal.points},
+          {"converged", rehearsal.converged},
+          {"point", rehearsal.point},
+          {"tip_error_m", rehearsal.tip_error},
+          {"relative_error_m", rehearsal.relative_error},
+          {"held_by", rehearsal.held},
+          {"words", rehearsal.words},
+          {"iterations", rehearsal.iterations}};
+}
+
+void print(const dds::RehearsalReport& rehearsal, const std::string& method, const char* how, std::ostream& out) {
+  if (rehearsal.end == static_cast<std::uint8_t>(planning::RehearsalEnd::kCompleted))
+    out << "rehearsal " << how << ": " << method << " completes in " << rehearsal.iterations << " iterations\n";
+  else
+    out << "rehearsal " << how << ": " << rehearsal.converged << " of " << rehearsal.points << " points; "
+        << rehearsal.words << '\n';
+}
+
 }  // namespace tandem::cli

@@ -76,6 +76,12 @@ std::string PlanSetup::trajectory() const {
   return config::formatTrajectory(spec);
 }
 
+std::string PlanSetup::method() const {
+  if (!options_.method.empty())
+    return options_.method;
+  return std::string(control::name(deployment_ ? deployment_->method : config::Deployment{}.method));
+}
+
 dds::ComputationRequest PlanSetup::request(dds::ComputationKind kind) const {
   dds::ComputationRequest request;
   request.kind = static_cast<std::uint8_t>(kind);
@@ -90,6 +96,8 @@ dds::ComputationRequest PlanSetup::request(dds::ComputationKind kind) const {
   request.accept = 1e-3 * options_.within_mm;
   request.starts = static_cast<std::uint32_t>(options_.starts);
   request.seed = options_.seed;
+  if (kind == dds::ComputationKind::kCheck && !options_.no_rehearsal)
+    request.rehearse = method();
   request.smoothing = options_.smoothing;
   request.tries = static_cast<std::uint32_t>(options_.tries);
   request.translation_acceleration = 1e-3 * options_.translation_acceleration;

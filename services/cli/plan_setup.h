@@ -21,8 +21,9 @@ struct PlanOptions {
   double translation_acceleration = 0.0, rotation_velocity = 0.0,
          rotation_acceleration = 0.0;  ///< mm/s^2, rad/s(^2); 0: file's
   std::string csv;
+  std::string method;  ///< of the rehearsal; empty: the default of deployments, or that of the running one
   std::vector<std::string> tips;
-  bool no_clearance = false, json = false;
+  bool no_clearance = false, json = false, no_rehearsal = false;
   int starts = 12, tries = 20;
   std::uint64_t seed = 1;
 };
@@ -39,6 +40,8 @@ class PlanSetup {
   const experiments::RobotModel& model() const { return model_; }
   /// With the demands of the options, and the trajectory of options.file, if there is one.
   dds::ComputationRequest request(dds::ComputationKind kind) const;
+  /// Of the rehearsal.
+  std::string method() const;
   /// Here, or by the running system. @throw Failure where it is cancelled, refused or failed.
   dds::ComputationResult compute(const dds::ComputationRequest& request);
 

@@ -166,30 +166,37 @@ std::string trajectoryText(const std::string& name) {
 
 /// Asks planning, from where the robot stands, under the lease: nobody moves it meanwhile.
 /// @throw Failure where the trajectory cannot be had
-void checkFirst(Session& session, const std::string& text) {
+void checkFirst(Session& session, const std::string& text, std::string method, bool planned) {
   dds::ComputationRequest request;
   request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
   request.trajectory = text;
   request.stability = PlanOptions{}.stability;
+  if (method.empty())
+    method = control::name(static_cast<control::Method>(session.client.snapshot().status.method));
+  request.rehearse = method;
   const auto result = computeLive(session.deployment, request, [&session] { return session.stop.requested(); });
-  if (result.report.feasible != 0)
+  const dds::RehearsalReport& run = planned ? result.with_posture : result.without_posture;
+  const bool completes = run.end == static_cast<std::uint8_t>(planning::RehearsalEnd::kCompleted);
+  if (result.report.feasible != 0 && completes)
     return;
   print(result.report, std::cerr);
-  throw Failure(kFailure, "nothing was started: " + result.reason);
+  if (result.report.feasible != 0)
+    print(run, request.rehearse, planned ? "with the planned posture" : "without a posture", std::cerr);
+  throw Failure(kFailure, "nothing was started: " + (result.report.feasible != 0 ? run.words : result.reason));
 }
 
 int runTrajectory(const Options& options) {
   const std::string text = trajectoryText(options.trajectory);
   Session session(options, true);
   Client& client = session.client;
-  if (options.check || options.planned)
-    checkFirst(session, text);
   if (!options.method.empty()) {
     const auto method = control::methodFromName(options.method);
     if (!method)
       throw Failure(kUsage, "--method: found '" + options.method + "'");
     client.setMethod(*method);
   }
+  if (options.check || options.planned)
+    checkFirst(session, text, options.method, options.planned);
   client.stateCommand("enable");
   const Snapshot enabled = client.snapshot();
   client.waitFor(2.0, [&](const Snapshot& s) { return s.reference.answers_control >= enabled.status.sequence; });

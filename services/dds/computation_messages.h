@@ -45,6 +45,7 @@ struct ComputationRequest {
   double accept = 0.0;              ///< m: points nearer than this are reached; 0: 10 um
   std::uint32_t starts = 0;         ///< random starts of a search; 0: 12
   std::uint64_t seed = 0;
+  std::string rehearse;                   ///< check: method that the closed loop is rehearsed with; empty: it is not
   double smoothing = 0.0;                 ///< repair
   std::uint32_t tries = 0;                ///< choose a start: random references; 0: 20
   double translation_acceleration = 0.0;  ///< time: instead of the robot's, m/s^2; 0: the robot's
@@ -83,6 +84,17 @@ struct TrajectoryReport {
   std::uint8_t planar_start = 0;
   double rotation_conditioning = 0.0;  ///< m/rad
   std::vector<PointReport> points;
+};
+
+/// tandem_msgs/RehearsalReport; planning::Rehearsal on the wire
+struct RehearsalReport {
+  std::uint8_t end = 0;  ///< planning::RehearsalEnd
+  std::uint32_t points = 0, converged = 0, point = 0;
+  double tip_error = 0.0, relative_error = 0.0;  ///< m
+  std::vector<std::string> held;
+  std::string words;
+  std::uint32_t iterations = 0;
+  double largest_violation = 0.0, fastest_rotation = 0.0;
 };
 
 /// tandem_msgs/LimitReport
@@ -144,6 +156,8 @@ struct ComputationResult {
   double elapsed = 0.0;           ///< s
   std::vector<double> start;      ///< joints that it started from
   TrajectoryReport report;        ///< check, time; repair: of the repaired trajectory
+  std::uint8_t rehearsed = 0;     ///< 1: the two that follow count
+  RehearsalReport with_posture, without_posture;
   RepairReport repair;
   IkReport ik;
   TimingReport timing;

@@ -40,6 +40,13 @@ const char* badReport(const TrajectoryReport& report) {
   return problem;
 }
 
+const char* badRehearsal(const RehearsalReport& report) {
+  const char* problem = badTexts({&report.words});
+  for (const std::string& limit : report.held)
+    problem = either(problem, badTexts({&limit}));
+  return either(problem, report.held.size() > kMaxList ? "a list too long" : nullptr);
+}
+
 const char* badTrajectory(const std::string& text) {
   if (text.size() > kMaxTrajectory) {
     return "trajectory too long";
@@ -87,6 +94,7 @@ const char* malformed(const ComputationResult& message) {
   const char* problem = badTexts({&message.reason, &message.ik.words});
   problem = either(problem, badReport(message.report));
   problem = either(problem, badReport(message.repair.before));
+  problem = either(problem, either(badRehearsal(message.with_posture), badRehearsal(message.without_posture)));
   problem = either(problem, badTrajectory(message.repair.trajectory));
   for (const LimitReport& limit : message.ik.limits)
     problem = either(problem, badTexts({&limit.words}));

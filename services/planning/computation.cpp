@@ -65,6 +65,8 @@ Computation::Computation(dds::ComputationRequest request,
   if (kind < static_cast<int>(ComputationKind::kCheck) || kind > static_cast<int>(ComputationKind::kChooseStart))
     throw Refusal(dds::ReplyCode::kUnknown, "kind: found " + std::to_string(kind) + ", expected 1 to 7");
   checkNumbers();
+  if (!request_.rehearse.empty() && !control::methodFromName(request_.rehearse))
+    refuse("rehearse", "'" + request_.rehearse.substr(0, 40) + "'", "nsp, nspwln, nspwln-joint, nspqp or snsqp");
   const auto joints = static_cast<std::size_t>(arms_.jointCount());
   if (!request_.joints.empty() && request_.joints.size() != joints)
     refuse("joints", std::to_string(request_.joints.size()), std::to_string(joints) + " of " + namesOf(robot.robot));
@@ -201,7 +203,41 @@ planning::FeasibilityReport Computation::checked(const ComputationHooks& hooks,
 }
 
 void Computation::check(const ComputationHooks& hooks, dds::ComputationResult& result) const {
-  checked(hooks, 1.0, result);
+  constexpr double kRehearsed = 0.8;  // of the whole
+  const bool rehearse = !request_.rehearse.empty();
+  const auto report = checked(hooks, rehearse ? kRehearsed : 1.0, result);
+  if (!rehearse || report.cancelled || !report.start.empty())
+    return;
+  const planning::Rehearsal with = rehearsed(hooks, report.path(), "rehearsal");
+  const planning::Rehearsal without = rehearsed(hooks, {}, "rehearsal without posture");
+  result.rehearsed = 1;
+  result.with_posture = reportOf(with);
+  result.without_posture = reportOf(without);
+  using planning::RehearsalEnd;
+  if (with.end == RehearsalEnd::kCancelled || without.end == RehearsalEnd::kCancelled) {
+    result.outcome = static_cast<std::uint8_t>(dds::Outcome::kCancelled);
+  } else if (report.feasible && with.end != RehearsalEnd::kCompleted) {
+    result.outcome = static_cast<std::uint8_t>(dds::Outcome::kNot);
+    result.reason = with.words;
+  }
+}
+
+/// The closed loop, as control would run it.
+planning::Rehearsal Computation::rehearsed(const ComputationHooks& hooks,
+                                           const std::vector<safety::RobotVector>& postures,
+                                           const char* at) const {
+  planning::RehearsalOptions options;
+  options.method = *control::methodFromName(request_.rehearse);
+  options.parameters = robot_.robot.parameters;
+  if (robot_.period > 0.0)
+    options.parameters.period = robot_.period;
+  options.gains = robot_.gains;
+  for (const config::Arm& arm : robot_.robot.arms)
+    options.arms.push_back(arm.name);
+  options.cancelled = hooks.cancelled;
+  const double begin = postures.empty() ? 0.9 : 0.8;
+  options.progress = [&hooks, at, begin](int done, int all) { tell(hooks, begin + 0.1 * done / all, at, done, all); };
+  return planning::rehearse(arms_, spec_, start_, postures, options);
 }
 
 void Computation::repair(const ComputationHooks& hooks, dds::ComputationResult& result) const {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "experiments/run_record.h"
+#include "planning/rehearsal.h"
 #include "planning/start_choice.h"
 #include "services/dds/messages.h"
 
@@ -33,7 +34,9 @@ struct ComputationHooks {
 struct ComputationRobot {
   const config::Robot& robot;
   const experiments::RobotModel& model;
-  bool rigid;  ///< arms never snap: no stability is asked for
+  bool rigid;               ///< arms never snap: no stability is asked for
+  planning::Gains gains{};  ///< of rehearsals
+  double period = 0.0;      ///< of rehearsals, s; 0: the robot file's
 };
 
 /** One computation, ready to run. The same request gives the same answer, whichever process computes it. */
@@ -67,6 +70,9 @@ class Computation {
   void inverse(const ComputationHooks& hooks, dds::ComputationResult& result) const;
   void time(const ComputationHooks& hooks, dds::ComputationResult& result) const;
   void chooseStart(const ComputationHooks& hooks, dds::ComputationResult& result) const;
+  planning::Rehearsal rehearsed(const ComputationHooks& hooks,
+                                const std::vector<safety::RobotVector>& postures,
+                                const char* at) const;
   planning::FeasibilityReport checked(const ComputationHooks& hooks,
                                       double share,
                                       dds::ComputationResult& result) const;

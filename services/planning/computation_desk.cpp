@@ -33,7 +33,8 @@ const char* wordsOf(CancelledBy who) {
 }
 
 std::optional<Plan> planOf(const dds::ComputationRequest& request, const dds::ComputationResult& result) {
-  if (static_cast<ComputationKind>(result.kind) != ComputationKind::kCheck || result.report.feasible == 0)
+  if (static_cast<ComputationKind>(result.kind) != ComputationKind::kCheck ||
+      result.outcome != static_cast<std::uint8_t>(dds::Outcome::kGood))
     return std::nullopt;
   const auto vectorOf = [](const std::vector<double>& q) {
     return safety::RobotVector(Eigen::VectorXd::Map(q.data(), static_cast<Eigen::Index>(q.size())));
@@ -191,8 +192,12 @@ void ComputationDesk::compute() {
         job->request.port_radius = port->radius;
         job->request.port_depth = port->depth;
       }
-      const Computation computation(job->request, {setup_.robot, robot_, setup_.deployment.model == "rigid"},
-                                    presentJoints());
+      const config::Deployment& deployment = setup_.deployment;
+      const Computation computation(
+          job->request,
+          {setup_.robot, robot_, deployment.model == "rigid",
+           planning::Gains{deployment.relative_gain, deployment.tip_gain}, deployment.control_period},
+          presentJoints());
       answer(job->request, dds::ReplyCode::kOk, "");
       result = run(computation, *job);
     } catch (const Refusal& why) {

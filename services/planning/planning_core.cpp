@@ -162,8 +162,6 @@ void PlanningCore::advance() {
     return end(sensor_ ? "the measured joints or tips are not valid" : "the measured joints are not valid");
   }
   follower_.update(tip, relative, reference_);
-  if (const auto point = static_cast<std::size_t>(follower_.progress().point); point > 0 && point <= postures_.size())
-    reference_.posture = postures_[point - 1];
   if (!active())
     spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(follower_.progress().phase));
   publish();
@@ -260,11 +258,10 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   if (const std::string why = request.planned != 0 ? unplanned(request) : ""; !why.empty())
     return reply(request, dds::ReplyCode::kWrongState, why);
   try {
-    follower_.start(spec, tip, relative);
+    follower_.start(spec, tip, relative, request.planned != 0 ? plan_->points : std::vector<safety::RobotVector>{});
   } catch (const std::exception& error) {
     return reply(request, dds::ReplyCode::kMalformed, error.what());
   }
-  postures_ = request.planned != 0 ? plan_->points : std::vector<safety::RobotVector>{};
   ++trajectory_id_;
   session_at_start_ = state_.session;
   commander_ = request.client;

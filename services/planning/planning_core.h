@@ -60,8 +60,7 @@ class PlanningCore {
   bool waiting_ = false;  ///< lock-step: the present state asks for a reference
   planning::Follower follower_;
   planning::Reference reference_;
-  std::optional<Plan> plan_;                   ///< of the last feasible check
-  std::vector<safety::RobotVector> postures_;  ///< of the running trajectory, a point each; empty: none
+  std::optional<Plan> plan_;  ///< of the last feasible check
   dds::ActuationState state_;
   dds::ControlStatus status_;
   std::uint32_t trajectory_id_;  ///< starts anywhere: numbers of a former process are not given again

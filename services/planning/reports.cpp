@@ -42,6 +42,22 @@ dds::TrajectoryReport reportOf(const planning::FeasibilityReport& from) {
   return to;
 }
 
+dds::RehearsalReport reportOf(const planning::Rehearsal& from) {
+  dds::RehearsalReport to;
+  to.end = static_cast<std::uint8_t>(from.end);
+  to.points = static_cast<std::uint32_t>(from.points);
+  to.converged = static_cast<std::uint32_t>(from.converged);
+  to.point = static_cast<std::uint32_t>(from.point);
+  to.tip_error = from.tip_error;
+  to.relative_error = from.relative_error;
+  to.held = from.held;
+  to.words = from.words;
+  to.iterations = static_cast<std::uint32_t>(from.iterations);
+  to.largest_violation = from.largest_violation;
+  to.fastest_rotation = from.fastest_rotation;
+  return to;
+}
+
 dds::IkReport reportOf(const planning::IkAnswer& from) {
   dds::IkReport to;
   to.reach = static_cast<std::uint8_t>(from.reach);

@@ -16,8 +16,9 @@ inline auto membersOf(PlanningRequest& m) { return std::tie(m.client, m.request,
 inline auto membersOf(TipTarget& m) { return std::tie(m.arm, m.has_direction, m.position, m.direction); }
 inline auto membersOf(ComputationRequest& m) {
   return std::tie(m.client, m.request, m.kind, m.computation, m.trajectory, m.joints, m.targets, m.stability,
-                  m.arms_may_touch, m.clearance, m.port_radius, m.port_depth, m.accept, m.starts, m.seed, m.smoothing,
-                  m.tries, m.translation_acceleration, m.rotation_velocity, m.rotation_acceleration, m.time_limit);
+                  m.arms_may_touch, m.clearance, m.port_radius, m.port_depth, m.accept, m.starts, m.seed, m.rehearse,
+                  m.smoothing, m.tries, m.translation_acceleration, m.rotation_velocity, m.rotation_acceleration,
+                  m.time_limit);
 }
 inline auto membersOf(ComputationProgress& m) {
   return std::tie(m.client, m.request, m.kind, m.fraction, m.at, m.done, m.all, m.elapsed);
@@ -28,6 +29,10 @@ inline auto membersOf(PointReport& m) {
 }
 inline auto membersOf(TrajectoryReport& m) {
   return std::tie(m.feasible, m.start, m.planar_start, m.rotation_conditioning, m.points);
+}
+inline auto membersOf(RehearsalReport& m) {
+  return std::tie(m.end, m.points, m.converged, m.point, m.tip_error, m.relative_error, m.held, m.words, m.iterations,
+                  m.largest_violation, m.fastest_rotation);
 }
 inline auto membersOf(LimitReport& m) { return std::tie(m.arm, m.words, m.force); }
 inline auto membersOf(IkReport& m) {
@@ -41,7 +46,7 @@ inline auto membersOf(TimingReport& m) { return std::tie(m.status, m.times, m.li
 inline auto membersOf(StartReport& m) { return std::tie(m.joints, m.unreachable, m.room, m.mean_room, m.given); }
 inline auto membersOf(ComputationResult& m) {
   return std::tie(m.client, m.request, m.kind, m.outcome, m.cancelled_by, m.reason, m.elapsed, m.start, m.report,
-                  m.repair, m.ik, m.timing, m.starts);
+                  m.rehearsed, m.with_posture, m.without_posture, m.repair, m.ik, m.timing, m.starts);
 }
 inline auto membersOf(Reply& m) { return std::tie(m.client, m.request, m.accepted, m.code, m.reason, m.value); }
 inline auto membersOf(BodyClearance& m) {

@@ -118,6 +118,7 @@ TEST(Computation, RefusalsNameTheKeyWhatWasFoundAndWhatWasExpected) {
       {[](auto& r) { r.tries = 1000000; }, dds::ReplyCode::kMalformed, {"tries"}},
       {[](auto& r) { r.smoothing = -kNan; }, dds::ReplyCode::kMalformed, {"smoothing"}},
       {[](auto& r) { r.rotation_velocity = INFINITY; }, dds::ReplyCode::kMalformed, {"rotation_velocity", "inf"}},
+      {[](auto& r) { r.rehearse = "magic"; }, dds::ReplyCode::kMalformed, {"rehearse", "'magic'", "nspqp"}},
       {[](auto& r) { r.time_limit = 1e9; }, dds::ReplyCode::kMalformed, {"time_limit", "3600"}},
   };
   for (const auto& c : cases) {
@@ -185,6 +186,28 @@ TEST(Computation, AFeasibleCheckKeepsTheJointsOfEveryPoint) {
     }
   }
   EXPECT_EQ(dds::malformed(result), nullptr);
+}
+
+TEST(Computation, ARehearsalTellsWhatTheMethodMakesOfIt) {
+  Fixture fixture;
+  fixture.request.rehearse = "nspqp";
+  std::vector<std::string> seen;
+  double last = 0.0;
+  service::ComputationHooks hooks;
+  hooks.progress = [&](double fraction, const std::string& at, int, int) {
+    EXPECT_GE(fraction, last);
+    last = fraction;
+    if (seen.empty() || seen.back() != at)
+      seen.push_back(at);
+  };
+  const auto result = Computation(fixture.request, fixture.robot(), fixture.home).run(hooks);
+  EXPECT_EQ(static_cast<dds::Outcome>(result.outcome), dds::Outcome::kGood) << result.reason;
+  EXPECT_EQ(seen, (std::vector<std::string>{"point", "rehearsal", "rehearsal without posture"}));
+  EXPECT_EQ(result.rehearsed, 1);
+  for (const dds::RehearsalReport* run : {&result.with_posture, &result.without_posture}) {
+    EXPECT_EQ(static_cast<planning::RehearsalEnd>(run->end), planning::RehearsalEnd::kCompleted) << run->words;
+    EXPECT_EQ(run->converged, 5u);
+  }
 }
 
 TEST(Computation, AStartOutsideItsLimitsIsAnAnswerAndNoRefusal) {
