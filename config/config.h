@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -15,6 +16,7 @@
 
 #include "control/parameters.h"
 #include "hal/hardware.h"
+#include "kinematics/clearance.h"
 #include "kinematics/concentric_tube.h"
 #include "planning/tips.h"
 #include "planning/trajectory.h"
@@ -137,7 +139,8 @@ struct Deployment {
   double tip_gain = 3.0;        ///< lambda_A, 1/s
   std::string model = "rigid";  ///< kinematic model of control and planning: "rigid" or "compliant"
   planning::Feedback feedback = planning::Feedback::kModel;
-  sim::PlantOptions plant;  ///< of the simulated robot
+  std::optional<kinematics::Port> port;  ///< that the arms come through; its distance is published and kept by plans
+  sim::PlantOptions plant;               ///< of the simulated robot
   std::vector<Process> processes;
   std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default
   std::filesystem::path file;

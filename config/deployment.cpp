@@ -143,6 +143,12 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   deployment.method = control::methodFromName(map.text("method")).value();
   deployment.relative_gain = map.number("relative_gain");
   deployment.tip_gain = map.number("tip_gain");
+  if (map.has("port")) {
+    const Map port = map.map("port");
+    deployment.port.emplace();
+    deployment.port->radius = port.number("radius");
+    deployment.port->depth = port.number("depth");
+  }
   readFeedback(map, deployment);
   deployment.hosts = readHosts(map);
   deployment.processes = readProcesses(map, deployment.hosts);

@@ -124,6 +124,19 @@ const Mapping& budgetsTable() {
   return table;
 }
 
+const Mapping& portTable() {
+  static const Mapping table{
+      "port",
+      "A plate with a round hole that the arms come through, about the z axis of the robot base frame.",
+      {
+          number("radius", kLength, "of the hole").required().above(0),
+          number("depth", kLength, "how far the hole's rim stands in front of the entry plane, into the body")
+              .atLeast(0)
+              .defaultsTo(0.0),
+      }};
+  return table;
+}
+
 const Mapping& processTable() {
   static const Mapping table{
       "process",
@@ -242,6 +255,10 @@ const Mapping& deploymentTable() {
                "sensing/tips")
               .oneOf({"model", "sensor"})
               .defaultsTo("model"),
+          mapping("port", portTable(),
+                  "the port that the arms come through: control publishes their distance to it, planning keeps them "
+                  "off it")
+              .defaultNote("none"),
           mapping("plant", plantTable(), "the simulated robot").defaultNote("ideal and rigid"),
           mapping("processes", processTable(), "what `tandem up` starts").required().list(1, 32),
       }};

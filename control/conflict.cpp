@@ -24,29 +24,13 @@ Joint place(const StepProblem& problem, int joint) {
   return result;
 }
 
-/// What stops a joint: its own velocity, or the way that is left to its limit.
-std::string reason(const StepProblem& problem, const Conflict::Limit& limit, const std::vector<std::string>& arms) {
-  const bool row = limit.kind == Conflict::Kind::kRow;
-  const Joint joint = place(problem, row ? problem.row[limit.index].second : limit.index);
-  const std::string whose = "tube " + std::to_string(joint.tube) + " of arm " + arms.at(joint.arm);
-  if (row)
-    return whose + " against tube " + std::to_string(joint.tube - 1);
-  const JointState& state = problem.joint[limit.index];
-  const double speed = std::abs(limit.bound);
-  if (speed >= state.velocity * (1.0 - 1e-9))
-    return (joint.rotation ? "rotation velocity limit of " : "velocity limit of ") + whose;
-  if (joint.rotation)
-    return std::isfinite(state.lower) || std::isfinite(state.upper) ? "rotation limit of " + whose
-                                                                    : "largest rotation in a step of " + whose;
-  return (limit.kind == Conflict::Kind::kLower ? "rear travel limit of " : "front travel limit of ") + whose;
-}
-
 }  // namespace
 
 void explain(const StepProblem& problem,
              const VelocityBounds& bounds,
              const QpSolution& certificate,
              Conflict& conflict) noexcept {
+  constexpr double kRounding = 1e-9;
   conflict.count = 0;
   double largest = 0.0;
   const auto add = [&](Conflict::Kind kind, int index, double weight, double bound) {
@@ -61,7 +45,13 @@ void explain(const StepProblem& problem,
     conflict.count = std::min(conflict.count + 1, Conflict::kMost);
     for (int i = conflict.count - 1; i > at; --i)
       conflict.limit[i] = conflict.limit[i - 1];
-    conflict.limit[at] = {kind, index, weight, bound};
+    bool step = false;
+    if (kind != Conflict::Kind::kRow) {
+      const bool rotation = problem.joint[index].kind == JointKind::kRotation;
+      const double most = rotation ? bounds.step_rotation : bounds.step_translation;
+      step = std::abs(bound) >= most * (1.0 - kRounding);
+    }
+    conflict.limit[at] = {kind, index, weight, bound, step};
   };
   for (int j = 0; j < problem.joint_count; ++j) {
     add(Conflict::Kind::kUpper, j, certificate.z[j], bounds.upper[j]);
@@ -69,15 +59,72 @@ void explain(const StepProblem& problem,
   }
   for (int i = 0; i < certificate.w.size(); ++i)
     add(Conflict::Kind::kRow, i, certificate.w[i], bounds.row_rate[i]);
-  constexpr double kRounding = 1e-9;
   while (conflict.count > 0 && conflict.limit[conflict.count - 1].weight < kRounding * largest)
     --conflict.count;
+}
+
+void standingAt(const StepProblem& problem, const Solution& solution, Conflict& conflict) noexcept {
+  constexpr double kAt = 1e-9;  // m/s, rad/s
+  const RobotVector& v = solution.velocity;
+  const VelocityBounds& bounds = solution.bounds;
+  QpSolution weights;
+  weights.z.setZero(problem.joint_count);
+  weights.w.setZero(bounds.row_count);
+  for (int j = 0; j < problem.joint_count; ++j)
+    weights.z[j] = bounds.upper[j] - v[j] < kAt ? 1.0 : v[j] - bounds.lower[j] < kAt ? -1.0 : 0.0;
+  for (int i = 0; i < bounds.row_count; ++i) {
+    const CoupledRow& row = problem.row[i];
+    const double rate = row.a_first * v[row.first] + row.a_second * v[row.second];
+    weights.w[i] = bounds.row_rate[i] - rate < kAt ? 1.0 : 0.0;
+  }
+  explain(problem, bounds, weights, conflict);
+}
+
+NamedLimit nameOf(const StepProblem& problem, const Conflict::Limit& limit) noexcept {
+  const bool row = limit.kind == Conflict::Kind::kRow;
+  const Joint joint = place(problem, row ? problem.row[limit.index].second : limit.index);
+  NamedLimit name{LimitKind::kNeighbour, joint.arm, joint.tube};
+  if (row)
+    return name;
+  // What stops a joint: its own velocity, or the way that is left to its limit.
+  if (std::abs(limit.bound) >= problem.joint[limit.index].velocity * (1.0 - 1e-9))
+    name.kind = joint.rotation ? LimitKind::kRotationVelocity : LimitKind::kVelocity;
+  else if (limit.step)
+    name.kind = joint.rotation ? LimitKind::kRotationStep : LimitKind::kTranslationStep;
+  else if (joint.rotation)
+    name.kind = LimitKind::kRotation;
+  else
+    name.kind = limit.kind == Conflict::Kind::kLower ? LimitKind::kRearTravel : LimitKind::kFrontTravel;
+  return name;
+}
+
+std::string describe(const NamedLimit& limit, const std::vector<std::string>& arms) {
+  const std::string whose = "tube " + std::to_string(limit.tube) + " of arm " + arms.at(limit.arm);
+  switch (limit.kind) {
+    case LimitKind::kNeighbour:
+      return whose + " against tube " + std::to_string(limit.tube - 1);
+    case LimitKind::kVelocity:
+      return "velocity limit of " + whose;
+    case LimitKind::kRotationVelocity:
+      return "rotation velocity limit of " + whose;
+    case LimitKind::kRearTravel:
+      return "rear travel limit of " + whose;
+    case LimitKind::kFrontTravel:
+      return "front travel limit of " + whose;
+    case LimitKind::kRotation:
+      return "rotation limit of " + whose;
+    case LimitKind::kTranslationStep:
+      return "largest translation in a step of " + whose;
+    case LimitKind::kRotationStep:
+      return "largest rotation in a step of " + whose;
+  }
+  return "unknown limit of " + whose;
 }
 
 std::string describe(const StepProblem& problem, const Conflict& conflict, const std::vector<std::string>& arms) {
   std::string text;
   for (int i = 0; i < conflict.count; ++i)
-    text += (i > 0 ? ", " : "") + reason(problem, conflict.limit[i], arms);
+    text += (i > 0 ? ", " : "") + describe(nameOf(problem, conflict.limit[i]), arms);
   return text;
 }
 

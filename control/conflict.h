@@ -17,6 +17,31 @@ void explain(const StepProblem& problem,
              const QpSolution& certificate,
              Conflict& conflict) noexcept;
 
+/// The limits at which a solution's velocity stands, as a conflict of equal weights. Allocates nothing.
+void standingAt(const StepProblem& problem, const Solution& solution, Conflict& conflict) noexcept;
+
+enum class LimitKind : std::uint8_t {
+  kNeighbour = 0,  ///< a tube against its inner neighbour: a coupled row
+  kVelocity,       ///< of a translation
+  kRotationVelocity,
+  kRearTravel,
+  kFrontTravel,
+  kRotation,         ///< the way left to a limit of a rotation
+  kTranslationStep,  ///< what the method allows in a step
+  kRotationStep,
+};
+
+/** A limit without the problem that it belongs to. */
+struct NamedLimit {
+  LimitKind kind = LimitKind::kNeighbour;
+  int arm = 0;
+  int tube = 1;  ///< counts from 1
+};
+NamedLimit nameOf(const StepProblem& problem, const Conflict::Limit& limit) noexcept;
+
+/// "velocity limit of tube 2 of arm a". @param arms  names of the arms, in the robot's order
+std::string describe(const NamedLimit& limit, const std::vector<std::string>& arms);
+
 /** In words: "tube 2 of arm a against tube 1, velocity limit of tube 2 of arm a".
  * @param arms  names of the arms, in the robot's order */
 std::string describe(const StepProblem& problem, const Conflict& conflict, const std::vector<std::string>& arms);

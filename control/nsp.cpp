@@ -2,6 +2,7 @@
 #include <Eigen/Cholesky>
 
 #include "control/methods.h"
+#include "control/posture.h"
 
 namespace tandem::control {
 namespace {
@@ -37,6 +38,8 @@ class Nsp final : public Resolver {
       solution.velocity += add;
       solution.scale[k] = 1.0;
     }
+    addPosture(problem, parameters_, RobotVector::Ones(problem.joint_count),
+               parameters_.nsp_damping * parameters_.nsp_damping, solution.velocity);
     return SolveStatus::kSolved;
   }
 };

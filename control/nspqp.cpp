@@ -3,6 +3,7 @@
 
 #include "control/conflict.h"
 #include "control/methods.h"
+#include "control/posture.h"
 #include "control/qp_methods.h"
 #include "control/recovery.h"
 
@@ -20,7 +21,8 @@ namespace {
  *
  *   qdot_k = argmin 1/2 |J_k qdot - v_k|^2 + 1/2 zeta |qdot|^2   s.t.  J_i qdot = J_i qdot_i for i < k, and the limits.
  *
- * Rotations are bounded by rotation_velocity, or by the robot file where that is less. */
+ * Rotations are bounded by rotation_velocity, or by the robot file where that is less; translations by translation_step
+ * in one period. With a posture, zeta |qdot - qdot_p|^2 stands for zeta |qdot|^2 everywhere (postureVelocity()). */
 class Nspqp final : public Resolver {
  public:
   explicit Nspqp(const MethodParameters& parameters)
@@ -55,6 +57,8 @@ class Nspqp final : public Resolver {
       qp_.g = -(task.jacobian.transpose().lazyProduct(task.velocity));
     }
     qp_.H.diagonal().array() += parameters_.nspqp_zeta;
+    if (posture_.size() > 0)
+      qp_.g -= parameters_.nspqp_zeta * posture_;
   }
 
   /// Replaces what the tasks before the last want by what is possible of it.
@@ -73,7 +77,11 @@ class Nspqp final : public Resolver {
 
   SolveStatus resolve(const StepProblem& problem, Solution& solution) noexcept override {
     velocityBounds(problem, parameters_.bounds, parameters_.period, solution.bounds);
-    boundRotations(problem, parameters_.rotation_velocity, solution.bounds);
+    boundSteps(problem, parameters_.translation_step / parameters_.period, parameters_.rotation_velocity,
+               solution.bounds);
+    posture_.resize(0);
+    if (problem.posture.size() > 0)
+      posture_ = postureVelocity(problem, parameters_, parameters_.rotation_velocity);
     recovery_.apply(problem, solution.bounds, solution.velocity);
     const int last = problem.task_count - 1;
     for (int k = 0; k < last; ++k)
@@ -112,6 +120,7 @@ class Nspqp final : public Resolver {
   Recovery recovery_;
   std::unique_ptr<QpBackend> backend_, nearest_;
   std::array<TaskVector, kMaxTasks> wanted_;
+  RobotVector posture_;  ///< qdot_p; empty: none
   QuadraticProgram qp_;
   QpSolution qp_solution_;
 };

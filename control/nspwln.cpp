@@ -3,6 +3,7 @@
 
 #include "control/limit_weights.h"
 #include "control/methods.h"
+#include "control/posture.h"
 
 namespace tandem::control {
 namespace {
@@ -55,6 +56,7 @@ class Nspwln final : public Resolver {
       solution.velocity += add;
       solution.scale[k] = 1.0;
     }
+    addPosture(problem, parameters_, weights, 1.0 / parameters_.track_weight, solution.velocity);
     return SolveStatus::kSolved;
   }
 };

@@ -3,6 +3,7 @@
 
 #include "control/limit_weights.h"
 #include "control/methods.h"
+#include "control/posture.h"
 
 namespace tandem::control {
 namespace {
@@ -51,6 +52,7 @@ class NspwlnJoint final : public Resolver {
       }
       projector_ -= weighted.transpose().lazyProduct(pushed);
     }
+    addPosture(problem, parameters_, weights, 1.0 / parameters_.track_weight, solution.velocity);
     return SolveStatus::kSolved;
   }
 

@@ -48,6 +48,10 @@ struct MethodParameters {
   double rotation_velocity = 2.0;
   double snsqp_rotation_velocity =
       0.5;  ///< rad/s, bound on every rotation in (8); without it the optimum spins the tubes
+  /// m, bound on every translation in one period in the QP methods. Where ends of tubes pass each other the tip's
+  /// Jacobian jumps, and longer steps go to and fro across that place for ever.
+  double translation_step = 1e-3;
+  double posture_gain = 2.0;  ///< k_p, 1/s: how fast joints go to the posture of a reference
 };
 
 }  // namespace tandem::control

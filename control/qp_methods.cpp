@@ -15,10 +15,11 @@ void addLimits(const StepProblem& problem, const VelocityBounds& bounds, Quadrat
   }
 }
 
-void boundRotations(const StepProblem& problem, double velocity, VelocityBounds& bounds) noexcept {
+void boundSteps(const StepProblem& problem, double translation, double rotation, VelocityBounds& bounds) noexcept {
+  bounds.step_translation = translation;
+  bounds.step_rotation = rotation;
   for (int j = 0; j < problem.joint_count; ++j) {
-    if (problem.joint[j].kind != JointKind::kRotation)
-      continue;
+    const double velocity = problem.joint[j].kind == JointKind::kRotation ? rotation : translation;
     // A bound that asks for a way back is not to be contradicted.
     bounds.lower[j] = std::min(std::max(bounds.lower[j], -velocity), velocity);
     bounds.upper[j] = std::max(std::min(bounds.upper[j], velocity), -velocity);

@@ -19,6 +19,8 @@ bool finite(const StepProblem& problem) {
     if (!std::isfinite(problem.joint[j].position))
       return false;
   }
+  if (problem.posture.size() > 0 && (problem.posture.size() != problem.joint_count || !problem.posture.allFinite()))
+    return false;
   for (int k = 0; k < problem.task_count; ++k) {
     if (!problem.task[k].jacobian.allFinite() || !problem.task[k].velocity.allFinite())
       return false;
@@ -163,6 +165,8 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
   requirePositive(p.snsqp_zeta, "zeta");
   requirePositive(p.rotation_velocity, "rotation_velocity");
   requirePositive(p.snsqp_rotation_velocity, "snsqp_rotation_velocity");
+  requirePositive(p.translation_step, "translation_step");
+  requirePositive(p.posture_gain, "posture_gain");
   switch (method) {
     case Method::kNsp:
       return makeNsp(p);

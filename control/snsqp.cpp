@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "control/methods.h"
+#include "control/posture.h"
 #include "control/qp_methods.h"
 #include "control/recovery.h"
 
@@ -20,10 +21,14 @@ namespace {
  * zero inside all limits, else the way back (Recovery). With zeta -> 0, s_k is the largest that the limits allow, and
  * qdot the least velocity for it; at zeta = 1e-5 s_k is that of the linear programme to 1e-9. Rotations
  * are bounded by snsqp_rotation_velocity: without a bound the optimum buys the last per mille of s with any number of
- * turns. */
+ * turns; translations by translation_step in one period.
+ *
+ * With a posture, qdot_0 is the velocity within the limits that is nearest to qdot_p, and zeta |qdot - qdot_0|^2 stands
+ * for zeta |qdot|^2: what the limits do not let the tasks have, s_k < 1, goes to the posture. */
 class Snsqp final : public Resolver {
  public:
-  explicit Snsqp(const MethodParameters& parameters) : Resolver(parameters), recovery_(parameters.backend) {
+  explicit Snsqp(const MethodParameters& parameters)
+      : Resolver(parameters), recovery_(parameters.backend), posture_(parameters.backend) {
     for (auto& backend : backend_)
       backend = makeQpBackend(parameters.backend);
   }
@@ -31,6 +36,7 @@ class Snsqp final : public Resolver {
   void reset() noexcept override {
     for (auto& backend : backend_)
       backend->reset();
+    posture_.reset();
   }
 
  private:
@@ -44,6 +50,8 @@ class Snsqp final : public Resolver {
     qp_.resize(n + 1, equalities, solution.bounds.row_count);
     addLimits(problem, solution.bounds, qp_);
     qp_.H.diagonal().head(n).setConstant(zeta);
+    if (problem.posture.size() > 0)
+      qp_.g.head(n) = -zeta * base_;
     qp_.H(n, n) = 2.0 / zeta;
     qp_.g[n] = -2.0 / zeta;
     qp_.lower[n] = 0.0;
@@ -62,9 +70,13 @@ class Snsqp final : public Resolver {
 
   SolveStatus resolve(const StepProblem& problem, Solution& solution) noexcept override {
     velocityBounds(problem, parameters_.bounds, parameters_.period, solution.bounds);
-    boundRotations(problem, std::min(parameters_.rotation_velocity, parameters_.snsqp_rotation_velocity),
-                   solution.bounds);
+    const double rotation = std::min(parameters_.rotation_velocity, parameters_.snsqp_rotation_velocity);
+    boundSteps(problem, parameters_.translation_step / parameters_.period, rotation, solution.bounds);
     recovery_.apply(problem, solution.bounds, solution.velocity);
+    if (problem.posture.size() > 0) {
+      posture_.apply(problem, postureVelocity(problem, parameters_, rotation), solution.bounds, solution.velocity);
+      base_ = solution.velocity;
+    }
     for (int k = 0; k < problem.task_count; ++k) {
       setLevel(problem, k, solution);
       backend_[k]->solve(qp_, qp_solution_);
@@ -85,6 +97,8 @@ class Snsqp final : public Resolver {
   }
 
   Recovery recovery_;
+  PostureWithinLimits posture_;
+  RobotVector base_;                                           ///< qdot_0 with a posture
   std::array<std::unique_ptr<QpBackend>, kMaxTasks> backend_;  ///< one per level: each is warm-started by itself
   QuadraticProgram qp_;
   QpSolution qp_solution_;

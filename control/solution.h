@@ -27,6 +27,7 @@ struct Conflict {
     int index = 0;        ///< joint of the robot, or coupled row
     double weight = 0.0;  ///< multiplier
     double bound = 0.0;   ///< the bound on the velocity, m/s or rad/s
+    bool step = false;    ///< it is what the method allows in a step, not a limit of the robot
   };
   static constexpr int kMost = 8;
   std::array<Limit, kMost> limit{};  ///< heaviest first

@@ -65,6 +65,7 @@ struct StepProblem {
   std::array<CoupledRow, kMaxRows> row{};
   int task_count = 0;
   std::array<Task, kMaxTasks> task{};  ///< highest priority first
+  RobotVector posture;                 ///< q_p, where the joints shall be as far as tasks leave them free; empty: none
 
   /// Lays out the arms and their limits; tasks are left empty. Call once, then setPosition() each step.
   void setLimits(const safety::ArmLimits* const* limits, int count);
@@ -81,6 +82,8 @@ struct VelocityBounds {
   RobotVector upper;
   int row_count = 0;                        ///< 0 for frozen bounds
   std::array<double, kMaxRows> row_rate{};  ///< a^T qdot <= row_rate
+  /// Largest that a method allows in a step whatever the limits are, m/s and rad/s; infinite: no such bound.
+  double step_translation = safety::kUnlimited, step_rotation = safety::kUnlimited;
 };
 
 }  // namespace tandem::control

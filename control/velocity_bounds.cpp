@@ -27,6 +27,7 @@ void velocityBounds(const StepProblem& problem, BoundsKind kind, double period, 
   const bool frozen = kind == BoundsKind::kFrozen;
   bounds.lower.resize(problem.joint_count);
   bounds.upper.resize(problem.joint_count);
+  bounds.step_translation = bounds.step_rotation = safety::kUnlimited;
   for (int j = 0; j < problem.joint_count; ++j) {
     const JointState& joint = problem.joint[j];
     const double min = frozen ? joint.frozen_lower : joint.lower;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Generates the ROS 2 .msg twins of tandem_msgs.idl, so that they are never kept by hand.
+"""Generates the ROS 2 .msg twins of tandem_msgs*.idl, so that they are never kept by hand.
 
     generate_msg.py           writes idl/msg/tandem_msgs/*.msg
     generate_msg.py --check   writes nothing; fails where a twin is missing, differs or has no IDL any more
@@ -129,21 +129,23 @@ def differences(folder, expected):
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--check", action="store_true", help="compare only; exit 1 where something differs")
-    options.add_argument("--idl", type=pathlib.Path, default=HERE / "tandem_msgs.idl")
+    options.add_argument("--idl", type=pathlib.Path, nargs="+", default=sorted(HERE.glob("tandem_msgs*.idl")))
     options.add_argument("--out", type=pathlib.Path, default=HERE / "msg" / "tandem_msgs")
     arguments = options.parse_args()
+    structs = {}
     try:
-        structs = Parser(arguments.idl).parse()
+        for file in arguments.idl:
+            found = Parser(file).parse()
+            if not found or found.keys() & structs.keys():
+                raise IdlError(f"{file}: no struct, or one of another file")
+            structs.update(found)
     except IdlError as error:
         print(error, file=sys.stderr)
-        return 2
-    if not structs:
-        print(f"{arguments.idl}: no struct", file=sys.stderr)
         return 2
     expected = {name + ".msg": text for name, text in structs.items()}
     if arguments.check:
         found = list(differences(arguments.out, expected))
-        print("\n".join(found) if found else f"{len(expected)} .msg files agree with {arguments.idl.name}")
+        print("\n".join(found) if found else f"{len(expected)} .msg files agree with the IDL")
         return 1 if found else 0
     arguments.out.mkdir(parents=True, exist_ok=True)
     for stale in arguments.out.glob("*.msg"):

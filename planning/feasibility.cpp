@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planning/walk.h"
+
 namespace tandem::planning {
 namespace {
 
@@ -63,6 +65,7 @@ class Walker {
         options_(options),
         near_(arms, local(options)),
         far_(arms, tolerant(options.ik, options.accept)),
+        walk_(arms, spec.arm, spec.other_arm),
         branches_(std::move(start.branches)) {
     last_.tip = start.tips[at(spec.arm)].pose.translation();
     last_.relative = last_.tip - start.tips[at(spec.other_arm)].pose.translation();
@@ -71,7 +74,12 @@ class Walker {
   PointReport step(int number, const TrajectoryPoint& point, const safety::RobotVector& q) {
     const std::vector<TipTarget> targets = targetsOf(point);
     IkAnswer answer = near_.solve(targets, q, branches_, true);
-    if (answer.reach == Reach::kReached && !follow(last_, point, q, answer, options_.halvings))
+    const bool reached = answer.reach == Reach::kReached;
+    if (reached && follow(last_, point, q, answer, options_.halvings))
+      answer.reach = Reach::kReached;
+    else if (!demanded(answer.reach) && walks(point, targets, q, answer))
+      answer.reach = Reach::kReached;
+    else if (reached)
       answer.reach = cancelled() ? Reach::kCancelled : Reach::kReconfiguration;
     else if (answer.reach != Reach::kReached && answer.reach != Reach::kCancelled && !followsKnownEdge(answer)) {
       IkAnswer elsewhere = far_.solve(targets, q, {}, true);
@@ -118,6 +126,28 @@ class Walker {
       return false;
     answer = near_.solve(targetsOf(to), half.q, half.branches, true);
     return answer.reach == Reach::kReached && follow(middle, to, half.q, answer, halvings - 1);
+  }
+
+  /// Whether steps as control makes them lead from q to a point. @param answer  replaced by what they lead to
+  bool walks(const TrajectoryPoint& point,
+             const std::vector<TipTarget>& targets,
+             const safety::RobotVector& q,
+             IkAnswer& answer) const {
+    if (last_.tip.hasNaN() || cancelled())
+      return false;
+    const auto there = walk_.go(last_, point, q, near_.options().tolerance, options_.ik.cancelled);
+    if (!there)
+      return false;
+    IkAnswer found = near_.judge(targets, *there, branches_);
+    if (found.reach == Reach::kReached) {
+      answer = std::move(found);
+      return true;
+    }
+    found = near_.solve(targets, *there, branches_, true);
+    if (found.reach != Reach::kReached || jumps(*there, found.q))
+      return false;
+    answer = std::move(found);
+    return true;
   }
 
   static IkOptions tolerant(IkOptions ik, double accept) {
@@ -183,6 +213,7 @@ class Walker {
   const TrajectorySpec& spec_;
   const FeasibilityOptions& options_;
   InverseKinematics near_, far_;
+  Walk walk_;
   std::vector<kinematics::Branch> branches_;
   TrajectoryPoint last_;  ///< where the tips are
   Reach edge_ = Reach::kReached;
@@ -223,6 +254,13 @@ int FeasibilityReport::unreachable() const {
       std::count_if(points.begin(), points.end(), [](const auto& p) { return p.reach != Reach::kReached; }));
 }
 
+std::vector<safety::RobotVector> FeasibilityReport::path() const {
+  std::vector<safety::RobotVector> path;
+  for (const PointReport& point : points)
+    path.push_back(point.q);
+  return path;
+}
+
 FeasibilityReport checkTrajectory(const Arms& arms,
                                   const TrajectorySpec& spec,
                                   const safety::RobotVector& start,
@@ -256,6 +294,8 @@ FeasibilityReport checkTrajectory(const Arms& arms,
     report.points.push_back(std::move(point));
     if (options.progress)
       options.progress(static_cast<int>(k) + 1, static_cast<int>(points.size()));
+    if (options.stop_after > 0 && report.unreachable() >= options.stop_after)
+      break;
   }
   report.feasible = report.unreachable() == 0;
   return report;

@@ -24,7 +24,7 @@ struct PointReport {
 };
 
 struct FeasibilityReport {
-  std::vector<PointReport> points;  ///< all of them, or up to where it was cancelled
+  std::vector<PointReport> points;  ///< all of them, or up to where it was cancelled or stopped
   bool feasible = false;
   bool cancelled = false;
   std::string start;  ///< what is wrong with the start itself; empty if nothing
@@ -33,6 +33,8 @@ struct FeasibilityReport {
   double rotation_conditioning = 0.0;
   bool planar_start = false;
   int unreachable() const;
+  /// Joints at all points: postures for a Follower.
+  std::vector<safety::RobotVector> path() const;
 };
 
 struct FeasibilityOptions {
@@ -43,6 +45,7 @@ struct FeasibilityOptions {
   /// Where they move by more than this, the way between two points is halved, at most so often, until they do not.
   double translation_step = 0.01, rotation_step = 0.3;
   int halvings = 4;
+  int stop_after = 0;  ///< unreachable points, of which no more need be known; 0: all points are looked at
   std::function<void(int point, int points)> progress;  ///< may be empty
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace tandem::planning {
 namespace {
@@ -45,8 +46,16 @@ std::string_view name(Phase phase) {
   return "unknown";
 }
 
-void Follower::start(const TrajectorySpec& spec, const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) {
+void Follower::start(const TrajectorySpec& spec,
+                     const Eigen::Vector3d& tip,
+                     const Eigen::Vector3d& relative,
+                     std::vector<safety::RobotVector> postures) {
   std::vector<TrajectoryPoint> points = sample(spec, tip, relative);
+  if (!postures.empty() && postures.size() != points.size()) {
+    throw std::invalid_argument("postures: found " + std::to_string(postures.size()) + ", expected one for each of " +
+                                std::to_string(points.size()) + " points");
+  }
+  postures_ = std::move(postures);
   spec_ = spec;
   points_ = std::move(points);
   points_.insert(points_.begin(), {tip, relative});
@@ -118,14 +127,20 @@ bool Follower::nextPoint() noexcept {
   const TrajectoryPoint& from = points_[progress_.point - 1];
   const TrajectoryPoint& to = points_[progress_.point];
   ask(to, (to.tip - from.tip) / spec_.point_duration, (to.relative - from.relative) / spec_.point_duration);
+  if (!postures_.empty())
+    reference_.posture = postures_[static_cast<std::size_t>(progress_.point) - 1];
   return true;
 }
 
-TrajectoryPoint Follower::along(double s) const noexcept {
+std::pair<std::size_t, double> Follower::pieceAt(double s) const noexcept {
   const auto above = std::upper_bound(arc_length_.begin() + 1, arc_length_.end() - 1, s);
   const auto i = static_cast<std::size_t>(above - arc_length_.begin());
   const double piece = arc_length_[i] - arc_length_[i - 1];
-  const double share = piece > 0.0 ? std::clamp((s - arc_length_[i - 1]) / piece, 0.0, 1.0) : 1.0;
+  return {i, piece > 0.0 ? std::clamp((s - arc_length_[i - 1]) / piece, 0.0, 1.0) : 1.0};
+}
+
+TrajectoryPoint Follower::along(double s) const noexcept {
+  const auto [i, share] = pieceAt(s);
   return {points_[i - 1].tip + share * (points_[i].tip - points_[i - 1].tip),
           points_[i - 1].relative + share * (points_[i].relative - points_[i - 1].relative)};
 }
@@ -147,6 +162,11 @@ bool Follower::nextInstant() noexcept {
   const TrajectoryPoint now = along(s), next = along(s_next);
   path_time_ = std::min(path_time_ + period_, end);
   ask(now, (next.tip - now.tip) / period_, (next.relative - now.relative) / period_);
+  if (!postures_.empty()) {
+    const auto [i, share] = pieceAt(s);  // before the first point its posture is all that is known
+    const std::size_t before = std::max<std::size_t>(i, 2) - 2;
+    reference_.posture = postures_[before] + share * (postures_[i - 1] - postures_[before]);
+  }
   progress_.point = static_cast<int>(std::upper_bound(arc_length_.begin(), arc_length_.end(), s) - arc_length_.begin());
   progress_.point = std::clamp(progress_.point, 1, progress_.point_count);
   ++progress_.iteration;

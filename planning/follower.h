@@ -38,8 +38,13 @@ class Follower {
   /// @param period  control period, s.
   explicit Follower(double period) : period_(period) {}
 
-  /// Starts at the measured tip and relative position. @throw std::invalid_argument as sample() does.
-  void start(const TrajectorySpec& spec, const Eigen::Vector3d& tip, const Eigen::Vector3d& relative);
+  /// Starts at the measured tip and relative position.
+  /// @param postures  planned joints of all arms, one vector a point (FeasibilityReport::path()); empty: references
+  /// carry no posture. @throw std::invalid_argument as sample() does, or for another number of postures.
+  void start(const TrajectorySpec& spec,
+             const Eigen::Vector3d& tip,
+             const Eigen::Vector3d& relative,
+             std::vector<safety::RobotVector> postures = {});
   void stop();
   void fail();  ///< ends a run that cannot go on, as kFailed
   void pause();
@@ -59,13 +64,16 @@ class Follower {
   void ask(const TrajectoryPoint& at,
            const Eigen::Vector3d& tip_velocity,
            const Eigen::Vector3d& relative_velocity) noexcept;
+  /// The piece of the way at arc length s, by the number of its end, and which share of it is behind.
+  std::pair<std::size_t, double> pieceAt(double s) const noexcept;
   TrajectoryPoint along(double s) const noexcept;
 
   double period_;
   TrajectorySpec spec_;
   std::vector<TrajectoryPoint> points_;  ///< the start itself in front
   std::vector<double> arc_length_;       ///< of the tip at each point, m
-  double path_time_ = 0.0;               ///< s, timed following
+  std::vector<safety::RobotVector> postures_;
+  double path_time_ = 0.0;  ///< s, timed following
   int periods_at_end_ = 0;
   Progress progress_;
   Reference reference_;

@@ -173,6 +173,24 @@ bool InverseKinematics::take(Search& search, const PoseProblem& problem, const P
   return false;
 }
 
+IkAnswer InverseKinematics::judge(const std::vector<TipTarget>& targets,
+                                  const safety::RobotVector& q,
+                                  const std::vector<kinematics::Branch>& branches) const {
+  constexpr double kViolation = 1e-9;
+  Search search;
+  search.best.q = q;
+  search.best.reach = Reach::kIterationLimit;
+  search.problem = {&arms_, targets, q, branches, false, false, {}};
+  for (int arm = 0; arm < arms_.count(); ++arm) {
+    if (safety::largestViolation(*arms_.limits[at(arm)], q.segment(arms_.offset(arm), arms_.size(arm))) > kViolation)
+      return search.best;
+  }
+  PoseSolution solution;
+  solution.q = q;
+  take(search, search.problem, solution);
+  return search.best;
+}
+
 /// From a start to the pose itself. Demands that a solution breaks are asked for in the next try.
 void InverseKinematics::attempt(Search& search, const safety::RobotVector& start) const {
   constexpr int kTries = 4, kShort = 40;  // what has not arrived by then seldom does

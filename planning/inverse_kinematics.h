@@ -83,6 +83,11 @@ class InverseKinematics {
                  const std::vector<kinematics::Branch>& branches = {},
                  bool keep_relative = false) const;
 
+  /// Whether joints reach the targets and keep limits and demands: kReached, or kIterationLimit.
+  IkAnswer judge(const std::vector<TipTarget>& targets,
+                 const safety::RobotVector& q,
+                 const std::vector<kinematics::Branch>& branches) const;
+
   const Arms& arms() const { return arms_; }
   const IkOptions& options() const { return options_; }
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 
+#include "safety/dimensions.h"
+
 namespace tandem::planning {
 
 enum class TaskKind : std::uint8_t {
@@ -25,10 +27,13 @@ struct TaskReference {
 
 inline constexpr int kMaxTasks = 4;
 
-/** Tasks of one control step, highest priority first. */
+/** Tasks of one control step, highest priority first, and where the joints shall be as far as the tasks leave them
+ * free.
+ */
 struct Reference {
   int task_count = 0;
   std::array<TaskReference, kMaxTasks> tasks{};
+  safety::RobotVector posture;  ///< q_p of all arms' joints, stacked, m and rad; empty: none
 };
 
 }  // namespace tandem::planning

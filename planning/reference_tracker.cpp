@@ -111,6 +111,14 @@ void ReferenceTracker::step(const safety::RobotVector& q,
     result.status = TrackStatus::kReference;
     return;
   }
+  problem_.posture = reference.posture;
+  const bool posture = reference.posture.size() > 0;
+  if (posture && (reference.posture.size() != problem_.joint_count || !reference.posture.allFinite())) {
+    problem_.task_count = 0;
+    problem_.posture.resize(0);
+    result.status = TrackStatus::kReference;
+    return;
+  }
   for (int k = 0; k < reference.task_count; ++k) {
     result.status = setTask(reference.tasks[k], measured, result, problem_.task[k], result.error[k]);
     if (result.status != TrackStatus::kOk)

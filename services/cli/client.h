@@ -20,7 +20,8 @@ struct Snapshot {
   dds::ControlStatus status;
   dds::PlanningReference reference;
   dds::HalStatus hal;
-  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0;  ///< samples heard
+  dds::Clearances clearances;
+  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0;  ///< samples heard
 };
 
 /** One participant of the console's side. While it holds the control lease it keeps it alive from a thread of its own.
@@ -91,7 +92,7 @@ class Client {
   dds::Writer<dds::HalRequest> hal_requests_;
   dds::Writer<dds::Stop> stops_;
   dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
-      sim_tips_;
+      clearances_, sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
   std::thread lease_keeper_;
 };

@@ -1,281 +1,224 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem plan: what can be had, before anything moves. */
+/** @file tandem plan: what can be had, before anything moves; computed here, or by a running system. */
 #include <cmath>
 #include <fstream>
 #include <iostream>
 
-#include "planning/start_choice.h"
-#include "planning/timing.h"
 #include "services/cli/arm_options.h"
+#include "services/cli/plan_print.h"
 #include "services/cli/plan_setup.h"
 #include "services/cli/table.h"
+#include "services/planning/reports.h"
 
 namespace tandem::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using dds::ComputationKind;
 
-[[noreturn]] void interrupted() { throw Failure(kFailure, "cancelled"); }
-
-Json pointJson(const planning::PointReport& point) {
-  return {{"point", point.point},
-          {"reason", planning::name(point.reach)},
-          {"words", point.words},
-          {"error_m", point.error},
-          {"relative_error_m", point.relative_error},
-          {"wanted_m", listOf(point.wanted.tip)},
-          {"nearest_m", listOf(point.tip)}};
-}
-
-Json reportJson(const planning::FeasibilityReport& report) {
-  Json json{{"feasible", report.feasible},         {"start", report.start},
-            {"planar_start", report.planar_start}, {"rotation_conditioning_m_per_rad", report.rotation_conditioning},
-            {"points", report.points.size()},      {"unreachable", Json::array()}};
-  double stability = 1.0, clearance = INFINITY;
-  for (const planning::PointReport& point : report.points) {
-    stability = std::min(stability, point.stability);
-    clearance = std::min(clearance, point.clearance);
-    if (point.reach != planning::Reach::kReached)
-      json["unreachable"].push_back(pointJson(point));
-  }
-  json["smallest_stability"] = stability;
-  json["smallest_clearance_m"] = std::isfinite(clearance) ? Json(clearance) : Json();
-  return json;
-}
-
-void print(const planning::FeasibilityReport& report) {
-  if (!report.start.empty()) {
-    std::cout << "not feasible: " << report.start << '\n';
-    return;
-  }
-  if (report.planar_start) {
-    std::cout << "note: an arm starts with all tubes bent in one plane, where rotations move its tip across that plane "
-                 "only; inward in the plane, control first turns its tubes a little apart\n";
-  }
-  for (const planning::PointReport& point : report.points) {
-    if (point.reach != planning::Reach::kReached)
-      std::cout << "point " << point.point << ": " << point.words << '\n';
-  }
-  if (report.feasible)
-    std::printf("feasible: all %zu points\n", report.points.size());
-  else
-    std::printf("not feasible: %d of %zu points\n", report.unreachable(), report.points.size());
+bool isGood(const dds::ComputationResult& result) {
+  return result.outcome == static_cast<std::uint8_t>(dds::Outcome::kGood);
 }
 
 int check(const PlanOptions& options) {
-  const PlanSetup setup(options);
-  const auto report =
-      planning::checkTrajectory(setup.arms(), setup.trajectory(), setup.start(), setup.feasibility("point"));
-  if (report.cancelled)
-    interrupted();
-  if (options.json)
-    std::cout << reportJson(report).dump(2) << '\n';
-  else
-    print(report);
-  return report.feasible ? kOk : kFailure;
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kCheck));
+  const bool rehearsed = result.rehearsed != 0;
+  if (options.json) {
+    Json json = reportJson(result.report);
+    json["rehearsal"] = rehearsed ? Json{{"method", setup.method()},
+                                         {"with_posture", rehearsalJson(result.with_posture)},
+                                         {"without_posture", rehearsalJson(result.without_posture)}}
+                                  : Json();
+    std::cout << json.dump(2) << '\n';
+  } else {
+    print(result.report, std::cout);
+    if (rehearsed) {
+      print(result.with_posture, setup.method(), "with the planned posture", std::cout);
+      print(result.without_posture, setup.method(), "without a posture", std::cout);
+    }
+  }
+  return isGood(result) ? kOk : kFailure;
 }
 
 int repair(const PlanOptions& options) {
-  const PlanSetup setup(options);
-  const auto result = planning::repairTrajectory(setup.arms(), setup.trajectory(), setup.start(),
-                                                 setup.feasibility("point"), options.smoothing);
-  if (result.after.cancelled)
-    interrupted();
-  if (result.after.feasible) {
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kRepair));
+  const dds::RepairReport& repair = result.repair;
+  const bool found = !repair.trajectory.empty();
+  if (found) {
     std::ofstream out(options.output);
-    out << "# SPDX-License-Identifier: Apache-2.0\n" << config::formatTrajectory(result.spec);
+    out << "# SPDX-License-Identifier: Apache-2.0\n" << repair.trajectory;
     if (!out.flush())
       throw Failure(kUsage, options.output + ": cannot be written");
   }
   if (options.json) {
-    std::cout << Json{{"before", reportJson(result.before)},
-                      {"after", reportJson(result.after)},
-                      {"rounds", result.rounds},
-                      {"largest_change_m", result.largest_change},
-                      {"rms_change_m", result.rms_change},
-                      {"file", result.after.feasible ? Json(options.output) : Json()}}
+    std::cout << Json{{"before", reportJson(repair.before)},
+                      {"after", reportJson(result.report)},
+                      {"rounds", repair.rounds},
+                      {"largest_change_m", repair.largest_change},
+                      {"rms_change_m", repair.rms_change},
+                      {"file", found ? Json(options.output) : Json()}}
                      .dump(2)
               << '\n';
-  } else if (result.after.feasible) {
-    std::printf("%d of %zu points could not be had; moved by %.3g mm at most, %.3g mm rms, in %d rounds: %s\n",
-                result.before.unreachable(), result.before.points.size(), 1e3 * result.largest_change,
-                1e3 * result.rms_change, result.rounds, options.output.c_str());
+  } else if (found) {
+    std::printf("%d of %zu points could not be had; moved by %.3g mm at most, %.3g mm rms, in %u rounds: %s\n",
+                service::unreachable(repair.before), repair.before.points.size(), 1e3 * repair.largest_change,
+                1e3 * repair.rms_change, repair.rounds, options.output.c_str());
   } else {
-    print(result.after);
+    print(result.report, std::cout);
     std::cout << "no feasible trajectory was found; nothing is written\n";
   }
-  return result.after.feasible ? kOk : kFailure;
+  return isGood(result) ? kOk : kFailure;
 }
 
 /// "a=x,y,z" or "a=x,y,z,dx,dy,dz".
-planning::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
+dds::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
   const std::size_t sign = text.find('=');
   if (sign == std::string::npos)
     throw Failure(kUsage, "--tip: found '" + text + "', expected ARM=x,y,z or ARM=x,y,z,dx,dy,dz");
   const std::string numbers = text.substr(sign + 1);
   const auto commas = std::count(numbers.begin(), numbers.end(), ',');
   const Eigen::VectorXd values = numbersOf("--tip", numbers, commas > 2 ? 6 : 3);
-  planning::TipTarget target;
-  target.arm = static_cast<int>(&armOf(robot, text.substr(0, sign)) - robot.arms.data());
-  target.position = values.head<3>();
-  if (values.size() == 6) {
-    const Eigen::Vector3d direction = values.tail<3>();
-    if (!(direction.norm() > 0.0))
-      throw Failure(kUsage, "--tip: found the direction [0, 0, 0], expected a vector with a length");
-    target.direction = direction.normalized();
-  }
+  dds::TipTarget target;
+  target.arm = static_cast<std::uint8_t>(&armOf(robot, text.substr(0, sign)) - robot.arms.data());
+  Eigen::Vector3d::Map(target.position.data()) = values.head<3>();
+  target.has_direction = values.size() == 6 ? 1 : 0;
+  if (values.size() == 6)
+    Eigen::Vector3d::Map(target.direction.data()) = values.tail<3>();
+  if (values.size() == 6 && !(values.tail<3>().norm() > 0.0))
+    throw Failure(kUsage, "--tip: found the direction [0, 0, 0], expected a vector with a length");
   return target;
 }
 
-int ik(const PlanOptions& options) {
-  const PlanSetup setup(options);
-  std::vector<planning::TipTarget> targets;
-  for (const std::string& tip : options.tips)
-    targets.push_back(targetOf(tip, setup.robot()));
-  const planning::InverseKinematics inverse(setup.arms(), setup.ik());
-  const planning::IkAnswer answer = inverse.solve(targets, setup.start());
-  if (answer.reach == planning::Reach::kCancelled)
-    interrupted();
-  const bool reached = answer.reach == planning::Reach::kReached;
+Json ikJson(const dds::IkReport& answer, const config::Robot& robot, bool reached, bool clearance) {
   Json json{{"reached", reached},
-            {"reason", planning::name(answer.reach)},
+            {"reason", planning::name(static_cast<planning::Reach>(answer.reach))},
             {"words", answer.words},
-            {"joints", listOf(answer.q)},
+            {"joints", answer.joints},
             {"tips_m", Json::array()},
-            {"errors_m", answer.error},
+            {"errors_m", answer.errors},
             {"limits", Json::array()},
             {"stability", answer.stability},
-            {"clearance_m", setup.ik().demands.clearance ? Json(answer.clearance) : Json()},
+            {"clearance_m", clearance ? Json(answer.clearance) : Json()},
             {"starts", answer.starts},
             {"iterations", answer.iterations}};
-  for (const Eigen::Vector3d& tip : answer.tips)
-    json["tips_m"].push_back(listOf(tip));
-  for (const planning::ActiveLimit& limit : answer.limits)
-    json["limits"].push_back(
-        {{"arm", setup.robot().arms[static_cast<std::size_t>(limit.arm)].name}, {"limit", limit.words}});
+  for (std::size_t k = 0; k + 2 < answer.tips.size(); k += 3)
+    json["tips_m"].push_back({answer.tips[k], answer.tips[k + 1], answer.tips[k + 2]});
+  for (const dds::LimitReport& limit : answer.limits)
+    json["limits"].push_back({{"arm", robot.arms.at(limit.arm).name}, {"limit", limit.words}});
+  return json;
+}
+
+int ik(const PlanOptions& options) {
+  PlanSetup setup(options);
+  auto request = setup.request(ComputationKind::kInverseKinematics);
+  for (const std::string& tip : options.tips)
+    request.targets.push_back(targetOf(tip, setup.robot()));
+  const auto result = setup.compute(request);
+  const dds::IkReport& answer = result.ik;
+  const bool reached = isGood(result);
   if (options.json) {
-    std::cout << json.dump(2) << '\n';
+    const bool clearance = !options.no_clearance && setup.robot().arms.size() > 1;
+    std::cout << ikJson(answer, setup.robot(), reached, clearance).dump(2) << '\n';
     return reached ? kOk : kFailure;
   }
   std::cout << (reached ? "reached" : "not reached: " + answer.words + "; the nearest found") << '\n';
-  for (int arm = 0; arm < setup.arms().count(); ++arm) {
-    const auto own = answer.q.segment(setup.arms().offset(arm), setup.arms().size(arm));
-    const auto n = own.size() / 2;
+  const experiments::RobotModel& model = setup.model();
+  for (int arm = 0; arm < model.armCount(); ++arm) {
+    const double* own = answer.joints.data() + model.offset(arm);
+    const int n = model.size(arm) / 2;
     std::printf("%s: beta_mm [", setup.robot().arms[static_cast<std::size_t>(arm)].name.c_str());
-    for (Eigen::Index j = 0; j < n; ++j)
+    for (int j = 0; j < n; ++j)
       std::printf("%s%.6f", j == 0 ? "" : ", ", 1e3 * own[j]);
     std::printf("], alpha_deg [");
-    for (Eigen::Index j = n; j < 2 * n; ++j)
+    for (int j = n; j < 2 * n; ++j)
       std::printf("%s%.6f", j == n ? "" : ", ", own[j] * 180.0 / M_PI);
     std::printf("]\n");
   }
   return reached ? kOk : kFailure;
 }
 
-double chosen(double wanted, double by_robot, double otherwise) {
-  return wanted > 0.0 ? wanted : std::isfinite(by_robot) ? by_robot : otherwise;
+void writeTiming(const PlanOptions& options, const dds::ComputationResult& result) {
+  std::ofstream out(options.csv);
+  std::vector<std::string> names{"t"};
+  append(names, numbered("q", static_cast<int>(result.start.size())));
+  Table table(out, names, false);
+  for (std::size_t k = 0; k < result.timing.times.size(); ++k) {
+    std::vector<double> row{result.timing.times[k]};
+    const std::vector<double>& q = k == 0 ? result.start : result.report.points.at(k - 1).joints;
+    row.insert(row.end(), q.begin(), q.end());
+    table.add(row, "ok");
+  }
+  if (!table.finish())
+    throw Failure(kUsage, options.csv + ": cannot be written");
 }
 
 int time(const PlanOptions& options) {
-  const PlanSetup setup(options);
-  const auto report =
-      planning::checkTrajectory(setup.arms(), setup.trajectory(), setup.start(), setup.feasibility("point"));
-  if (report.cancelled)
-    interrupted();
-  if (!report.feasible) {
-    print(report);
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kTime));
+  if (!isGood(result)) {
+    print(result.report, std::cout);
     return kFailure;
   }
-  planning::TimingProblem problem;
-  const int joints = setup.arms().jointCount();
-  problem.path.resize(joints, static_cast<Eigen::Index>(report.points.size()) + 1);
-  problem.path.col(0) = setup.start();
-  for (std::size_t k = 0; k < report.points.size(); ++k)
-    problem.path.col(static_cast<Eigen::Index>(k) + 1) = report.points[k].q;
-  problem.velocity.resize(joints);
-  problem.acceleration.resize(joints);
-  for (int arm = 0, j = 0; arm < setup.arms().count(); ++arm) {
-    const auto& limits = setup.robot().arms[static_cast<std::size_t>(arm)].limits;
-    for (int k = 0; k < limits.jointCount(); ++k, ++j) {
-      const safety::JointLimit& limit = limits.joints[static_cast<std::size_t>(k)];
-      const bool translation = k < limits.jointCount() / 2;
-      problem.velocity[j] = chosen(translation ? 0.0 : options.rotation_velocity, limit.velocity,
-                                   setup.robot().parameters.snsqp_rotation_velocity);
-      problem.acceleration[j] =
-          chosen(translation ? 1e-3 * options.translation_acceleration : options.rotation_acceleration,
-                 limit.slew_limit, safety::kUnlimited);
-    }
-  }
-  const planning::Timing timing = planning::timeOptimal(problem, [&] { return setup.cancelled(); });
-  if (timing.status == planning::TimingStatus::kCancelled)
-    interrupted();
-  if (timing.status != planning::TimingStatus::kOptimal)
-    throw Failure(kFailure, timing.status == planning::TimingStatus::kUnlimited
-                                ? "a piece of the path moves only joints without a velocity limit"
-                                : "no optimal timing was found within the limit of the iterations");
-  if (!options.csv.empty()) {
-    std::ofstream out(options.csv);
-    std::vector<std::string> names{"t"};
-    append(names, numbered("q", joints));
-    Table table(out, names, false);
-    for (std::size_t k = 0; k < timing.time.size(); ++k) {
-      std::vector<double> row{timing.time[k]};
-      const Eigen::VectorXd q = problem.path.col(static_cast<Eigen::Index>(k));
-      row.insert(row.end(), q.begin(), q.end());
-      table.add(row, "ok");
-    }
-    if (!table.finish())
-      throw Failure(kUsage, options.csv + ": cannot be written");
-  }
+  if (!options.csv.empty())
+    writeTiming(options, result);
+  const double seconds = result.timing.times.empty() ? 0.0 : result.timing.times.back();
   if (options.json)
-    std::cout << Json{{"seconds", timing.total()}, {"time_s", timing.time}, {"limiting_joint", timing.limiting}}.dump(2)
+    std::cout << Json{{"seconds", seconds}, {"time_s", result.timing.times}, {"limiting_joint", result.timing.limiting}}
+                     .dump(2)
               << '\n';
   else
-    std::printf("%.3f s for %zu points\n", timing.total(), report.points.size());
+    std::printf("%.3f s for %zu points\n", seconds, result.report.points.size());
   return kOk;
 }
 
 int start(const PlanOptions& options) {
-  const PlanSetup setup(options);
-  planning::StartOptions choice_options;
-  choice_options.feasibility = setup.feasibility("");
-  choice_options.tries = options.tries;
-  PlanProgress progress("start");
-  choice_options.progress = [&](int done, int all) { progress.show(done, all); };
-  const auto choice = planning::chooseStart(setup.arms(), setup.trajectory(), setup.start(), choice_options);
-  if (choice.cancelled)
-    interrupted();
-  if (choice.candidates.empty())
-    throw Failure(kFailure, "no start has these tips within the limits and demands");
-  const bool good = choice.candidates.front().unreachable == 0;
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kChooseStart));
   Json json = Json::array();
-  for (const planning::StartCandidate& candidate : choice.candidates) {
-    json.push_back({{"joints", listOf(candidate.q)},
+  for (const dds::StartReport& candidate : result.starts) {
+    json.push_back({{"joints", candidate.joints},
                     {"unreachable", candidate.unreachable},
                     {"room", candidate.room},
                     {"mean_room", candidate.mean_room},
-                    {"given", candidate.q == setup.start()}});
+                    {"given", candidate.given != 0}});
   }
   if (options.json) {
     std::cout << json.dump(2) << '\n';
-    return good ? kOk : kFailure;
+    return isGood(result) ? kOk : kFailure;
   }
   std::printf("room      mean      unreachable  joints\n");
-  for (const planning::StartCandidate& candidate : choice.candidates) {
-    std::printf("%-9.4f %-9.4f %-12d ", candidate.room, candidate.mean_room, candidate.unreachable);
-    for (Eigen::Index j = 0; j < candidate.q.size(); ++j)
-      std::printf("%s%.9g", j == 0 ? "" : ",", candidate.q[j]);
-    std::printf("%s\n", candidate.q == setup.start() ? "  (given)" : "");
+  for (const dds::StartReport& candidate : result.starts) {
+    std::printf("%-9.4f %-9.4f %-12u ", candidate.room, candidate.mean_room, candidate.unreachable);
+    for (std::size_t j = 0; j < candidate.joints.size(); ++j)
+      std::printf("%s%.9g", j == 0 ? "" : ",", candidate.joints[j]);
+    std::printf("%s\n", candidate.given != 0 ? "  (given)" : "");
   }
-  return good ? kOk : kFailure;
+  return isGood(result) ? kOk : kFailure;
 }
 
 void common(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
-  app->add_option("-r,--robot", o->robot, "robot file or preset")->capture_default_str();
-  app->add_option("--model", o->model, "rigid or compliant")
-      ->check(CLI::IsMember({"rigid", "compliant"}))
-      ->capture_default_str();
-  app->add_option("--from", o->from, "start: home, or EXPERIMENT:CONFIGURATION, e.g. table3:1")->capture_default_str();
+  CLI::Option* live = app->add_option("-d,--deployment", o->deployment,
+                                      "ask the running system of this deployment, file or preset, for its robot, its "
+                                      "model and its present joints");
+  app->add_flag_callback(
+         "--live",
+         [o] {
+           if (o->deployment.empty())
+             o->deployment = "laptop";
+         },
+         "short for --deployment laptop")
+      ->excludes(live);
+  CLI::Option* robot = app->add_option("-r,--robot", o->robot, "robot file or preset")->capture_default_str();
+  CLI::Option* model = app->add_option("--model", o->model, "rigid or compliant")
+                           ->check(CLI::IsMember({"rigid", "compliant"}))
+                           ->capture_default_str();
+  for (CLI::Option* own : {robot, model})
+    own->excludes(live)->excludes("--live");
+  app->add_option("--from", o->from,
+                  "start: home, or EXPERIMENT:CONFIGURATION, e.g. table3:1 (default: home; of a running system, where "
+                  "it stands)");
   app->add_option("--joints", o->joints, "start: joints of all arms, m and rad, separated by commas");
   app->add_option("--stability", o->stability, "smallest stability of compliant arms, 0 to 1")
       ->check(CLI::Range(0.0, 1.0))
@@ -310,7 +253,8 @@ void registerPlan(CLI::App& app, int& exit_code) {
   CLI::App* plan = app.add_subcommand("plan", "what a robot can do, before it moves: check, repair, ik, time, start");
   plan->require_subcommand(1);
   plan->footer(
-      "Nothing of this needs a running system. Ends with 0: feasible, 1: not, 2: bad input. Ctrl-C cancels.\n"
+      "Needs no running system; with --deployment the running one computes, beside control, for where its robot "
+      "stands. Ends with 0: feasible, 1: not, 2: bad input. Ctrl-C cancels.\n"
       "  tandem plan check circle                      can it be run from the home position, and if not, why\n"
       "  tandem plan repair far.yaml -o near.yaml      the nearest trajectory that can be run\n"
       "  tandem plan ik --tip a=0.02,0.01,0.3          joints for a tip position\n"
@@ -327,6 +271,15 @@ void registerPlan(CLI::App& app, int& exit_code) {
     auto [command, o] = add("check", "which points of a trajectory cannot be had, and why", check,
                             "Example: tandem plan check lissajous --from table3:2 --model compliant --json");
     trajectoryOf(command, o);
+    std::vector<std::string> methods;
+    for (int m = 0; m < control::kMethodCount; ++m)
+      methods.emplace_back(control::name(static_cast<control::Method>(m)));
+    command
+        ->add_option("--method", o->method,
+                     "method that the rehearsal runs with, with ideal joints (default: nspqp; a running system: its "
+                     "deployment's)")
+        ->check(CLI::IsMember(methods));
+    command->add_flag("--no-rehearsal", o->no_rehearsal, "only what the robot can do, not whether a method gets there");
   }
   {
     auto [command, o] = add("repair", "the nearest trajectory that can be run, as a file of waypoints", repair,

@@ -1,27 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the subcommands of `tandem plan` share: robot, start, demands, and how they tell how far they are. */
+/** @file What the subcommands of `tandem plan` share: robot, start, demands, where it is computed, and how they tell
+ * how far they are. */
 #pragma once
 
-#include <chrono>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <optional>
 
-#include "config/config.h"
-#include "experiments/run_record.h"
-#include "planning/feasibility.h"
 #include "services/cli/arguments.h"
+#include "services/cli/live_planner.h"
 #include "services/common/stop_signal.h"
+#include "services/planning/computation.h"
 
 namespace tandem::cli {
 
 struct PlanOptions {
-  std::string file, robot = "ark2024", model = "rigid", from = "home", joints, output;
+  std::string file, robot = "ark2024", model = "rigid", from, joints, output;
+  std::string deployment;  ///< whose running system is asked; empty: computed here
   double stability = 0.05, clearance_mm = 0.0, port_radius_mm = 0.0, port_depth_mm = 0.0, within_mm = 0.01;
   double smoothing = 3.0;
   double translation_acceleration = 0.0, rotation_velocity = 0.0,
          rotation_acceleration = 0.0;  ///< mm/s^2, rad/s(^2); 0: file's
-  std::string position, direction, arm = "a", csv;
+  std::string csv;
+  std::string method;  ///< of the rehearsal; empty: the default of deployments, or that of the running one
   std::vector<std::string> tips;
-  bool no_clearance = false, json = false;
+  bool no_clearance = false, json = false, no_rehearsal = false;
   int starts = 12, tries = 20;
   std::uint64_t seed = 1;
 };
@@ -35,37 +37,40 @@ class PlanSetup {
   PlanSetup& operator=(const PlanSetup&) = delete;
 
   const config::Robot& robot() const { return robot_; }
-  const planning::Arms& arms() const { return arms_; }
-  const safety::RobotVector& start() const { return start_; }
-  planning::IkOptions ik() const;
-  planning::FeasibilityOptions feasibility(const std::string& label) const;
-  /// The trajectory of options.file, a path or the name of a preset.
-  planning::TrajectorySpec trajectory() const;
-  bool cancelled() const { return stop_.requested(); }
+  const experiments::RobotModel& model() const { return model_; }
+  /// With the demands of the options, and the trajectory of options.file, if there is one.
+  dds::ComputationRequest request(dds::ComputationKind kind) const;
+  /// Of the rehearsal.
+  std::string method() const;
+  /// Here, or by the running system. @throw Failure where it is cancelled, refused or failed.
+  dds::ComputationResult compute(const dds::ComputationRequest& request);
 
  private:
-  safety::RobotVector startOf(const std::string& from, const std::string& joints) const;
+  std::vector<double> startOf(const std::string& from, const std::string& joints) const;
+  std::string trajectory() const;
 
   const PlanOptions& options_;
   service::StopSignal stop_;
+  std::optional<config::Deployment> deployment_;  ///< of the running system
   config::Robot robot_;
+  std::string model_name_;
   experiments::RobotModel model_;
-  planning::Arms arms_;
-  safety::RobotVector start_;
 };
 
-/// A line on standard error that is rewritten on a terminal, and printed once per tenth elsewhere.
+/// A line on standard error that is rewritten on a terminal; elsewhere the first one, and one per tenth.
 class PlanProgress {
  public:
-  explicit PlanProgress(std::string label) : label_(std::move(label)) {}
-  void show(int done, int all);
+  void show(const std::string& at, int done, int all);
 
  private:
-  std::string label_;
-  int tenth_ = 0;
+  std::string at_;
+  int tenth_ = -1;
 };
 
-/// A joint vector as a JSON list, and three numbers as one.
-nlohmann::ordered_json listOf(const Eigen::Ref<const Eigen::VectorXd>& numbers);
+/// What the running system says to a request, with progress on standard error.
+/// @throw as PlanSetup::compute()
+dds::ComputationResult computeLive(const config::Deployment& deployment,
+                                   const dds::ComputationRequest& request,
+                                   std::function<bool()> interrupted);
 
 }  // namespace tandem::cli

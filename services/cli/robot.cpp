@@ -12,6 +12,8 @@
 #include "safety/faults.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
+#include "services/cli/plan_print.h"
+#include "services/cli/plan_setup.h"
 #include "services/common/stop_signal.h"
 
 namespace tandem::cli {
@@ -20,7 +22,7 @@ namespace {
 struct Options {
   std::string deployment = "laptop", trajectory, arm, method, name, value;
   std::vector<double> joints;
-  bool json = false, keep_enabled = false;
+  bool json = false, keep_enabled = false, check = false, planned = false;
 };
 
 /// A running system, with its lease if asked for.
@@ -162,6 +164,27 @@ std::string trajectoryText(const std::string& name) {
   return config::formatTrajectory(config::parseTrajectory(text.str(), file.string(), file.parent_path()));
 }
 
+/// Asks planning, from where the robot stands, under the lease: nobody moves it meanwhile.
+/// @throw Failure where the trajectory cannot be had
+void checkFirst(Session& session, const std::string& text, std::string method, bool planned) {
+  dds::ComputationRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
+  request.trajectory = text;
+  request.stability = PlanOptions{}.stability;
+  if (method.empty())
+    method = control::name(static_cast<control::Method>(session.client.snapshot().status.method));
+  request.rehearse = method;
+  const auto result = computeLive(session.deployment, request, [&session] { return session.stop.requested(); });
+  const dds::RehearsalReport& run = planned ? result.with_posture : result.without_posture;
+  const bool completes = run.end == static_cast<std::uint8_t>(planning::RehearsalEnd::kCompleted);
+  if (result.report.feasible != 0 && completes)
+    return;
+  print(result.report, std::cerr);
+  if (result.report.feasible != 0)
+    print(run, request.rehearse, planned ? "with the planned posture" : "without a posture", std::cerr);
+  throw Failure(kFailure, "nothing was started: " + (result.report.feasible != 0 ? run.words : result.reason));
+}
+
 int runTrajectory(const Options& options) {
   const std::string text = trajectoryText(options.trajectory);
   Session session(options, true);
@@ -172,12 +195,15 @@ int runTrajectory(const Options& options) {
       throw Failure(kUsage, "--method: found '" + options.method + "'");
     client.setMethod(*method);
   }
+  if (options.check || options.planned)
+    checkFirst(session, text, options.method, options.planned);
   client.stateCommand("enable");
   const Snapshot enabled = client.snapshot();
   client.waitFor(2.0, [&](const Snapshot& s) { return s.reference.answers_control >= enabled.status.sequence; });
   dds::PlanningRequest request;
   request.kind = 1;
   request.trajectory = text;
+  request.planned = options.planned ? 1 : 0;
   const std::uint32_t id = client.planning(request).value;
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
   const auto ours = [&](const Snapshot& s) { return s.reference.trajectory_id == id; };
@@ -266,6 +292,10 @@ void registerRobot(CLI::App& app, int& exit_code) {
   run->add_option("trajectory", options->trajectory, "trajectory file or preset: circle, line, rectangle, lissajous")
       ->required();
   run->add_option("-m,--method", options->method, "method (default: the one in force)");
+  run->add_flag("--check", options->check, "ask planning first, and start only what can be run from here");
+  run->add_flag("--planned", options->planned,
+                "as --check, and let control lead the joints, where the tasks leave them free, to those that planning "
+                "found");
   run->add_flag("--keep-enabled", options->keep_enabled, "leave the arms ENABLED at the end");
 }
 

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "control/conflict.h"
 #include "planning/follower.h"
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
@@ -37,6 +38,48 @@ nlohmann::ordered_json armJson(const config::Robot& robot, const Snapshot& s, st
   return arm;
 }
 
+/// "arm_a" is "a" in words about limits, as in `tandem solve`.
+std::vector<std::string> shortNames(const config::Robot& robot) {
+  std::vector<std::string> names;
+  for (const config::Arm& arm : robot.arms)
+    names.push_back(arm.name.rfind("arm_", 0) == 0 ? arm.name.substr(4) : arm.name);
+  return names;
+}
+
+nlohmann::ordered_json limitsJson(const config::Robot& robot, const dds::ControlStatus& status) {
+  constexpr const char* kHow[] = {"", "forbid the tasks", "hold the tasks back"};
+  nlohmann::ordered_json json{{"how", kHow[std::min<std::size_t>(status.limited, 2)]},
+                              {"limits", nlohmann::ordered_json::array()}};
+  const std::vector<std::string> names = shortNames(robot);
+  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i) {
+    const control::NamedLimit limit{static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i],
+                                    status.limit_tube[i]};
+    json["limits"].push_back({{"arm", robot.arms[status.limit_arm[i]].name},
+                              {"tube", status.limit_tube[i]},
+                              {"bound", status.limit_bound[i]},
+                              {"words", control::describe(limit, names)}});
+  }
+  return json;
+}
+
+nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clearances& clearances) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const dds::BodyClearance& body : clearances.bodies) {
+    const bool port = body.other_arm == dds::BodyClearance::kPort;
+    if (body.arm >= robot.arms.size() || (!port && body.other_arm >= robot.arms.size()))
+      continue;
+    json.push_back({{"arm", robot.arms[body.arm].name},
+                    {"other", port ? "port" : robot.arms[body.other_arm].name},
+                    {"distance_m", body.distance},
+                    {"place_m", body.place},
+                    {"other_place_m", body.other_place},
+                    {"by_joints", body.by_joints},
+                    {"by_other_joints", body.by_other_joints},
+                    {"answers_state", clearances.answers_state}});
+  }
+  return json;
+}
+
 nlohmann::ordered_json statusJson(const config::Deployment& deployment, const config::Robot& robot, const Snapshot& s) {
   nlohmann::ordered_json json;
   json["deployment"] = deployment.name;
@@ -64,6 +107,9 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   json["control"] = {{"period_s", s.status.period},         {"cycles", s.status.cycles},
                      {"overruns", s.status.overruns},       {"jitter_max_s", s.status.jitter_max},
                      {"solve_time_s", s.status.solve_time}, {"cycle_time_max_s", s.status.cycle_time_max}};
+  json["limits"] = limitsJson(robot, s.status);
+  json["clearance_stamp_ns"] = s.clearances.stamp;
+  json["clearance"] = clearanceJson(robot, s.clearances);
   nlohmann::ordered_json guards;
   for (int g = 0; g < safety::kGuardCount; ++g) {
     guards[std::string(safety::name(static_cast<safety::Guard>(g)))] = s.hal.guard_count[static_cast<std::size_t>(g)];
@@ -94,6 +140,16 @@ void printStatus(const nlohmann::ordered_json& json) {
             << ", " << t["iterations"] << " iterations\n";
   if (const auto hold = json["hold"].get<std::string>(); !hold.empty())
     std::cout << "  held: " << hold << '\n';
+  if (const auto& limits = json["limits"]["limits"]; !limits.empty()) {
+    std::string words;
+    for (const auto& limit : limits)
+      words += (words.empty() ? "" : ", ") + limit["words"].get<std::string>();
+    std::cout << "  limits " << json["limits"]["how"].get<std::string>() << ": " << words << '\n';
+  }
+  for (const auto& body : json["clearance"])
+    std::printf("  %s to %s: %.3f mm\n", body["arm"].get<std::string>().c_str(),
+                body["other"].get<std::string>().c_str(), 1e3 * body["distance_m"].get<double>());
+  std::fflush(stdout);
   const auto& c = json["control"];
   std::printf(
       "  control: period %.4g s, %llu cycles, %llu overruns, latest wake-up %.1f us late, longest cycle %.1f us\n",
@@ -165,7 +221,7 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
   Client client(deployment);
   client.connect(5.0);
   if (!follow) {
-    client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0; });
+    client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
     const auto json = statusJson(deployment, robot, client.snapshot());
     if (as_json) {
       std::cout << json.dump(2) << '\n';

@@ -185,8 +185,20 @@ safety::ArmVector ControlCore::base(int k) const noexcept {
   return from;
 }
 
+/// Joints that somebody has planned are a wish, not a task: one that no limits allow is left out.
+void ControlCore::takePosture() noexcept {
+  constexpr double kOutside = 1e-6;  // m or rad: rounding
+  tasks_.posture = dds::postureOf(reference_, arm_count_, state_.joint_count);
+  for (int k = 0; k < arm_count_ && tasks_.posture.size() > 0; ++k) {
+    const auto own = tasks_.posture.segment(robot_.offset(k), robot_.size(k));
+    if (!(safety::largestViolation(*robot_.limits()[static_cast<std::size_t>(k)], own) <= kOutside))
+      tasks_.posture.resize(0);
+  }
+}
+
 void ControlCore::closeLoop(std::int64_t now) noexcept {
   tasks_ = dds::tasksOf(reference_);
+  takePosture();
   hold_ = sensor_ ? tips_.check(tasks_, state_, command_times_, now) : dds::HoldReason::kNone;
   if (hold_ != dds::HoldReason::kNone) {
     tracker_->hold(q_, base_, planning::TrackStatus::kSensor, track_);

@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 
+#include "control/conflict.h"
 #include "planning/follower.h"
 #include "safety/command_monitor.h"
 #include "safety/control_lease.h"
@@ -87,11 +88,13 @@ class ControlCore {
   void readPositions() noexcept;
   void follow(std::int64_t now) noexcept;
   void closeLoop(std::int64_t now) noexcept;
+  void takePosture() noexcept;
   bool arrived(int arm) const noexcept;
   void moveJoints(int arm, std::int64_t now) noexcept;
   void fillCommand(std::int64_t now, bool advance, dds::ActuationCommand& command) noexcept;
   void fillStatus(std::int64_t now, dds::ControlStatus& status) noexcept;
   void fillLimits(dds::ActuationLimits& limits) const noexcept;
+  void fillConflict(dds::ControlStatus& status) noexcept;
   safety::DriveRequest requestFor(int arm) const noexcept;
   safety::OperatingState driveState(int arm) const noexcept;
   safety::OperatingState shownState(int arm) const noexcept;
@@ -125,7 +128,8 @@ class ControlCore {
   std::array<bool, safety::kMaxArms> moves_{};
   planning::Reference tasks_;
   planning::TrackResult track_;
-  bool tracked_ = false;  ///< track_ holds a solution of this cycle
+  control::Conflict standing_;  ///< limits at which the velocity stands
+  bool tracked_ = false;        ///< track_ holds a solution of this cycle
   double solve_time_ = 0.0;
   double unsolved_ = 0.0;  ///< s for which the resolver has failed without a break
   Timing timing_;

@@ -52,6 +52,38 @@ void ControlCore::fillLimits(dds::ActuationLimits& limits) const noexcept {
   }
 }
 
+/// Where the limits forbid the tasks, those of the certificate; where they hold them back, those at which the joints
+/// stand.
+void ControlCore::fillConflict(dds::ControlStatus& status) noexcept {
+  constexpr double kLeft = 0.01;  // of a task's velocity; methods that weigh it against speed leave out less
+  const control::Solution& solution = track_.solution;
+  const control::Conflict* conflict = nullptr;
+  if (solution.status == control::SolveStatus::kInfeasible) {
+    conflict = &solution.conflict;
+    status.limited = static_cast<std::uint8_t>(dds::Limited::kForbidden);
+  } else if (solution.status == control::SolveStatus::kSolved && hold_ == dds::HoldReason::kNone) {
+    bool undone = false;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(tasks_.task_count); ++k)
+      undone = undone || solution.residual[k] > kLeft * tracker_->problem().task[k].velocity.norm() + 1e-9;
+    if (!undone)
+      return;
+    control::standingAt(tracker_->problem(), solution, standing_);
+    conflict = &standing_;
+    status.limited = static_cast<std::uint8_t>(standing_.count > 0 ? dds::Limited::kHeldBack : dds::Limited::kNot);
+  }
+  if (conflict == nullptr)
+    return;
+  status.limit_count = static_cast<std::uint8_t>(conflict->count);
+  for (int i = 0; i < conflict->count; ++i) {
+    const control::NamedLimit limit = control::nameOf(tracker_->problem(), conflict->limit[i]);
+    const auto to = static_cast<std::size_t>(i);
+    status.limit_kind[to] = static_cast<std::uint8_t>(limit.kind);
+    status.limit_arm[to] = static_cast<std::uint8_t>(limit.arm);
+    status.limit_tube[to] = static_cast<std::uint8_t>(limit.tube);
+    status.limit_bound[to] = conflict->limit[i].bound;
+  }
+}
+
 void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexcept {
   status = dds::ControlStatus{};
   status.session = setup_.session;
@@ -84,6 +116,7 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     status.kkt_residual = solution.kkt_residual;
     status.active_limits = static_cast<std::uint32_t>(solution.active_count);
     status.solve_time = solve_time_;
+    fillConflict(status);
   }
   status.model = setup_.deployment.model == "compliant" ? 1 : 0;
   status.feedback = static_cast<std::uint8_t>(setup_.deployment.feedback);

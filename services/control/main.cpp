@@ -10,6 +10,7 @@
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
 #include "services/common/spsc_queue.h"
+#include "services/control/clearance_publisher.h"
 #include "services/control/control_core.h"
 #include "services/control/crtk_publisher.h"
 
@@ -25,7 +26,8 @@ struct Service {
         desk(s, robot),
         core(s, robot, desk.makeTracker()),
         bus(service::busOptions(s.deployment, s.name)),
-        crtk(bus, s, robot) {
+        crtk(bus, s, robot),
+        clearance(bus, s, robot) {
     commands = bus.writer(dds::kActuationCommand);
     limits = bus.writer(dds::kActuationLimits);
     statuses = bus.writer(dds::kControlStatus);
@@ -87,6 +89,7 @@ struct Service {
   service::ControlCore core;
   dds::Bus bus;
   service::CrtkPublisher crtk;
+  service::ClearancePublisher clearance;
   dds::Writer<dds::ActuationCommand> commands;
   dds::Writer<dds::ActuationLimits> limits;
   dds::Writer<dds::ControlStatus> statuses;
@@ -104,6 +107,7 @@ class LockStep {
                     [this](const dds::TipPoses& m) { mailbox_.put(m); },
                     [this](const dds::PlanningReference& m) { mailbox_.put(m); },
                     [this](const service::ControlOrder& m) { mailbox_.put(m); }, [this] { mailbox_.put(dds::Stop{}); });
+    service_.clearance.start();
     spdlog::info("ready: lock-step, period {} s of simulated time", service_.setup.deployment.control_period);
     while (!stop.requested()) {
       const auto event = mailbox_.take(kIdle);
@@ -161,6 +165,7 @@ class LockStep {
       last_told_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
       service_.crtk.publish({state_, output_.status, reference_, service_.core.faultRecords()});
+      service_.clearance.post(state_);
       last_crtk_ = now;
     }
   }
@@ -195,6 +200,7 @@ class RealTime {
   void run(service::StopSignal& stop) {
     outbox_.start();
     publisher_.start();
+    service_.clearance.start();
     service_.listen([this](const dds::ActuationState& m) { states_.store(m); },
                     [this](const dds::TipPoses& m) { tips_.store(m); },
                     [this](const dds::PlanningReference& m) { references_.store(m); },
@@ -210,6 +216,7 @@ class RealTime {
     });
     outbox_.stop();
     publisher_.stop();
+    service_.clearance.stop();
   }
 
  private:
@@ -244,8 +251,10 @@ class RealTime {
     statuses_.post(output_.status);
     limits_.post(output_.limits);
     service_.tellFaults(fault_watch_, [this](const service::FaultReport& report) { faults_.post(report); });
-    if (tick.cycle % crtk_every_ == 0)
+    if (tick.cycle % crtk_every_ == 0) {
       moments_.post({state_, output_.status, reference_, service_.core.faultRecords()});
+      service_.clearance.post(state_);
+    }
   }
 
   Service& service_;
@@ -277,6 +286,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   if (setup.deployment.clock == config::ClockMode::kLockStep) {
     LockStep lock_step(service);
     lock_step.run(stop);
+    service.clearance.stop();
     service.readers.clear();
   } else {
     RealTime real_time(service);

@@ -33,6 +33,42 @@ void setTasks(const planning::Reference& reference, PlanningReference& message) 
   }
 }
 
+void setPosture(const safety::RobotVector& posture,
+                int arm_count,
+                const PerArm<std::uint8_t>& joint_count,
+                PlanningReference& message) noexcept {
+  message.posture_valid = 0;
+  Eigen::Index next = 0;
+  for (int k = 0; k < arm_count; ++k) {
+    const int joints = joint_count[static_cast<std::size_t>(k)];
+    if (next + joints > posture.size())
+      return;
+    for (int j = 0; j < joints; ++j)
+      message.posture[jointIndex(k, j)] = posture[next++];
+  }
+  message.posture_valid = next > 0 && next == posture.size() ? 1 : 0;
+}
+
+safety::RobotVector postureOf(const PlanningReference& message,
+                              int arm_count,
+                              const PerArm<std::uint8_t>& joint_count) noexcept {
+  safety::RobotVector posture;
+  if (message.posture_valid == 0)
+    return posture;
+  Eigen::Index joints = 0;
+  for (int k = 0; k < arm_count; ++k)
+    joints += joint_count[static_cast<std::size_t>(k)];
+  posture.resize(joints);
+  Eigen::Index next = 0;
+  for (int k = 0; k < arm_count; ++k) {
+    for (int j = 0; j < joint_count[static_cast<std::size_t>(k)]; ++j)
+      posture[next++] = message.posture[jointIndex(k, j)];
+  }
+  if (!posture.allFinite())
+    posture.resize(0);
+  return posture;
+}
+
 std::string_view describe(HoldReason reason) noexcept {
   switch (reason) {
     case HoldReason::kNone:

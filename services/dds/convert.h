@@ -17,6 +17,16 @@ planning::Reference tasksOf(const PlanningReference& message) noexcept;
 /// Writes task_count and tasks of a message.
 void setTasks(const planning::Reference& reference, PlanningReference& message) noexcept;
 
+/// Writes the posture of a message; an empty one is none.
+void setPosture(const safety::RobotVector& posture,
+                int arm_count,
+                const PerArm<std::uint8_t>& joint_count,
+                PlanningReference& message) noexcept;
+/// The posture of a message, stacked; empty where there is none or a number is not finite.
+safety::RobotVector postureOf(const PlanningReference& message,
+                              int arm_count,
+                              const PerArm<std::uint8_t>& joint_count) noexcept;
+
 /// Takes in what a tip tracker has measured.
 void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept;
 /// A sentence for people; empty for kNone.

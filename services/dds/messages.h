@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "safety/dimensions.h"
+#include "services/dds/computation_messages.h"
 
 namespace tandem::dds {
 
@@ -100,14 +101,17 @@ struct PlanningReference {
   double tolerance = 0.0;  ///< m
   std::uint8_t task_count = 0;
   std::array<TaskReference, 4> tasks{};
+  std::uint8_t posture_valid = 0;  ///< 1: the posture counts
+  JointArray posture{};            ///< where joints shall be as far as the tasks leave them free, m, rad
 };
 
 /// planning/request, clients -> planning. tandem_msgs/PlanningRequest
 struct PlanningRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
-  std::uint8_t kind = 0;   ///< 1 start, 2 pause, 3 resume, 4 stop
-  std::string trajectory;  ///< start: the trajectory as YAML text
+  std::uint8_t kind = 0;     ///< 1 start, 2 pause, 3 resume, 4 stop
+  std::string trajectory;    ///< start: the trajectory as YAML text
+  std::uint8_t planned = 0;  ///< start: 1 = with the joints of the last feasible check of this text as posture
 };
 
 /// planning/reply, sim/reply, control/reply and hal/reply. tandem_msgs/Reply
@@ -172,12 +176,41 @@ struct ControlStatus {
   double cycle_time_max = 0.0;  ///< s
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  std::uint32_t active_limits = 0;  ///< how many bounds and rows the solution stands at
-  std::uint8_t model = 0;           ///< kinematic model in force: 0 rigid, 1 compliant
-  std::uint8_t feedback = 0;        ///< planning::Feedback
-  std::uint8_t hold = 0;            ///< HoldReason
-  double tip_age = 0.0;             ///< s, of the oldest measured tip in use
-  PerArm<std::uint32_t> snaps{};    ///< times the model's arm snapped into another equilibrium
+  std::uint32_t active_limits = 0;           ///< how many bounds and rows the solution stands at
+  std::uint8_t model = 0;                    ///< kinematic model in force: 0 rigid, 1 compliant
+  std::uint8_t feedback = 0;                 ///< planning::Feedback
+  std::uint8_t hold = 0;                     ///< HoldReason
+  double tip_age = 0.0;                      ///< s, of the oldest measured tip in use
+  PerArm<std::uint32_t> snaps{};             ///< times the model's arm snapped into another equilibrium
+  std::uint8_t limited = 0;                  ///< Limited
+  std::uint8_t limit_count = 0;              ///< the heaviest first
+  std::array<std::uint8_t, 8> limit_kind{};  ///< control::LimitKind
+  std::array<std::uint8_t, 8> limit_arm{};
+  std::array<std::uint8_t, 8> limit_tube{};  ///< counts from 1
+  std::array<double, 8> limit_bound{};       ///< on the velocity, m/s, rad/s
+};
+
+/// How the limits in ControlStatus hold the tasks back. ControlStatus::limited
+enum class Limited : std::uint8_t { kNot = 0, kForbidden, kHeldBack };
+
+/// control/clearance: one pair of bodies. tandem_msgs/BodyClearance
+struct BodyClearance {
+  static constexpr std::uint8_t kPort = 255;
+  std::uint8_t arm = 0;
+  std::uint8_t other_arm = kPort;
+  double distance = 0.0;                         ///< m; below zero: they overlap
+  std::array<double, 3> place{}, other_place{};  ///< on the backbones, m, robot base frame
+  double s = 0.0, other_s = 0.0;                 ///< m
+  std::array<double, safety::kMaxJointsPerArm> by_joints{}, by_other_joints{};  ///< of the distance, 1 and m/rad
+};
+
+/// control/clearance, control -> all. tandem_msgs/Clearances
+struct Clearances {
+  std::uint64_t session = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t answers_state = 0;
+  std::int64_t stamp = 0;
+  std::vector<BodyClearance> bodies;
 };
 
 /// control/request, clients -> control. tandem_msgs/ControlRequest

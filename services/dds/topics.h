@@ -55,12 +55,26 @@ inline constexpr Topic<PlanningRequest> kPlanningRequest{
     "clients",          "start, pause, resume or stop a trajectory"};
 inline constexpr Topic<Reply> kPlanningReply{"planning/reply", "tandem_msgs/msg/Reply",   Profile::kReliable, false,
                                              "planning",       "typed answer with reason"};
+inline constexpr Topic<ComputationRequest> kPlanningCompute{
+    "planning/compute", "tandem_msgs/msg/ComputationRequest",
+    Profile::kReliable, false,
+    "clients",          "check, repair or time a trajectory, choose a start, inverse kinematics; cancel"};
+inline constexpr Topic<ComputationProgress> kPlanningProgress{
+    "planning/progress",       "tandem_msgs/msg/ComputationProgress", Profile::kReliable, false, "planning",
+    "how far a computation is"};
+inline constexpr Topic<ComputationResult> kPlanningResult{
+    "planning/result", "tandem_msgs/msg/ComputationResult",           Profile::kReliable, false,
+    "planning",        "what a computation found, with typed reasons"};
 inline constexpr Topic<Path> kPlanningPath{"planning/path", "nav_msgs/msg/Path", Profile::kLatched,
                                            false,           "planning",          "the planned path, for drawing"};
 inline constexpr Topic<ControlStatus> kControlStatus{
     "control/status",   "tandem_msgs/msg/ControlStatus",
     Profile::kPeriodic, false,
-    "control",          "method, errors, task scales, active limits, solve time, loop statistics"};
+    "control",          "method, errors, task scales, limits in the way, solve time, loop statistics"};
+inline constexpr Topic<Clearances> kControlClearance{
+    "control/clearance", "tandem_msgs/msg/Clearances",
+    Profile::kReliable,  false,
+    "control",           "how near arms are to one another and to the port, with gradients"};
 inline constexpr Topic<ControlRequest> kControlRequest{
     "control/request",  "tandem_msgs/msg/ControlRequest",
     Profile::kReliable, false,
@@ -122,33 +136,14 @@ inline constexpr Topic<StringStamped> kStateCommand{
     "clients",          "CRTK: enable, disable, pause, resume, home, unhome"};
 
 /// Every topic, once.
-inline constexpr auto kTopics = std::tuple{kActuationState,
-                                           kActuationCommand,
-                                           kActuationLimits,
-                                           kPlanningReference,
-                                           kPlanningRequest,
-                                           kPlanningReply,
-                                           kPlanningPath,
-                                           kControlStatus,
-                                           kControlRequest,
-                                           kControlReply,
-                                           kSensingTips,
-                                           kSimTips,
-                                           kSimRequest,
-                                           kSimReply,
-                                           kHalRequest,
-                                           kHalReply,
-                                           kStop,
-                                           kHalStatus,
-                                           kDiagnostics,
-                                           kMeasuredJs,
-                                           kMeasuredCp,
-                                           kSetpointJs,
-                                           kSetpointCp,
-                                           kGoalCp,
-                                           kOperatingState,
-                                           kShape,
-                                           kStateCommand};
+inline constexpr auto kTopics =
+    std::tuple{kActuationState, kActuationCommand, kActuationLimits,  kPlanningReference, kPlanningRequest,
+               kPlanningReply,  kPlanningCompute,  kPlanningProgress, kPlanningResult,    kPlanningPath,
+               kControlStatus,  kControlClearance, kControlRequest,   kControlReply,      kSensingTips,
+               kSimTips,        kSimRequest,       kSimReply,         kHalRequest,        kHalReply,
+               kStop,           kHalStatus,        kDiagnostics,      kMeasuredJs,        kMeasuredCp,
+               kSetpointJs,     kSetpointCp,       kGoalCp,           kOperatingState,    kShape,
+               kStateCommand};
 
 /// Calls f(topic) with every Topic<M> of the table.
 template <class F>

@@ -28,6 +28,32 @@ const char* badTexts(std::initializer_list<const std::string*> texts) {
 
 const char* either(const char* first, const char* second) { return first != nullptr ? first : second; }
 
+const char* badReport(const TrajectoryReport& report) {
+  if (report.points.size() > kMaxList) {
+    return "too many points";
+  }
+  const char* problem = badTexts({&report.start});
+  for (const PointReport& point : report.points) {
+    problem = either(problem, badTexts({&point.words}));
+    problem = either(problem, point.joints.size() > safety::kMaxJoints ? "too many joints" : nullptr);
+  }
+  return problem;
+}
+
+const char* badRehearsal(const RehearsalReport& report) {
+  const char* problem = badTexts({&report.words});
+  for (const std::string& limit : report.held)
+    problem = either(problem, badTexts({&limit}));
+  return either(problem, report.held.size() > kMaxList ? "a list too long" : nullptr);
+}
+
+const char* badTrajectory(const std::string& text) {
+  if (text.size() > kMaxTrajectory) {
+    return "trajectory too long";
+  }
+  return text.find('\0') != std::string::npos ? "NUL within a text" : nullptr;
+}
+
 }  // namespace
 
 const char* malformed(const ActuationState& message) {
@@ -52,11 +78,30 @@ const char* malformed(const PlanningReference& message) {
   return nullptr;
 }
 
-const char* malformed(const PlanningRequest& message) {
-  if (message.trajectory.size() > kMaxTrajectory) {
-    return "trajectory too long";
+const char* malformed(const PlanningRequest& message) { return badTrajectory(message.trajectory); }
+
+/// A trajectory that is too long is planning's concern, which says so to the client.
+const char* malformed(const ComputationRequest& message) {
+  if (message.joints.size() > kMaxList || message.targets.size() > kMaxList) {
+    return "too many joints or targets";
   }
   return message.trajectory.find('\0') != std::string::npos ? "NUL within a text" : nullptr;
+}
+
+const char* malformed(const ComputationProgress& message) { return badTexts({&message.at}); }
+
+const char* malformed(const ComputationResult& message) {
+  const char* problem = badTexts({&message.reason, &message.ik.words});
+  problem = either(problem, badReport(message.report));
+  problem = either(problem, badReport(message.repair.before));
+  problem = either(problem, either(badRehearsal(message.with_posture), badRehearsal(message.without_posture)));
+  problem = either(problem, badTrajectory(message.repair.trajectory));
+  for (const LimitReport& limit : message.ik.limits)
+    problem = either(problem, badTexts({&limit.words}));
+  const auto longest = std::max({message.start.size(), message.ik.joints.size(), message.ik.tips.size(),
+                                 message.ik.errors.size(), message.ik.limits.size(), message.timing.times.size(),
+                                 message.timing.limiting.size(), message.starts.size()});
+  return either(problem, longest > kMaxList ? "a list too long" : nullptr);
 }
 
 const char* malformed(const Reply& message) { return badTexts({&message.reason}); }
@@ -64,8 +109,14 @@ const char* malformed(const Reply& message) { return badTexts({&message.reason})
 const char* malformed(const TipPoses& message) { return badArms(message.arm_count); }
 
 const char* malformed(const ControlStatus& message) {
+  if (message.limit_count > message.limit_kind.size())
+    return "limit_count above 8";
   return either(badArms(message.arm_count),
                 message.task_count > message.task_error.size() ? "task_count above 4" : nullptr);
+}
+
+const char* malformed(const Clearances& message) {
+  return message.bodies.size() > safety::kMaxArms * safety::kMaxArms ? "too many bodies" : nullptr;
 }
 
 const char* malformed(const ControlRequest& message) {

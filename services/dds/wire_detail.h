@@ -15,6 +15,7 @@
 #include "sensor_msgsPubSubTypes.h"
 #include "services/dds/messages.h"
 #include "tandem_msgsPubSubTypes.h"
+#include "tandem_msgs_planningPubSubTypes.h"
 
 namespace tandem::dds {
 
@@ -34,8 +35,22 @@ TANDEM_WIRE(TaskReference, tandem_msgs)
 TANDEM_WIRE(TipPoses, tandem_msgs)
 TANDEM_WIRE(PlanningReference, tandem_msgs)
 TANDEM_WIRE(PlanningRequest, tandem_msgs)
+TANDEM_WIRE(TipTarget, tandem_msgs)
+TANDEM_WIRE(ComputationRequest, tandem_msgs)
+TANDEM_WIRE(ComputationProgress, tandem_msgs)
+TANDEM_WIRE(PointReport, tandem_msgs)
+TANDEM_WIRE(TrajectoryReport, tandem_msgs)
+TANDEM_WIRE(RehearsalReport, tandem_msgs)
+TANDEM_WIRE(LimitReport, tandem_msgs)
+TANDEM_WIRE(IkReport, tandem_msgs)
+TANDEM_WIRE(RepairReport, tandem_msgs)
+TANDEM_WIRE(TimingReport, tandem_msgs)
+TANDEM_WIRE(StartReport, tandem_msgs)
+TANDEM_WIRE(ComputationResult, tandem_msgs)
 TANDEM_WIRE(Reply, tandem_msgs)
 TANDEM_WIRE(ControlStatus, tandem_msgs)
+TANDEM_WIRE(BodyClearance, tandem_msgs)
+TANDEM_WIRE(Clearances, tandem_msgs)
 TANDEM_WIRE(ControlRequest, tandem_msgs)
 TANDEM_WIRE(Stop, tandem_msgs)
 TANDEM_WIRE(SimRequest, tandem_msgs)
@@ -55,7 +70,7 @@ TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
   DO(ActuationState) DO(ActuationCommand) DO(ActuationLimits) DO(PlanningReference) DO(PlanningRequest)  \
   DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus)      \
   DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
-  DO(DiagnosticArray)
+  DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult) DO(Clearances)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
@@ -71,16 +86,39 @@ TANDEM_MEMBERS(ActuationLimits, F(sequence) F(answers_state) F(stamp) F(arm_coun
 TANDEM_MEMBERS(TaskReference, F(kind) F(arm) F(other_arm) F(position) F(orientation) F(feed_forward))
 TANDEM_MEMBERS(PlanningReference, F(sequence) F(state_session) F(answers_state) F(answers_control) F(stamp)
                F(trajectory_id) F(point) F(point_count) F(iteration) F(total_iterations) F(phase) F(tolerance)
-               F(task_count) F(tasks))
+               F(task_count) F(tasks) F(posture_valid) F(posture))
 TANDEM_MEMBERS(TipPoses, F(session) F(sequence) F(state_session) F(answers_state) F(answers_command) F(stamp)
                F(arm_count) F(valid) F(position) F(orientation))
-TANDEM_MEMBERS(PlanningRequest, F(client) F(request) F(kind) F(trajectory))
+TANDEM_MEMBERS(PlanningRequest, F(client) F(request) F(kind) F(trajectory) F(planned))
+TANDEM_MEMBERS(TipTarget, F(arm) F(has_direction) F(position) F(direction))
+TANDEM_MEMBERS(ComputationRequest, F(client) F(request) F(kind) F(computation) F(trajectory) F(joints) F(targets)
+               F(stability) F(arms_may_touch) F(clearance) F(port_radius) F(port_depth) F(accept) F(starts) F(seed)
+               F(rehearse) F(smoothing) F(tries) F(translation_acceleration) F(rotation_velocity) F(rotation_acceleration)
+               F(time_limit))
+TANDEM_MEMBERS(ComputationProgress, F(client) F(request) F(kind) F(fraction) F(at) F(done) F(all) F(elapsed))
+TANDEM_MEMBERS(PointReport, F(point) F(reach) F(words) F(wanted) F(wanted_relative) F(tip) F(relative) F(error)
+               F(relative_error) F(stability) F(clearance) F(joints))
+TANDEM_MEMBERS(TrajectoryReport, F(feasible) F(start) F(planar_start) F(rotation_conditioning) F(points))
+TANDEM_MEMBERS(RehearsalReport, F(end) F(points) F(converged) F(point) F(tip_error) F(relative_error) F(held) F(words)
+               F(iterations) F(largest_violation) F(fastest_rotation))
+TANDEM_MEMBERS(LimitReport, F(arm) F(words) F(force))
+TANDEM_MEMBERS(IkReport, F(reach) F(words) F(joints) F(tips) F(errors) F(limits) F(stability) F(clearance) F(starts)
+               F(iterations))
+TANDEM_MEMBERS(RepairReport, F(before) F(trajectory) F(rounds) F(largest_change) F(rms_change))
+TANDEM_MEMBERS(TimingReport, F(status) F(times) F(limiting))
+TANDEM_MEMBERS(StartReport, F(joints) F(unreachable) F(room) F(mean_room) F(given))
+TANDEM_MEMBERS(ComputationResult, F(client) F(request) F(kind) F(outcome) F(cancelled_by) F(reason) F(elapsed) F(start)
+               F(report) F(rehearsed) F(with_posture) F(without_posture) F(repair) F(ik) F(timing) F(starts))
 TANDEM_MEMBERS(Reply, F(client) F(request) F(accepted) F(code) F(reason) F(value))
 TANDEM_MEMBERS(ControlStatus, F(session) F(sequence) F(answers_state) F(answers_reference) F(stamp) F(method) F(backend)
                F(bounds) F(solve_status) F(arm_count) F(operating_state) F(homed) F(busy) F(faults) F(lease_holder)
                F(task_count) F(task_error) F(task_scale) F(task_residual) F(iterations) F(kkt_residual) F(solve_time)
                F(cycle_time) F(period) F(jitter_max) F(cycle_time_max) F(cycles) F(overruns) F(active_limits)
-               F(model) F(feedback) F(hold) F(tip_age) F(snaps))
+               F(model) F(feedback) F(hold) F(tip_age) F(snaps) F(limited) F(limit_count) F(limit_kind) F(limit_arm)
+               F(limit_tube) F(limit_bound))
+TANDEM_MEMBERS(BodyClearance, F(arm) F(other_arm) F(distance) F(place) F(other_place) F(s) F(other_s) F(by_joints)
+               F(by_other_joints))
+TANDEM_MEMBERS(Clearances, F(session) F(sequence) F(answers_state) F(stamp) F(bodies))
 TANDEM_MEMBERS(ControlRequest, F(client) F(request) F(kind) F(arm) F(text) F(value) F(joint_count) F(joints))
 TANDEM_MEMBERS(Stop, F(client) F(sequence) F(reason))
 TANDEM_MEMBERS(SimRequest, F(client) F(request) F(kind) F(arm_count) F(joints) F(steps) F(arm) F(joint) F(fault))
@@ -97,29 +135,56 @@ TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))
 #undef F
 // clang-format on
 
+/// Structs with a list of members, which may stand in others.
+template <class M>
+concept Listed = requires {
+  typename Wire<M>::Generated;
+};
+
 struct CopyToWire {
-  template <class T>
-  void operator()(const T& ours, T& wire) const {
-    wire = ours;
+  template <class T, class W>
+  void operator()(const T& ours, W& wire) const {
+    if constexpr (Listed<T>) {
+      members(&ours, ours, wire, *this);
+    } else {
+      wire = ours;
+    }
   }
-  template <std::size_t N>
-  void operator()(const std::array<TaskReference, N>& ours,
-                  std::array<::tandem_msgs::msg::TaskReference, N>& wire) const {
+  template <Listed T, std::size_t N, class W>
+  void operator()(const std::array<T, N>& ours, W& wire) const {
     for (std::size_t i = 0; i < N; ++i) {
-      members(&ours[i], ours[i], wire[i], *this);
+      (*this)(ours[i], wire[i]);
+    }
+  }
+  template <Listed T, class W>
+  void operator()(const std::vector<T>& ours, W& wire) const {
+    wire.resize(ours.size());
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      (*this)(ours[i], wire[i]);
     }
   }
 };
 
 struct CopyFromWire {
-  template <class T>
-  void operator()(T& ours, const T& wire) const {
-    ours = wire;
+  template <class T, class W>
+  void operator()(T& ours, const W& wire) const {
+    if constexpr (Listed<T>) {
+      members(&ours, ours, wire, *this);
+    } else {
+      ours = wire;
+    }
   }
-  template <std::size_t N>
-  void operator()(std::array<TaskReference, N>& ours, std::array<::tandem_msgs::msg::TaskReference, N>& wire) const {
+  template <Listed T, std::size_t N, class W>
+  void operator()(std::array<T, N>& ours, const W& wire) const {
     for (std::size_t i = 0; i < N; ++i) {
-      members(&ours[i], ours[i], wire[i], *this);
+      (*this)(ours[i], wire[i]);
+    }
+  }
+  template <Listed T, class W>
+  void operator()(std::vector<T>& ours, const W& wire) const {
+    ours.resize(wire.size());
+    for (std::size_t i = 0; i < wire.size(); ++i) {
+      (*this)(ours[i], wire[i]);
     }
   }
 };

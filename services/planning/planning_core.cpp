@@ -3,6 +3,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cmath>
+
 #include "safety/operating_state.h"
 #include "services/common/periodic_loop.h"
 #include "services/dds/convert.h"
@@ -182,6 +184,8 @@ void PlanningCore::publish() {
   message.tolerance = follower_.spec().tolerance;
   if (active() && progress.total_iterations > 0)
     dds::setTasks(reference_, message);
+  if (message.task_count > 0)
+    dds::setPosture(reference_.posture, state_.arm_count, state_.joint_count, message);
   outgoing_ = message;
 }
 
@@ -210,6 +214,22 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
   return reply(request, dds::ReplyCode::kOk, "");
 }
 
+/// Why a trajectory cannot be run as it was planned; empty if it can.
+std::string PlanningCore::unplanned(const dds::PlanningRequest& request) const {
+  constexpr double kAway = 5e-4, kTurned = 5e-3;  // m, rad: noise of encoders
+  if (!plan_ || plan_->trajectory != request.trajectory || plan_->start.size() != robot_.jointCount())
+    return "planned: no feasible check of this trajectory is known; check it first";
+  for (int k = 0; k < robot_.armCount(); ++k) {
+    for (int j = 0; j < robot_.size(k); ++j) {
+      const double away = std::abs(state_.position[dds::jointIndex(k, j)] - plan_->start[robot_.offset(k) + j]);
+      if (!(away <= (j < robot_.size(k) / 2 ? kAway : kTurned)))
+        return "planned: the trajectory was checked from other joints than those of " +
+               setup_.robot.arms[static_cast<std::size_t>(k)].name + " now; check it again";
+    }
+  }
+  return "";
+}
+
 dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
   if (active())
     return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
@@ -235,8 +255,10 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   if (!measured(spec, tip, relative)) {
     return reply(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
   }
+  if (const std::string why = request.planned != 0 ? unplanned(request) : ""; !why.empty())
+    return reply(request, dds::ReplyCode::kWrongState, why);
   try {
-    follower_.start(spec, tip, relative);
+    follower_.start(spec, tip, relative, request.planned != 0 ? plan_->points : std::vector<safety::RobotVector>{});
   } catch (const std::exception& error) {
     return reply(request, dds::ReplyCode::kMalformed, error.what());
   }

@@ -8,6 +8,7 @@
 #include "planning/follower.h"
 #include "planning/tips.h"
 #include "services/dds/messages.h"
+#include "services/planning/plan.h"
 #include "services/setup/process.h"
 
 namespace tandem::service {
@@ -26,6 +27,8 @@ class PlanningCore {
   void onState(const dds::ActuationState& state);
   void onStatus(const dds::ControlStatus& status);
   void onTips(const dds::TipPoses& tips);
+  /// The last trajectory that was found feasible: it may be run with the joints that were found.
+  void onPlan(Plan plan) { plan_ = std::move(plan); }
   /// A request of a client; `path` is filled when a trajectory was started.
   dds::Reply onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
 
@@ -38,6 +41,7 @@ class PlanningCore {
  private:
   dds::Reply start(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
   void followState();
+  std::string unplanned(const dds::PlanningRequest& request) const;
   bool measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip, Eigen::Vector3d& relative) const;
   bool complete() const;
   void advanceInStep();
@@ -56,6 +60,7 @@ class PlanningCore {
   bool waiting_ = false;  ///< lock-step: the present state asks for a reference
   planning::Follower follower_;
   planning::Reference reference_;
+  std::optional<Plan> plan_;  ///< of the last feasible check
   dds::ActuationState state_;
   dds::ControlStatus status_;
   std::uint32_t trajectory_id_;  ///< starts anywhere: numbers of a former process are not given again

@@ -101,6 +101,10 @@ TEST(FixedSizeMembers, LandWhereTheyBelong) {
 template <class M>
 class AnySize : public testing::Test {};
 using AnySizeMessages = testing::Types<PlanningRequest,
+                                       Clearances,
+                                       ComputationRequest,
+                                       ComputationProgress,
+                                       ComputationResult,
                                        Reply,
                                        ControlRequest,
                                        Stop,

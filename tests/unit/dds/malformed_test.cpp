@@ -26,6 +26,8 @@ TEST(Malformed, CountsBeyondCapacity) {
   checkCount<TipPoses>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<ControlStatus>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<ControlStatus>([](auto& m, auto n) { m.task_count = n; }, 4);
+  checkCount<ControlStatus>([](auto& m, auto n) { m.limit_count = n; }, 8);
+  checkCount<Clearances>([](auto& m, auto n) { m.bodies.resize(n); }, 64);
   checkCount<ControlRequest>([](auto& m, auto n) { m.joint_count = n; }, 8);
   checkCount<SimRequest>([](auto& m, auto n) { m.arm_count = n; }, 8);
   checkCount<HalStatus>([](auto& m, auto n) { m.arm_count = n; }, 8);
@@ -55,6 +57,20 @@ TEST(Malformed, TextsAndListsBeyondReason) {
   EXPECT_NE(malformed(stop), nullptr);
   stop.reason = std::string("a\0b", 3);
   EXPECT_NE(malformed(stop), nullptr);
+
+  ComputationRequest computation;
+  computation.trajectory.assign(kMaxTrajectory + 1, 'x');  // planning answers that
+  EXPECT_EQ(malformed(computation), nullptr);
+  computation.targets.resize(kMaxList + 1);
+  EXPECT_NE(malformed(computation), nullptr);
+  ComputationResult result;
+  EXPECT_EQ(malformed(result), nullptr);
+  result.report.points.resize(1);
+  result.report.points[0].joints.resize(safety::kMaxJoints + 1);
+  EXPECT_NE(malformed(result), nullptr);
+  result.report.points[0] = {};
+  result.repair.before.points.resize(kMaxList + 1);
+  EXPECT_NE(malformed(result), nullptr);
 
   JointState joints;
   joints.effort.resize(kMaxList + 1);

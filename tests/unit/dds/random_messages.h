@@ -12,8 +12,48 @@
 
 namespace tandem::dds {
 
-inline auto membersOf(PlanningRequest& m) { return std::tie(m.client, m.request, m.kind, m.trajectory); }
+inline auto membersOf(PlanningRequest& m) { return std::tie(m.client, m.request, m.kind, m.trajectory, m.planned); }
+inline auto membersOf(TipTarget& m) { return std::tie(m.arm, m.has_direction, m.position, m.direction); }
+inline auto membersOf(ComputationRequest& m) {
+  return std::tie(m.client, m.request, m.kind, m.computation, m.trajectory, m.joints, m.targets, m.stability,
+                  m.arms_may_touch, m.clearance, m.port_radius, m.port_depth, m.accept, m.starts, m.seed, m.rehearse,
+                  m.smoothing, m.tries, m.translation_acceleration, m.rotation_velocity, m.rotation_acceleration,
+                  m.time_limit);
+}
+inline auto membersOf(ComputationProgress& m) {
+  return std::tie(m.client, m.request, m.kind, m.fraction, m.at, m.done, m.all, m.elapsed);
+}
+inline auto membersOf(PointReport& m) {
+  return std::tie(m.point, m.reach, m.words, m.wanted, m.wanted_relative, m.tip, m.relative, m.error, m.relative_error,
+                  m.stability, m.clearance, m.joints);
+}
+inline auto membersOf(TrajectoryReport& m) {
+  return std::tie(m.feasible, m.start, m.planar_start, m.rotation_conditioning, m.points);
+}
+inline auto membersOf(RehearsalReport& m) {
+  return std::tie(m.end, m.points, m.converged, m.point, m.tip_error, m.relative_error, m.held, m.words, m.iterations,
+                  m.largest_violation, m.fastest_rotation);
+}
+inline auto membersOf(LimitReport& m) { return std::tie(m.arm, m.words, m.force); }
+inline auto membersOf(IkReport& m) {
+  return std::tie(m.reach, m.words, m.joints, m.tips, m.errors, m.limits, m.stability, m.clearance, m.starts,
+                  m.iterations);
+}
+inline auto membersOf(RepairReport& m) {
+  return std::tie(m.before, m.trajectory, m.rounds, m.largest_change, m.rms_change);
+}
+inline auto membersOf(TimingReport& m) { return std::tie(m.status, m.times, m.limiting); }
+inline auto membersOf(StartReport& m) { return std::tie(m.joints, m.unreachable, m.room, m.mean_room, m.given); }
+inline auto membersOf(ComputationResult& m) {
+  return std::tie(m.client, m.request, m.kind, m.outcome, m.cancelled_by, m.reason, m.elapsed, m.start, m.report,
+                  m.rehearsed, m.with_posture, m.without_posture, m.repair, m.ik, m.timing, m.starts);
+}
 inline auto membersOf(Reply& m) { return std::tie(m.client, m.request, m.accepted, m.code, m.reason, m.value); }
+inline auto membersOf(BodyClearance& m) {
+  return std::tie(m.arm, m.other_arm, m.distance, m.place, m.other_place, m.s, m.other_s, m.by_joints,
+                  m.by_other_joints);
+}
+inline auto membersOf(Clearances& m) { return std::tie(m.session, m.sequence, m.answers_state, m.stamp, m.bodies); }
 inline auto membersOf(ControlRequest& m) {
   return std::tie(m.client, m.request, m.kind, m.arm, m.text, m.value, m.joint_count, m.joints);
 }

@@ -116,6 +116,34 @@ TEST_F(TrackerTest, HoldMovesNothingAndStillFollowsTheJoints) {
   EXPECT_LT(tracker.problem().joint[0].moving_lower, tracker.problem().joint[0].moving_upper);
 }
 
+TEST_F(TrackerTest, JointsComeToThePostureWithTheTips) {
+  Random random(baseSeed());
+  for (int m = 0; m < control::kMethodCount; ++m) {
+    auto tracker = make(static_cast<control::Method>(m));
+    planning::TrackResult result;
+    const safety::RobotVector posture = start(1);
+    ASSERT_TRUE(tracker.computeTips(posture, result));
+    planning::Reference reference = at(result, Eigen::Vector3d::Zero());
+    reference.posture = posture;
+    safety::RobotVector q = posture;
+    for (int j = 0; j < 12; ++j)
+      q[j] += (j % 6 < 3 ? 3e-3 : 0.1) * random.uniform(-1, 1);
+    for (int i = 0; i < 200; ++i) {
+      tracker.step(q, q, reference, result);
+      ASSERT_EQ(result.status, planning::TrackStatus::kOk);
+      q += 0.1 * result.solution.velocity;
+    }
+    EXPECT_LT((q - posture).cwiseAbs().maxCoeff(), 1e-4) << control::name(static_cast<control::Method>(m));
+    EXPECT_LT(result.error[1], 1e-5);
+    reference.posture[4] = std::nan("");
+    tracker.step(q, q, reference, result);
+    EXPECT_EQ(result.status, planning::TrackStatus::kReference);
+    reference.posture.setZero(6);
+    tracker.step(q, q, reference, result);
+    EXPECT_EQ(result.status, planning::TrackStatus::kReference);
+  }
+}
+
 TEST_F(TrackerTest, StepAllocatesNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
@@ -124,7 +152,8 @@ TEST_F(TrackerTest, StepAllocatesNothing) {
     planning::TrackResult result;
     const auto q = start(1);
     ASSERT_TRUE(tracker.computeTips(q, result));
-    const auto reference = at(result, {0, 0.5e-3, 0});
+    auto reference = at(result, {0, 0.5e-3, 0});
+    reference.posture = start(0);
     const std::size_t before = allocationCount();
     planning::MeasuredTips measured;
     for (int k = 0; k < 2; ++k)

@@ -252,6 +252,50 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   EXPECT_NE(refusal.reason.find("newton"), std::string::npos);
 }
 
+TEST(ControlCore, NamesTheLimitsThatAreInTheWay) {
+  const struct {
+    Change method;
+    bool relative;  ///< the first task is out of reach, not the last
+    dds::Limited limited;
+  } cases[] = {
+      {[](config::Deployment& d) { d.method = control::Method::kNspqp; }, false, dds::Limited::kHeldBack},
+      {[](config::Deployment& d) { d.method = control::Method::kNspqp; }, true, dds::Limited::kForbidden},
+      {[](config::Deployment& d) { d.method = control::Method::kSnsqp; }, false, dds::Limited::kHeldBack},
+  };
+  for (const auto& [method, relative, limited] : cases) {
+    System s("laptop", method);
+    s.run(0.3);
+    s.order(ControlKind::kAcquireLease);
+    s.command(StateCommand::kEnable);
+    s.run(0.3);
+    s.order(ControlKind::kKeepLease);
+    planning::TrajectorySpec spec;
+    spec.name = "far";
+    spec.shape = planning::Line{{0.0, 0.0, relative ? 0.001 : 0.5}};
+    if (relative)
+      spec.relative.push_back(planning::Line{{0.0, 0.0, 0.5}});
+    spec.point_count = 1;
+    ASSERT_EQ(s.start(spec).accepted, 1);
+    const double seconds = s.until([&] { return s.output.status.limited != 0; }, 0.8);
+    ASSERT_GE(seconds, 0.0);
+    const dds::ControlStatus& status = s.output.status;
+    EXPECT_EQ(static_cast<dds::Limited>(status.limited), limited);
+    ASSERT_GT(status.limit_count, 0);
+    for (std::size_t i = 0; i < status.limit_count; ++i) {
+      EXPECT_LT(status.limit_arm[i], 2);
+      EXPECT_GE(status.limit_tube[i], 1);
+      EXPECT_LE(status.limit_tube[i], 3);
+      const control::NamedLimit limit{static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i],
+                                      status.limit_tube[i]};
+      EXPECT_NE(control::describe(limit, {"a", "b"}).find("tube"), std::string::npos);
+      if (limit.kind == control::LimitKind::kVelocity) {
+        EXPECT_NEAR(std::abs(status.limit_bound[i]),
+                    s.setup.robot.arms[0].limits.joints[static_cast<std::size_t>(limit.tube - 1)].velocity, 1e-12);
+      }
+    }
+  }
+}
+
 TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
@@ -280,6 +324,11 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
       dds::ActuationState next = state;
       next.sequence += static_cast<std::uint64_t>(i);
       next.answers_command = reference.answers_control = static_cast<std::uint64_t>(i) + 1;
+      reference.posture_valid = i >= 50 ? 1 : 0;
+      reference.posture = state.position;
+      // Out of reach: limits hold the tasks back, then forbid them, and are named.
+      if (i == 100 || i == 150)
+        reference.tasks[i == 100 ? 1 : 0].position[2] += 1.0;
       const std::size_t before = allocationCount();
       control.onState(next);
       control.onReference(reference);
@@ -291,6 +340,8 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
     }
     EXPECT_EQ(allocated, 0u) << method;
     EXPECT_GT(output.status.task_count, 0) << method;  // it did follow
+    const bool has_limits = std::string(method) == "nspqp" || std::string(method) == "snsqp";
+    EXPECT_EQ(output.status.limit_count > 0, has_limits) << method;
   }
 }
 

@@ -37,6 +37,32 @@ TEST(Convert, TasksSurviveTheRoundTrip) {
   }
 }
 
+TEST(Convert, PosturesSurviveTheRoundTripAndWhatIsNotFiniteIsNone) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const int arms = random.integer(1, safety::kMaxArms);
+    dds::PerArm<std::uint8_t> joints{};
+    int count = 0;
+    for (int k = 0; k < arms; ++k)
+      count += joints[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(2 * random.integer(1, 4));
+    safety::RobotVector posture(count);
+    for (double& q : posture)
+      q = random.uniform(-4.0, 4.0);
+    dds::PlanningReference message;
+    EXPECT_EQ(dds::postureOf(message, arms, joints).size(), 0);
+    dds::setPosture(posture, arms, joints, message);
+    EXPECT_EQ(message.posture_valid, 1);
+    EXPECT_EQ(dds::postureOf(message, arms, joints), posture);
+    message.posture[dds::jointIndex(arms - 1, 1)] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(dds::postureOf(message, arms, joints).size(), 0);
+    dds::setPosture(posture.head(count - 1), arms, joints, message);
+    EXPECT_EQ(message.posture_valid, 0) << "of another robot";
+    dds::setPosture({}, arms, joints, message);
+    EXPECT_EQ(message.posture_valid, 0);
+  }
+}
+
 TEST(Convert, CountsBeyondCapacityAreCut) {
   dds::PlanningReference message;
   message.task_count = 200;

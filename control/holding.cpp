@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "control/holding.h"
+
+#include "control/conflict.h"
+#include "control/qp_methods.h"
+
+namespace tandem::control {
+
+void findHolding(const StepProblem& problem, const MethodParameters& parameters, Conflict& conflict) {
+  constexpr double kWeak = 1e-2;  // of the heaviest
+  conflict.count = 0;
+  VelocityBounds bounds;
+  velocityBounds(problem, BoundsKind::kCoupled, parameters.period, bounds);
+  boundSteps(problem, parameters.translation_step / parameters.period, parameters.rotation_velocity, bounds);
+  QuadraticProgram qp;
+  qp.resize(problem.joint_count, 0, bounds.row_count);
+  addLimits(problem, bounds, qp);
+  qp.H.diagonal().setConstant(parameters.nspqp_zeta);
+  double pull = 0.0;
+  for (int k = 0; k < problem.task_count; ++k) {
+    const Task& task = problem.task[k];
+    qp.H += task.jacobian.transpose().lazyProduct(task.jacobian);
+    qp.g -= task.jacobian.transpose().lazyProduct(task.velocity);
+    pull += task.jacobian.squaredNorm() * task.velocity.norm();
+  }
+  QpSolution solution;
+  makeQpBackend(Backend::kActiveSet)->solve(qp, solution);
+  if (solution.status != QpStatus::kSolved)
+    return;
+  explain(problem, bounds, solution, conflict);
+  constexpr double kNothing = 1e-9;  // of what the tasks pull with
+  while (conflict.count > 0 && (conflict.limit[conflict.count - 1].weight < kWeak * conflict.limit[0].weight ||
+                                conflict.limit[conflict.count - 1].weight < kNothing * pull))
+    --conflict.count;
+}
+
+}  // namespace tandem::control

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the tasks leave free goes to a posture: joints that somebody has planned. */
+#pragma once
+
+#include "control/quadratic_program.h"
+
+namespace tandem::control {
+
+/** Velocity towards the posture q_p of a problem that has one,
+ *
+ *   qdot_p = c k_p (q_p - q),
+ *
+ * with k_p = posture_gain and c <= 1 the largest for which |qdot_p,j| is at most V_j, the step of a translation and
+ * `rotation`, rad/s, for every joint: straight towards the posture. */
+RobotVector postureVelocity(const StepProblem& problem, const MethodParameters& parameters, double rotation) noexcept;
+
+/** What closed-form methods add for the posture: the part of qdot_p that disturbs no task,
+ *
+ *   (I - J# J) qdot_p,   J# = W^-1 J^T (J W^-1 J^T + damping I)^-1,   J all tasks' Jacobians stacked.
+ *
+ * Zero where the problem has no posture.
+ * @param weights  diagonal of W */
+void addPosture(const StepProblem& problem,
+                const MethodParameters& parameters,
+                const RobotVector& weights,
+                double damping,
+                RobotVector& velocity) noexcept;
+
+/** The velocity within the limits that is nearest to qdot_p:   min |qdot - qdot_p|^2   s.t. bounds and rows. */
+class PostureWithinLimits {
+ public:
+  explicit PostureWithinLimits(Backend backend) : backend_(makeQpBackend(backend)) {}
+
+  /// @param bounds  that leave some velocity
+  /// @param velocity  one of those; replaced by the nearest one
+  void apply(const StepProblem& problem,
+             const RobotVector& wanted,
+             const VelocityBounds& bounds,
+             RobotVector& velocity) noexcept;
+  void reset() noexcept { backend_->reset(); }
+
+ private:
+  std::unique_ptr<QpBackend> backend_;
+  QuadraticProgram qp_;
+  QpSolution solution_;
+};
+
+}  // namespace tandem::control

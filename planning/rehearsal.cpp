@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/rehearsal.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+#include "control/conflict.h"
+#include "control/holding.h"
+#include "planning/follower.h"
+#include "safety/gate.h"
+
+namespace tandem::planning {
+namespace {
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/** Joints that are where the gate lets them be sent. */
+class IdealJoints {
+ public:
+  IdealJoints(const Arms& arms, const safety::RobotVector& start) : arms_(arms), q_(start) {
+    velocity_.setZero(start.size());
+    for (const safety::ArmLimits* limits : arms.limits)
+      gates_.emplace_back(*limits);
+  }
+
+  const safety::RobotVector& position() const { return q_; }
+
+  /// @return false where the gate refuses.
+  bool move(const safety::RobotVector& velocity, double period) {
+    for (int arm = 0; arm < arms_.count(); ++arm) {
+      const int begin = arms_.offset(arm), size = arms_.size(arm);
+      const safety::ArmVector last = q_.segment(begin, size), before = velocity_.segment(begin, size);
+      const safety::ArmVector now = velocity.segment(begin, size);
+      const safety::GateCommand command{0, 0.0, now, last + period * now, period};
+      safety::ArmVector setpoint = last;
+      if (gates_[at(arm)].check(command, last, before, setpoint).faults != 0)
+        return false;
+      velocity_.segment(begin, size) = (setpoint - last) / period;
+      q_.segment(begin, size) = setpoint;
+    }
+    return true;
+  }
+
+  void measure(Rehearsal& rehearsal) const {
+    for (int arm = 0; arm < arms_.count(); ++arm) {
+      const int begin = arms_.offset(arm), size = arms_.size(arm);
+      rehearsal.largest_violation = std::max(rehearsal.largest_violation,
+                                             safety::largestViolation(*arms_.limits[at(arm)], q_.segment(begin, size)));
+      rehearsal.fastest_rotation =
+          std::max(rehearsal.fastest_rotation, velocity_.segment(begin + size / 2, size / 2).cwiseAbs().maxCoeff());
+    }
+  }
+
+ private:
+  const Arms& arms_;
+  std::vector<safety::Gate> gates_;
+  safety::RobotVector q_, velocity_;
+};
+
+/// Each limit by itself, in words.
+std::vector<std::string> holding(const control::StepProblem& problem, const RehearsalOptions& options) {
+  std::vector<std::string> names = options.arms;
+  for (int arm = static_cast<int>(names.size()); arm < problem.arm_count; ++arm)
+    names.emplace_back(1, static_cast<char>('a' + arm));
+  control::Conflict conflict;
+  control::findHolding(problem, options.parameters, conflict);
+  std::vector<std::string> words;
+  for (int i = 0; i < conflict.count; ++i) {
+    control::Conflict one;
+    one.limit[0] = conflict.limit[at(i)];
+    one.count = 1;
+    const std::string text = control::describe(problem, one, names);
+    if (std::find(words.begin(), words.end(), text) == words.end())
+      words.push_back(text);
+  }
+  return words;
+}
+
+std::string wordsOf(const Rehearsal& rehearsal, control::Method method, const std::string& detail) {
+  const std::string who(control::name(method));
+  const std::string where = " at point " + std::to_string(rehearsal.point);
+  switch (rehearsal.end) {
+    case RehearsalEnd::kStalls: {
+      char errors[96];
+      std::snprintf(errors, sizeof errors, ", tip %.3g mm and relative position %.3g mm away, ",
+                    1e3 * rehearsal.tip_error, 1e3 * rehearsal.relative_error);
+      std::string text = who + " stalls" + where + errors;
+      if (rehearsal.held.empty())
+        return text + "no limit holds it: the edge of the workspace, or no progress in the iterations of a point";
+      text += "held by ";
+      for (std::size_t i = 0; i < rehearsal.held.size(); ++i)
+        text += (i > 0 ? ", " : "") + rehearsal.held[i];
+      return text;
+    }
+    case RehearsalEnd::kModel:
+      return who + where + " leads the arms to where the model cannot answer: " + detail;
+    case RehearsalEnd::kSolver:
+      return who + where + ": " + detail;
+    case RehearsalEnd::kGateRefuses:
+      return who + where + " asks for a step that the gate refuses";
+    case RehearsalEnd::kCancelled:
+      return "cancelled";
+    case RehearsalEnd::kInvalid:
+      return detail;
+    case RehearsalEnd::kCompleted:
+      break;
+  }
+  return {};
+}
+
+/** One rehearsal. */
+class Run {
+ public:
+  Run(const Arms& arms, const safety::RobotVector& start, const RehearsalOptions& options)
+      : options_(options),
+        joints_(arms, start),
+        tracker_(arms.models, arms.limits, options.method, options.parameters, options.gains),
+        follower_(options.parameters.period) {}
+
+  Rehearsal go(const TrajectorySpec& spec, const std::vector<safety::RobotVector>& postures) {
+    if (!look())
+      return end(RehearsalEnd::kInvalid, "the start: " + std::string(kinematics::describe(track_.model)));
+    follower_.start(spec, tip(spec.arm), tip(spec.arm) - tip(spec.other_arm), postures);
+    result_.points = follower_.progress().point_count;
+    int point = 0;
+    while (follower_.update(tip(spec.arm), tip(spec.arm) - tip(spec.other_arm), reference_)) {
+      if (options_.cancelled && options_.cancelled())
+        return end(RehearsalEnd::kCancelled, {});
+      if (const int now = follower_.progress().point; now != point) {
+        if (point > 0)
+          judge(point);
+        if (options_.progress)
+          options_.progress(now, result_.points);
+        point = now;
+      }
+      tracker_.step(joints_.position(), joints_.position(), reference_, track_);
+      if (track_.status == TrackStatus::kModel)
+        return end(RehearsalEnd::kModel, std::string(kinematics::describe(track_.model)), point);
+      if (track_.status != TrackStatus::kOk)
+        return end(RehearsalEnd::kSolver, std::string(control::describe(track_.solution.status)), point);
+      if (!joints_.move(track_.solution.velocity, options_.parameters.period))
+        return end(RehearsalEnd::kGateRefuses, {}, point);
+      joints_.measure(result_);
+      if (!look())
+        return end(RehearsalEnd::kModel, std::string(kinematics::describe(track_.model)), point);
+    }
+    judge(point);
+    return end(follower_.progress().phase == Phase::kFinished ? RehearsalEnd::kCompleted : RehearsalEnd::kStalls, {});
+  }
+
+ private:
+  bool look() { return tracker_.computeTips(joints_.position(), track_); }
+  Eigen::Vector3d tip(int arm) const { return track_.tip[at(arm)].pose.translation(); }
+
+  /// A point has just been left: was it reached? The tracker still holds its last step there.
+  void judge(int point) {
+    const Progress& progress = follower_.progress();
+    if (progress.converged_points > result_.converged || result_.point > 0) {
+      result_.converged = progress.converged_points;
+      return;
+    }
+    if (follower_.spec().following == Following::kTimed && progress.phase != Phase::kFailed)
+      return;
+    result_.point = point;
+    result_.tip_error = progress.tip_error;
+    result_.relative_error = progress.relative_error;
+    result_.held = holding(tracker_.problem(), options_);
+  }
+
+  Rehearsal end(RehearsalEnd how, const std::string& detail, int point = 0) {
+    result_.end = how;
+    if (point > 0)
+      result_.point = point;
+    result_.iterations = follower_.progress().total_iterations;
+    result_.q = joints_.position();
+    result_.words = wordsOf(result_, options_.method, detail);
+    return result_;
+  }
+
+  const RehearsalOptions& options_;
+  IdealJoints joints_;
+  ReferenceTracker tracker_;
+  Follower follower_;
+  Reference reference_;
+  TrackResult track_;
+  Rehearsal result_;
+};
+
+}  // namespace
+
+std::string_view name(RehearsalEnd end) {
+  constexpr std::string_view kNames[] = {
+      "completes", "method_stalls", "model_cannot_answer", "solver_fails", "gate_refuses", "cancelled", "invalid"};
+  return kNames[static_cast<std::size_t>(end)];
+}
+
+Rehearsal rehearse(const Arms& arms,
+                   const TrajectorySpec& spec,
+                   const safety::RobotVector& start,
+                   const std::vector<safety::RobotVector>& postures,
+                   const RehearsalOptions& options) {
+  Rehearsal invalid;
+  const bool known = std::min(spec.arm, spec.other_arm) >= 0 && std::max(spec.arm, spec.other_arm) < arms.count();
+  if (!known || start.size() != arms.jointCount() || !start.allFinite()) {
+    invalid.words = "the trajectory names an arm that there is not, or the start is not one of this robot";
+    return invalid;
+  }
+  try {
+    return Run(arms, start, options).go(spec, postures);
+  } catch (const std::invalid_argument& error) {
+    invalid.words = error.what();
+    return invalid;
+  }
+}
+
+}  // namespace tandem::planning

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The closed loop with ideal joints, before anything moves: whether a method gets through a trajectory. */
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "planning/pose_problem.h"
+#include "planning/reference_tracker.h"
+#include "planning/trajectory.h"
+
+namespace tandem::planning {
+
+/** How a rehearsal ended. */
+enum class RehearsalEnd : std::uint8_t {
+  kCompleted = 0,
+  kStalls,       ///< a point was not reached within the tolerance in its iterations
+  kModel,        ///< the method led the joints to where a model cannot answer
+  kSolver,       ///< the method's solver failed
+  kGateRefuses,  ///< the gate refused a command
+  kCancelled,
+  kInvalid,  ///< start or trajectory make no sense
+};
+/// "completes", "method_stalls", ...: stable names for programs.
+std::string_view name(RehearsalEnd end);
+
+struct RehearsalOptions {
+  control::Method method = control::Method::kNspqp;
+  control::MethodParameters parameters;
+  Gains gains;
+  std::vector<std::string> arms;                        ///< names, for words; empty: a, b, ...
+  std::function<bool()> cancelled;                      ///< may be empty
+  std::function<void(int point, int points)> progress;  ///< may be empty
+};
+
+struct Rehearsal {
+  RehearsalEnd end = RehearsalEnd::kInvalid;
+  int points = 0;
+  int converged = 0;              ///< points reached within the tolerance
+  int point = 0;                  ///< the first that was not, counts from 1; 0: none
+  double tip_error = 0.0;         ///< where the method gave that point up, m
+  double relative_error = 0.0;    ///< m
+  std::vector<std::string> held;  ///< limits that hold it there, the heaviest first
+  std::string words;              ///< all of this; empty where it completes
+  int iterations = 0;
+  double largest_violation = 0.0;  ///< of equation (1) and the boxes on the way, behind the gate, m or rad
+  double fastest_rotation = 0.0;   ///< rad/s
+  safety::RobotVector q;           ///< joints at the end
+};
+
+/** Runs follower, tracker and gate with joints that are where they were sent, as the services do. A run that leaves a
+ * point unreached goes on with the next one, as the follower does.
+ * @param postures  planned joints, one vector a point (FeasibilityReport::path()); empty: none */
+Rehearsal rehearse(const Arms& arms,
+                   const TrajectorySpec& spec,
+                   const safety::RobotVector& start,
+                   const std::vector<safety::RobotVector>& postures,
+                   const RehearsalOptions& options);
+
+}  // namespace tandem::planning

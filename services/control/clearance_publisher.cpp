@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/control/clearance_publisher.h"
+
+#include <algorithm>
+
+namespace tandem::service {
+namespace {
+
+void copy(const Eigen::Vector3d& from, std::array<double, 3>& to) { std::copy(from.begin(), from.end(), to.begin()); }
+
+void copy(const kinematics::Gradient& from, std::array<double, safety::kMaxJointsPerArm>& to) {
+  for (Eigen::Index j = 0; j < from.size(); ++j)
+    to[static_cast<std::size_t>(j)] = from[j];
+}
+
+dds::BodyClearance messageOf(const kinematics::Clearance& clearance, int arm, int other) {
+  dds::BodyClearance message;
+  message.arm = static_cast<std::uint8_t>(arm);
+  message.other_arm = static_cast<std::uint8_t>(other);
+  message.distance = clearance.distance;
+  const bool port = message.other_arm == dds::BodyClearance::kPort;
+  copy(clearance.place_a, message.place);
+  copy(port ? clearance.place_a : clearance.place_b, message.other_place);
+  message.s = clearance.s_a;
+  message.other_s = clearance.s_b;
+  copy(clearance.by_a, message.by_joints);
+  copy(clearance.by_b, message.by_other_joints);
+  return message;
+}
+
+}  // namespace
+
+ClearanceMeter::ClearanceMeter(const Setup& setup, const experiments::RobotModel& robot)
+    : setup_(setup),
+      robot_(robot),
+      branches_(static_cast<std::size_t>(robot.armCount())),
+      bodies_(static_cast<std::size_t>(robot.armCount())) {}
+
+bool ClearanceMeter::makeBody(const dds::ActuationState& state, int k) {
+  const auto i = static_cast<std::size_t>(k);
+  if (state.valid[i] == 0 || state.joint_count[i] != robot_.size(k))
+    return false;
+  Eigen::VectorXd q(robot_.size(k));
+  for (int j = 0; j < robot_.size(k); ++j)
+    q[j] = state.position[dds::jointIndex(k, j)];
+  return kinematics::makeBody(*robot_.models()[i], q, branches_[i], true, bodies_[i]) == kinematics::ModelStatus::kOk;
+}
+
+dds::Clearances ClearanceMeter::measure(const dds::ActuationState& state) {
+  if (session_ != state.session || placements_ != state.placements)
+    branches_.assign(branches_.size(), {});
+  session_ = state.session;
+  placements_ = state.placements;
+  dds::Clearances message;
+  message.session = setup_.session;
+  message.sequence = ++sequence_;
+  message.answers_state = state.sequence;
+  message.stamp = state.stamp;
+  std::vector<int> known;
+  for (int k = 0; k < robot_.armCount(); ++k) {
+    if (state.arm_count == robot_.armCount() && makeBody(state, k))
+      known.push_back(k);
+  }
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const kinematics::Body& body = bodies_[static_cast<std::size_t>(known[i])];
+    for (std::size_t j = i + 1; j < known.size(); ++j)
+      message.bodies.push_back(
+          messageOf(clearance(body, bodies_[static_cast<std::size_t>(known[j])]), known[i], known[j]));
+    if (setup_.deployment.port)
+      message.bodies.push_back(
+          messageOf(clearance(body, *setup_.deployment.port), known[i], dds::BodyClearance::kPort));
+  }
+  return message;
+}
+
+ClearancePublisher::ClearancePublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
+    : meter_(setup, robot),
+      writer_(bus.writer(dds::kControlClearance)),
+      states_(outbox_.latest<dds::ActuationState>([this](const dds::ActuationState& state) {
+        if (state.sequence > 0)
+          writer_.write(meter_.measure(state));
+      })) {}
+
+}  // namespace tandem::service

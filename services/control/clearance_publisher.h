@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file How near the bodies of the arms are to one another and to the port, as a published value. */
+#pragma once
+
+#include "experiments/run_record.h"
+#include "kinematics/clearance.h"
+#include "services/common/outbox.h"
+#include "services/setup/process.h"
+
+namespace tandem::service {
+
+/** Clearances of all pairs of whole bodies at measured joints. Stateful as elastic arms are: their equilibria are
+ * followed from state to state. */
+class ClearanceMeter {
+ public:
+  ClearanceMeter(const Setup& setup, const experiments::RobotModel& robot);
+  /// Bodies of arms that are not measured, or for which the model cannot answer, are left out. Allocates.
+  dds::Clearances measure(const dds::ActuationState& state);
+
+ private:
+  bool makeBody(const dds::ActuationState& state, int k);
+
+  const Setup& setup_;
+  const experiments::RobotModel& robot_;
+  std::vector<kinematics::Branch> branches_;
+  std::vector<kinematics::Body> bodies_;
+  std::uint64_t session_ = 0, sequence_ = 0;
+  std::uint32_t placements_ = 0;
+};
+
+/** Publishes control/clearance from a thread of its own, which looks at the newest state when it has time: bodies of
+ * elastic arms take long. */
+class ClearancePublisher {
+ public:
+  ClearancePublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot);
+  /// Before enterRealtime(): the thread inherits the scheduling of the caller.
+  void start() { outbox_.start(); }
+  void stop() { outbox_.stop(); }
+  /// Wait-free; from one thread.
+  void post(const dds::ActuationState& state) noexcept { states_.post(state); }
+
+ private:
+  ClearanceMeter meter_;
+  dds::Writer<dds::Clearances> writer_;
+  Outbox outbox_;
+  Outbox::Latest<dds::ActuationState>& states_;
+};
+
+}  // namespace tandem::service

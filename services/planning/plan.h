@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A trajectory that has been found feasible, with the joints that were found on the way. */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "safety/dimensions.h"
+
+namespace tandem::service {
+
+struct Plan {
+  std::string trajectory;                   ///< the text that was checked
+  safety::RobotVector start;                ///< joints that it was checked from, m and rad
+  std::vector<safety::RobotVector> points;  ///< joints at each point
+};
+
+}  // namespace tandem::service
