@@ -32,8 +32,7 @@ class Intruder {
         tandem::test::spoilDownload(frame, attack_.random());
         tandem::test::spoilNmt(frame, attack_.random(), true);
         tandem::test::spoilSetpoint(frame, attack_.random());
-        if (frame.error)
-          frame.id &= 0x7u;  // bus-off is no garbage
+        tandem::test::spoilBusOff(frame);
         port->send({&frame, 1});
       }
       tandem::test::drain(*port);

@@ -87,6 +87,14 @@ inline void spoilDownload(CanFrame& frame, Random& random) {
     frame.length = static_cast<std::uint8_t>(random.integer(0, 7));
 }
 
+/// Bus-off is no garbage: who hears of it falls silent. Other error frames stay, with the error's class, without which
+/// the kernel hands them to nobody.
+inline void spoilBusOff(CanFrame& frame) {
+  constexpr std::uint32_t kHarmless = 0x7u, kLostArbitration = 0x2u;
+  if (frame.error && (frame.id &= kHarmless) == 0)
+    frame.id = kLostArbitration;
+}
+
 /// A network command: any, or "start" alone.
 inline void spoilNmt(CanFrame& frame, Random& random, bool any) {
   constexpr std::uint8_t kCommands[] = {1, 2, 128, 129, 130};
