@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
 
+#include "control/damping.h"
 #include "control/limit_weights.h"
 #include "control/methods.h"
 #include "control/posture.h"
@@ -35,8 +36,8 @@ class Nspwln final : public Resolver {
       TaskJacobian weighted = Jk;
       for (int j = 0; j < size; ++j)
         weighted.col(j) /= weights[begin + j];
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, kMaxTaskRows> gram =
-          weighted.lazyProduct(Jk.transpose());
+      TaskGram gram = weighted.lazyProduct(Jk.transpose());
+      dampSingularDirections(plainGram(problem, parameters_, begin, Jk), singularThreshold(parameters_), gram);
       gram.diagonal().array() += 1.0 / parameters_.track_weight;
       const TaskVector y = gram.llt().solve(r);
       qdot.segment(begin, size) = weighted.transpose().lazyProduct(y);
