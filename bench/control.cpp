@@ -2,10 +2,10 @@
 /** @file Time of one quadratic programme and of one control step, with our backend and with Ipopt. */
 #include <benchmark/benchmark.h>
 
-#include <functional>
 #include <random>
 #include <string>
 
+#include "bench/enroll.h"
 #include "bench/percentiles.h"
 #include "bench/step_problems.h"
 #include "control/quadratic_program.h"
@@ -104,9 +104,7 @@ void timeStep(benchmark::State& state, Method method, Backend backend, int count
       });
 }
 
-void enroll(const std::string& name, const std::function<void(benchmark::State&)>& function) {
-  benchmark::RegisterBenchmark(name.c_str(), function)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5);
-}
+}  // namespace
 
 void enrollAll() {
   constexpr int kMany = 2000, kFew = 60;  // Ipopt takes its time
@@ -126,15 +124,4 @@ void enrollAll() {
   }
 }
 
-}  // namespace
 }  // namespace tandem::bench
-
-int main(int argc, char** argv) {
-  tandem::bench::enrollAll();
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv))
-    return 2;
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
-}

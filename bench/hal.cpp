@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "bench/enroll.h"
 #include "bench/percentiles.h"
 #include "config/config.h"
 #include "hal/can/virtual_bus.h"
@@ -182,26 +183,14 @@ void timeCycle(benchmark::State& state, bool moving, int count) {
   state.counters["wire_share"] = wire / (wire + state.counters["p50"]);
 }
 
+}  // namespace
+
 void enrollAll() {
   constexpr int kCycles = 5000;
   for (const bool moving : {false, true}) {
-    benchmark::RegisterBenchmark(moving ? "hal/two arms/moving" : "hal/two arms/holding",
-                                 [=](benchmark::State& state) { timeCycle(state, moving, kCycles); })
-        ->UseManualTime()
-        ->Unit(benchmark::kMicrosecond)
-        ->Iterations(5);
+    enroll(moving ? "hal/two arms/moving" : "hal/two arms/holding",
+           [=](benchmark::State& state) { timeCycle(state, moving, kCycles); });
   }
 }
 
-}  // namespace
 }  // namespace tandem::bench
-
-int main(int argc, char** argv) {
-  tandem::bench::enrollAll();
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv))
-    return 2;
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
-}

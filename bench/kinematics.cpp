@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <string>
 
+#include "bench/enroll.h"
 #include "bench/joint_paths.h"
 #include "bench/percentiles.h"
 #include "bench/shooting_baseline.h"
@@ -128,12 +128,7 @@ void timeBaseline(benchmark::State& state, kinematics::ConcentricTubeArm arm, Us
   });
 }
 
-void enroll(const std::string& name, const std::function<void(benchmark::State&)>& function, int iterations) {
-  benchmark::RegisterBenchmark(name.c_str(), function)
-      ->UseManualTime()
-      ->Unit(benchmark::kMicrosecond)
-      ->Iterations(iterations);
-}
+}  // namespace
 
 void enrollAll() {
   const std::pair<std::string, kinematics::ConcentricTubeArm> arms[] = {{"ark2024", arkArm()}, {"timc2024", timcArm()}};
@@ -143,27 +138,13 @@ void enrollAll() {
         const std::string where =
             "/" + name + "/" + (overlap ? "overlap" : "apart") + "/" + kUseName[static_cast<int>(use)];
         for (const char* model : {"rigid", "compliant"}) {
-          enroll(
-              model + where, [=, a = arm](auto& state) { timeModel(state, model, a, use, overlap); }, 5);
+          enroll(model + where, [=, a = arm](auto& state) { timeModel(state, model, a, use, overlap); });
         }
-        enroll(
-            "loaded" + where, [=, a = arm](auto& state) { timeLoaded(state, a, use, overlap); }, 5);
-        enroll(
-            "shooting" + where, [=, a = arm](auto& state) { timeBaseline(state, a, use, overlap); }, 5);
+        enroll("loaded" + where, [=, a = arm](auto& state) { timeLoaded(state, a, use, overlap); });
+        enroll("shooting" + where, [=, a = arm](auto& state) { timeBaseline(state, a, use, overlap); });
       }
     }
   }
 }
 
-}  // namespace
 }  // namespace tandem::bench
-
-int main(int argc, char** argv) {
-  tandem::bench::enrollAll();
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv))
-    return 2;
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
-}

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -92,12 +93,19 @@ struct Experiment {
   std::filesystem::path file;
 };
 
+/** A machine of a deployment that spreads over several. */
+struct Host {
+  std::string name;     ///< robot, console
+  std::string address;  ///< IPv4, of its interface on the network that they share
+};
+
 /** One process of a deployment. */
 struct Process {
   std::string name;                    ///< sim, control, planning
   std::string executable;              ///< tandem-sim ...
   std::vector<std::string> arguments;  ///< appended to those that tandem up gives
   bool is_service = true;              ///< takes --deployment and --log
+  std::string host;                    ///< where it runs; empty without hosts
 };
 
 enum class ClockMode {
@@ -112,8 +120,9 @@ struct Deployment {
   std::filesystem::path hardware;               ///< hardware file of tandem-hal, resolved likewise; empty: none
   std::string prefix = "tandem";                ///< topic prefix, the robot's name on the wire: rt/<prefix>/...
   int domain = 0;                               ///< DDS domain, 0..232
-  std::string interface_address = "127.0.0.1";  ///< the only interface used
-  std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers; no multicast
+  std::string interface_address = "127.0.0.1";  ///< the only interface used; with hosts: this one's
+  std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers, no multicast; with hosts: all of them
+  std::vector<Host> hosts;                      ///< empty: everything runs on one machine
   ClockMode clock = ClockMode::kRealTime;
   double control_period = 0.1;                               ///< s
   double sim_period = 1e-3;                                  ///< s, plant and bus period
@@ -137,6 +146,9 @@ struct Deployment {
 Robot loadRobot(const std::filesystem::path& file);
 Experiment loadExperiment(const std::filesystem::path& file);
 Deployment loadDeployment(const std::filesystem::path& file);
+
+/// The one of the deployment's hosts that has one of these addresses; null where none has, or there are no hosts.
+const Host* hostAmong(const Deployment& deployment, const std::set<std::string>& addresses);
 
 /** A hardware file, checked against its robot and against the load limits of its buses.
  * @param heartbeat_budget the drives' patience with the HAL (Budgets::drive_heartbeat), s: part of the bus load

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "config/file_tables.h"
 #include "config/loaders.h"
 
@@ -26,11 +28,55 @@ safety::Budgets readBudgets(const Map& map) {
   return budgets;
 }
 
-std::vector<Process> readProcesses(const Map& map) {
+std::vector<Host> readHosts(const Map& map) {
+  std::vector<Host> hosts;
+  if (!map.has("hosts"))
+    return hosts;
+  for (const char* key : {"interface_address", "peers"}) {
+    if (map.has(key))
+      map.fail(key, "found beside hosts, which say the same; expected one of them");
+  }
+  for (const Map& entry : map.maps("hosts")) {
+    const Host host{entry.text("name"), entry.text("address")};
+    for (const Host& other : hosts) {
+      if (other.name == host.name)
+        entry.fail("name", "found '" + host.name + "' a second time, expected another name");
+      if (other.address == host.address)
+        entry.fail("address",
+                   "found " + host.address + ", which is host '" + other.name + "', expected another address");
+    }
+    if (host.address.starts_with("127."))
+      entry.fail("address",
+                 "found " + host.address + ", which other hosts cannot reach; expected an address on their network");
+    hosts.push_back(host);
+  }
+  return hosts;
+}
+
+/// Where a process runs: one of the hosts, if there are any.
+std::string readHostOf(const Map& entry, const std::vector<Host>& hosts) {
+  if (hosts.empty()) {
+    if (entry.has("host"))
+      entry.fail("host", "found '" + entry.text("host") + "' in a deployment without hosts");
+    return {};
+  }
+  std::string known;
+  const std::string name = entry.has("host") ? entry.text("host") : "";
+  for (const Host& host : hosts) {
+    if (host.name == name)
+      return name;
+    known += (known.empty() ? "" : ", ") + host.name;
+  }
+  entry.fail(
+      entry.has("host") ? "host" : "name",
+      (entry.has("host") ? "found '" + name + "'" : "found a process without host") + ", expected one of " + known);
+}
+
+std::vector<Process> readProcesses(const Map& map, const std::vector<Host>& hosts) {
   std::vector<Process> processes;
   for (const Map& entry : map.maps("processes")) {
-    processes.push_back(
-        {entry.text("name"), entry.text("executable"), entry.texts("arguments"), entry.flag("service")});
+    processes.push_back({entry.text("name"), entry.text("executable"), entry.texts("arguments"), entry.flag("service"),
+                         readHostOf(entry, hosts)});
     for (std::size_t i = 0; i + 1 < processes.size(); ++i) {
       if (processes[i].name == processes.back().name) {
         entry.fail("name", "found '" + processes[i].name + "' a second time, expected another name");
@@ -71,6 +117,12 @@ void readFeedback(const Map& map, Deployment& deployment) {
 
 }  // namespace
 
+const Host* hostAmong(const Deployment& deployment, const std::set<std::string>& addresses) {
+  const auto found = std::find_if(deployment.hosts.begin(), deployment.hosts.end(),
+                                  [&](const Host& host) { return addresses.contains(host.address); });
+  return found == deployment.hosts.end() ? nullptr : &*found;
+}
+
 Deployment loadDeployment(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(deploymentTable());
@@ -92,7 +144,8 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   deployment.relative_gain = map.number("relative_gain");
   deployment.tip_gain = map.number("tip_gain");
   readFeedback(map, deployment);
-  deployment.processes = readProcesses(map);
+  deployment.hosts = readHosts(map);
+  deployment.processes = readProcesses(map, deployment.hosts);
   document.finish();
   deployment.warnings = document.warnings();
   return deployment;

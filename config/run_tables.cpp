@@ -136,6 +136,22 @@ const Mapping& processTable() {
           text("arguments", "appended to those that `tandem up` gives").list(0, 100).defaultNote("none"),
           flag("service", "false: a program that knows nothing of deployments; it gets its arguments alone")
               .defaultsTo(1.0),
+          text("host", "the one of the hosts that it runs on").defaultNote("required with hosts"),
+      }};
+  return table;
+}
+
+const Mapping& hostTable() {
+  static const Mapping table{
+      "host",
+      "One machine.",
+      {
+          text("name", "unique in the file")
+              .required()
+              .matching("^[a-z][a-z0-9_-]*$", "a name of small letters, digits, _ and -, a letter first"),
+          text("address", "of its interface on the network that the hosts share")
+              .required()
+              .matching(kIpv4, "an IPv4 address"),
       }};
   return table;
 }
@@ -184,6 +200,10 @@ const Mapping& deploymentTable() {
               .list(1, 64)
               .unique()
               .defaultNote("127.0.0.1"),
+          mapping("hosts", hostTable(),
+                  "the machines, instead of interface_address and peers; each finds itself by its address")
+              .list(1, 16)
+              .defaultNote("none: one machine"),
           text("clock", "absolute monotonic timer, or deterministic: state k, reference k, command k, state k + 1")
               .oneOf({"real_time", "lock_step"})
               .defaultsTo("real_time"),

@@ -11,13 +11,14 @@ die() {
   exit 1
 }
 
-# Names in packages.txt, one a line.
+# The lines of packages.txt.
 packages() { sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$root/deploy/packages.txt"; }
 
 # Those of them that dpkg does not have installed.
 missing_packages() {
-  local package
-  while read -r package; do
+  local package unless command
+  while read -r package unless command; do
+    [[ $unless == unless ]] && command -v "$command" >/dev/null && continue
     dpkg-query -W -f='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || printf '%s\n' "$package"
   done < <(packages)
 }

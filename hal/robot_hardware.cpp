@@ -102,30 +102,13 @@ void RobotHardware::stop() noexcept {
     arm.stop();
 }
 
-void RobotHardware::push(const HardwareEvent& event) noexcept {
-  if (event_count_ == events_.size()) {  // the newest tells most
-    event_first_ = (event_first_ + 1) % events_.size();
-    --event_count_;
-  }
-  events_[(event_first_ + event_count_++) % events_.size()] = event;
-}
-
-bool RobotHardware::nextEvent(HardwareEvent& event) noexcept {
-  if (event_count_ == 0)
-    return false;
-  event = events_[event_first_];
-  event_first_ = (event_first_ + 1) % events_.size();
-  --event_count_;
-  return true;
-}
-
 void RobotHardware::onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept {
   HardwareEvent told;
   told.bus = static_cast<std::uint8_t>(bus);
   if (event.kind == canopen::NetworkEvent::Kind::kBusState) {
     told.kind = HardwareEvent::Kind::kBus;
     told.bus_state = event.bus_state;
-    return push(told);
+    return events_.push(told);
   }
   Axis& axis = *axes_[index(buses_[bus].axis_of_node[index(event.node)])];
   told.arm = static_cast<std::uint8_t>(axis.config().arm);
@@ -135,11 +118,11 @@ void RobotHardware::onEvent(std::size_t bus, const canopen::NetworkEvent& event)
     axis.onEmcy(event.node, event.emcy);
     told.kind = HardwareEvent::Kind::kEmergency;
     told.code = event.emcy.code;
-    push(told);
+    events_.push(told);
   } else if (event.phase == canopen::NodePhase::kFailed) {
     told.kind = HardwareEvent::Kind::kNode;
     told.failure = buses_[bus].network->node(event.node).failure();
-    push(told);
+    events_.push(told);
   }
 }
 
@@ -176,7 +159,7 @@ void RobotHardware::receive(std::int64_t now) noexcept {
     told.kind = HardwareEvent::Kind::kReady;
     told.arm = static_cast<std::uint8_t>(axes_[i]->config().arm);
     told.joint = static_cast<std::uint8_t>(axes_[i]->config().joint);
-    push(told);
+    events_.push(told);
   }
 }
 
@@ -194,7 +177,7 @@ void RobotHardware::step(std::int64_t now) noexcept {
       told.arm = static_cast<std::uint8_t>(a);
       told.joint = static_cast<std::uint8_t>(j);
       told.guards = began;
-      push(told);
+      events_.push(told);
     }
   }
   for (BusSlot& slot : buses_)

@@ -7,6 +7,7 @@
 
 #include "hal/arm_hardware.h"
 #include "hal/can/bus.h"
+#include "hal/event_ring.h"
 #include "safety/command_monitor.h"
 #include "safety/robot_command.h"
 
@@ -94,7 +95,7 @@ class RobotHardware {
   bool takeRestart(int b) noexcept;
 
   /// Takes the oldest event out. False: there is none.
-  bool nextEvent(HardwareEvent& event) noexcept;
+  bool nextEvent(HardwareEvent& event) noexcept { return events_.pop(event); }
 
  private:
   struct BusSlot {
@@ -109,7 +110,6 @@ class RobotHardware {
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   void receive(std::int64_t now) noexcept;
   void onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept;
-  void push(const HardwareEvent& event) noexcept;
   void measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now) noexcept;
   void askForRestarts() noexcept;
 
@@ -123,9 +123,7 @@ class RobotHardware {
   std::vector<AxisPhase> phases_;  ///< as last told
   std::uint32_t placements_ = 0;
   std::array<GuardMask, safety::kMaxJointsPerArm> began_{};
-  std::array<HardwareEvent, 128> events_{};
-  std::size_t event_first_ = 0;
-  std::size_t event_count_ = 0;
+  EventRing<HardwareEvent, 128> events_;
 };
 
 }  // namespace tandem::hal

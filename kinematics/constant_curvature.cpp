@@ -4,14 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include "kinematics/rotations.h"
+
 namespace tandem::kinematics {
 namespace {
-
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 /// Below this angle the closed forms lose digits to cancellation and the series are used.
 constexpr double kSeriesBelow = 0.5;

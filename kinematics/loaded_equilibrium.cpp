@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "kinematics/arc_length.h"
+#include "kinematics/rotations.h"
 
 namespace tandem::kinematics {
 namespace {
@@ -14,11 +15,6 @@ constexpr double kLongestFix = 0.2;    ///< Newton's first correction of a predi
 constexpr double kUnexplained = 0.03;  ///< of a step by the derivatives at its ends, rad
 constexpr double kLeastMove = 1e-4;    ///< a path that cannot be followed this far ends, rad
 constexpr int kMaxSteps = 200;         ///< along a path
-
-Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
-}
 
 /// From one guess to another: angles, and the turn of the end frame.
 LoadedVector difference(const LoadedGuess& from, const LoadedGuess& to) {

@@ -71,8 +71,7 @@ void LoadedSweep::count(const Variation& form) {
 }
 
 /// Behind the entry point the backbone is guided: as if something very stiff held its direction.
-void LoadedSweep::trackTransmission() {
-  const Interval entry = properties(0);
+TubeVector LoadedSweep::trackTransmission(const Interval& entry) {
   const Variation z = place(entry, y_, 0.0).z;
   const ByVariation moment = byVariation(y_, kMaxTubes);
   Variation motor = z;
@@ -97,6 +96,7 @@ void LoadedSweep::trackTransmission() {
   }
   force.bottomRows<2>() *= entry.total / kShortestTransmission;
   count(z.transpose() * force);
+  return compliance;
 }
 
 }  // namespace tandem::kinematics

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "kinematics/loaded_state.h"
+#include "kinematics/rotations.h"
 #include "kinematics/transmission.h"
 
 namespace tandem::kinematics {
@@ -23,18 +24,6 @@ using Eigen::Vector3d;
 constexpr double kTolerance = 1e-11;   ///< error of a step: rad, m, and of the derivatives relative to their size
 constexpr int kMaxSteps = 1000;        ///< in one interval
 constexpr double kLongestStep = 0.02;  ///< no conjugate point lies within a step by itself, m
-
-Matrix3d skew(const Vector3d& v) {
-  Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
-/// Turn of a rotation matrix, rad, as a vector.
-Vector3d logarithm(const Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
-}
 
 using Stepper = boost::numeric::odeint::runge_kutta_fehlberg78<LoadedSweep::State,
                                                                double,
@@ -261,10 +250,8 @@ void LoadedSweep::sample(const Interval& part, ShapePoint& point) const {
 }
 
 void LoadedSweep::transmission() {
-  trackTransmission();
   const Interval entry = properties(0);
-  const TubeVector compliance =
-      crossTransmission<double>(arm_, parts_, beta_, [](const TubeVector& /*added*/, double /*s*/) {});
+  const TubeVector compliance = trackTransmission(entry);
   base_angle_ = psi(y_) - compliance.cwiseProduct(moments(y_));
   // (psi - F t, turn in the base frame) by all columns.
   const auto column = columns(y_);

@@ -104,7 +104,7 @@ class LoadedSweep {
   void count(const Variation& form);
 
   void transmission();
-  void trackTransmission();
+  TubeVector trackTransmission(const Interval& entry);  ///< @return the transmission's compliance, rad / (N m)
   void finish();
 
   const ConcentricTubeArm& arm_;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
-#include <IpTNLP.hpp>
 
 #include <algorithm>
 #include <cmath>
 
+#include "planning/cancellable_nlp.h"
 #include "planning/pose_problem.h"
 
 namespace tandem::planning {
@@ -15,13 +15,13 @@ using Ipopt::Index;
 using Ipopt::Number;
 
 /** PoseProblem as Ipopt sees it: over z, all matrices dense. */
-class PoseNlp final : public Ipopt::TNLP {
+class PoseNlp final : public CancellableNlp {
  public:
   PoseNlp(const PoseProblem& problem,
           const safety::RobotVector& start,
           const std::function<bool()>& cancelled,
           PoseSolution& solution)
-      : problem_(problem), cancelled_(cancelled), solution_(solution), unit_(start.size()) {
+      : CancellableNlp(cancelled), problem_(problem), solution_(solution), unit_(start.size()) {
     for (int j = 0; j < start.size(); ++j)
       unit_[j] = PoseProblem::unit(*problem.arms, j);
     start_ = start.cwiseQuotient(unit_);
@@ -130,23 +130,6 @@ class PoseNlp final : public Ipopt::TNLP {
     return true;
   }
 
-  bool intermediate_callback(Ipopt::AlgorithmMode,
-                             Index,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Index,
-                             const Ipopt::IpoptData*,
-                             Ipopt::IpoptCalculatedQuantities*) override {
-    solution_.cancelled = cancelled_ && cancelled_();
-    return !solution_.cancelled;
-  }
-
   void finalize_solution(Ipopt::SolverReturn,
                          Index n,
                          const Number* x,
@@ -183,7 +166,6 @@ class PoseNlp final : public Ipopt::TNLP {
 
   static constexpr double kInfinity = 2e19;
   const PoseProblem& problem_;
-  const std::function<bool()>& cancelled_;
   PoseSolution& solution_;
   Eigen::VectorXd unit_, start_;
   safety::RobotVector at_;
@@ -224,6 +206,7 @@ PoseSolution solve(const PoseProblem& problem,
     return solution;
   const Ipopt::SmartPtr<Ipopt::TNLP> base = Ipopt::GetRawPtr(nlp);
   const Ipopt::ApplicationReturnStatus status = app->OptimizeTNLP(base);
+  solution.cancelled = nlp->wasCancelled();
   solution.solved = status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
   solution.iteration_limit = status == Ipopt::Maximum_Iterations_Exceeded;
   if (Ipopt::IsValid(app->Statistics()))

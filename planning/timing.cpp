@@ -2,11 +2,12 @@
 #include "planning/timing.h"
 
 #include <IpIpoptApplication.hpp>
-#include <IpTNLP.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "planning/cancellable_nlp.h"
 
 namespace tandem::planning {
 namespace {
@@ -38,10 +39,10 @@ struct Row {
 };
 
 /** The convex programme over y_k = x_k / largest x_k. */
-class TimingNlp final : public Ipopt::TNLP {
+class TimingNlp final : public CancellableNlp {
  public:
   TimingNlp(const TimingProblem& problem, const std::function<bool()>& cancelled, Eigen::VectorXd& x)
-      : cancelled_(cancelled), x_(x) {
+      : CancellableNlp(cancelled), x_(x) {
     // A scale for points that no velocity limits.
     double known = 0.0;
     for (const double value : x_)
@@ -153,22 +154,6 @@ class TimingNlp final : public Ipopt::TNLP {
     return true;
   }
 
-  bool intermediate_callback(Ipopt::AlgorithmMode,
-                             Index,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Number,
-                             Index,
-                             const Ipopt::IpoptData*,
-                             Ipopt::IpoptCalculatedQuantities*) override {
-    return !(cancelled_ && cancelled_());
-  }
-
   void finalize_solution(Ipopt::SolverReturn,
                          Index n,
                          const Number* y,
@@ -210,7 +195,6 @@ class TimingNlp final : public Ipopt::TNLP {
     }
   }
 
-  const std::function<bool()>& cancelled_;
   Eigen::VectorXd& x_;  ///< scales, then the solution
   std::vector<Row> rows_;
   bool unlimited_ = false;

@@ -117,7 +117,7 @@ std::size_t Network::receive(std::int64_t now) noexcept {
     event.kind = NetworkEvent::Kind::kBusState;
     event.bus_state = bus_state_;
     event.time = now;
-    pushEvent(event);
+    events_.push(event);
   }
   return total;
 }
@@ -200,24 +200,7 @@ void Network::onEmcy(const CanFrame& frame, const Route& route) noexcept {
   event.phase = nodes_[route.node]->phase();
   event.emcy = *emcy;
   event.time = frame.time;
-  pushEvent(event);
-}
-
-void Network::pushEvent(const NetworkEvent& event) noexcept {
-  if (event_count_ == events_.size()) {
-    ++lost_events_;
-    return;
-  }
-  events_[(event_first_ + event_count_++) % events_.size()] = event;
-}
-
-bool Network::nextEvent(NetworkEvent& event) noexcept {
-  if (event_count_ == 0)
-    return false;
-  event = events_[event_first_];
-  event_first_ = (event_first_ + 1) % events_.size();
-  --event_count_;
-  return true;
+  events_.push(event);
 }
 
 void Network::noticePhases(std::int64_t now) noexcept {
@@ -229,7 +212,7 @@ void Network::noticePhases(std::int64_t now) noexcept {
     event.node = static_cast<int>(k);
     event.phase = phases_[k];
     event.time = now;
-    pushEvent(event);
+    events_.push(event);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "hal/can/bus.h"
 #include "hal/canopen/node.h"
+#include "hal/event_ring.h"
 
 namespace tandem::hal::canopen {
 
@@ -94,9 +95,9 @@ class Network {
   std::size_t transmit(std::int64_t now, const Transmission& what = {}) noexcept;
 
   /// Takes the oldest event out. @return false: there is none.
-  bool nextEvent(NetworkEvent& event) noexcept;
-  /// Events that found the list full.
-  std::uint64_t lostEvents() const noexcept { return lost_events_; }
+  bool nextEvent(NetworkEvent& event) noexcept { return events_.pop(event); }
+  /// Events that nobody fetched in time.
+  std::uint64_t lostEvents() const noexcept { return events_.lost(); }
 
   const NetworkCounters& counters() const noexcept { return counters_; }
   can::Bus& bus() noexcept { return bus_; }
@@ -120,7 +121,6 @@ class Network {
   void onTpdo(const CanFrame& frame, const Route& route) noexcept;
   void onHeartbeat(const CanFrame& frame, Node& node, std::int64_t now) noexcept;
   void onEmcy(const CanFrame& frame, const Route& route) noexcept;
-  void pushEvent(const NetworkEvent& event) noexcept;
   void noticePhases(std::int64_t now) noexcept;
   void queue(const CanFrame& frame, std::int16_t origin) noexcept;
   void queueNmt() noexcept;
@@ -138,10 +138,7 @@ class Network {
   std::size_t outgoing_count_ = 0;
   std::array<Command, 16> commands_{};
   std::size_t command_count_ = 0;
-  std::array<NetworkEvent, 256> events_{};
-  std::size_t event_first_ = 0;
-  std::size_t event_count_ = 0;
-  std::uint64_t lost_events_ = 0;
+  EventRing<NetworkEvent, 256> events_;
   bool heartbeat_ = false;
   NmtState heartbeat_state_ = NmtState::kOperational;
   std::int64_t next_heartbeat_ = 0;

@@ -15,6 +15,7 @@
 #include "services/cli/figure.h"
 #include "services/cli/supervisor.h"
 #include "services/common/stop_signal.h"
+#include "services/setup/process.h"
 
 namespace tandem::cli {
 namespace {
@@ -150,7 +151,7 @@ int run(Options options) {
       throw Failure(kUsage, "deployment and experiment differ in their gains");
     }
     service::StopSignal stop;
-    Supervisor supervisor(deployment, options.log);
+    Supervisor supervisor(deployment, service::hostName(deployment), options.log);
     std::optional<DeadProcess> dead;
     try {
       ExperimentRunner runner(deployment, robot, model,
@@ -197,7 +198,8 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   command->add_flag("--offline", options->offline, "in one process, without DDS: the same digits");
   command
       ->add_option("-d,--deployment", options->deployment,
-                   "deployment that is started for it; in real time the arms move to each start")
+                   "deployment that is started for it, with hosts its part on this one; in real time the arms move to "
+                   "each start")
       ->capture_default_str();
   command->add_option("--csv", options->csv, "folder for a file per run (a row an iteration, SI) and summary.csv (mm)");
   command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/cli/experiment_runner.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -119,6 +121,7 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
   client_->stateCommand("disable");
   client_->setMethod(plan.key.method);
   client_->stateCommand("enable");
+  std::uint64_t asked = 0;
   for (int k = 0; k < model_.armCount(); ++k) {
     dds::ControlRequest move;
     move.kind = static_cast<std::uint8_t>(dds::ControlKind::kMoveJp);
@@ -126,11 +129,10 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
     move.joint_count = static_cast<std::uint8_t>(model_.size(k));
     for (int j = 0; j < model_.size(k); ++j)
       move.joints[static_cast<std::size_t>(j)] = plan.start[static_cast<std::size_t>(k)][j];
-    client_->control(move);
+    asked = client_->control(move).value;
   }
-  const std::uint64_t asked = client_->snapshot().status.sequence;
   const bool there = client_->waitFor(kJourney, [&](const Snapshot& s) {
-    bool busy = s.status.sequence <= asked + 1, latched = false;
+    bool busy = s.status.sequence <= asked, latched = false;
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
       busy = busy || s.status.busy[k] != 0;
       latched = latched || s.status.faults[k] != 0;
@@ -150,17 +152,18 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
     moveToStart(plan);
   }
   // Planning must have seen the robot at the start, and enabled, before it lays the trajectory from there.
-  // Joints of drives come to rest within a few counts.
-  constexpr double kAtRest = 1e-4;  // m, rad
   const safety::RobotVector wanted = model_.stack(plan.start);
   const Snapshot enabled = client_->snapshot();
   const bool ready = client_->waitFor(kSilence, [&](const Snapshot& s) {
     const bool there = lock_step_ ? s.state.placements != placements && s.reference.answers_state == s.state.sequence
-                                  : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < kAtRest;
+                                  : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < Client::kAtRest;
     return there && s.reference.answers_control >= enabled.status.sequence;
   });
   if (!ready)
-    throw Failure(kFailure, plan.key.name() + ": the robot did not get to its start configuration");
+    throw Failure(kFailure,
+                  fmt::format("{}: the robot did not get to its start configuration; the joints are up to {:.3g} "
+                              "(m or rad) away",
+                              plan.key.name(), (positions(client_->snapshot().state) - wanted).cwiseAbs().maxCoeff()));
 }
 
 void ExperimentRunner::forget() {

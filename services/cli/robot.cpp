@@ -92,17 +92,16 @@ int moveJp(const Options& options) {
     throw Failure(kUsage, "too many joints");
   request.joint_count = static_cast<std::uint8_t>(options.joints.size());
   std::copy(options.joints.begin(), options.joints.end(), request.joints.begin());
-  session.client.control(request);
+  const std::uint64_t asked = session.client.control(request).value;
   const std::size_t arm = request.arm;
-  const std::uint64_t asked = session.client.snapshot().status.sequence;
   const auto ended = [&](const Snapshot& s) {
-    return s.status.faults[arm] != 0 || (s.status.sequence > asked + 1 && s.status.busy[arm] == 0);
+    return s.status.faults[arm] != 0 || (s.status.sequence > asked && s.status.busy[arm] == 0);
   };
   const auto reached = [&](const Snapshot& s) {
     for (std::size_t j = 0; j < options.joints.size(); ++j) {
       const double error =
           s.state.position[dds::jointIndex(static_cast<int>(arm), static_cast<int>(j))] - options.joints[j];
-      if (std::abs(error) > 1e-6)
+      if (std::abs(error) > Client::kAtRest)
         return false;
     }
     return true;
@@ -123,8 +122,7 @@ int home(const Options& options) {
   Session session(options, true);
   dds::ControlRequest request;
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kHome);
-  session.client.control(request);
-  const std::uint64_t asked = session.client.snapshot().status.sequence;
+  const std::uint64_t asked = session.client.control(request).value;
   const bool there = session.client.waitFor(600.0, [&](const Snapshot& s) {
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
       if (s.status.faults[k] != 0)
@@ -132,7 +130,7 @@ int home(const Options& options) {
       if (s.status.busy[k] != 0)
         return false;
     }
-    return s.status.sequence > asked + 1;
+    return s.status.sequence > asked;
   });
   session.client.interruptBy({});
   if (!there)

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem status and tandem topics: what a running system says of itself, and where. */
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -97,6 +100,12 @@ void printStatus(const nlohmann::ordered_json& json) {
       c["period_s"].get<double>(), static_cast<unsigned long long>(c["cycles"].get<std::uint64_t>()),
       static_cast<unsigned long long>(c["overruns"].get<std::uint64_t>()), 1e6 * c["jitter_max_s"].get<double>(),
       1e6 * c["cycle_time_max_s"].get<double>());
+  if (json.contains("silent") && !json["silent"].empty()) {
+    std::printf("  SILENT, and what stands here of it is old:");
+    for (const auto& who : json["silent"])
+      std::printf(" %s", who.get<std::string>().c_str());
+    std::printf("\n");
+  }
   std::printf("  guards:");
   for (const auto& [name, count] : json["guards"].items()) {
     if (count.get<std::uint64_t>() > 0) {
@@ -106,19 +115,55 @@ void printStatus(const nlohmann::ordered_json& json) {
   std::printf("\n");
 }
 
-/// Waits until every topic has said something new since `last`.
-bool allNew(const Client& client, const Snapshot& last, double seconds) {
-  return client.waitFor(seconds, [&](const Snapshot& s) {
-    return s.states > last.states && s.statuses > last.statuses && s.references > last.references && s.hals > last.hals;
-  });
-}
+/** Who has said nothing new for a while. */
+class Silence {
+ public:
+  /// @param patience  s, longer than any period of publication
+  explicit Silence(double patience) : patience_(patience) {}
+
+  /// All have said something new since the last call of note().
+  bool allNew(const Snapshot& s) const {
+    const auto now = counts(s);
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      if (now[k] == heard_[k].count)
+        return false;
+    }
+    return true;
+  }
+  void note(const Snapshot& s) {
+    const auto now = counts(s);
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      if (now[k] != heard_[k].count)
+        heard_[k] = {now[k], std::chrono::steady_clock::now()};
+    }
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> silent;
+    for (std::size_t k = 0; k < heard_.size(); ++k) {
+      if (std::chrono::steady_clock::now() - heard_[k].at > std::chrono::duration<double>(patience_))
+        silent.push_back(kNames[k]);
+    }
+    return silent;
+  }
+
+ private:
+  static constexpr std::array kNames{"actuation/state", "hal/status", "control", "planning"};
+  static std::array<std::uint64_t, kNames.size()> counts(const Snapshot& s) {
+    return {s.states, s.hals, s.statuses, s.references};
+  }
+  struct Heard {
+    std::uint64_t count = 0;
+    std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now();
+  };
+  double patience_;
+  std::array<Heard, kNames.size()> heard_;
+};
 
 int runStatus(const std::string& name, bool as_json, bool follow) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   const config::Robot robot = config::loadRobot(deployment.robot);
   Client client(deployment);
   client.connect(5.0);
-  Snapshot last;
   if (!follow) {
     client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0; });
     const auto json = statusJson(deployment, robot, client.snapshot());
@@ -131,11 +176,15 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
   }
   service::StopSignal stop;
   client.interruptBy([&] { return stop.requested(); });
+  Silence silence(std::max(1.0, 3.0 * deployment.control_period));
   while (!stop.requested()) {
-    if (!allNew(client, last, 1.0))
-      continue;  // somebody is silent: nothing is said that is not so now
-    last = client.snapshot();
-    const auto json = statusJson(deployment, robot, last);
+    constexpr double kLook = 0.2;  // s: so often something is said, although somebody is silent
+    client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
+                   [&](const Snapshot& s) { return silence.allNew(s); });
+    const Snapshot now = client.snapshot();
+    silence.note(now);
+    auto json = statusJson(deployment, robot, now);
+    json["silent"] = silence.names();
     if (as_json) {
       std::cout << json.dump() << std::endl;
     } else {
@@ -177,7 +226,7 @@ CLI::App* add(CLI::App& app,
   auto deployment = std::make_shared<std::string>("laptop");
   auto as_json = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(name, text);
-  command->add_option("deployment", *deployment, "deployment file or preset")->capture_default_str();
+  command->add_option("deployment,-d,--deployment", *deployment, "deployment file or preset")->capture_default_str();
   command->add_flag("--json", *as_json, "JSON instead of text");
   command->callback([=, &exit_code] { guarded(exit_code, [&] { return run(*deployment, *as_json); }); });
   return command;

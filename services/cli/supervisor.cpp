@@ -24,9 +24,11 @@ std::string DeadProcess::describe() const {
   return who + "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-Supervisor::Supervisor(const config::Deployment& deployment, const std::string& log_level) {
-  for (const config::Process& process : deployment.processes)
-    start(deployment, process, log_level);
+Supervisor::Supervisor(const config::Deployment& deployment, const std::string& host, const std::string& log_level) {
+  for (const config::Process& process : deployment.processes) {
+    if (process.host == host)
+      start(deployment, process, log_level);
+  }
 }
 
 Supervisor::~Supervisor() { stopAll(); }

@@ -22,12 +22,12 @@ struct DeadProcess {
   std::string describe() const;
 };
 
-/** The processes of one deployment. They die with this process, however it ends. */
+/** The processes of one deployment on one host. They die with this process, however it ends. */
 class Supervisor {
  public:
-  /// Starts all. @throw Failure where an executable is missing.
+  /// Starts those of the host; all where the deployment has no hosts. @throw Failure where an executable is missing.
   /// @param log_level  for the services; empty: theirs.
-  Supervisor(const config::Deployment& deployment, const std::string& log_level);
+  Supervisor(const config::Deployment& deployment, const std::string& host, const std::string& log_level);
   /// Ends all that still run.
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;

@@ -9,6 +9,7 @@
 #include "services/cli/client.h"
 #include "services/cli/supervisor.h"
 #include "services/common/stop_signal.h"
+#include "services/setup/process.h"
 
 namespace tandem::cli {
 namespace {
@@ -67,13 +68,44 @@ void watchStandstill(const Options& options,
   client.waitFor(1.0, [](const Snapshot& s) { return standing(s.state); });
 }
 
+/// Waits until all processes know of each other; as long as it takes, where some are on other hosts.
+/// @return false where `ended` said so. @throw Failure naming who is silent.
+bool meet(const Options& options,
+          const config::Deployment& deployment,
+          const std::string& host,
+          Client& client,
+          const std::function<bool()>& ended) {
+  std::string elsewhere;
+  for (const config::Process& process : deployment.processes) {
+    if (process.host != host)
+      elsewhere += (elsewhere.empty() ? "" : ", ") + process.name + " on " + process.host;
+  }
+  for (bool told = false;;) {
+    try {
+      client.connect(elsewhere.empty() ? 15.0 : 5.0);
+      return true;
+    } catch (const Failure&) {
+      if (ended())
+        return false;
+      if (elsewhere.empty())
+        throw;
+      if (!std::exchange(told, true))
+        tell(options, "waiting", "waiting for " + elsewhere + "; start it with `tandem up` there");
+    }
+  }
+}
+
 int run(const Options& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   config::loadRobot(deployment.robot);  // refused here, once, rather than by every process
+  const std::string host = service::hostName(deployment);
   service::StopSignal stop;
-  Supervisor supervisor(deployment, options.log);
+  Supervisor supervisor(deployment, host, options.log);
+  if (supervisor.children().empty())
+    throw Failure(kUsage,
+                  deployment.file.string() + ": processes: none of them runs on host '" + host + "', which is here");
   nlohmann::ordered_json pids;
-  std::string text = deployment.name + ":";
+  std::string text = deployment.name + (host.empty() ? ":" : " on " + host + ":");
   for (const Supervisor::Child& child : supervisor.children()) {
     pids[child.name] = child.pid;
     text += " " + child.name + " (pid " + std::to_string(child.pid) + ")";
@@ -83,14 +115,9 @@ int run(const Options& options) {
   std::optional<DeadProcess> dead;
   client.interruptBy([&] { return stop.requested() || (!dead && (dead = supervisor.poll())); });
   const auto start = Clock::now();
-  try {
-    client.connect(15.0);
+  if (meet(options, deployment, host, client, [&] { return dead || stop.requested(); }))
     tell(options, "ready", "ready after " + std::to_string(since(start)) + " s; Ctrl-C stops everything",
          {{"seconds", since(start)}});
-  } catch (const Failure&) {
-    if (!dead && !stop.requested())
-      throw;
-  }
   while (!dead && !stop.requested() && (options.seconds <= 0.0 || since(start) < options.seconds)) {
     stop.waitFor(0.01);
     dead = supervisor.poll();
@@ -108,12 +135,15 @@ int run(const Options& options) {
 void registerUp(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* up = app.add_subcommand("up", "start the processes of a deployment, supervise them, stop all on Ctrl-C");
-  up->add_option("deployment", options->deployment, "deployment file or preset: laptop, laptop-1khz, lockstep")
+  up->add_option("deployment,-d,--deployment", options->deployment,
+                 "deployment file or preset: laptop, laptop-1khz, lockstep")
       ->capture_default_str();
   up->add_option("--log", options->log, "log level of the services: trace, debug, info, warn, error, off");
   up->add_option("--for", options->seconds, "stop by itself after so many seconds")->check(CLI::PositiveNumber);
   up->add_flag("--json", options->json, "one JSON object a line for each event");
-  up->footer("Ends with exit code 1 when a process died, after the robot has come to a stand.");
+  up->footer(
+      "With `hosts` in the deployment, each machine starts its own; the same command on each.\nEnds with exit code 1 "
+      "when a process died, after the robot has come to a stand.");
   up->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
 }
 

@@ -17,7 +17,7 @@ using safety::OperatingState;
 /// shows the way that was gone since as an error, too.
 constexpr double kCatchUpRate = 20.0;
 /// A motion whose joints do not arrive ends so long after it should have, s.
-constexpr double kPatience = 2.0;
+constexpr double kPatience = 10.0;
 
 safety::FaultRecord tooOld(safety::Fault fault, double age, double allowed) noexcept {
   return {bit(fault), safety::FaultCause::kUnspecified, safety::FaultRecord::kNoJoint, age, allowed};
@@ -221,13 +221,14 @@ void ControlCore::follow(std::int64_t now) noexcept {
 /// Not when the last setpoint has been sent or taken, for that one may have been lost, but when the joints are there
 /// and the drives were last asked to stay: from a segment with a speed they go on beyond its end.
 bool ControlCore::arrived(int k) const noexcept {
-  constexpr double kThere = 1e-7;  // m or rad
+  constexpr double kThere = 1e-7;   // m or rad
+  constexpr double kAtRest = 1e-4;  // m or rad: drives come to rest within a few counts
   const int first = robot_.offset(k), n = robot_.size(k);
   const safety::ArmVector& goal = arm_[k].motion.goal();
-  const double distance = std::max((base_.segment(first, n) - goal).cwiseAbs().maxCoeff(),
-                                   (q_.segment(first, n) - goal).cwiseAbs().maxCoeff());
+  const double asked = (base_.segment(first, n) - goal).cwiseAbs().maxCoeff();
+  const double measured = (q_.segment(first, n) - goal).cwiseAbs().maxCoeff();
   const double step = period_ * sent_[command_sequence_ % kSentVelocities].segment(first, n).cwiseAbs().maxCoeff();
-  return std::max(distance, step) <= kThere;
+  return std::max(asked, step) <= kThere && measured <= kAtRest;
 }
 
 void ControlCore::moveJoints(int k, std::int64_t now) noexcept {

@@ -21,6 +21,7 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
   reply.client = order.client;
   reply.request = order.request;
   reply.retired = order.tracker;
+  reply.status = status_sequence_;
   using Kind = dds::ControlKind;
   if (order.kind == Kind::kAcquireLease || order.kind == Kind::kReleaseLease || order.kind == Kind::kKeepLease) {
     return leaseOrder(order, reply, now);

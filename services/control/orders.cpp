@@ -188,6 +188,7 @@ dds::Reply OrderDesk::settle(const OrderReply& from) {
   reply.accepted = from.code == dds::ReplyCode::kOk ? 1 : 0;
   reply.code = static_cast<std::uint16_t>(from.code);
   reply.reason = from.reason.data();
+  reply.value = static_cast<std::uint32_t>(from.status);
   return reply;
 }
 

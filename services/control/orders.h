@@ -38,6 +38,7 @@ struct OrderReply {
   std::array<char, 160> reason{};
   planning::ReferenceTracker* retired = nullptr;  ///< no longer used by the periodic thread: delete it
   bool method_accepted = false;
+  std::uint64_t status = 0;  ///< sequence of the last control/status from before the order
 };
 
 /** Turns requests into orders; owns the settings of the method. Used by DDS threads and by the publisher thread, never

@@ -3,14 +3,13 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
-#include <ifaddrs.h>
-#include <netinet/in.h>
 
 #include <algorithm>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <set>
 #include <stdexcept>
 
+#include "services/dds/host_addresses.h"
 #include "services/dds/participant_detail.h"
 
 namespace tandem::dds::detail {
@@ -28,24 +27,6 @@ bool isIpv4(const std::string& text) {
 }
 
 bool isLoopback(const std::string& text) { return text.rfind("127.", 0) == 0; }
-
-std::set<std::string> hostAddresses() {
-  std::set<std::string> addresses;
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) {
-    return addresses;
-  }
-  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
-    if (entry->ifa_addr != nullptr && entry->ifa_addr->sa_family == AF_INET) {
-      char text[INET_ADDRSTRLEN] = "";
-      const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
-      inet_ntop(AF_INET, &address->sin_addr, text, sizeof(text));
-      addresses.insert(text);
-    }
-  }
-  freeifaddrs(list);
-  return addresses;
-}
 
 void check(const BusOptions& options) {
   if (options.domain < 0 || options.domain > 232) {

@@ -125,11 +125,7 @@ class Service {
     if (tick.cycle % status_every_ != 0)
       return;
     core_.status(tick.now, status_);
-    const service::LoopStatistics& s = loop_.statistics();
-    status_.period = loop_.period();
-    status_.jitter_max = s.lateness_max;
-    status_.cycles = s.cycles;
-    status_.overruns = s.overruns;
+    service::writeLoop(loop_, status_);
     status_.left_out = left_out_;
     status_out_.post(status_);
   }

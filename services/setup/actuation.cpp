@@ -19,6 +19,14 @@ void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCom
   command.position = from.position;
 }
 
+void writeLoop(const PeriodicLoop& loop, dds::HalStatus& status) noexcept {
+  const LoopStatistics& measured = loop.statistics();
+  status.period = loop.period();
+  status.jitter_max = measured.lateness_max;
+  status.cycles = measured.cycles;
+  status.overruns = measured.overruns;
+}
+
 void diagnose(Diagnostics& diagnostics,
               const config::Robot& robot,
               const dds::HalStatus& status,

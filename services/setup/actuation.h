@@ -4,6 +4,7 @@
 
 #include "safety/gate.h"
 #include "safety/robot_command.h"
+#include "services/common/periodic_loop.h"
 #include "services/dds/convert.h"
 #include "services/dds/messages.h"
 #include "services/setup/diagnostics.h"
@@ -55,6 +56,9 @@ void writeStatus(const Robot& robot, dds::HalStatus& status) noexcept {
     status.guard_joint[i] = static_cast<std::uint8_t>(entry.joint);
   }
 }
+
+/// What the loop measured of itself.
+void writeLoop(const PeriodicLoop& loop, dds::HalStatus& status) noexcept;
 
 /// The service's line on `diagnostics`, with `more` behind it. For publisher threads.
 void diagnose(Diagnostics& diagnostics,

@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <random>
+#include <stdexcept>
 
 #include "services/common/log.h"
+#include "services/dds/host_addresses.h"
 
 namespace tandem::service {
 
@@ -17,13 +19,37 @@ std::uint64_t randomIdentity() {
   return value;
 }
 
+const config::Host& thisHost(const config::Deployment& deployment) {
+  const std::set<std::string> here = dds::hostAddresses();
+  if (const config::Host* host = config::hostAmong(deployment, here))
+    return *host;
+  std::string hosts, addresses;
+  for (const config::Host& host : deployment.hosts)
+    hosts += (hosts.empty() ? "" : ", ") + host.name + " " + host.address;
+  for (const std::string& address : here)
+    addresses += (addresses.empty() ? "" : ", ") + address;
+  throw std::invalid_argument(deployment.file.string() + ": hosts: found " + hosts +
+                              ", expected one with an address of this machine (" + addresses + ")");
+}
+
+std::string hostName(const config::Deployment& deployment) {
+  return deployment.hosts.empty() ? "" : thisHost(deployment).name;
+}
+
 dds::BusOptions busOptions(const config::Deployment& deployment, const std::string& process) {
   dds::BusOptions options;
   options.name = "tandem-" + process;
   options.domain = deployment.domain;
   options.prefix = deployment.prefix;
-  options.interface_address = deployment.interface_address;
-  options.peers = deployment.peers;
+  if (deployment.hosts.empty()) {
+    options.interface_address = deployment.interface_address;
+    options.peers = deployment.peers;
+  } else {
+    options.interface_address = thisHost(deployment).address;
+    options.peers.clear();
+    for (const config::Host& host : deployment.hosts)
+      options.peers.push_back(host.address);
+  }
   options.deterministic = deployment.clock == config::ClockMode::kLockStep;
   options.command_age = deployment.budgets.commandAge(deployment.control_period);
   return options;

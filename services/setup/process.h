@@ -29,6 +29,13 @@ int runService(int argc,
                const std::string& description,
                const std::function<void(const Setup&, StopSignal& stop)>& body);
 
+/// Which host of the deployment this machine is, by its addresses. For deployments with hosts.
+/// @throw std::invalid_argument where it is none of them.
+const config::Host& thisHost(const config::Deployment& deployment);
+
+/// Its name; empty for a deployment without hosts.
+std::string hostName(const config::Deployment& deployment);
+
 /// Options of a participant of this deployment.
 dds::BusOptions busOptions(const config::Deployment& deployment, const std::string& process);
 

@@ -209,11 +209,7 @@ class RealTime {
       core_.trueTips(tips_);
       true_tips_out_.post(tips_);
       core_.status(status_);
-      const service::LoopStatistics& s = loop_.statistics();
-      status_.period = loop_.period();
-      status_.jitter_max = s.lateness_max;
-      status_.cycles = s.cycles;
-      status_.overruns = s.overruns;
+      service::writeLoop(loop_, status_);
       status_out_.post(status_);
     }
     in_cycle_ = false;

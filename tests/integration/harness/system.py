@@ -44,15 +44,15 @@ def seeded(test):
     return random.Random(seed)
 
 
-def run(*arguments, text=None, timeout=60, program="tandem"):
-    """Runs a command to its end; stdout and stderr are texts."""
-    return subprocess.run([executable(program), *map(str, arguments)], input=text, capture_output=True, text=True,
+def run(*arguments, text=None, timeout=60, program="tandem", inside=()):
+    """Runs a command to its end; stdout and stderr are texts. `inside`: words in front of it, of another host."""
+    return subprocess.run([*inside, executable(program), *map(str, arguments)], input=text, capture_output=True, text=True,
                           timeout=timeout, check=False)
 
 
-def client(path, *words):
+def client(path, *words, inside=()):
     """A `tandem robot` command to the deployment, left running."""
-    return subprocess.Popen([executable(), "robot", "--deployment", str(path), *map(str, words)],
+    return subprocess.Popen([*inside, executable(), "robot", "--deployment", str(path), *map(str, words)],
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
@@ -125,10 +125,10 @@ def processes_of(text):
 class Watcher:
     """`tandem status --follow`: what a system says of itself, line by line."""
 
-    def __init__(self, path):
+    def __init__(self, path, inside=()):
         self._changed = threading.Condition()
         self._last, self._ended = None, False
-        self._process = subprocess.Popen([executable(), "status", str(path), "--json", "--follow"],
+        self._process = subprocess.Popen([*inside, executable(), "status", str(path), "--json", "--follow"],
                                          stdout=subprocess.PIPE, text=True, start_new_session=True)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -142,12 +142,13 @@ class Watcher:
             self._ended = True
             self._changed.notify_all()
 
-    def status(self, seconds=30):
-        """A status of which every part was published after this call."""
+    def status(self, seconds=30, parts=None):
+        """A status of which every part, or these ones, was published after this call."""
         called = time.monotonic_ns()
 
         def fresh():
-            return self._last is not None and min(self._last["stamps_ns"].values()) > called
+            stamps = self._last["stamps_ns"] if self._last is not None else {}
+            return bool(stamps) and min(stamp for part, stamp in stamps.items() if parts is None or part in parts) > called
 
         with self._changed:
             self._changed.wait_for(lambda: self._ended or fresh(), seconds)
@@ -163,20 +164,25 @@ class Watcher:
 
 
 class System:
-    """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind."""
+    """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind.
 
-    def __init__(self, path):
+    `inside`: words that run a command on the host that this is, of several; `parts`: what status() waits for."""
+
+    def __init__(self, path, inside=(), await_ready=True, parts=None):
         self.path = path
+        self.inside = inside
+        self.parts = parts
         self.events = []
         self._watcher = None
         self._incoming = queue.Queue()
-        self.up = subprocess.Popen([executable(), "up", str(path), "--json", "--log", "warn"], stdout=subprocess.PIPE,
-                                   text=True, start_new_session=True)
+        self.up = subprocess.Popen([*inside, executable(), "up", str(path), "--json", "--log", "warn"],
+                                   stdout=subprocess.PIPE, text=True, start_new_session=True)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         try:
             self.pids = self.event("started", 20)["pids"]
-            self.event("ready", 20)
+            if await_ready:
+                self.event("ready", 20)
         except BaseException:
             self.close()
             raise
@@ -231,13 +237,13 @@ class System:
 
     # Commands.
     def robot(self, *arguments, timeout=60):
-        return run("robot", "--deployment", self.path, *arguments, timeout=timeout)
+        return run("robot", "--deployment", self.path, *arguments, timeout=timeout, inside=self.inside)
 
     def status(self):
         """As it is after this call."""
         if not self._watcher:
-            self._watcher = Watcher(self.path)
-        return self._watcher.status()
+            self._watcher = Watcher(self.path, self.inside)
+        return self._watcher.status(parts=self.parts)
 
     def joints(self):
         return [arm["joints"] for arm in self.status()["arms"]]
@@ -290,7 +296,7 @@ class SystemTest(unittest.TestCase):
 
     def start_run(self, system, trajectory):
         """A `tandem robot run` that is ended with the test."""
-        process = client(system.path, "run", trajectory)
+        process = client(system.path, "run", trajectory, inside=system.inside)
         self.addCleanup(reap, process)
         return process
 

@@ -19,20 +19,6 @@ using control::SolveStatus;
 
 constexpr double kSpeed = 3e-3;  // m/s
 
-/// Largest excess of a velocity over bounds and rows.
-double excess(const control::StepProblem& problem, const control::Solution& s) {
-  double worst = -1.0;
-  for (int j = 0; j < problem.joint_count; ++j) {
-    worst = std::max({worst, s.bounds.lower[j] - s.velocity[j], s.velocity[j] - s.bounds.upper[j]});
-  }
-  for (int i = 0; i < s.bounds.row_count; ++i) {
-    const auto& row = problem.row[i];
-    worst = std::max(
-        worst, row.a_first * s.velocity[row.first] + row.a_second * s.velocity[row.second] - s.bounds.row_rate[i]);
-  }
-  return worst;
-}
-
 TEST(QpMethods, KeepLimitsAndOptimalityEverywhere) {
   for (const Method method : {Method::kNspqp, Method::kSnsqp}) {
     const auto resolver = control::makeResolver(method, {});

@@ -14,10 +14,6 @@ using control::Method;
 using control::MethodParameters;
 using control::SolveStatus;
 
-Eigen::Vector3d anyVector(Random& random, double size) {
-  return size * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
-}
-
 /// Joints anywhere: inside, at corners where limits meet, in one plane, now and then outside by some millimetres.
 Eigen::VectorXd awkwardJoints(const safety::ArmLimits& limits, Random& random) {
   Eigen::VectorXd q = randomInside(limits, random);
@@ -30,18 +26,6 @@ Eigen::VectorXd awkwardJoints(const safety::ArmLimits& limits, Random& random) {
   if (random.chance(0.2))
     q[random.integer(0, 2)] += random.uniform(-5e-3, 5e-3);
   return q;
-}
-
-double excess(const control::StepProblem& problem, const control::Solution& s) {
-  double worst = 0.0;
-  for (int j = 0; j < problem.joint_count; ++j)
-    worst = std::max({worst, s.bounds.lower[j] - s.velocity[j], s.velocity[j] - s.bounds.upper[j]});
-  for (int i = 0; i < s.bounds.row_count; ++i) {
-    const auto& row = problem.row[i];
-    worst = std::max(
-        worst, row.a_first * s.velocity[row.first] + row.a_second * s.velocity[row.second] - s.bounds.row_rate[i]);
-  }
-  return worst;
 }
 
 TEST(Outcomes, EveryProblemHasAnAnswerWithinTheLimits) {

@@ -4,6 +4,7 @@
  * Each test begins with every 11-bit identifier at every length. By hand, a million frames per bus:
  *
  *     TANDEM_FUZZ_FRAMES=1000000 build/release/tests/test_hal_fuzz
+ *     TANDEM_FUZZ_BUS=can:vcan0 build/release/tests/test_hal_fuzz   # an idle interface instead of a socket
  *
  * TANDEM_FUZZ_FRAMES sets how many frames each test sends (default 60 000), TANDEM_TEST_SEED where they begin. */
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@
 
 #include "hal/can/clock.h"
 #include "hal/can/seqpacket.h"
-#include "tests/unit/hal/random_frame.h"
+#include "tests/unit/support/can_attack.h"
 #include "tests/unit/support/drive_rig.h"
 
 namespace tandem::hal {
@@ -28,121 +29,46 @@ int frameCount() {
   return text != nullptr ? std::atoi(text) : 60'000;
 }
 
-/// What a bus of this system carries: a good starting point for bad frames.
-CanFrame plausibleFrame(test::Random& random) {
-  const int node = random.integer(1, 7) + (random.chance(0.3) ? 16 : 0);
-  constexpr std::uint32_t kBases[] = {0x000, 0x080, 0x180, 0x200, 0x280, 0x300, 0x580, 0x600, 0x700, 0x77F};
-  const int kind = random.integer(0, 9);
-  CanFrame frame;
-  frame.id = kBases[kind] + (kind == 0 || kind == 9 ? 0u : static_cast<std::uint32_t>(node));
-  frame.length = static_cast<std::uint8_t>(kind >= 8 ? 1 : kind == 0 ? 2 : kind == 2 || kind == 3 ? 6 : 8);
-  for (std::size_t k = 0; k < 8; ++k)
-    frame.data[k] = static_cast<std::uint8_t>(random.integer(0, 255));
-  if (kind == 6 || kind == 7) {  // an SDO to or from an object that may exist
-    constexpr std::uint16_t kObjects[] = {0x1000, 0x1003, 0x1005, 0x1008, 0x1014, 0x1016, 0x1017, 0x1018, 0x1029,
-                                          0x1400, 0x1600, 0x1800, 0x1A00, 0x6007, 0x6040, 0x6060, 0x605A, 0x607A,
-                                          0x607D, 0x6085, 0x6098, 0x60C2, 0x60FF, 0x6003, 0x6200, 0x6000};
-    const std::uint16_t index = kObjects[random.integer(0, 25)];
-    frame.data[0] = static_cast<std::uint8_t>(random.chance(0.5) ? random.integer(0, 255)
-                                                                 : (random.integer(0, 4) << 5 | random.integer(0, 15)));
-    frame.data[1] = static_cast<std::uint8_t>(index);
-    frame.data[2] = static_cast<std::uint8_t>(index >> 8);
-    frame.data[3] = static_cast<std::uint8_t>(random.integer(0, 8));
-  }
-  return frame;
-}
+using test::Attack;
+using test::drain;
 
-CanFrame mutate(CanFrame frame, test::Random& random) {
-  switch (random.integer(0, 6)) {
-    case 0:
-      frame.length = static_cast<std::uint8_t>(random.integer(0, 8));
-      break;
-    case 1:
-      frame.remote = true;
-      break;
-    case 2:
-      frame.extended = true;
-      break;
-    case 3:
-      frame.id ^= 1u << random.integer(0, 10);
-      break;
-    default:
-      break;
-  }
-  return frame;
-}
-
-/** What is sent: first every 11-bit identifier at every length, then anything. */
-class Attack {
+/** A wire: a socket of the test's own, or the interface that TANDEM_FUZZ_BUS names. The drives' end comes first. */
+class Wire {
  public:
-  explicit Attack(std::uint32_t offset) : random_(test::baseSeed() + offset) {}
-  CanFrame next() {
-    if (swept_ < kSweep) {
-      const int k = swept_++;
-      std::array<std::uint8_t, can::kClassicLength> data;
-      for (std::uint8_t& byte : data)
-        byte = static_cast<std::uint8_t>(random_.integer(0, 255));
-      return can::makeFrame(static_cast<std::uint32_t>(k / kLengths), {data.data(), std::size_t(k % kLengths)});
-    }
-    return random_.chance(0.25) ? test::randomFrame(random_) : mutate(plausibleFrame(random_), random_);
+  explicit Wire(const char* name) : path_(testing::TempDir() + "tandem-fuzz-" + name + "-" + std::to_string(getpid())) {
+    const char* address = std::getenv("TANDEM_FUZZ_BUS");
+    interface_ = address != nullptr ? address : "";
+    drives_ = can::openBus(interface_.empty() ? "unix-hub:" + path_ : interface_);
   }
-  test::Random& random() { return random_; }
+  can::Bus& drives() { return *drives_; }
+  can::Bus& join() { return *ends_.emplace_back(can::openBus(interface_.empty() ? "unix:" + path_ : interface_)); }
+  /// Frames that an end lost because nobody fetched them in time; every one is counted somewhere.
+  std::uint64_t lost() const {
+    const auto* hub = dynamic_cast<const can::SeqpacketHub*>(drives_.get());
+    std::uint64_t count = hub != nullptr ? hub->undelivered() : drives_->counters().rx_overflow;
+    for (const auto& end : ends_)
+      count += end->counters().rx_overflow;
+    return count;
+  }
 
  private:
-  static constexpr int kLengths = 9, kSweep = 0x800 * kLengths;
-  test::Random random_;
-  int swept_ = 0;
+  std::string path_, interface_;
+  std::unique_ptr<can::Bus> drives_;
+  std::vector<std::unique_ptr<can::Bus>> ends_;
 };
 
-std::string freshPath(const char* name) {
-  return testing::TempDir() + "tandem-fuzz-" + name + "-" + std::to_string(getpid());
-}
-
-// What only a commander that means it may send: its effect is not the fuzzer's business. Of such frames the fuzzer
-// sends the beginning alone.
-
-/// An SDO that writes, or goes on writing.
-void spoilDownload(CanFrame& frame, test::Random& random) {
-  if (frame.classicData() && frame.id > 0x600 && frame.id < 0x680 && frame.length == 8 && frame.data[0] >> 5 <= 1)
-    frame.length = static_cast<std::uint8_t>(random.integer(0, 7));
-}
-
-/// A network command: any, or "start" alone.
-void spoilNmt(CanFrame& frame, test::Random& random, bool any) {
-  constexpr std::uint8_t kCommands[] = {1, 2, 128, 129, 130};
-  const bool known = any ? std::ranges::count(kCommands, frame.data[0]) != 0 : frame.data[0] == 1;
-  if (frame.classicData() && frame.id == 0 && frame.length == 2 && known)
-    frame.length = static_cast<std::uint8_t>(random.integer(0, 1));
-}
-
-/// Controlword and target for one of the drives 1 to 6.
-void spoilSetpoint(CanFrame& frame, test::Random& random) {
-  if (frame.classicData() && frame.id > 0x200 && frame.id <= 0x206 && frame.length >= 6)
-    frame.length = static_cast<std::uint8_t>(random.integer(0, 5));
-}
-
-/// Fetches and forgets. @return how many there were.
-std::uint64_t drain(can::Bus& bus) {
-  std::array<CanFrame, 256> frames;
-  std::uint64_t all = 0;
-  for (std::size_t count = frames.size(); count == frames.size(); all += count)
-    count = bus.receive(frames);
-  return all;
-}
-
 TEST(Fuzz, DrivesStandWhateverComes) {
-  const std::string path = freshPath("drives");
-  can::SeqpacketHub hub(path);
-  can::SeqpacketBus attacker(path);
+  Wire wire("drives");
+  can::Bus& attacker = wire.join();
   std::int64_t now = 1'000'000'000;
-  sim::drives::DriveBus drives(hub, test::rigSpec(6), now);
+  sim::drives::DriveBus drives(wire.drives(), test::rigSpec(6), now);
   Attack attack(0);
   SCOPED_TRACE(test::trace(test::baseSeed()));
   std::uint64_t sent = 0;
   for (int k = 0; k < frameCount(); ++k) {
     CanFrame frame = attack.next();
-    spoilDownload(frame, attack.random());
-    spoilNmt(frame, attack.random(), false);
+    test::spoilDownload(frame, attack.random());
+    test::spoilNmt(frame, attack.random(), false);
     sent += attacker.send({&frame, 1});
     if (k % 64 == 0) {
       now += test::kMillisecond;
@@ -152,7 +78,7 @@ TEST(Fuzz, DrivesStandWhateverComes) {
   }
   drives.poll(now += test::kMillisecond);
   EXPECT_EQ(drives.record().received, sent);
-  EXPECT_EQ(hub.counters().received, sent);
+  EXPECT_EQ(wire.drives().counters().received, sent);
   for (const auto& drive : drives.drives()) {
     EXPECT_EQ(drive->record().travel, 0.0) << "node " << int{drive->id()};
     EXPECT_NE(drive->state(), sim::drives::DriveState::kEnabled);
@@ -160,11 +86,10 @@ TEST(Fuzz, DrivesStandWhateverComes) {
 }
 
 TEST(Fuzz, DrivesSurviveCommandsToo) {
-  const std::string path = freshPath("commands");
-  can::SeqpacketHub hub(path);
-  can::SeqpacketBus attacker(path);
+  Wire wire("commands");
+  can::Bus& attacker = wire.join();
   std::int64_t now = 1'000'000'000;
-  sim::drives::DriveBus drives(hub, test::rigSpec(6), now);
+  sim::drives::DriveBus drives(wire.drives(), test::rigSpec(6), now);
   Attack attack(1);
   test::Random& random = attack.random();
   SCOPED_TRACE(test::trace(test::baseSeed()));
@@ -188,20 +113,19 @@ TEST(Fuzz, DrivesSurviveCommandsToo) {
   drives.poll(now += test::kMillisecond);
   heard += drain(attacker);
   EXPECT_EQ(drives.record().received, sent);
-  EXPECT_EQ(drives.record().sent, hub.counters().sent);
-  EXPECT_LE(heard, hub.counters().sent);
-  EXPECT_EQ(heard + hub.undelivered(), hub.counters().sent) << "every answer arrives or is counted";
+  EXPECT_EQ(drives.record().sent, wire.drives().counters().sent);
+  EXPECT_LE(heard, wire.drives().counters().sent);
+  EXPECT_EQ(heard + wire.lost(), wire.drives().counters().sent) << "every answer arrives or is counted";
   EXPECT_GT(heard, 1000u);
   for (const auto& drive : drives.drives())
     EXPECT_TRUE(std::isfinite(drive->position()));
 }
 
 TEST(Fuzz, TheMasterAccountsForEveryFrame) {
-  const std::string path = freshPath("master");
-  can::SeqpacketHub hub(path);
-  can::SeqpacketBus bus(path), attacker(path);
+  Wire wire("master");
+  can::Bus &bus = wire.join(), &attacker = wire.join();
   std::int64_t now = 1'000'000'000;
-  sim::drives::DriveBus drives(hub, test::rigSpec(6), now);
+  sim::drives::DriveBus drives(wire.drives(), test::rigSpec(6), now);
   canopen::Network network(bus);
   for (int k = 1; k <= 6; ++k) {
     network.addNode(test::driveSetup(k));
@@ -214,9 +138,7 @@ TEST(Fuzz, TheMasterAccountsForEveryFrame) {
   int reached = 0;
   for (int k = 0; k < frameCount(); ++k) {
     CanFrame frame = attack.next();
-    // The drives' own controllers are not under attack, and neither is ours: bus-off would end the test.
-    if (frame.error)
-      frame.id &= 0x7u;
+    test::spoilBusOff(frame);
     attacker.send({&frame, 1});
     if (k % 32 != 0)
       continue;
@@ -243,16 +165,14 @@ TEST(Fuzz, TheMasterAccountsForEveryFrame) {
   const canopen::NetworkCounters& counters = network.counters();
   EXPECT_EQ(counters.total(), counters.received);
   EXPECT_EQ(counters.received, bus.counters().received);
-  EXPECT_EQ(hub.undelivered(), 0u);
-  EXPECT_EQ(counters.received, hub.counters().sent + attacker.counters().sent) << "what others sent";
+  EXPECT_EQ(wire.lost(), 0u);
+  EXPECT_EQ(counters.received, wire.drives().counters().sent + attacker.counters().sent) << "what others sent";
   EXPECT_GT(reached, 0) << "nodes get through their configuration between attacks";
 }
 
 /** Drives in operation, led by a master that sends the same cycle again and again, whatever it hears. */
 class Operation {
  public:
-  Operation() : hub_(path_), bus_(path_), attacker_(path_), drives_(hub_, test::rigSpec(kDrives), now_) {}
-
   /// Boots, starts and enables all drives.
   bool enable() {
     canopen::Network network(bus_);
@@ -320,11 +240,11 @@ class Operation {
 
  private:
   static constexpr int kDrives = 6;
-  std::string path_ = freshPath("operation");
   std::int64_t now_ = 1'000'000'000;
-  can::SeqpacketHub hub_;
-  can::SeqpacketBus bus_, attacker_;
-  sim::drives::DriveBus drives_;
+  Wire wire_{"operation"};
+  can::Bus& bus_ = wire_.join();
+  can::Bus& attacker_ = wire_.join();
+  sim::drives::DriveBus drives_{wire_.drives(), test::rigSpec(kDrives), now_};
   std::vector<CanFrame> cycle_;
   std::uint64_t sent_ = 0;
   int ticks_ = 0;
@@ -345,11 +265,10 @@ TEST(Fuzz, EnabledDrivesHoldWhateverComes) {
   SCOPED_TRACE(test::trace(test::baseSeed()));
   for (int k = 0; k < frameCount(); ++k) {
     CanFrame frame = attack.next();
-    spoilDownload(frame, attack.random());
-    spoilNmt(frame, attack.random(), true);
-    spoilSetpoint(frame, attack.random());
-    if (frame.error)
-      frame.id &= 0x7u;  // bus-off is no garbage: the master falls silent, and the drives stop
+    test::spoilDownload(frame, attack.random());
+    test::spoilNmt(frame, attack.random(), true);
+    test::spoilSetpoint(frame, attack.random());
+    test::spoilBusOff(frame);
     operation.send(frame);
     if (k % 32 == 0)
       operation.millisecond();

@@ -16,10 +16,6 @@ using kinematics::ShapePoint;
 using kinematics::Tip;
 using kinematics::Wrench;
 
-Eigen::Vector3d anyVector(Random& random, double most) {
-  return most * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
-}
-
 /// A wrench that bends tube 1 visibly, of the size K / L^2 and K / L: it would take pi^2 / 4 of that to buckle a
 /// straight column.
 Wrench anyWrench(const ConcentricTubeArm& arm, const Eigen::VectorXd& q, Random& random) {

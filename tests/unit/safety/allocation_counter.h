@@ -6,7 +6,7 @@
 
 namespace tandem::test {
 
-/// Allocations of this process since its start, by malloc and whatever stands on it (operator new, Eigen).
+/// Allocations of the calling thread so far, by malloc, its kin and whatever stands on them (operator new, Eigen).
 std::size_t allocationCount();
 
 /// False under sanitizers, which bring their own allocator.

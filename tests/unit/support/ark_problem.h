@@ -2,6 +2,10 @@
 /** @file One control step of the two arms of Alsaka et al. 2024 at random joints inside equation (1). */
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
+#include "control/solution.h"
 #include "control/step_problem.h"
 #include "kinematics/rigid_model.h"
 #include "tests/unit/support/random_tubes.h"
@@ -41,11 +45,22 @@ struct ArkProblem {
   }
 
   bool setRandom(Random& random, double speed) {
-    const auto v = [&](double s) {
-      return Eigen::Vector3d(random.uniform(-s, s), random.uniform(-s, s), random.uniform(-s, s));
-    };
-    return set(randomInside(limits, random), randomInside(limits, random), v(0.1 * speed), v(speed));
+    return set(randomInside(limits, random), randomInside(limits, random), anyVector(random, 0.1 * speed),
+               anyVector(random, speed));
   }
 };
+
+/// Largest excess of a solution's velocity over its bounds and rows, m/s or rad/s; negative inside all of them.
+inline double excess(const control::StepProblem& problem, const control::Solution& s) {
+  double worst = -std::numeric_limits<double>::infinity();
+  for (int j = 0; j < problem.joint_count; ++j)
+    worst = std::max({worst, s.bounds.lower[j] - s.velocity[j], s.velocity[j] - s.bounds.upper[j]});
+  for (int i = 0; i < s.bounds.row_count; ++i) {
+    const auto& row = problem.row[i];
+    worst = std::max(
+        worst, row.a_first * s.velocity[row.first] + row.a_second * s.velocity[row.second] - s.bounds.row_rate[i]);
+  }
+  return worst;
+}
 
 }  // namespace tandem::test

@@ -23,6 +23,11 @@ inline void addRandomSections(kinematics::Tube& tube, double length, Random& ran
   }
 }
 
+/// Each component within [-most, most].
+inline Eigen::Vector3d anyVector(Random& random, double most) {
+  return most * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+}
+
 /// An arm of 2 to 4 tubes that fit into each other, anywhere in space, with a tool.
 inline kinematics::ConcentricTubeArm randomArm(Random& random) {
   kinematics::ConcentricTubeArm arm;
@@ -42,7 +47,7 @@ inline kinematics::ConcentricTubeArm randomArm(Random& random) {
   const auto pose = [&] {
     Eigen::Isometry3d t = Eigen::Isometry3d::Identity();
     t.linear() = Eigen::Quaterniond::UnitRandom().toRotationMatrix();
-    t.translation() = 0.05 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    t.translation() = anyVector(random, 0.05);
     return t;
   };
   arm.base = pose();

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file How a file of benchmarks meets the program that runs them. */
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <string>
+
+namespace tandem::bench {
+
+/// Registers every benchmark of this program. Each file of benchmarks defines it once.
+void enrollAll();
+
+/// Registers one benchmark. The function times its calls itself; five passes over the same work, for Percentiles.
+void enroll(const std::string& name, const std::function<void(benchmark::State&)>& function);
+
+}  // namespace tandem::bench

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Events on their way from the cycle that notices them to whoever tells people. */
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace tandem::hal {
+
+/** First in, first out, in one thread, without the heap. A full ring loses its oldest event: the newest tells most. */
+template <class Event, std::size_t kSize>
+class EventRing {
+ public:
+  void push(const Event& event) noexcept {
+    if (count_ == kSize) {
+      first_ = (first_ + 1) % kSize;
+      --count_;
+      ++lost_;
+    }
+    events_[(first_ + count_++) % kSize] = event;
+  }
+
+  /// @return false where there is none.
+  bool pop(Event& event) noexcept {
+    if (count_ == 0)
+      return false;
+    event = events_[first_];
+    first_ = (first_ + 1) % kSize;
+    --count_;
+    return true;
+  }
+
+  std::uint64_t lost() const noexcept { return lost_; }
+
+ private:
+  std::array<Event, kSize> events_{};
+  std::size_t first_ = 0, count_ = 0;
+  std::uint64_t lost_ = 0;
+};
+
+}  // namespace tandem::hal

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Small operations with rotations in space. */
+#pragma once
+
+#include <Eigen/Geometry>
+
+namespace tandem::kinematics {
+
+/// [v]x, so that [v]x w = v x w.
+inline Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
+/// Turn of a rotation matrix as a vector, rad.
+inline Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Console PC and robot PC: planning and clients on one host, simulator and control on the other.
+
+TANDEM_CUTS says how often the link is cut (default 3)."""
+import json
+import os
+import pathlib
+import sys
+import time
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "integration" / "harness"))
+import network  # noqa: E402
+import system  # noqa: E402
+
+PRESET = "two-hosts"
+# On any machine, however busy: twice the default budgets.
+BUDGETS = "{minimum_age_ms: 100, planning_reference_ms: 500, lease_ms: 2000}"
+REFERENCE_AGE = 0.5   # s without a reference
+RAMP = 5e-3 / 0.1     # s: V_max over the deceleration of a stop
+MACHINE = 1.0         # s: how late a busy machine, its wire and the look at it may be
+LACK = network.missing()
+
+
+@unittest.skipIf(LACK, LACK)
+class TwoHosts(system.SystemTest):
+    def setUp(self):
+        super().setUp()
+        self.robot_host = network.Host("robot", "192.168.77.1")
+        self.addCleanup(self.robot_host.close)
+        self.console_host = network.Host("console", "192.168.77.2")
+        self.addCleanup(self.console_host.close)
+        self.random = system.seeded(self)
+        self.wire = network.Wire(self.robot_host, self.console_host, self.random.randrange(2**32))
+        self.addCleanup(self.wire.close)
+        self.path = system.deployment(self.folder, PRESET, budgets=BUDGETS)
+
+    def start_robot(self):
+        """It waits for the console."""
+        self.robot = system.System(self.path, self.robot_host.inside, await_ready=False, parts=("state", "status"))
+        self.addCleanup(self.robot.close)
+        self.assertEqual(set(self.robot.pids), {"sim", "control"})
+        self.robot.event("waiting", 20)
+
+    def start_both(self):
+        self.start_robot()
+        self.console = system.System(self.path, self.console_host.inside)
+        self.addCleanup(self.console.close)
+        self.assertEqual(set(self.console.pids), {"planning"})
+        self.robot.event("ready", 20)
+
+    def experiment(self):
+        path = self.folder / "short.yaml"
+        path.write_text(f"""\
+tandem: experiment/1
+name: short
+robot: {system.PRESETS / "robots" / "ark2024.yaml"}
+methods: [nspqp]
+configurations:
+  - name: "2"
+    joints:
+      - {{arm: arm_a, beta_mm: [-150, -100, -50], alpha_deg: [180, 90, 45]}}
+      - {{arm: arm_b, beta_mm: [-130, -120, -100], alpha_deg: [90, -60, -270]}}
+trajectories:
+  - {{name: rectangle, configurations: ["2"], shape: {{rectangle: {{first_mm: [0, 1.6, 0], second_mm: [-1.6, 0, 0]}}}},
+     points: 8, tolerance_mm: 0.88, max_iterations: 100}}
+""")
+        return path
+
+    def test_an_experiment_runs_across_whatever_the_wire_does(self):
+        self.start_robot()
+        runs = {}
+        for name, trouble in {"clean": {}, "poor": {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}}.items():
+            for key, value in trouble.items():
+                setattr(self.wire, key, value)
+            folder = self.folder / name
+            answer = system.run("experiment", os.environ.get("TANDEM_EXPERIMENT", self.experiment()), "--deployment", self.path,
+                                "--csv", folder, "--json", timeout=3600, inside=self.console_host.inside)
+            self.assert_ok(answer)
+            runs[name] = json.loads(answer.stdout)
+            iterations = [row["iterations"] for row in runs[name]["rows"]]
+            print(f"{name}: {self.wire.carried} frames carried, {self.wire.dropped} lost; iterations {iterations}", flush=True)
+            for row in runs[name]["rows"]:
+                self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], 0), runs[name])
+
+    def test_a_link_that_is_cut_stops_the_arms_until_somebody_enables_them(self):
+        self.start_both()
+        for cut in range(int(os.environ.get("TANDEM_CUTS", "3"))):
+            self.assert_ok(self.console.robot("enable"))
+            run = self.start_run(self.console, self.long_line())
+            self.robot.await_motion(run)
+            time.sleep(self.random.uniform(0.0, 1.0))  # anywhere in the motion
+            self.wire.cut = True
+            began = time.monotonic()
+            states = system.until(lambda: (lambda s: s == ["FAULT"] * 2 and s)(self.robot.states()), 5, "both arms are in FAULT")
+            stood = self.robot.joints()
+            took = time.monotonic() - began
+            self.assertEqual(states, ["FAULT", "FAULT"])
+            self.assertLess(took, REFERENCE_AGE + RAMP + MACHINE, f"cut {cut}")
+            self.robot.assert_still(self)
+            self.wire.cut = False
+            _, errors = run.communicate(timeout=30)
+            self.assertEqual(run.returncode, 1, errors)
+            # The link is back, the console hears the robot, and nothing moves.
+            self.assertEqual(self.console.status()["arms"][0]["operating_state"], "FAULT")
+            self.assertEqual(self.robot.assert_still(self, looks=3), stood, "the arms moved after the link was restored")
+            self.assert_ok(self.console.robot("disable"))
+            self.assertEqual(self.robot.states(), ["DISABLED", "DISABLED"])
+            print(f"cut {cut}: FAULT and standstill seen after {took:.3f} s; {errors.strip().splitlines()[-1]}", flush=True)
+        short = self.trajectory("short", [0, 2, 0], points=2)
+        self.assert_ok(self.console.robot("run", short))
+
+    def test_a_machine_that_is_none_of_the_hosts_is_told_so(self):
+        answer = system.run("up", self.path)
+        self.assertNotEqual(answer.returncode, 0)
+        for words in ("robot 192.168.77.1, console 192.168.77.2", "127.0.0.1"):
+            self.assertIn(words, answer.stderr)
+
+
+if __name__ == "__main__":
+    system.main()
