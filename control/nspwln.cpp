@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
 
-#include "control/damping.h"
 #include "control/limit_weights.h"
 #include "control/methods.h"
 #include "control/posture.h"
@@ -37,7 +36,6 @@ class Nspwln final : public Resolver {
       for (int j = 0; j < size; ++j)
         weighted.col(j) /= weights[begin + j];
       TaskGram gram = weighted.lazyProduct(Jk.transpose());
-      dampSingularDirections(plainGram(problem, parameters_, begin, Jk), singularThreshold(parameters_), gram);
       gram.diagonal().array() += 1.0 / parameters_.track_weight;
       const TaskVector y = gram.llt().solve(r);
       qdot.segment(begin, size) = weighted.transpose().lazyProduct(y);

@@ -64,7 +64,7 @@ TEST(Damping, StepsStayInTheTrustRegionNearSingularPoses) {
         if (random.chance(0.5))
           q->tail(3).setConstant((*q)[3]);
         if (random.chance(0.5))
-          q->head(3) << -0.38, -0.26, -0.145;  // the straight parts alone are out by a little
+          q->head(3) << -0.431, -0.3125, -0.1965;  // a few mm are out: rotations hardly move the tip
         for (int j = 3; j < 6; ++j)
           (*q)[j] += off * random.uniform(-1, 1);
       }
