@@ -232,8 +232,8 @@ class Walker {
     nearer.reach = end.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;
     char distance[48];
     std::snprintf(distance, sizeof distance, "%.3g mm ", 1e3 * end.error);
-    nearer.words =
-        distance + std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, held back by ");
+    nearer.words = armLabel(spec_.arm) + ": " + distance +
+                   std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, held back by ");
     for (std::size_t k = 0; k < end.limits.size(); ++k)
       nearer.words += (k > 0 ? ", " : "") + end.limits[k];
     answer = std::move(nearer);
