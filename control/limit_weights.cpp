@@ -31,4 +31,20 @@ RobotVector limitWeights(const StepProblem& problem, const MethodParameters& par
   return weights;
 }
 
+TaskGram plainGram(const StepProblem& problem,
+                   const MethodParameters& parameters,
+                   int begin,
+                   const TaskJacobian& J) noexcept {
+  TaskJacobian weighted = J;
+  for (int j = 0; j < J.cols(); ++j) {
+    const bool rotation = problem.joint[begin + j].kind == JointKind::kRotation;
+    weighted.col(j) /= rotation ? parameters.rotation_weight : parameters.translation_weight;
+  }
+  return weighted.lazyProduct(J.transpose());
+}
+
+double singularThreshold(const MethodParameters& parameters) noexcept {
+  return parameters.singular_lever / std::sqrt(parameters.rotation_weight);
+}
+
 }  // namespace tandem::control

@@ -2,6 +2,7 @@
 /** @file The diagonal of W_act.lim of the weighted least norm methods. */
 #pragma once
 
+#include "control/damping.h"
 #include "control/parameters.h"
 #include "control/step_problem.h"
 
@@ -27,5 +28,15 @@ inline constexpr LimitView kCorrected{true, 2e-3};
  * beta in mm inside H, without Chan and Dubey's switch (a joint that leaves its limit stays as heavy as one that
  * approaches it). */
 RobotVector limitWeights(const StepProblem& problem, const MethodParameters& parameters, LimitView view) noexcept;
+
+/// A_0 A_0^T, A_0 = J W_0^-1/2: the same weights with w_i = 1.
+/// @param begin  the joint of J's first column
+TaskGram plainGram(const StepProblem& problem,
+                   const MethodParameters& parameters,
+                   int begin,
+                   const TaskJacobian& J) noexcept;
+
+/// singular_lever as a singular value of A_0.
+double singularThreshold(const MethodParameters& parameters) noexcept;
 
 }  // namespace tandem::control

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
 
+#include "control/damping.h"
 #include "control/methods.h"
 #include "control/posture.h"
 
@@ -20,8 +21,8 @@ class Nsp final : public Resolver {
  private:
   /// J# r.
   RobotVector dampedInverse(const TaskJacobian& J, const TaskVector& r) const {
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, kMaxTaskRows> gram =
-        J.lazyProduct(J.transpose());
+    TaskGram gram = J.lazyProduct(J.transpose());
+    dampSingularDirections(TaskGram(gram), parameters_.singular_lever, gram);
     gram.diagonal().array() += parameters_.nsp_damping * parameters_.nsp_damping;
     const TaskVector y = gram.llt().solve(r);
     return J.transpose().lazyProduct(y);

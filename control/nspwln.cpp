@@ -35,8 +35,7 @@ class Nspwln final : public Resolver {
       TaskJacobian weighted = Jk;
       for (int j = 0; j < size; ++j)
         weighted.col(j) /= weights[begin + j];
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, kMaxTaskRows> gram =
-          weighted.lazyProduct(Jk.transpose());
+      TaskGram gram = weighted.lazyProduct(Jk.transpose());
       gram.diagonal().array() += 1.0 / parameters_.track_weight;
       const TaskVector y = gram.llt().solve(r);
       qdot.segment(begin, size) = weighted.transpose().lazyProduct(y);

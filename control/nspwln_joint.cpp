@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
 
+#include "control/damping.h"
 #include "control/limit_weights.h"
 #include "control/methods.h"
 #include "control/posture.h"
@@ -35,8 +36,8 @@ class NspwlnJoint final : public Resolver {
       TaskJacobian weighted = projected;
       for (int j = 0; j < n; ++j)
         weighted.col(j) /= weights[j];
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, kMaxTaskRows> gram =
-          weighted.lazyProduct(projected.transpose());
+      TaskGram gram = weighted.lazyProduct(projected.transpose());
+      dampSingularDirections(plainGram(problem, parameters_, 0, projected), singularThreshold(parameters_), gram);
       gram.diagonal().array() += 1.0 / parameters_.track_weight;
       const TaskVector wanted = task.velocity - task.jacobian.lazyProduct(solution.velocity);
       const auto factor = gram.llt();

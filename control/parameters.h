@@ -51,6 +51,9 @@ struct MethodParameters {
   /// m, bound on every translation in one period in the QP methods. Where ends of tubes pass each other the tip's
   /// Jacobian jumps, and longer steps go to and fro across that place for ever.
   double translation_step = 1e-3;
+  /// m/rad: a direction in which the rotations move a task by less is singular to the closed-form methods, which damp
+  /// it
+  double singular_lever = 5e-4;
   double posture_gain = 2.0;  ///< k_p, 1/s: how fast joints go to the posture of a reference
 };
 

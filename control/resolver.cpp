@@ -166,6 +166,7 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
   requirePositive(p.rotation_velocity, "rotation_velocity");
   requirePositive(p.snsqp_rotation_velocity, "snsqp_rotation_velocity");
   requirePositive(p.translation_step, "translation_step");
+  requirePositive(p.singular_lever, "singular_lever");
   requirePositive(p.posture_gain, "posture_gain");
   switch (method) {
     case Method::kNsp:

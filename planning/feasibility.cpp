@@ -2,9 +2,9 @@
 #include "planning/feasibility.h"
 
 #include <Eigen/SVD>
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "planning/walk.h"
 
@@ -65,6 +65,7 @@ class Walker {
         options_(options),
         near_(arms, local(options)),
         far_(arms, tolerant(options.ik, options.accept)),
+        judge_(arms, accepting(options)),
         walk_(arms, spec.arm, spec.other_arm),
         branches_(std::move(start.branches)) {
     last_.tip = start.tips[at(spec.arm)].pose.translation();
@@ -90,10 +91,14 @@ class Walker {
       else if (answer.tips.empty())
         answer = elsewhere;
     }
-    if (answer.reach == Reach::kReconfiguration) {
+    if (answer.reach == Reach::kReconfiguration && answer.largestError() <= options_.accept)
+      stay(targets, q, answer);
+    const bool elsewhere = answer.reach == Reach::kReconfiguration;
+    if (elsewhere || answer.reach == Reach::kLimits || answer.reach == Reach::kOutsideWorkspace)
+      settle(point, targets, answer);
+    if (elsewhere && answer.reach != Reach::kReached) {
+      answer.reach = Reach::kReconfiguration;
       answer.words = "from the point before, only another configuration of the arms gets there";
-      if (answer.largestError() <= options_.accept)
-        answer.q = q;  // the arms stay
     }
     edge_ = answer.reach;
     PointReport report = reportOf(number, point, answer);
@@ -101,6 +106,30 @@ class Walker {
       branches_ = answer.branches;
     last_ = {report.tip, report.actual_relative};
     return report;
+  }
+
+  /// The whole trajectory from the start in steps as control makes them. @return whether all points are had so.
+  bool walkAll(TrajectoryPoint from,
+               const std::vector<TrajectoryPoint>& points,
+               safety::RobotVector q,
+               std::vector<kinematics::Branch> branches,
+               std::vector<PointReport>& reports) const {
+    for (const TrajectoryPoint& point : points) {
+      const std::vector<TipTarget> targets = targetsOf(point);
+      const auto there = walk_.go(from, point, q, 0.9 * options_.accept, options_.ik.cancelled);
+      if (!there)
+        return false;
+      IkAnswer answer = judge_.judge(targets, *there, branches);
+      if (answer.reach != Reach::kReached)
+        answer = near_.solve(targets, *there, branches, true);
+      if (answer.reach != Reach::kReached || (answer.q != *there && jumps(*there, answer.q)))
+        return false;
+      q = answer.q;
+      branches = answer.branches;
+      reports.push_back(reportOf(static_cast<int>(reports.size()) + 1, point, answer));
+      from = point;
+    }
+    return true;
   }
 
  private:
@@ -135,10 +164,10 @@ class Walker {
              IkAnswer& answer) const {
     if (last_.tip.hasNaN() || cancelled())
       return false;
-    const auto there = walk_.go(last_, point, q, near_.options().tolerance, options_.ik.cancelled);
+    const auto there = walk_.go(last_, point, q, 0.9 * options_.accept, options_.ik.cancelled);
     if (!there)
       return false;
-    IkAnswer found = near_.judge(targets, *there, branches_);
+    IkAnswer found = judge_.judge(targets, *there, branches_);
     if (found.reach == Reach::kReached) {
       answer = std::move(found);
       return true;
@@ -150,8 +179,73 @@ class Walker {
     return true;
   }
 
+  /// The arms stay where they are, which may be far from the targets.
+  void stay(const std::vector<TipTarget>& targets, const safety::RobotVector& q, IkAnswer& answer) const {
+    IkAnswer here = standingAt(targets, q);
+    if (here.reach != Reach::kReached)
+      return;
+    here.reach = answer.reach;
+    answer = std::move(here);
+  }
+
+  /// Joints as an answer to targets that they miss. kReached: all demands are kept there.
+  IkAnswer standingAt(const std::vector<TipTarget>& targets, const safety::RobotVector& q) const {
+    std::vector<TipTarget> here = targets;
+    for (TipTarget& target : here) {
+      kinematics::Branch branch = branches_[at(target.arm)];
+      kinematics::Tip tip;
+      const Eigen::VectorXd own = q.segment(arms_.offset(target.arm), arms_.size(target.arm));
+      if (arms_.models[at(target.arm)]->tip(own, branch, tip) != kinematics::ModelStatus::kOk)
+        return {};
+      target.position = tip.pose.translation();
+    }
+    IkAnswer answer = judge_.judge(here, q, branches_);
+    for (std::size_t k = 0; k < std::min(targets.size(), answer.error.size()); ++k)
+      answer.error[k] = (here[k].position - targets[k].position).norm();
+    return answer;
+  }
+
+  /// A nearest pose among joints near those of the point before may not be one: goes on from it in steps as control
+  /// makes them, and says what holds it where these end.
+  void settle(const TrajectoryPoint& point, const std::vector<TipTarget>& targets, IkAnswer& answer) const {
+    constexpr double kNearer = 0.99;
+    constexpr int kTries = 3;
+    Walk::End end = walk_.settle(point, answer.q, options_.ik.cancelled);
+    for (int i = 0; i < kTries && end.error < kNearer * answer.largestError() && !cancelled(); ++i) {
+      IkAnswer again = near_.solve(targets, end.q, branches_, true);
+      if (again.reach == Reach::kReached && !jumps(end.q, again.q)) {
+        answer = std::move(again);
+        return;
+      }
+      if (again.tips.empty() || !(again.largestError() < kNearer * end.error))
+        break;
+      const Walk::End further = walk_.settle(point, again.q, options_.ik.cancelled);
+      if (!(further.error < kNearer * end.error))
+        break;
+      end = further;
+    }
+    if (!(end.error < kNearer * answer.largestError()))
+      return;
+    IkAnswer nearer = standingAt(targets, end.q);
+    if (nearer.reach != Reach::kReached)
+      return;
+    nearer.reach = end.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;
+    char distance[48];
+    std::snprintf(distance, sizeof distance, "%.3g mm ", 1e3 * end.error);
+    nearer.words = armLabel(spec_.arm) + ": " + distance +
+                   std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, held back by ");
+    for (std::size_t k = 0; k < end.limits.size(); ++k)
+      nearer.words += (k > 0 ? ", " : "") + end.limits[k];
+    answer = std::move(nearer);
+  }
+
   static IkOptions tolerant(IkOptions ik, double accept) {
     ik.tolerance = std::min(ik.tolerance, accept);
+    return ik;
+  }
+  static IkOptions accepting(const FeasibilityOptions& options) {
+    IkOptions ik = options.ik;
+    ik.tolerance = options.accept;
     return ik;
   }
   static IkOptions local(const FeasibilityOptions& options) {
@@ -212,40 +306,12 @@ class Walker {
   const Arms& arms_;
   const TrajectorySpec& spec_;
   const FeasibilityOptions& options_;
-  InverseKinematics near_, far_;
+  InverseKinematics near_, far_, judge_;
   Walk walk_;
   std::vector<kinematics::Branch> branches_;
   TrajectoryPoint last_;  ///< where the tips are
   Reach edge_ = Reach::kReached;
 };
-
-/// min_s sum w_k |s_k - d_k|^2 + mu sum |second differences|^2; the start in front stays where it is.
-std::vector<Vector3d> smooth(const std::vector<Vector3d>& d, const std::vector<double>& w, double mu) {
-  const int n = static_cast<int>(d.size());
-  using Triplet = Eigen::Triplet<double>;
-  std::vector<Triplet> entries;
-  Eigen::MatrixXd right(n, 3);
-  for (int k = 0; k < n; ++k) {
-    entries.emplace_back(k, k, w[at(k)]);
-    right.row(k) = w[at(k)] * d[at(k)].transpose();
-  }
-  constexpr double kPattern[] = {1.0, -2.0, 1.0};
-  for (int k = 0; k + 1 < n; ++k) {  // around point k; point -1 is the start, whose correction is zero
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        if (k - 1 + i >= 0 && k - 1 + j >= 0)
-          entries.emplace_back(k - 1 + i, k - 1 + j, mu * kPattern[i] * kPattern[j]);
-      }
-    }
-  }
-  Eigen::SparseMatrix<double> matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::MatrixXd s = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
-  std::vector<Vector3d> result;
-  for (int k = 0; k < n; ++k)
-    result.push_back(s.row(k).transpose());
-  return result;
-}
 
 }  // namespace
 
@@ -282,6 +348,7 @@ FeasibilityReport checkTrajectory(const Arms& arms,
       std::min(rotationConditioning(begin.tips[at(spec.arm)]), rotationConditioning(begin.tips[at(spec.other_arm)]));
   report.planar_start = report.rotation_conditioning < kSingular;
   const std::vector<TrajectoryPoint> points = sample(spec, tip, relative);
+  const std::vector<kinematics::Branch> branches = begin.branches;
   Walker walker(arms, spec, options, std::move(begin));
   safety::RobotVector q = start;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -290,8 +357,16 @@ FeasibilityReport checkTrajectory(const Arms& arms,
       report.cancelled = true;
       return report;
     }
+    const bool first = point.reach != Reach::kReached && report.unreachable() == 0;
     q = point.q;
     report.points.push_back(std::move(point));
+    // The nearest joints from point to point may lead astray where control, which moves all along, does not.
+    if (std::vector<PointReport> walked; first && walker.walkAll({tip, relative}, points, start, branches, walked)) {
+      report.points = std::move(walked);
+      if (options.progress)
+        options.progress(static_cast<int>(points.size()), static_cast<int>(points.size()));
+      break;
+    }
     if (options.progress)
       options.progress(static_cast<int>(k) + 1, static_cast<int>(points.size()));
     if (options.stop_after > 0 && report.unreachable() >= options.stop_after)
@@ -299,47 +374,6 @@ FeasibilityReport checkTrajectory(const Arms& arms,
   }
   report.feasible = report.unreachable() == 0;
   return report;
-}
-
-RepairResult repairTrajectory(const Arms& arms,
-                              const TrajectorySpec& spec,
-                              const safety::RobotVector& start,
-                              const FeasibilityOptions& options,
-                              double smoothing) {
-  constexpr int kRounds = 8, kSmoothRounds = 2;
-  constexpr double kMoved = 100.0;
-  RepairResult result;
-  result.spec = spec;
-  result.before = result.after = checkTrajectory(arms, spec, start, options);
-  std::vector<Vector3d> wanted;
-  for (const PointReport& point : result.before.points)
-    wanted.push_back(point.wanted.tip);
-  for (; result.rounds < kRounds && !result.after.feasible && !result.after.cancelled && result.after.start.empty();
-       ++result.rounds) {
-    std::vector<Vector3d> correction;
-    std::vector<double> weight;
-    for (std::size_t k = 0; k < wanted.size(); ++k) {
-      const PointReport& point = result.after.points[k];
-      correction.push_back((point.reach == Reach::kReached ? point.wanted.tip : point.tip) - wanted[k]);
-      weight.push_back(correction.back().norm() > options.accept ? kMoved : 1.0);
-    }
-    if (result.rounds < kSmoothRounds && smoothing > 0.0)
-      correction = smooth(correction, weight, smoothing);
-    Waypoints moved;
-    moved.absolute = true;
-    for (std::size_t k = 0; k < wanted.size(); ++k)
-      moved.points.push_back(wanted[k] + correction[k]);
-    result.spec.shape = moved;
-    result.after = checkTrajectory(arms, result.spec, start, options);
-  }
-  double sum = 0.0;
-  for (std::size_t k = 0; k < std::min(wanted.size(), result.after.points.size()); ++k) {
-    const double change = (result.after.points[k].wanted.tip - wanted[k]).norm();
-    result.largest_change = std::max(result.largest_change, change);
-    sum += change * change;
-  }
-  result.rms_change = wanted.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(wanted.size()));
-  return result;
 }
 
 }  // namespace tandem::planning

@@ -4,9 +4,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "control/conflict.h"
+#include "control/holding.h"
 #include "planning/reference_tracker.h"
 
 namespace tandem::planning {
+namespace {
+
+std::vector<const safety::ArmLimits*> pointersTo(const std::vector<safety::ArmLimits>& limits) {
+  std::vector<const safety::ArmLimits*> pointers;
+  for (const safety::ArmLimits& arm : limits)
+    pointers.push_back(&arm);
+  return pointers;
+}
+
+}  // namespace
 
 Walk::Walk(const Arms& arms, int arm, int other_arm) : arms_(arms), arm_(arm), other_arm_(other_arm) {
   for (const safety::ArmLimits* limits : arms.limits) {
@@ -39,20 +51,50 @@ std::optional<safety::RobotVector> Walk::go(const TrajectoryPoint& from,
   return joints;
 }
 
+Reference Walk::referenceTo(const TrajectoryPoint& point) const {
+  Reference reference;
+  reference.task_count = 2;
+  reference.tasks[0] = {TaskKind::kRelativePosition, arm_, other_arm_, point.relative, Eigen::Vector3d::Zero()};
+  reference.tasks[1] = {TaskKind::kTipPosition, arm_, 0, point.tip, Eigen::Vector3d::Zero()};
+  return reference;
+}
+
+Walk::End Walk::settle(const TrajectoryPoint& point,
+                       const safety::RobotVector& q,
+                       const std::function<bool()>& cancelled) const {
+  End end;
+  end.q = q;
+  end.error = approach(point, 0.0, true, end.q, cancelled);
+  const control::MethodParameters parameters;
+  ReferenceTracker tracker(arms_.models, pointersTo(limits_), control::Method::kNspqp, parameters, {});
+  TrackResult result;
+  tracker.step(end.q, end.q, referenceTo(point), result);
+  if (result.status != TrackStatus::kOk)
+    return end;
+  std::vector<std::string> names;
+  for (int arm = 0; arm < arms_.count(); ++arm)
+    names.emplace_back(1, static_cast<char>('a' + arm));
+  control::Conflict holding;
+  control::findHolding(tracker.problem(), parameters, holding);
+  for (int i = 0; i < holding.count; ++i) {
+    control::Conflict one;
+    one.limit[0] = holding.limit[static_cast<std::size_t>(i)];
+    one.count = 1;
+    if (!one.limit[0].step)
+      end.limits.push_back(control::describe(tracker.problem(), one, names));
+  }
+  return end;
+}
+
 double Walk::approach(const TrajectoryPoint& point,
                       double accept,
                       bool finely,
                       safety::RobotVector& joints,
                       const std::function<bool()>& cancelled) const {
-  constexpr int kPatience = 60, kMost = 600;  // steps
-  constexpr double kProgress = 0.95;
-  std::vector<const safety::ArmLimits*> limits;
-  for (const safety::ArmLimits& arm : limits_)
-    limits.push_back(&arm);
-  Reference reference;
-  reference.task_count = 2;
-  reference.tasks[0] = {TaskKind::kRelativePosition, arm_, other_arm_, point.relative, Eigen::Vector3d::Zero()};
-  reference.tasks[1] = {TaskKind::kTipPosition, arm_, 0, point.tip, Eigen::Vector3d::Zero()};
+  constexpr int kPatience = 60, kMost = 600;                        // steps
+  constexpr double kProgress = 0.95, kFirst = 100.0, kKept = 1e-5;  // m
+  const std::vector<const safety::ArmLimits*> limits = pointersTo(limits_);
+  const Reference reference = referenceTo(point);
   TrackResult result;
   double least = safety::kUnlimited;
   safety::RobotVector nearest = joints;
@@ -69,15 +111,16 @@ double Walk::approach(const TrajectoryPoint& point,
       tracker.step(joints, joints, reference, result);
       if (result.status != TrackStatus::kOk)
         return safety::kUnlimited;
-      const double error = std::max(result.error[0], result.error[1]);
-      if (error <= accept)
+      if (const double error = std::max(result.error[0], result.error[1]); error <= accept)
         return error;
-      if (error < least) {
-        least = error;
+      // The relative position goes first.
+      const double score = result.error[1] + kFirst * std::max(0.0, result.error[0] - kKept);
+      if (score < least) {
+        least = score;
         nearest = joints;
       }
-      if (error < kProgress * best) {
-        best = error;
+      if (score < kProgress * best) {
+        best = score;
         since = 0;
       }
       joints += parameters.period * result.solution.velocity;

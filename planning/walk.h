@@ -4,9 +4,11 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "planning/pose_problem.h"
+#include "planning/reference.h"
 #include "planning/trajectory.h"
 
 namespace tandem::planning {
@@ -27,7 +29,16 @@ class Walk {
                                         double accept,
                                         const std::function<bool()>& cancelled) const;
 
+  /// Where steps towards a point end that cannot be had.
+  struct End {
+    safety::RobotVector q;
+    double error = 0.0;               ///< the larger one of the tip's and the relative position's, m
+    std::vector<std::string> limits;  ///< that hold it there, in words, the heaviest first; empty: none does
+  };
+  End settle(const TrajectoryPoint& point, const safety::RobotVector& q, const std::function<bool()>& cancelled) const;
+
  private:
+  Reference referenceTo(const TrajectoryPoint& point) const;
   /// @return how far the tips are, m; infinite where a step cannot be made.
   double approach(const TrajectoryPoint& point,
                   double accept,

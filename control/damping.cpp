@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "control/damping.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace tandem::control {
+
+void dampSingularDirections(const TaskGram& plain, double threshold, TaskGram& gram) noexcept {
+  const Eigen::SelfAdjointEigenSolver<TaskGram> eigen(plain);
+  const double limit = threshold * threshold;
+  for (Eigen::Index i = 0; i < plain.rows(); ++i) {
+    const double square = std::max(0.0, eigen.eigenvalues()[i]);  // sigma_i^2, ascending
+    if (!(square < limit))
+      break;
+    const TaskVector direction = eigen.eigenvectors().col(i);
+    gram += (1.0 - square / limit) * 0.25 * limit * direction.lazyProduct(direction.transpose());
+  }
+}
+
+}  // namespace tandem::control
