@@ -8,14 +8,6 @@
 namespace tandem::config::test {
 namespace {
 
-/// A folder like the presets' one, so that relative paths hold; `load` gets the file under experiments/.
-void expectRefusalBesideRobot(const std::string& good,
-                              const Refusal& refusal,
-                              const std::function<void(const std::filesystem::path&)>& load) {
-  const std::string absolute = (presets() / "robots/ark2024.yaml").string();
-  expectRefusal(replaced(good, "../robots/ark2024.yaml", absolute), refusal, load);
-}
-
 TEST(Experiment, Table3IsTheProtocolOfThePaper) {
   const Experiment experiment = loadExperiment(presets() / "experiments/table3.yaml");
   EXPECT_EQ(experiment.name, "table3");
@@ -198,52 +190,6 @@ void expectPlant(const sim::PlantOptions& plant) {
   EXPECT_EQ(plant.tracker.drop_out, 0.125);
 }
 
-/// Instead of interface_address and peers.
-constexpr const char* kHosts = R"(hosts:
-  - {name: robot, address: 10.0.0.1}
-  - {name: console, address: 10.0.0.2}
-processes:
-  - {name: sim, executable: tandem-sim, host: robot}
-  - {name: planning, executable: tandem-planning, host: console}
-)";
-
-std::string onHosts() { return std::string("tandem: deployment/1\nname: lab\nrobot: ark2024\n") + kHosts; }
-
-TEST(Deployment, HostsAreFoundByTheirAddresses) {
-  const Folder folder;
-  const Deployment d = loadDeployment(folder.write("d.yaml", onHosts()));
-  ASSERT_EQ(d.hosts.size(), 2u);
-  EXPECT_EQ(d.processes.at(0).host, "robot");
-  EXPECT_EQ(d.processes.at(1).host, "console");
-  const Host* host = hostAmong(d, {"127.0.0.1", "10.0.0.2"});
-  ASSERT_NE(host, nullptr);
-  EXPECT_EQ(host->name, "console");
-  EXPECT_EQ(hostAmong(d, {"127.0.0.1", "10.0.0.3"}), nullptr);
-  EXPECT_EQ(hostAmong(loadDeployment(presets() / "deployments/laptop.yaml"), {"127.0.0.1"}), nullptr);
-}
-
-TEST(Deployment, RefusalsOfHosts) {
-  const Refusal refusals[] = {
-      {"name: console, a", "name: robot, a", "robot, address: 10.0.0.2", 0, "hosts[1].name",
-       "found 'robot' a second time"},
-      {"10.0.0.2", "10.0.0.1", "10.0.0.1}\nproc", 0, "hosts[1].address", "found 10.0.0.1, which is host 'robot'"},
-      {"10.0.0.2", "127.0.0.1", "127", 0, "hosts[1].address", "which other hosts cannot reach"},
-      {"10.0.0.2", "console", "console}", 0, "hosts[1].address", "expected an IPv4 address"},
-      {"planning, host: console", "planning, host: moon", "moon", 0, "processes[1].host",
-       "found 'moon', expected one of robot, console"},
-      {"planning, host: console", "planning", "planning, executable", 0, "processes[1].name",
-       "found a process without host, expected one of robot, console"},
-      {"hosts:", "peers: [10.0.0.9]\nhosts:", "[10", 0, "peers", "found beside hosts"},
-  };
-  for (const Refusal& refusal : refusals)
-    expectRefusal(onHosts(), refusal, [](const std::filesystem::path& file) { loadDeployment(file); });
-  const std::string laptop = readAll(presets() / "deployments/laptop.yaml");
-  expectRefusalBesideRobot(laptop,
-                           {"executable: tandem-sim", "executable: tandem-sim, host: robot", "robot}", 0,
-                            "processes[0].host", "in a deployment without hosts"},
-                           [](const std::filesystem::path& file) { loadDeployment(file); });
-}
-
 TEST(Deployment, EveryKeyReachesItsField) {
   const Folder folder;
   const std::string text = R"(tandem: deployment/1
@@ -251,6 +197,7 @@ name: lab
 robot: ark2024-as-printed
 hardware: ark2024-two-buses
 prefix: lab_1
+port: {radius_mm: 6, depth_mm: 2}
 domain: 232
 interface_address: 10.0.0.255
 peers: [10.0.0.1, 10.0.0.2]
@@ -295,6 +242,9 @@ processes:
   EXPECT_EQ(d.robot.filename(), "ark2024-as-printed.yaml");
   EXPECT_EQ(d.hardware.filename(), "ark2024-two-buses.yaml");
   EXPECT_EQ(d.prefix, "lab_1");
+  ASSERT_TRUE(d.port.has_value());
+  EXPECT_EQ(d.port->radius, 0.006);
+  EXPECT_EQ(d.port->depth, 0.002);
   EXPECT_EQ(d.domain, 232);
   EXPECT_EQ(d.interface_address, "10.0.0.255");
   EXPECT_EQ(d.peers, (std::vector<std::string>{"10.0.0.1", "10.0.0.2"}));
@@ -323,7 +273,7 @@ processes:
   EXPECT_EQ(d.feedback, planning::Feedback::kSensor);
   expectPlant(d.plant);
   ASSERT_EQ(d.warnings.size(), 1u);
-  EXPECT_NE(d.warnings[0].find("23:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
+  EXPECT_NE(d.warnings[0].find("24:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
             std::string::npos)
       << d.warnings[0];
 }

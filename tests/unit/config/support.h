@@ -62,6 +62,15 @@ struct Refusal {
   std::string message;  ///< part of what()
 };
 
+/// Keys of a deployment, instead of interface_address and peers.
+inline constexpr const char* kHosts = R"(hosts:
+  - {name: robot, address: 10.0.0.1}
+  - {name: console, address: 10.0.0.2}
+processes:
+  - {name: sim, executable: tandem-sim, host: robot}
+  - {name: planning, executable: tandem-planning, host: console}
+)";
+
 /// Line and column of a character, from 1.
 inline std::pair<int, int> placeOf(const std::string& text, std::size_t position) {
   int line = 1;
@@ -110,6 +119,14 @@ inline void expectEveryKey(const std::string& text, const Mapping& table) {
     if (field.mapping)
       expectEveryKey(text, *field.mapping);
   }
+}
+
+/// A folder like the presets' one, so that relative paths hold; `load` gets the file under experiments/.
+inline void expectRefusalBesideRobot(const std::string& good,
+                                     const Refusal& refusal,
+                                     const std::function<void(const std::filesystem::path&)>& load) {
+  const std::string absolute = (presets() / "robots/ark2024.yaml").string();
+  expectRefusal(replaced(good, "../robots/ark2024.yaml", absolute), refusal, load);
 }
 
 }  // namespace tandem::config::test
