@@ -29,7 +29,7 @@ TEST(Bus, EveryTopicCarriesItsMessages) {
     EXPECT_EQ(writer.lastProblem() + reader.lastProblem(), "") << topic.name;
     ++topics;
   });
-  EXPECT_EQ(topics, 27);
+  EXPECT_EQ(topics, 31);
 }
 
 TEST(Bus, ArmsAreAskedForWhereTheyBelong) {
