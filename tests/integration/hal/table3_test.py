@@ -18,32 +18,12 @@ from hardware import HalTest, favour, system  # noqa: E402
 
 METHODS = ["nspwln", "nspwln-joint", "nspqp", "snsqp"]
 TOLERANCE_MM = 0.88
-EXPERIMENT = """\
-tandem: experiment/1
-name: table3-short
-robot: {robot}
-methods: [{methods}]
-relative_gain_per_s: 5
-tip_gain_per_s: 3
-configurations:
-  - name: "2"
-    joints:
-      - {{arm: arm_a, beta_mm: [-150, -100, -50], alpha_deg: [180, 90, 45]}}
-      - {{arm: arm_b, beta_mm: [-130, -120, -100], alpha_deg: [90, -60, -270]}}
-trajectories:
-  - {{name: rectangle, configurations: ["2"], shape: {{rectangle: {{first_mm: [0, 1.6, 0], second_mm: [-1.6, 0, 0]}}}},
-     points: 8, tolerance_mm: 0.88, max_iterations: 100}}
-  - {{name: lissajous, configurations: ["2"], shape: {{lissajous: {{amplitude_mm: [0, 0.8, 0.8], cycles: [0, 1, 2]}}}},
-     points: 8, tolerance_mm: 0.88, max_iterations: 100}}
-"""
 
 
 class Table3(HalTest):
     def setUp(self):
         super().setUp()
-        self.experiment = self.folder / "table3-short.yaml"
-        self.experiment.write_text(EXPERIMENT.format(robot=system.PRESETS / "robots" / "ark2024.yaml",
-                                                     methods=", ".join(METHODS)))
+        self.experiment = system.short_experiment(self.folder, *METHODS)
         for bus in "ab":
             self.drive_sim(bus)
 

@@ -95,6 +95,31 @@ def deployment(folder, preset, **changes):
     return path
 
 
+def short_experiment(folder, *methods):
+    """Configuration 2 of Table 3 with both trajectories: the paper's shapes and distances between points, a twelfth of
+    their length."""
+    path = pathlib.Path(folder) / "short-experiment.yaml"
+    path.write_text(f"""\
+tandem: experiment/1
+name: table3-short
+robot: {PRESETS / "robots" / "ark2024.yaml"}
+methods: [{", ".join(methods)}]
+relative_gain_per_s: 5
+tip_gain_per_s: 3
+configurations:
+  - name: "2"
+    joints:
+      - {{arm: arm_a, beta_mm: [-150, -100, -50], alpha_deg: [180, 90, 45]}}
+      - {{arm: arm_b, beta_mm: [-130, -120, -100], alpha_deg: [90, -60, -270]}}
+trajectories:
+  - {{name: rectangle, configurations: ["2"], shape: {{rectangle: {{first_mm: [0, 1.6, 0], second_mm: [-1.6, 0, 0]}}}},
+     points: 8, tolerance_mm: 0.88, max_iterations: 100}}
+  - {{name: lissajous, configurations: ["2"], shape: {{lissajous: {{amplitude_mm: [0, 0.8, 0.8], cycles: [0, 1, 2]}}}},
+     points: 8, tolerance_mm: 0.88, max_iterations: 100}}
+""")
+    return path
+
+
 def until(condition, seconds, what):
     """Asks again and again until `condition` answers truthfully; every answer takes a look at the running system."""
     deadline = time.monotonic() + seconds

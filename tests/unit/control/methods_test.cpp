@@ -7,8 +7,7 @@
 #include "control/limit_weights.h"
 #include "control/resolver.h"
 #include "control/velocity_bounds.h"
-#include "tests/unit/safety/allocation_counter.h"
-#include "tests/unit/support/ark_problem.h"
+#include "tests/unit/control/step_allocations.h"
 
 namespace tandem::test {
 namespace {
@@ -204,21 +203,7 @@ TEST(Resolver, RefusesNumbersThatAreNotFinite) {
 TEST(Resolver, AllocatesNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
-  for (int m = 0; m < control::kMethodCount; ++m) {
-    const auto resolver = control::makeResolver(static_cast<Method>(m), {});
-    ArkProblem ark;
-    control::Solution solution;
-    Random random(baseSeed());
-    std::size_t allocated = 0;
-    for (int i = 0; i < 50; ++i) {
-      if (!ark.setRandom(random, kSpeed))
-        continue;
-      const std::size_t before = allocationCount();
-      resolver->solve(ark.problem, solution);
-      allocated += allocationCount() - before;
-    }
-    EXPECT_EQ(allocated, 0u) << control::name(static_cast<Method>(m));
-  }
+  expectStepsAllocateNothing([](ArkProblem& ark, Random& random) { return ark.setRandom(random, kSpeed); });
 }
 
 }  // namespace

@@ -5,8 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "control/resolver.h"
-#include "tests/unit/safety/allocation_counter.h"
-#include "tests/unit/support/ark_problem.h"
+#include "tests/unit/control/step_allocations.h"
 
 namespace tandem::test {
 namespace {
@@ -14,18 +13,6 @@ namespace {
 using control::Method;
 using control::MethodParameters;
 using control::SolveStatus;
-
-double excess(const control::StepProblem& problem, const control::Solution& s) {
-  double worst = 0.0;
-  for (int j = 0; j < problem.joint_count; ++j)
-    worst = std::max({worst, s.bounds.lower[j] - s.velocity[j], s.velocity[j] - s.bounds.upper[j]});
-  for (int i = 0; i < s.bounds.row_count; ++i) {
-    const auto& row = problem.row[i];
-    worst = std::max(
-        worst, row.a_first * s.velocity[row.first] + row.a_second * s.velocity[row.second] - s.bounds.row_rate[i]);
-  }
-  return worst;
-}
 
 /// A random problem with a posture inside the limits, or somewhat outside of them.
 bool setWithPosture(ArkProblem& ark, Random& random, double speed) {
@@ -124,21 +111,7 @@ TEST(Posture, RefusesOneThatIsNotFiniteOrOfAnotherSize) {
 TEST(Posture, AllocatesNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
-  for (int m = 0; m < control::kMethodCount; ++m) {
-    const auto resolver = control::makeResolver(static_cast<Method>(m), {});
-    ArkProblem ark;
-    control::Solution solution;
-    Random random(baseSeed());
-    std::size_t allocated = 0;
-    for (int i = 0; i < 50; ++i) {
-      if (!setWithPosture(ark, random, 3e-3))
-        continue;
-      const std::size_t before = allocationCount();
-      resolver->solve(ark.problem, solution);
-      allocated += allocationCount() - before;
-    }
-    EXPECT_EQ(allocated, 0u) << control::name(static_cast<Method>(m));
-  }
+  expectStepsAllocateNothing([](ArkProblem& ark, Random& random) { return setWithPosture(ark, random, 3e-3); });
 }
 
 }  // namespace
