@@ -28,9 +28,6 @@ struct Snapshot {
  */
 class Client {
  public:
-  /// Nearer than this, m or rad, a joint is where it was sent: joints of drives come to rest within a few counts.
-  static constexpr double kAtRest = 1e-4;
-
   /// Sees every sample in order, on DDS threads; empty functions are not called.
   struct Taps {
     std::function<void(const dds::ActuationState&)> state;

@@ -10,6 +10,7 @@
 
 #include "planning/follower.h"
 #include "safety/faults.h"
+#include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
 #include "services/cli/plan_print.h"
@@ -103,7 +104,7 @@ int moveJp(const Options& options) {
     for (std::size_t j = 0; j < options.joints.size(); ++j) {
       const double error =
           s.state.position[dds::jointIndex(static_cast<int>(arm), static_cast<int>(j))] - options.joints[j];
-      if (std::abs(error) > Client::kAtRest)
+      if (std::abs(error) > safety::kAtRest)
         return false;
     }
     return true;

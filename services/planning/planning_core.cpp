@@ -48,8 +48,7 @@ void PlanningCore::followState() {
   for (int k = 0; k < robot_.armCount(); ++k) {
     if (state_.valid[static_cast<std::size_t>(k)] == 0)
       return;
-    for (int j = 0; j < robot_.size(k); ++j)
-      q[robot_.offset(k) + j] = state_.position[dds::jointIndex(k, j)];
+    q.segment(robot_.offset(k), robot_.size(k)) = dds::jointsOf(state_.position, k, robot_.size(k));
   }
   model_tips_.update(q);
 }
