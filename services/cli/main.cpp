@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   using namespace tandem::cli;
   for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerDoctor,
                          registerFk, registerSolve, registerStability, registerWorkspace, registerPlan,
-                         registerValidate, registerSchema, registerCan, registerHome, registerJog}) {
+                         registerValidate, registerSchema, registerCan, registerHome, registerJog, registerUnits}) {
     part(app, exit_code);
   }
   try {
