@@ -36,8 +36,7 @@ class Engine:
             # Not `ip netns exec`: it mounts /sys anew, and the control groups are gone.
             command = ["nsenter", f"--net=/run/netns/{self.namespace}", *command]
         self.log = open(self.folder / "log", "ab")
-        self.daemon = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log,
-                                       start_new_session=True)
+        self.daemon = roots.start(command, self.log)
         deadline = time.monotonic() + 60
         while self._docker("info").returncode != 0:
             if self.daemon.poll() is not None or time.monotonic() > deadline:

@@ -3,7 +3,8 @@
 # Runs in the booted machine; writes KEY=VALUE lines for machine.py, which judges them.
 results=/trial/results
 note() { printf '%s=%s\n' "$1" "$2" >>$results; }
-show() { systemctl show --value -p "$2" "tandem-$1@boot.service"; }
+deployment=boot
+show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }
 # until_true SECONDS COMMAND...
 until_true() {
   local end=$((SECONDS + $1))
@@ -13,27 +14,32 @@ until_true() {
     sleep 0.2
   done
 }
-status() { tandem status boot --json | tr -d '\n'; }
+status() { tandem status $deployment --json | tr -d '\n'; }
+# What a service is and what it may do, from outside.
+look() {
+  local name pid folder answer
+  for name in "$@"; do
+    pid=$(show "$name" MainPID)
+    note "${name}_active" "$(show "$name" ActiveState)"
+    note "${name}_status" "$(show "$name" StatusText)"
+    note "${name}_user" "$(stat -c %U "/proc/$pid")"
+    note "${name}_capabilities" "$(awk '/^CapPrm/ {print $2}' "/proc/$pid/status")"
+    note "${name}_no_new_privileges" "$(awk '/^NoNewPrivs/ {print $2}' "/proc/$pid/status")"
+    note "${name}_locked" "$(awk '/^VmLck/ {print $2}' "/proc/$pid/status")"
+    note "${name}_threads" "$(for task in /proc/"$pid"/task/*; do chrt -p "${task##*/}"; done |
+      awk '/policy/ {policy = $NF} /priority/ {print policy, $NF}' | sort -u | tr '\n' ',')"
+    for folder in usr etc; do
+      nsenter -t "$pid" -m touch /$folder/written 2>&1 | grep -q 'Read-only file system' && answer=read-only || answer=writable
+      note "${name}_$folder" $answer
+    done
+  done
+}
 
 mapfile -t units < <(tandem units boot)
 systemctl enable --now tandem@boot.target "${units[@]}"
 note target "$(systemctl is-active tandem@boot.target)"
 until_true 30 tandem status boot --check
-for name in sim control planning; do
-  pid=$(show $name MainPID)
-  note ${name}_active "$(show $name ActiveState)"
-  note ${name}_status "$(show $name StatusText)"
-  note ${name}_user "$(stat -c %U "/proc/$pid")"
-  note ${name}_capabilities "$(awk '/^CapPrm/ {print $2}' "/proc/$pid/status")"
-  note ${name}_no_new_privileges "$(awk '/^NoNewPrivs/ {print $2}' "/proc/$pid/status")"
-  note ${name}_locked "$(awk '/^VmLck/ {print $2}' "/proc/$pid/status")"
-  note ${name}_threads "$(for task in /proc/"$pid"/task/*; do chrt -p "${task##*/}"; done |
-    awk '/policy/ {policy = $NF} /priority/ {print policy, $NF}' | sort -u | tr '\n' ',')"
-  for folder in usr etc; do
-    nsenter -t "$pid" -m touch /$folder/written 2>&1 | grep -q 'Read-only file system' && answer=read-only || answer=writable
-    note ${name}_$folder $answer
-  done
-done
+look sim control planning
 
 # Control hangs while the arms are enabled.
 tandem robot -d boot enable
@@ -61,4 +67,21 @@ for name in sim control planning; do
   note ${name}_stopped "$(show $name ActiveState)"
   note ${name}_result "$(show $name Result)"
 done
+
+# The HAL, with simulated drives on CAN.
+for module in can-dev can can-raw vcan; do [[ ! -e /trial/$module.ko ]] || insmod /trial/$module.ko; done
+for bus in a b; do
+  [[ $bus == a ]] && interface=vcan0 || interface=vcan1
+  ip link add dev "$interface" type vcan && ip link set "$interface" up
+  systemd-run --quiet --unit=drives-$bus -p User=tandem -p CPUSchedulingPolicy=fifo -p CPUSchedulingPriority=10 \
+    tandem-drive-sim --hardware bench --hardware-bus bus_$bus --log warn
+done
+deployment=bench
+systemctl start tandem-hal@bench.service tandem-control@bench.service tandem-planning@bench.service
+there() { [[ $(status) == *DISABLED*DISABLED* ]]; }
+until_true 60 there
+look hal
+note drives "$(status)"
+systemctl stop tandem-planning@bench.service tandem-control@bench.service tandem-hal@bench.service
+note hal_end "$(show hal Result) $(show hal ActiveState)"
 note end yes

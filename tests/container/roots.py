@@ -1,15 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """File systems to install packages into: a small Debian 12 made from this machine's own package sources."""
+import ctypes
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
+import sys
 import tempfile
 import time
 
 SOURCES = pathlib.Path("/etc/apt/sources.list.d/debian.sources")
 MOST_AGE = 7 * 24 * 3600  # s, of a base that is taken again
+PR_SET_PDEATHSIG = 1
 NEEDS = {"mmdebstrap": "mmdebstrap", "unshare": "util-linux", "dpkg": "dpkg"}
+
+
+# A test that is told to end cleans up before it does.
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+
+
+def start(command, output):
+    """Starts what outlives no test: it is told to end when this process is gone, however that came about."""
+    def bind():
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGTERM))
+
+    return subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+                            start_new_session=True, preexec_fn=bind)
 
 
 def require(tools):
