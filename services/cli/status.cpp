@@ -5,6 +5,7 @@
 #include <chrono>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "control/conflict.h"
@@ -275,6 +276,36 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
   return kOk;
 }
 
+/// Waits for those of the deployment's processes that run on this host; whom they wait for is their affair.
+int runCheck(const std::string& name) {
+  constexpr double kPatience = 5.0;  // s
+  const std::map<std::string, std::uint64_t Snapshot::*> voices{{"tandem-sim", &Snapshot::states},
+                                                                {"tandem-hal", &Snapshot::states},
+                                                                {"tandem-control", &Snapshot::statuses},
+                                                                {"tandem-planning", &Snapshot::references}};
+  const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
+  const std::string host = service::hostName(deployment);
+  Client client(deployment);
+  std::string heard, silent;
+  const auto look = [&](const Snapshot& s) {
+    heard.clear();
+    silent.clear();
+    for (const config::Process& process : deployment.processes) {
+      const auto voice = voices.find(process.executable);
+      if (process.host == host && voice != voices.end())
+        (s.*(voice->second) > 0 ? heard : silent) += " " + process.name;
+    }
+    return silent.empty();
+  };
+  if (!client.waitFor(kPatience, look)) {
+    throw Failure(kFailure, deployment.file.string() + ": no sign of life from" + silent + " within " +
+                                std::to_string(static_cast<int>(kPatience)) + " s");
+  }
+  std::cout << deployment.name << (host.empty() ? "" : " on " + host) << ": heard"
+            << (heard.empty() ? ": none of its processes runs here" : heard) << '\n';
+  return kOk;
+}
+
 int runTopics(const std::string& name, bool as_json) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   const config::Robot robot = config::loadRobot(deployment.robot);
@@ -317,9 +348,17 @@ CLI::App* add(CLI::App& app,
 
 void registerStatus(CLI::App& app, int& exit_code) {
   auto follow = std::make_shared<bool>(false);
+  auto check = std::make_shared<bool>(false);
   CLI::App* status = add(app, exit_code, "status", "states, errors, loop statistics and guards of a running system",
-                         [follow](const std::string& name, bool as_json) { return runStatus(name, as_json, *follow); });
-  status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+                         [=](const std::string& name, bool as_json) {
+                           return *check ? runCheck(name) : runStatus(name, as_json, *follow);
+                         });
+  auto* again = status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+  status
+      ->add_flag(
+          "--check", *check,
+          "only whether the processes of this host are heard: ends with 0, or with 1 after 5 s; for health checks")
+      ->excludes(again);
 }
 
 void registerTopics(CLI::App& app, int& exit_code) {
