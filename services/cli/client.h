@@ -43,6 +43,8 @@ class Client {
   ~Client();
 
   std::uint64_t id() const { return id_; }
+  /// For topics that this class does not know.
+  dds::Bus& bus() { return bus_; }
   /// Whether it may command; a viewer sends nothing but stop.
   bool commands() const { return role_ == dds::Role::kConsoleOperator; }
   Snapshot snapshot() const;

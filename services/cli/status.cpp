@@ -13,6 +13,7 @@
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
+#include "services/cli/clocks.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/convert.h"
 #include "services/setup/diagnostics.h"
@@ -193,6 +194,10 @@ void printStatus(const nlohmann::ordered_json& json) {
       std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),
                   what.get<std::string>().c_str());
   }
+  for (const auto& clock : json["clocks"])
+    std::printf("  clock of %s: %+.3f ms against this one's, within %.3f ms\n",
+                clock["host"].get<std::string>().c_str(), 1e3 * clock["offset_s"].get<double>(),
+                1e3 * clock["within_s"].get<double>());
   if (json.contains("warning"))
     std::printf("  %s\n", json["warning"].get<std::string>().c_str());
 }
@@ -241,14 +246,36 @@ class Silence {
   std::array<Heard, kNames.size()> heard_;
 };
 
+nlohmann::ordered_json clocksJson(const std::vector<ClockOffset>& offsets) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const ClockOffset& clock : offsets)
+    json.push_back({{"host", clock.host}, {"offset_s", clock.offset}, {"within_s", clock.within}});
+  return json;
+}
+
+/// Where there are several hosts.
+void askAll(Client& client, Clocks& clocks) {
+  constexpr int kTimes = 8;
+  constexpr double kPause = 0.03;  // s
+  for (int i = 0; i < kTimes; ++i) {
+    clocks.ask();
+    client.waitFor(kPause, [](const Snapshot&) { return false; });
+  }
+}
+
 int runStatus(const std::string& name, bool as_json, bool follow) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   const config::Robot robot = config::loadRobot(deployment.robot);
   Client client(deployment);
+  const bool several = deployment.hosts.size() > 1;
+  Clocks clocks(client.bus(), client.id());
   client.connect(5.0);
   if (!follow) {
+    if (several)
+      askAll(client, clocks);
     client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
-    const auto json = statusJson(deployment, robot, client.snapshot());
+    auto json = statusJson(deployment, robot, client.snapshot());
+    json["clocks"] = clocksJson(clocks.offsets());
     if (as_json) {
       std::cout << json.dump(2) << '\n';
     } else {
@@ -263,10 +290,13 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
     constexpr double kLook = 0.2;  // s: so often something is said, although somebody is silent
     client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
                    [&](const Snapshot& s) { return silence.allNew(s); });
+    if (several)
+      clocks.ask();
     const Snapshot now = client.snapshot();
     silence.note(now);
     auto json = statusJson(deployment, robot, now);
     json["silent"] = silence.names();
+    json["clocks"] = clocksJson(clocks.offsets());
     if (as_json) {
       std::cout << json.dump() << std::endl;
     } else {

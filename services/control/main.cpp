@@ -13,6 +13,7 @@
 #include "services/control/clearance_publisher.h"
 #include "services/control/control_core.h"
 #include "services/control/crtk_publisher.h"
+#include "services/setup/clock_desk.h"
 
 using namespace tandem;
 
@@ -27,7 +28,8 @@ struct Service {
         core(s, robot, desk.makeTracker()),
         bus(service::busOptions(s.deployment, s.name)),
         crtk(bus, s, robot),
-        clearance(bus, s, robot) {
+        clearance(bus, s, robot),
+        clock(bus, s) {
     commands = bus.writer(dds::kActuationCommand);
     limits = bus.writer(dds::kActuationLimits);
     statuses = bus.writer(dds::kControlStatus);
@@ -90,6 +92,7 @@ struct Service {
   dds::Bus bus;
   service::CrtkPublisher crtk;
   service::ClearancePublisher clearance;
+  service::ClockDesk clock;
   dds::Writer<dds::ActuationCommand> commands;
   dds::Writer<dds::ActuationLimits> limits;
   dds::Writer<dds::ControlStatus> statuses;

@@ -69,6 +69,11 @@ class TwoHosts(system.SystemTest):
 
     def test_a_link_that_is_cut_stops_the_arms_until_somebody_enables_them(self):
         self.start_both()
+        clocks = system.until(lambda: (lambda found: len(found) == 2 and found)(self.console.status()["clocks"]), 10,
+                              "both hosts tell the time")
+        self.assertEqual({clock["host"] for clock in clocks}, {"robot", "console"})
+        for clock in clocks:  # one machine plays both: its clock is the same
+            self.assertLess(abs(clock["offset_s"]), clock["within_s"] + 1e-4)
         for cut in range(int(os.environ.get("TANDEM_CUTS", "3"))):
             self.assert_ok(self.console.robot("enable"))
             run = self.start_run(self.console, self.long_line())
