@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/cli/arguments.h"
+#include "services/cli/role.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
@@ -16,9 +17,12 @@ int main(int argc, char** argv) {
       "Every subcommand has --help.");
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
-  for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerDoctor,
-                         registerFk, registerSolve, registerStability, registerWorkspace, registerPlan,
-                         registerValidate, registerSchema, registerCan, registerHome, registerJog, registerUnits}) {
+  addRoleOption(app);
+  app.fallthrough();
+  for (Register* part :
+       {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerDoctor, registerFk,
+        registerSolve, registerStability, registerWorkspace, registerPlan, registerValidate, registerSchema,
+        registerCan, registerHome, registerJog, registerSecurity, registerUnits}) {
     part(app, exit_code);
   }
   try {

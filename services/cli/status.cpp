@@ -15,6 +15,7 @@
 #include "services/cli/client.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/convert.h"
+#include "services/setup/diagnostics.h"
 
 namespace tandem::cli {
 namespace {
@@ -81,6 +82,19 @@ nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clea
   return json;
 }
 
+/// Malformed samples, by the service that has dropped them and by topic.
+nlohmann::ordered_json droppedJson(const Snapshot& s) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  const std::string key = service::kDroppedKey;
+  for (const auto& [service, status] : s.diagnostics) {
+    for (const auto& [name, value] : status.values) {
+      if (name.starts_with(key))
+        json[service][name.substr(key.size())] = value;
+    }
+  }
+  return json;
+}
+
 nlohmann::ordered_json statusJson(const config::Deployment& deployment, const config::Robot& robot, const Snapshot& s) {
   nlohmann::ordered_json json;
   json["deployment"] = deployment.name;
@@ -116,6 +130,10 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
     guards[std::string(safety::name(static_cast<safety::Guard>(g)))] = s.hal.guard_count[static_cast<std::size_t>(g)];
   }
   json["guards"] = guards;
+  json["dropped"] = droppedJson(s);
+  json["secured"] = !deployment.security.empty();
+  if (const std::string warning = service::exposure(deployment); !warning.empty())
+    json["warning"] = warning;
   return json;
 }
 
@@ -170,6 +188,13 @@ void printStatus(const nlohmann::ordered_json& json) {
     }
   }
   std::printf("\n");
+  for (const auto& [service, topics] : json["dropped"].items()) {
+    for (const auto& [topic, what] : topics.items())
+      std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),
+                  what.get<std::string>().c_str());
+  }
+  if (json.contains("warning"))
+    std::printf("  %s\n", json["warning"].get<std::string>().c_str());
 }
 
 /** Who has said nothing new for a while. */

@@ -171,6 +171,7 @@ class ReaderImpl final : public ReaderBase, private fast::DataReaderListener {
     }
     if (why != nullptr) {
       ++malformed_;
+      participant_->noteDropped(name_, why);
       problem_.set(name_ + ": sample dropped: " + why);
       return;
     }
@@ -215,6 +216,8 @@ Bus::Bus(const BusOptions& options) : participant_(std::make_shared<detail::Part
 Bus::~Bus() = default;
 
 const BusOptions& Bus::options() const { return participant_->options(); }
+
+std::vector<Dropped> Bus::dropped() const { return participant_->dropped(); }
 
 template <class M>
 Writer<M> Bus::writer(const Topic<M>& topic, const std::string& arm) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "config/config.h"
@@ -40,8 +41,20 @@ const config::Host& thisHost(const config::Deployment& deployment);
 /// Its name; empty for a deployment without hosts.
 std::string hostName(const config::Deployment& deployment);
 
-/// Options of a participant of this deployment.
-dds::BusOptions busOptions(const config::Deployment& deployment, const std::string& process);
+/// What a service is there for: sim and hal are dds::Role::kHal, the others are called as their roles.
+/// @throw std::invalid_argument for a name that stands for no role.
+dds::Role roleOf(const std::string& service);
+
+/// Options of a participant of this deployment. @param role  of the process; by its name if not given
+/// @throw std::invalid_argument where the deployment is secured and the credentials of the role are not good; names the
+/// file and what to do.
+dds::BusOptions busOptions(const config::Deployment& deployment,
+                           const std::string& process,
+                           std::optional<dds::Role> role = std::nullopt);
+
+/// Whether others than this machine can take part although nobody has to show a certificate; what to say about that.
+/// Empty where all is well.
+std::string exposure(const config::Deployment& deployment);
 
 /// A random number that is not zero: sessions and clients.
 std::uint64_t randomIdentity();
