@@ -11,7 +11,7 @@ import tempfile
 import roots
 
 NEEDS = {"linux.uml": "user-mode-linux"}
-LIMIT = 240  # s, from power on to power off
+LIMIT = 400  # s, from power on to power off
 PRIORITY = 70  # of the periodic thread; above those of the units
 GUEST = pathlib.Path(__file__).with_name("guest.sh")
 MODULES = ("can-dev", "can", "can-raw", "vcan")  # in the order of their dependence
@@ -55,7 +55,8 @@ class Boot:
         realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\n"
         # User-mode Linux has one processor, and a system call of it costs as much as sixteen elsewhere.
         self.edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
-                  {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"}, realtime)
+                  {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"},
+                  f"{realtime}budgets: {SLOW_BUDGETS}\n")
         self.prepare_drives(share, etc, realtime)
         (etc / "deployments/wrong.yaml").write_text("tandem: deployment/1\nname: wrong\nrobot: nowhere\n")
         wanted = self.root / "etc/systemd/system/multi-user.target.wants"
@@ -135,12 +136,19 @@ class Boot:
         results = self.trial / "results"
         seen = dict(line.split("=", 1) for line in results.read_text().splitlines()) if results.exists() else {}
         print({key: value for key, value in seen.items() if not value.startswith("{")}, flush=True)
+        try:
+            self.judge_services(seen)
+        except (AssertionError, KeyError, ValueError):
+            print(story, flush=True)
+            raise
+
+    def judge_services(self, seen):
         test = self.test
-        test.assertIn("end", seen, story)
+        test.assertIn("end", seen)
 
         def same(expected, *keys):
             for key in keys:
-                test.assertEqual(seen.get(key), expected, f"{key}\n{story}")
+                test.assertEqual(seen.get(key), expected, key)
 
         same("active", "target", "sim_active", "control_active", "planning_active")
         for name, policy in (("sim", "SCHED_FIFO 30"), ("control", "SCHED_FIFO 20"), ("planning", "SCHED_OTHER 0")):
@@ -175,17 +183,15 @@ class Boot:
         same("yes", "watchdog_said")
 
     def judge_drives(self, seen, same):
-        """The HAL speaks to drives with no more rights than its unit grants, and leaves them in order."""
+        """The HAL speaks to drives, with no more rights than its unit grants."""
         same("active", "hal_active")
         same("0000000000001000", "hal_capabilities")  # CAP_NET_ADMIN
         same("tandem", "hal_user")
         same("read-only", "hal_usr", "hal_etc")
         for words in ("SCHED_FIFO 30", f"SCHED_FIFO {PRIORITY}"):
             self.test.assertIn(words, seen["hal_threads"])
-        arms = json.loads(seen["drives"])["arms"]
-        self.test.assertEqual([arm["operating_state"] for arm in arms], ["DISABLED", "DISABLED"])
-        self.test.assertTrue(all(len(arm["joints"]) == 6 for arm in arms), arms)
         same("success inactive", "hal_end")
+        self.test.assertGreater(int(seen["frames"]), 500, "on each bus")
 
     def clean(self):
         """What this added to the file system, or what a booted machine leaves there; the packages' own test goes on."""
