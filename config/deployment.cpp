@@ -77,6 +77,10 @@ std::optional<DiscoveryServer> readDiscovery(const Map& map, const Deployment& d
   if (!map.has("discovery"))
     return std::nullopt;
   const Map entry = map.map("discovery");
+  if (!deployment.security.empty())
+    map.fail("discovery",
+             "found beside security, which a discovery server of Fast DDS 2.9 does not survive; expected one of "
+             "them: peers or hosts need no server");
   DiscoveryServer server{entry.text("server"), entry.integer("port")};
   std::string known;
   for (const Host& host : deployment.hosts) {

@@ -128,7 +128,7 @@ std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
     config::Deployment plain = deployment;
     plain.security.clear();
     plain.discovery.reset();
-    const dds::BusOptions options = service::busOptions(plain, "doctor", dds::Role::kConsoleViewer);
+    const dds::BusOptions options = service::busOptions(plain, "doctor");
     RoundTrip trip(options);
     constexpr std::uint64_t kTrips = 500;
     const std::vector<double> times = trip.measure(kTrips);

@@ -65,8 +65,6 @@ const char* name(Role role) {
       return "console-viewer";
     case kRecorder:
       return "recorder";
-    case kDiscovery:
-      return "discovery";
   }
   return "unknown";
 }
@@ -87,8 +85,6 @@ const char* describe(Role role) {
       return "clients that only look";
     case kRecorder:
       return "the recorder";
-    case kDiscovery:
-      return "the discovery server";
   }
   return "unknown";
 }

@@ -25,13 +25,12 @@ enum class Role {
   kConsoleOperator,  ///< clients that command
   kConsoleViewer,    ///< clients that look
   kRecorder,
-  kDiscovery,  ///< the discovery server: meets everybody, reads and writes nothing
 };
 
-inline constexpr std::array kRoles{Role::kPlanning,        Role::kControl,       Role::kHal,      Role::kTracker,
-                                   Role::kConsoleOperator, Role::kConsoleViewer, Role::kRecorder, Role::kDiscovery};
+inline constexpr std::array kRoles{Role::kPlanning,        Role::kControl,       Role::kHal,     Role::kTracker,
+                                   Role::kConsoleOperator, Role::kConsoleViewer, Role::kRecorder};
 
-/// "planning", "control", "hal", "tracker", "console-operator", "console-viewer", "recorder", "discovery".
+/// "planning", "control", "hal", "tracker", "console-operator", "console-viewer", "recorder".
 const char* name(Role role);
 std::optional<Role> roleFromName(std::string_view name);
 /// For people, e.g. "tandem-hal or tandem-sim".

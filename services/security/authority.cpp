@@ -99,8 +99,11 @@ void finish(X509* certificate, X509* issuer, EVP_PKEY* issuer_key, const char* c
 }
 
 /// Signs a list of revocations. It stays good as long as the authority: a list that runs out would stop the robot.
-std::string signList(X509_CRL* crl, X509* authority, EVP_PKEY* key) {
-  ASN1_TIME* from = good(ASN1_TIME_set(nullptr, std::chrono::system_clock::to_time_t(Validity().from)), "date");
+std::string signList(X509_CRL* crl,
+                     X509* authority,
+                     EVP_PKEY* key,
+                     std::chrono::system_clock::time_point since = Validity().from) {
+  ASN1_TIME* from = good(ASN1_TIME_set(nullptr, std::chrono::system_clock::to_time_t(since)), "date");
   const int set = X509_CRL_set1_lastUpdate(crl, from);
   ASN1_TIME_free(from);
   good(set, "date");
@@ -160,7 +163,7 @@ void init(const fs::path& folder, const std::string& organisation, const Validit
   writeFile(files.certificate, textOf(authority.get()));
   writeFile(common.governance, sign(governance(), authority.get(), key.get()));
   const Crl crl = emptyList(authority.get());
-  writeFile(common.crl, signList(crl.get(), authority.get(), key.get()));
+  writeFile(common.crl, signList(crl.get(), authority.get(), key.get(), validity.from));
 }
 
 void issue(const fs::path& folder, const Grant& grant, const fs::path& to) {

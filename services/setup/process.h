@@ -41,7 +41,8 @@ const config::Host& thisHost(const config::Deployment& deployment);
 /// Its name; empty for a deployment without hosts.
 std::string hostName(const config::Deployment& deployment);
 
-/// What a service is there for: sim and hal are dds::Role::kHal, the others are called as their roles.
+/// What a service is there for: sim and hal are dds::Role::kHal, the others are called as their roles. Asked of secured
+/// deployments alone.
 /// @throw std::invalid_argument for a name that stands for no role.
 dds::Role roleOf(const std::string& service);
 

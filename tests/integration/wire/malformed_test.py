@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A raw writer on every topic of a running system: nothing crashes, nothing moves, and what was dropped is counted by name.
+
+TANDEM_ROUNDS says how many rounds over all topics (default 150)."""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
+import system  # noqa: E402
+
+ROUNDS = int(os.environ.get("TANDEM_ROUNDS", "150"))
+CALM = {"budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 3000}", "sim_period_ms": 5}
+# Who has to drop what.
+READ_BY = {
+    "tandem-sim": ["actuation/command", "sim/request", "stop"],
+    "tandem-control": ["actuation/state", "planning/reference", "control/request", "stop", "arm_a/state_command",
+                       "arm_b/state_command"],
+    "tandem-planning": ["actuation/state", "control/status", "planning/request", "planning/compute"],
+}
+
+
+class Malformed(system.SystemTest):
+    def test_every_topic(self):
+        domain, prefix = system.free_domain(), f"t{os.getpid()}"
+        running = self.start("laptop", domain=domain, prefix=prefix, **CALM)
+        self.assert_ok(running.robot("enable"))
+        stood = running.joints()
+        peer = pathlib.Path(system.executable()).parents[1] / "tests" / "raw_peer"
+        seed = system.seeded(self).randrange(2**32)
+        answer = subprocess.run([peer, str(domain), prefix, str(seed), str(ROUNDS), "arm_a", "arm_b"], capture_output=True,
+                                text=True, timeout=200, check=False)
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        did = json.loads(answer.stdout)
+        print(did, flush=True)
+        self.assertEqual(did["mistyped_matched"], 0, "samples of another type are taken")
+        self.assertGreater(did["matched"], len(sum(READ_BY.values(), [])), "it was not heard")
+        self.assertIsNone(running.up.poll(), "a process died")
+        self.assertEqual(running.assert_still(self, looks=3), stood, "an arm has moved")
+
+        def all_named():
+            dropped = running.status()["dropped"]
+            missing = [(who, topic) for who, topics in READ_BY.items() for topic in topics
+                       if f"rt/{prefix}/{topic}" not in dropped.get(who, {})]
+            return not missing and dropped
+
+        print(system.until(all_named, 20, "every process names what it has dropped"), flush=True)
+        # It goes on as if nothing had been.
+        self.assert_ok(running.robot("disable"))
+        system.until(lambda: running.status()["lease_holder"] == 0, 10, "a lease that was taken runs out")
+        self.assert_ok(running.robot("run", self.trajectory("short", [0, 2, 0], points=2)))
+
+
+if __name__ == "__main__":
+    system.main()
