@@ -150,6 +150,9 @@ class Bus {
 
   const BusOptions& options() const;
 
+  /// For the ends in this folder.
+  const std::shared_ptr<detail::Participant>& participant() const { return participant_; }
+
  private:
   std::shared_ptr<detail::Participant> participant_;
 };
