@@ -16,9 +16,11 @@ int main(int argc, char** argv) {
       "Every subcommand has --help.");
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
-  for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerDoctor,
-                         registerFk, registerSolve, registerStability, registerWorkspace, registerPlan,
-                         registerValidate, registerSchema, registerCan, registerHome, registerJog}) {
+  for (Register* part :
+       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics, registerDoctor,
+        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,   registerValidate,
+        registerSchema, registerCan,        registerHome,      registerJog,       registerRecord, registerInfo,
+        registerReplay, registerExport,     registerPlot}) {
     part(app, exit_code);
   }
   try {

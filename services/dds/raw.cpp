@@ -79,7 +79,8 @@ class RawReaderImpl final : public ReaderEnd {
                 std::function<void(const RawSample&)> callback,
                 const ReaderOptions& options)
       : ReaderEnd(participant, ddsTopicName(participant->options().prefix, topic.name)),
-        callback_(std::move(callback)) {
+        callback_(std::move(callback)),
+        own_prefix_(participant->subscriber()->get_participant()->guid().guidPrefix) {
     open(topic.profile, new RawSupport(ddsTypeName(topic.type)), options);
   }
   ~RawReaderImpl() override { close(); }
@@ -90,17 +91,19 @@ class RawReaderImpl final : public ReaderEnd {
   const char* deliver(const fast::SampleInfo& info) override {
     if (const char* why = wrong(bytes_))
       return why;
-    RawSample sample{bytes_, info.source_timestamp.to_ns(), 0, {}};
+    RawSample sample{bytes_, info.source_timestamp.to_ns(), 0, {}, false};
     sample.sequence = info.sample_identity.sequence_number().to64long();
     const auto& writer = info.sample_identity.writer_guid();
     std::copy_n(writer.guidPrefix.value, 12, sample.writer.begin());
     std::copy_n(writer.entityId.value, 4, sample.writer.begin() + 12);
+    sample.own = writer.guidPrefix == own_prefix_;
     countReceived();
     callback_(sample);
     return nullptr;
   }
 
   std::function<void(const RawSample&)> callback_;
+  eprosima::fastrtps::rtps::GuidPrefix_t own_prefix_;
   std::string bytes_;
 };
 

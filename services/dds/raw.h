@@ -25,6 +25,7 @@ struct RawSample {
   std::int64_t source_time = 0;           ///< ns since the epoch, on the writer's clock
   std::uint64_t sequence = 0;             ///< of this writer, counts from 1 without gaps
   std::array<std::uint8_t, 16> writer{};  ///< identity of the writer, new with each
+  bool own = false;                       ///< the writer is one of this bus
 };
 
 /** Writes bytes. As Writer otherwise. */
