@@ -20,9 +20,10 @@ int main(int argc, char** argv) {
   addRoleOption(app);
   app.fallthrough();
   for (Register* part :
-       {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerDoctor, registerFk,
-        registerSolve, registerStability, registerWorkspace, registerPlan, registerValidate, registerSchema,
-        registerCan, registerHome, registerJog, registerSecurity, registerUnits}) {
+       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
+        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
+        registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
+        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot}) {
     part(app, exit_code);
   }
   try {

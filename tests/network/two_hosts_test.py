@@ -39,7 +39,7 @@ class TwoHosts(system.SystemTest):
         """It waits for the console."""
         self.robot = system.System(self.path, self.robot_host.inside, await_ready=False, parts=("state", "status"))
         self.addCleanup(self.robot.close)
-        self.assertEqual(set(self.robot.pids), {"sim", "control"})
+        self.assertEqual(set(self.robot.pids), {"sim", "control", "recorder"})
         self.robot.event("waiting", 20)
 
     def start_both(self):
