@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/log/StdoutErrConsumer.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -144,6 +146,17 @@ fast::DomainParticipantQos participantQos(const BusOptions& options) {
   return qos;
 }
 
+/// What the middleware has to say, refusals of strangers above all, goes to stderr: stdout is for answers.
+void logToStderr() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    auto consumer = std::make_unique<fast::StdoutErrConsumer>();
+    consumer->stderr_threshold(fast::Log::Kind::Info);
+    fast::Log::ClearConsumers();
+    fast::Log::RegisterConsumer(std::move(consumer));
+  });
+}
+
 /// What both ends of a topic agree upon.
 struct Contract {
   bool reliable = true;
@@ -199,6 +212,7 @@ void applyHistory(int depth, bool plain, Qos& qos) {
 
 Participant::Participant(const BusOptions& options) : options_(options) {
   check(options);
+  logToStderr();
   // Within one process callbacks would otherwise run in the writer's thread.
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;

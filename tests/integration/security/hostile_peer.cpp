@@ -107,6 +107,19 @@ namespace {
 
 const std::vector<std::string> kArms{"arm_a", "arm_b"};
 constexpr std::uint64_t kClient = 0xbadc0de;
+constexpr const char* kFrame = "hostile";
+
+/// What it has written itself, which its own readers hear.
+template <class M>
+bool isOwn(const M& message) {
+  if constexpr (requires { message.client; })
+    return message.client == kClient;
+  if constexpr (std::is_same_v<M, ActuationCommand>)
+    return message.control_session == kClient;
+  if constexpr (std::is_same_v<M, StringStamped>)
+    return message.frame == kFrame;
+  return false;
+}
 
 /** Everything that can be read, and everything that moves a robot. */
 class Hostile {
@@ -141,7 +154,7 @@ class Hostile {
     SimRequest reset{kClient, ++number_, 1, 2};
     sims_.write(reset);
     for (auto& writer : states_)
-      writer.write({0, "", "enable"});
+      writer.write({0, kFrame, "enable"});
     command();
   }
 
@@ -168,6 +181,8 @@ class Hostile {
   void listen(const Topic<M>& topic, const std::string& arm) {
     const std::string name = arm + "/" + topic.name;
     const auto take = [this, name](const M& message) {
+      if (isOwn(message))
+        return;
       const std::lock_guard lock(mutex_);
       ++received_[name];
       if constexpr (std::is_same_v<M, ActuationState>)

@@ -20,7 +20,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from credentials import Authority, day, system  # noqa: E402
 
 # On any machine, however busy.
-CALM = {"budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 3000}", "sim_period_ms": 5}
+CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 ATTACK = 4.0  # s: handshakes whose first message is lost are tried again every second
 
 
@@ -33,9 +33,16 @@ class Hostile:
                                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.started = self._process.stdout.readline()
 
+    def kill(self):
+        """For clean-ups: whatever became of it."""
+        self._process.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            stream.close()
+
     def end(self):
         """What it got."""
-        output, errors = self._process.communicate(timeout=30)
+        output, errors = self._process.communicate(timeout=60)
         if self._process.returncode != 0 or not self.started:
             raise AssertionError(f"hostile_peer ended with {self._process.returncode}: {errors}")
         return json.loads(output)
@@ -87,7 +94,9 @@ class Strangers(system.SystemTest):
         return self.start("laptop", domain=self.domain, prefix=self.prefix, security=self.authority.folder, **{**CALM, **changes})
 
     def hostile(self, *words, prefix=None):
-        return Hostile(self.domain, prefix or self.prefix, *words)
+        peer = Hostile(self.domain, prefix or self.prefix, *words)
+        self.addCleanup(peer.kill)
+        return peer
 
     def test_an_experiment_runs_secured(self):
         path = system.deployment(self.folder, "lockstep", domain=self.domain, prefix=self.prefix,

@@ -12,7 +12,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
 ROUNDS = int(os.environ.get("TANDEM_ROUNDS", "150"))
-CALM = {"budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 3000}", "sim_period_ms": 5}
+CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 # Who has to drop what.
 READ_BY = {
     "tandem-sim": ["actuation/command", "sim/request", "stop"],
