@@ -18,11 +18,26 @@ class Engine:
     """dockerd on a folder of its own. start() within this machine's network, or within a network namespace."""
 
     def __init__(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tandem-docker-"))
+        self.sweep()
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix=f"tandem-docker-{os.getpid()}-"))
         self.daemon = None
         self.namespace = None
         self.environment = {**os.environ, "DOCKER_HOST": f"unix://{self.folder}/socket", "DOCKER_BUILDKIT": "0",
                             "DOCKER_CONFIG": str(self.folder), "COMPOSE_PROJECT_NAME": "tandemtest"}
+
+    @staticmethod
+    def sweep():
+        """A test that was killed could not clean up: its engine ended with it, its folder and its network did not."""
+        def dead(name):
+            pid = name.removeprefix("tandem-docker-").split("-")[0]
+            return pid.isdigit() and not pathlib.Path("/proc", pid).exists()
+
+        for namespace in pathlib.Path("/run/netns").glob("tandem-docker-*"):
+            if dead(namespace.name):
+                subprocess.run(["ip", "netns", "del", namespace.name], check=False)
+        for folder in pathlib.Path(tempfile.gettempdir()).glob("tandem-docker-*"):
+            if dead(folder.name):
+                shutil.rmtree(folder, ignore_errors=True)
 
     def start(self, private=False):
         """A private network has nothing but its loopback and what the engine makes."""
