@@ -114,6 +114,17 @@ struct Process {
   std::vector<std::string> arguments;  ///< appended to those that tandem up gives
   bool is_service = true;              ///< takes --deployment and --log
   std::string host;                    ///< where it runs; empty without hosts
+  bool essential = true;               ///< its death ends the deployment
+};
+
+/** What tandem-recorder keeps in memory, and where it writes it when an arm faults. */
+struct BlackBox {
+  double before = 30.0;                  ///< s before the fault
+  double after = 3.0;                    ///< s behind it
+  int memory = 128;                      ///< MB that hold them
+  std::filesystem::path directory;       ///< of the files; empty: of the user who runs it, see docs/recording.md
+  int files = 20;                        ///< that are kept; the oldest ones go
+  std::vector<std::string> topics{"*"};  ///< below the prefix; * stands for any text
 };
 
 enum class ClockMode {
@@ -149,6 +160,7 @@ struct Deployment {
   planning::Feedback feedback = planning::Feedback::kModel;
   std::optional<kinematics::Port> port;  ///< that the arms come through; its distance is published and kept by plans
   sim::PlantOptions plant;               ///< of the simulated robot
+  BlackBox black_box;
   std::vector<Process> processes;
   std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default
   std::filesystem::path file;

@@ -117,7 +117,7 @@ std::vector<Process> readProcesses(const Map& map, const std::vector<Host>& host
   std::vector<Process> processes;
   for (const Map& entry : map.maps("processes")) {
     processes.push_back({entry.text("name"), entry.text("executable"), entry.texts("arguments"), entry.flag("service"),
-                         readHostOf(entry, hosts)});
+                         readHostOf(entry, hosts), entry.flag("essential")});
     for (std::size_t i = 0; i + 1 < processes.size(); ++i) {
       if (processes[i].name == processes.back().name) {
         entry.fail("name", "found '" + processes[i].name + "' a second time, expected another name");
@@ -125,6 +125,19 @@ std::vector<Process> readProcesses(const Map& map, const std::vector<Host>& host
     }
   }
   return processes;
+}
+
+BlackBox readBlackBox(const Map& map, const std::filesystem::path& file) {
+  BlackBox box;
+  box.before = map.number("before");
+  box.after = map.number("after");
+  box.memory = map.integer("memory_mb");
+  if (map.has("directory"))
+    box.directory = std::filesystem::absolute(file).parent_path() / map.text("directory");
+  box.files = map.integer("files");
+  if (map.has("topics"))
+    box.topics = map.texts("topics");
+  return box;
 }
 
 void readTiming(const Map& map, Deployment& deployment) {
@@ -191,6 +204,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
     deployment.port->depth = port.number("depth");
   }
   readFeedback(map, deployment);
+  deployment.black_box = readBlackBox(map.map("black_box"), file);
   deployment.hosts = readHosts(map);
   deployment.security = readSecurity(map, file);
   deployment.discovery = readDiscovery(map, deployment);

@@ -150,6 +150,23 @@ const Mapping& processTable() {
           flag("service", "false: a program that knows nothing of deployments; it gets its arguments alone")
               .defaultsTo(1.0),
           text("host", "the one of the hosts that it runs on").defaultNote("required with hosts"),
+          flag("essential", "false: the others go on when it dies").defaultsTo(1.0),
+      }};
+  return table;
+}
+
+const Mapping& blackBoxTable() {
+  const BlackBox defaults;
+  static const Mapping table{
+      "black_box",
+      "What tandem-recorder keeps in memory, and writes as an MCAP file when an arm faults or is stopped.",
+      {
+          number("before", kTime, "how much is kept from before the fault").above(0).defaultsTo(defaults.before),
+          number("after", kTime, "how much is added from after it").above(0).defaultsTo(defaults.after),
+          integer("memory_mb", "megabytes that hold both").within(1, 65536).defaultsTo(defaults.memory),
+          text("directory", "of the files, relative to the folder of this file").defaultNote("the user's state folder"),
+          integer("files", "that are kept; the oldest ones are removed").within(1, 10000).defaultsTo(defaults.files),
+          text("topics", "below the prefix; * stands for any text").list(1, 200).unique().defaultNote("all"),
       }};
   return table;
 }
@@ -277,6 +294,7 @@ const Mapping& deploymentTable() {
                   "off it")
               .defaultNote("none"),
           mapping("plant", plantTable(), "the simulated robot").defaultNote("ideal and rigid"),
+          mapping("black_box", blackBoxTable(), "what tandem-recorder keeps for the case of a fault"),
           mapping("processes", processTable(), "what `tandem up` starts").required().list(1, 32),
       }};
   return table;

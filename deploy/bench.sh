@@ -15,10 +15,11 @@ Installs the Debian packages that are missing, builds the benchmarks, runs them 
   bench_control     one quadratic programme and one control step, beside Ipopt in the same run
   bench_hal         one cycle of the HAL, two arms on two buses, beside what its frames take on a wire of 1 Mbit/s
   bench_security    a round trip from state to command between two participants, secured beside plain
+  bench_round_trip  state to control to command over DDS, beside a bare Fast DDS ping-pong of messages of the same size
 
 Percentiles are over the cases (10,000 joint vectors, 2,000 programmes or steps, 5,000 cycles; fewer for the slow
-peers), each with the best of five repetitions, so that they tell of the code and not of what else the machine did. All
-other arguments go to Google Benchmark.
+peers), each with the best of five repetitions, so that they tell of the code and not of what else the machine did; over
+5,000 round trips, each as it was. All other arguments go to Google Benchmark.
 
   --output FOLDER  for the results, bench_*.json (default: results)
   --table FILE   prints the table of earlier results; runs nothing
@@ -51,6 +52,13 @@ if runs and runs[0][0][0] == "hal":
     run = runs[-1][1]
     print(f"on the wire of one bus, by the calculator: {run['wire']:.0f} us of a cycle of {run['period']:.0f} us, load "
           f"{100 * run['load']:.1f} %; wire and HAL one after the other: {100 * run['wire_share']:.2f} % is the wire's")
+    sys.exit()
+if runs and runs[0][0][0] == "round_trip":
+    print(f"{'round trip':<14}" + "".join(f"{name:>11}" for name in times) + "   ratio to ping_pong: p50, p99, p999")
+    bare = runs[0][1]
+    for name, run in runs:
+        ratios = ", ".join(f"{run[time] / bare[time]:.2f}" for time in ("p50", "p99", "p999"))
+        print(f"{name[1]:<14}" + "".join(f"{run[time]:>11.1f}" for time in times) + f"   {ratios}")
     sys.exit()
 kinematics = any(name[0] == "shooting" or name[0] in ("rigid", "compliant", "loaded") for name, _ in runs)
 heads, peer = ((("model", "arm", "curved parts", "joints"), (0, "shooting")) if kinematics else
@@ -89,9 +97,9 @@ while (($# > 0)); do
 done
 
 if $install; then install_packages; else report_packages; fi
-build release bench_kinematics bench_control bench_hal bench_security
+build release bench_kinematics bench_control bench_hal bench_round_trip bench_security services/all
 mkdir -p "$output"
-for program in bench_kinematics bench_control bench_hal bench_security; do
+for program in bench_kinematics bench_control bench_hal bench_round_trip bench_security; do
   say "running $program"
   "$root/build/release/bin/$program" --benchmark_out="$output/$program.json" --benchmark_out_format=json \
     --benchmark_format=console ${arguments[@]+"${arguments[@]}"} >"$output/$program.log" ||

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Generates the ROS 2 .msg twins of tandem_msgs*.idl, so that they are never kept by hand.
+"""Generates the ROS 2 .msg twins of idl/*.idl, so that they are never kept by hand.
 
-    generate_msg.py           writes idl/msg/tandem_msgs/*.msg
+    generate_msg.py           writes idl/msg/PACKAGE/*.msg
     generate_msg.py --check   writes nothing; fails where a twin is missing, differs or has no IDL any more
 
 Understands what the IDL file uses: comments, include guards, modules, @final structs, basic types, strings,
-arrays with literal bounds, unbounded sequences, and structs of the same module. Anything else is an error.
+arrays with literal bounds, unbounded sequences, and structs of this or of another module. Anything else is an error.
 """
 
 import argparse
@@ -38,13 +38,14 @@ class IdlError(Exception):
 
 
 class Parser:
-    """Reads one IDL file, line by line, into {struct name: .msg text}."""
+    """Reads one IDL file, line by line, into {(package, struct name): .msg text}; notes what it uses of others."""
 
     def __init__(self, path):
         self.path = path
         self.number = 0
         self.modules = []
         self.structs = {}
+        self.uses = []
         self.struct = None
         self.final = False
         self.comment = []
@@ -59,10 +60,13 @@ class Parser:
         sequence = re.fullmatch(r"sequence<\s*([^<>,]+?)\s*>", idl_type)
         if sequence:
             return self.ros_type(sequence[1]) + "[]"
-        scope = "::".join(self.modules) + "::"
-        name = idl_type.removeprefix(scope)
-        if name in self.structs:
+        name = idl_type.removeprefix("::".join(self.modules) + "::")
+        if (self.modules[0], name) in self.structs:
             return name
+        other = re.fullmatch(r"(\w+)::msg::(\w+)", idl_type)
+        if other and other[1] != self.modules[0]:
+            self.uses.append((self.number, other.groups()))
+            return f"{other[1]}/{other[2]}"
         return self.fail(f"type '{idl_type}' is neither basic nor a struct defined above")
 
     def member(self, code, remark):
@@ -87,7 +91,7 @@ class Parser:
             return
         module = re.fullmatch(r"module (\w+) \{", code)
         struct = re.fullmatch(r"struct (\w+) \{", code)
-        if code.startswith(("#ifndef ", "#define ", "#endif")):
+        if code.startswith(("#ifndef ", "#define ", "#endif", "#include ")):
             pass
         elif module and self.struct is None:
             self.modules.append(module[1])
@@ -99,7 +103,7 @@ class Parser:
             self.struct_name, self.struct = struct[1], list(self.comment)
         elif code == "};" and self.struct is not None:
             header = f"# Generated from idl/{self.path.name} by idl/generate_msg.py.\n"
-            self.structs[self.struct_name] = header + "\n".join(self.struct) + "\n"
+            self.structs[self.modules[0], self.struct_name] = header + "\n".join(self.struct) + "\n"
             self.struct, self.final, self.comment = None, False, []
         elif code == "};" and self.modules:
             self.modules.pop()
@@ -118,7 +122,7 @@ class Parser:
 
 def differences(folder, expected):
     """One text per file that is not as it should be."""
-    present = {file.name: file.read_text(encoding="utf-8") for file in folder.glob("*.msg")}
+    present = {str(file.relative_to(folder)): file.read_text(encoding="utf-8") for file in folder.glob("*/*.msg")}
     for name in sorted(present.keys() | expected.keys()):
         if present.get(name) != expected.get(name):
             old = present.get(name, "").splitlines()
@@ -129,29 +133,33 @@ def differences(folder, expected):
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--check", action="store_true", help="compare only; exit 1 where something differs")
-    options.add_argument("--idl", type=pathlib.Path, nargs="+", default=sorted(HERE.glob("tandem_msgs*.idl")))
-    options.add_argument("--out", type=pathlib.Path, default=HERE / "msg" / "tandem_msgs")
+    options.add_argument("--idl", type=pathlib.Path, nargs="+", default=sorted(HERE.glob("*.idl")))
+    options.add_argument("--out", type=pathlib.Path, default=HERE / "msg")
     arguments = options.parse_args()
-    structs = {}
+    structs, parsers = {}, [Parser(file) for file in arguments.idl]
     try:
-        for file in arguments.idl:
-            found = Parser(file).parse()
+        for parser in parsers:
+            found = parser.parse()
             if not found or found.keys() & structs.keys():
-                raise IdlError(f"{file}: no struct, or one of another file")
+                raise IdlError(f"{parser.path}: no struct, or one of another file")
             structs.update(found)
+        for parser in parsers:
+            for parser.number, used in parser.uses:
+                if used not in structs:
+                    parser.fail(f"{'::msg::'.join(used)} is in none of the files")
     except IdlError as error:
         print(error, file=sys.stderr)
         return 2
-    expected = {name + ".msg": text for name, text in structs.items()}
+    expected = {f"{package}/{name}.msg": text for (package, name), text in structs.items()}
     if arguments.check:
         found = list(differences(arguments.out, expected))
         print("\n".join(found) if found else f"{len(expected)} .msg files agree with the IDL")
         return 1 if found else 0
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    for stale in arguments.out.glob("*.msg"):
-        if stale.name not in expected:
+    for stale in arguments.out.glob("*/*.msg"):
+        if str(stale.relative_to(arguments.out)) not in expected:
             stale.unlink()
     for name, text in expected.items():
+        (arguments.out / name).parent.mkdir(parents=True, exist_ok=True)
         (arguments.out / name).write_text(text, encoding="utf-8")
     return 0
 

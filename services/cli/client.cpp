@@ -56,13 +56,8 @@ Client::Client(const config::Deployment& deployment, Taps taps)
       [this, heard](const auto& m) { heard(&Snapshot::reference, &Snapshot::references, m, taps_.reference); }, deep);
   hals_ = bus_.reader(
       dds::kHalStatus, [this, heard](const auto& m) { heard(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); }, deep);
-  clearances_ = bus_.reader(dds::kControlClearance, [this](const auto& m) {
-    {
-      const std::lock_guard lock(mutex_);
-      snapshot_.clearances = m;
-      ++snapshot_.clearance_count;
-    }
-    changed_.notify_all();
+  clearances_ = bus_.reader(dds::kControlClearance, [heard](const auto& m) {
+    heard(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
   });
   diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
     const std::lock_guard lock(mutex_);

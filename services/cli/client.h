@@ -30,9 +30,6 @@ struct Snapshot {
  */
 class Client {
  public:
-  /// Nearer than this, m or rad, a joint is where it was sent: joints of drives come to rest within a few counts.
-  static constexpr double kAtRest = 1e-4;
-
   /// Sees every sample in order, on DDS threads; empty functions are not called.
   struct Taps {
     std::function<void(const dds::ActuationState&)> state;
@@ -46,6 +43,8 @@ class Client {
   ~Client();
 
   std::uint64_t id() const { return id_; }
+  /// For topics that this class does not know.
+  dds::Bus& bus() { return bus_; }
   /// Whether it may command; a viewer sends nothing but stop.
   bool commands() const { return role_ == dds::Role::kConsoleOperator; }
   Snapshot snapshot() const;

@@ -19,9 +19,11 @@ int main(int argc, char** argv) {
   using namespace tandem::cli;
   addRoleOption(app);
   app.fallthrough();
-  for (Register* part : {registerUp, registerExperiment, registerRobot, registerStatus, registerTopics, registerDoctor,
-                         registerFk, registerSolve, registerStability, registerWorkspace, registerPlan,
-                         registerValidate, registerSchema, registerCan, registerHome, registerJog, registerSecurity}) {
+  for (Register* part :
+       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
+        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
+        registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
+        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot}) {
     part(app, exit_code);
   }
   try {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "control/conflict.h"
@@ -12,6 +13,7 @@
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
+#include "services/cli/clocks.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/convert.h"
 #include "services/setup/diagnostics.h"
@@ -192,6 +194,10 @@ void printStatus(const nlohmann::ordered_json& json) {
       std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),
                   what.get<std::string>().c_str());
   }
+  for (const auto& clock : json["clocks"])
+    std::printf("  clock of %s: %+.3f ms against this one's, within %.3f ms\n",
+                clock["host"].get<std::string>().c_str(), 1e3 * clock["offset_s"].get<double>(),
+                1e3 * clock["within_s"].get<double>());
   if (json.contains("warning"))
     std::printf("  %s\n", json["warning"].get<std::string>().c_str());
 }
@@ -240,14 +246,36 @@ class Silence {
   std::array<Heard, kNames.size()> heard_;
 };
 
+nlohmann::ordered_json clocksJson(const std::vector<ClockOffset>& offsets) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const ClockOffset& clock : offsets)
+    json.push_back({{"host", clock.host}, {"offset_s", clock.offset}, {"within_s", clock.within}});
+  return json;
+}
+
+/// Where there are several hosts.
+void askAll(Client& client, Clocks& clocks) {
+  constexpr int kTimes = 8;
+  constexpr double kPause = 0.03;  // s
+  for (int i = 0; i < kTimes; ++i) {
+    clocks.ask();
+    client.waitFor(kPause, [](const Snapshot&) { return false; });
+  }
+}
+
 int runStatus(const std::string& name, bool as_json, bool follow) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   const config::Robot robot = config::loadRobot(deployment.robot);
   Client client(deployment);
+  const bool several = deployment.hosts.size() > 1;
+  Clocks clocks(client.bus(), client.id());
   client.connect(5.0);
   if (!follow) {
+    if (several)
+      askAll(client, clocks);
     client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
-    const auto json = statusJson(deployment, robot, client.snapshot());
+    auto json = statusJson(deployment, robot, client.snapshot());
+    json["clocks"] = clocksJson(clocks.offsets());
     if (as_json) {
       std::cout << json.dump(2) << '\n';
     } else {
@@ -262,16 +290,49 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
     constexpr double kLook = 0.2;  // s: so often something is said, although somebody is silent
     client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
                    [&](const Snapshot& s) { return silence.allNew(s); });
+    if (several)
+      clocks.ask();
     const Snapshot now = client.snapshot();
     silence.note(now);
     auto json = statusJson(deployment, robot, now);
     json["silent"] = silence.names();
+    json["clocks"] = clocksJson(clocks.offsets());
     if (as_json) {
       std::cout << json.dump() << std::endl;
     } else {
       printStatus(json);
     }
   }
+  return kOk;
+}
+
+/// Waits for those of the deployment's processes that run on this host; whom they wait for is their affair.
+int runCheck(const std::string& name) {
+  constexpr double kPatience = 5.0;  // s
+  const std::map<std::string, std::uint64_t Snapshot::*> voices{{"tandem-sim", &Snapshot::states},
+                                                                {"tandem-hal", &Snapshot::states},
+                                                                {"tandem-control", &Snapshot::statuses},
+                                                                {"tandem-planning", &Snapshot::references}};
+  const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
+  const std::string host = service::hostName(deployment);
+  Client client(deployment);
+  std::string heard, silent;
+  const auto look = [&](const Snapshot& s) {
+    heard.clear();
+    silent.clear();
+    for (const config::Process& process : deployment.processes) {
+      const auto voice = voices.find(process.executable);
+      if (process.host == host && voice != voices.end())
+        (s.*(voice->second) > 0 ? heard : silent) += " " + process.name;
+    }
+    return silent.empty();
+  };
+  if (!client.waitFor(kPatience, look)) {
+    throw Failure(kFailure, deployment.file.string() + ": no sign of life from" + silent + " within " +
+                                std::to_string(static_cast<int>(kPatience)) + " s");
+  }
+  std::cout << deployment.name << (host.empty() ? "" : " on " + host) << ": heard"
+            << (heard.empty() ? ": none of its processes runs here" : heard) << '\n';
   return kOk;
 }
 
@@ -317,9 +378,17 @@ CLI::App* add(CLI::App& app,
 
 void registerStatus(CLI::App& app, int& exit_code) {
   auto follow = std::make_shared<bool>(false);
+  auto check = std::make_shared<bool>(false);
   CLI::App* status = add(app, exit_code, "status", "states, errors, loop statistics and guards of a running system",
-                         [follow](const std::string& name, bool as_json) { return runStatus(name, as_json, *follow); });
-  status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+                         [=](const std::string& name, bool as_json) {
+                           return *check ? runCheck(name) : runStatus(name, as_json, *follow);
+                         });
+  auto* again = status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+  status
+      ->add_flag(
+          "--check", *check,
+          "only whether the processes of this host are heard: ends with 0, or with 1 after 5 s; for health checks")
+      ->excludes(again);
 }
 
 void registerTopics(CLI::App& app, int& exit_code) {

@@ -68,7 +68,7 @@ void Supervisor::start(const config::Deployment& deployment,
     execv(arguments[0], arguments.data());
     _exit(127);
   }
-  children_.push_back({process.name, pid, process.is_service});
+  children_.push_back({process.name, pid, process.is_service, process.essential});
 }
 
 std::optional<DeadProcess> Supervisor::poll() {
@@ -76,7 +76,7 @@ std::optional<DeadProcess> Supervisor::poll() {
     int status = 0;
     if (waitpid(child->pid, &status, WNOHANG) != child->pid)
       continue;
-    DeadProcess dead{child->name, child->pid, status};
+    DeadProcess dead{child->name, child->pid, status, child->essential};
     children_.erase(child);
     return dead;
   }

@@ -16,7 +16,8 @@ namespace tandem::cli {
 struct DeadProcess {
   std::string name;
   pid_t pid = 0;
-  int status = 0;  ///< as waitpid() gives it
+  int status = 0;         ///< as waitpid() gives it
+  bool essential = true;  ///< the deployment does not go on without it
 
   /// "control (pid 4711) was killed by signal 9 (Killed)".
   std::string describe() const;
@@ -44,6 +45,7 @@ class Supervisor {
     std::string name;
     pid_t pid = 0;
     bool is_service = true;
+    bool essential = true;
   };
   const std::vector<Child>& children() const { return children_; }
 

@@ -45,6 +45,17 @@ void tell(const Options& options, const std::string& event, const std::string& t
   }
 }
 
+/// The next death that ends the deployment, if any; others are told, and that is all.
+std::optional<DeadProcess> fatalDeath(const Options& options, Supervisor& supervisor) {
+  std::optional<DeadProcess> dead = supervisor.poll();
+  while (dead && !dead->essential) {
+    tell(options, "lost", dead->describe() + "; the others go on without it",
+         {{"process", dead->name}, {"pid", dead->pid}, {"status", dead->status}});
+    dead = supervisor.poll();
+  }
+  return dead;
+}
+
 /// After a death: lets the robot stop by its own watchdogs, and says how long that took.
 void watchStandstill(const Options& options,
                      const config::Deployment& deployment,
@@ -115,14 +126,14 @@ int run(const Options& options) {
     tell(options, "exposed", warning);
   Client client(deployment);
   std::optional<DeadProcess> dead;
-  client.interruptBy([&] { return stop.requested() || (!dead && (dead = supervisor.poll())); });
+  client.interruptBy([&] { return stop.requested() || (!dead && (dead = fatalDeath(options, supervisor))); });
   const auto start = Clock::now();
   if (meet(options, deployment, host, client, [&] { return dead || stop.requested(); }))
     tell(options, "ready", "ready after " + std::to_string(since(start)) + " s; Ctrl-C stops everything",
          {{"seconds", since(start)}});
   while (!dead && !stop.requested() && (options.seconds <= 0.0 || since(start) < options.seconds)) {
     stop.waitFor(0.01);
-    dead = supervisor.poll();
+    dead = fatalDeath(options, supervisor);
   }
   client.interruptBy({});
   if (dead)

@@ -13,6 +13,7 @@
 #include "services/control/clearance_publisher.h"
 #include "services/control/control_core.h"
 #include "services/control/crtk_publisher.h"
+#include "services/setup/clock_desk.h"
 
 using namespace tandem;
 
@@ -27,7 +28,8 @@ struct Service {
         core(s, robot, desk.makeTracker()),
         bus(service::busOptions(s.deployment, s.name)),
         crtk(bus, s, robot),
-        clearance(bus, s, robot) {
+        clearance(bus, s, robot),
+        clock(bus, s) {
     commands = bus.writer(dds::kActuationCommand);
     limits = bus.writer(dds::kActuationLimits);
     statuses = bus.writer(dds::kControlStatus);
@@ -90,6 +92,7 @@ struct Service {
   dds::Bus bus;
   service::CrtkPublisher crtk;
   service::ClearancePublisher clearance;
+  service::ClockDesk clock;
   dds::Writer<dds::ActuationCommand> commands;
   dds::Writer<dds::ActuationLimits> limits;
   dds::Writer<dds::ControlStatus> statuses;
@@ -111,6 +114,7 @@ class LockStep {
     spdlog::info("ready: lock-step, period {} s of simulated time", service_.setup.deployment.control_period);
     while (!stop.requested()) {
       const auto event = mailbox_.take(kIdle);
+      service_.setup.heartbeat->beat();
       bool tell = !event;
       if (event)
         tell = std::visit([this](const auto& message) { return take(message); }, *event);
@@ -191,6 +195,7 @@ class RealTime {
         commands_(outbox_.latest<dds::ActuationCommand>([&](const auto& m) { service_.commands.write(m); })),
         statuses_(outbox_.latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(outbox_.latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
+        beats_(outbox_.latest<service::LoopStatistics>([&](const auto& m) { service_.setup.heartbeat->beat(m); })),
         moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.crtk.publish(m); })),
         answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
         faults_(publisher_.queue<service::FaultReport>(64, [&](const auto& m) {
@@ -250,6 +255,7 @@ class RealTime {
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
+    beats_.post(s);
     service_.tellFaults(fault_watch_, [this](const service::FaultReport& report) { faults_.post(report); });
     if (tick.cycle % crtk_every_ == 0) {
       moments_.post({state_, output_.status, reference_, service_.core.faultRecords()});
@@ -265,6 +271,7 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationCommand>& commands_;
   service::Outbox::Latest<dds::ControlStatus>& statuses_;
   service::Outbox::Latest<dds::ActuationLimits>& limits_;
+  service::Outbox::Latest<service::LoopStatistics>& beats_;
   service::Outbox::Latest<service::Moment>& moments_;
   service::Outbox::Queue<service::OrderReply>& answers_;
   service::Outbox::Queue<service::FaultReport>& faults_;

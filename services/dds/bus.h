@@ -173,6 +173,9 @@ class Bus {
   /// What its readers, the former ones included, have dropped since its creation. Any thread.
   std::vector<Dropped> dropped() const;
 
+  /// For the ends in this folder.
+  const std::shared_ptr<detail::Participant>& participant() const { return participant_; }
+
  private:
   std::shared_ptr<detail::Participant> participant_;
 };

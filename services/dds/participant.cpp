@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <typeinfo>
 
 #include "services/dds/host_addresses.h"
 #include "services/dds/participant_detail.h"
@@ -239,13 +240,18 @@ Participant::~Participant() {
 
 fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSupport& type) {
   std::lock_guard lock(mutex_);
+  const fast::TypeSupport registered = participant_->find_type(type.get_type_name());
+  if (!registered.empty() && typeid(*registered) != typeid(*type)) {
+    throw std::runtime_error("topic " + dds_name + ": this bus has the type " + type.get_type_name() +
+                             " both as messages and as bytes; the bytes need a bus of their own");
+  }
   if (auto* known = participant_->lookup_topicdescription(dds_name)) {
     if (known->get_type_name() != type.get_type_name()) {
       throw std::runtime_error("topic " + dds_name + " has two types");
     }
     return static_cast<fast::Topic*>(known);
   }
-  if (participant_->find_type(type.get_type_name()).empty()) {
+  if (registered.empty()) {
     type.register_type(participant_);
   }
   auto* created = participant_->create_topic(dds_name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);

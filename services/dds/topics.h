@@ -112,6 +112,12 @@ inline constexpr Topic<DiagnosticArray> kDiagnostics{
     Profile::kReliable, false,
     "every service",    "state of every service, for people and ROS 2 tools"};
 
+inline constexpr Topic<ClockRequest> kClockRequest{
+    "clock/request", "tandem_msgs/msg/ClockRequest", Profile::kReliable, false, "everyone", "what time is it there?"};
+inline constexpr Topic<ClockReply> kClockReply{"clock/reply",      "tandem_msgs/msg/ClockReply",
+                                               Profile::kReliable, false,
+                                               "every service",    "wall clock of a service's host"};
+
 inline constexpr Topic<JointState> kMeasuredJs{"measured_js", "sensor_msgs/msg/JointState", Profile::kReliable, true,
                                                "control",     "CRTK: measured joints"};
 inline constexpr Topic<PoseStamped> kMeasuredCp{"measured_cp",      "geometry_msgs/msg/PoseStamped",
@@ -143,7 +149,7 @@ inline constexpr auto kTopics =
                kSimTips,        kSimRequest,       kSimReply,         kHalRequest,        kHalReply,
                kStop,           kHalStatus,        kDiagnostics,      kMeasuredJs,        kMeasuredCp,
                kSetpointJs,     kSetpointCp,       kGoalCp,           kOperatingState,    kShape,
-               kStateCommand};
+               kStateCommand,   kClockRequest,     kClockReply};
 
 /// Calls f(topic) with every Topic<M> of the table.
 template <class F>

@@ -147,6 +147,10 @@ const char* malformed(const HalRequest& message) {
   return message.arm >= safety::kMaxArms && message.arm != kAllArms ? "arm above 7, and not 255 for all" : nullptr;
 }
 
+const char* malformed(const ClockRequest&) { return nullptr; }
+
+const char* malformed(const ClockReply& message) { return badTexts({&message.process, &message.host}); }
+
 const char* malformed(const Shape& message) {
   const std::size_t count = message.tubes.size();
   if (count > kMaxList / 3) {

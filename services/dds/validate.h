@@ -35,6 +35,8 @@ const char* malformed(const Stop& message);
 const char* malformed(const SimRequest& message);
 const char* malformed(const HalStatus& message);
 const char* malformed(const HalRequest& message);
+const char* malformed(const ClockRequest& message);
+const char* malformed(const ClockReply& message);
 const char* malformed(const Shape& message);
 const char* malformed(const JointState& message);
 const char* malformed(const PoseStamped& message);

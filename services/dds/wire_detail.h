@@ -56,6 +56,8 @@ TANDEM_WIRE(Stop, tandem_msgs)
 TANDEM_WIRE(SimRequest, tandem_msgs)
 TANDEM_WIRE(HalStatus, tandem_msgs)
 TANDEM_WIRE(HalRequest, tandem_msgs)
+TANDEM_WIRE(ClockRequest, tandem_msgs)
+TANDEM_WIRE(ClockReply, tandem_msgs)
 TANDEM_WIRE(Shape, tandem_msgs)
 TANDEM_WIRE(JointState, sensor_msgs)
 TANDEM_WIRE(PoseStamped, geometry_msgs)
@@ -70,7 +72,8 @@ TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
   DO(ActuationState) DO(ActuationCommand) DO(ActuationLimits) DO(PlanningReference) DO(PlanningRequest)  \
   DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus)      \
   DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
-  DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult) DO(Clearances)
+  DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult) DO(Clearances) \
+  DO(ClockRequest) DO(ClockReply)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
@@ -130,6 +133,8 @@ TANDEM_MEMBERS(HalStatus, F(session) F(sequence) F(stamp) F(arm_count) F(operati
                F(following_error) F(encoder_difference) F(hardware_count) F(hardware_arm) F(hardware_joint) F(bus_count) F(bus_state)
                F(bus_loads) F(bus_dropped) F(bus_overflow))
 TANDEM_MEMBERS(HalRequest, F(client) F(request) F(kind) F(arm))
+TANDEM_MEMBERS(ClockRequest, F(client) F(request))
+TANDEM_MEMBERS(ClockReply, F(client) F(request) F(process) F(host) F(received) F(sent))
 TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))
 #undef TANDEM_MEMBERS
 #undef F

@@ -19,8 +19,9 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   const dds::Bus bus(options);
   spdlog::info("ready: discovery server on {}:{}", options.discovery->address, options.discovery->port);
   constexpr double kLook = 0.2;  // s
-  while (!stop.requested())
-    stop.waitFor(kLook);
+  do {
+    setup.heartbeat->beat();
+  } while (!stop.waitFor(kLook));
 }
 
 }  // namespace

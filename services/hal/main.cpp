@@ -14,6 +14,7 @@
 #include "services/hal/hal_core.h"
 #include "services/hal/hal_events.h"
 #include "services/setup/actuation.h"
+#include "services/setup/clock_desk.h"
 #include "services/setup/fault_log.h"
 
 using namespace tandem;
@@ -48,7 +49,9 @@ class Service {
         statuses_(bus_.writer(dds::kHalStatus)),
         replies_(bus_.writer(dds::kHalReply)),
         diagnostics_(bus_, setup.name, setup.robot.name),
+        clock_(bus_, setup),
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
+        beats_out_(outbox_.latest<service::LoopStatistics>([this](const auto& m) { setup_.heartbeat->beat(m); })),
         status_out_(publisher_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
           diagnose(m);
@@ -111,6 +114,7 @@ class Service {
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
+    beats_out_.post(loop_.statistics());
     hal::HardwareEvent event;
     while (core_.nextEvent(event))
       events_out_.post(event);
@@ -156,9 +160,11 @@ class Service {
   dds::Writer<dds::Reply> replies_;
   std::string last_problem_ = "none";  ///< publisher thread
   service::Diagnostics diagnostics_;
+  service::ClockDesk clock_;
   service::Outbox outbox_;     ///< what control waits for
   service::Outbox publisher_;  ///< what people wait for
   service::Outbox::Latest<dds::ActuationState>& state_out_;
+  service::Outbox::Latest<service::LoopStatistics>& beats_out_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
   service::Outbox::Queue<service::HalAnswer>& answers_out_;
   service::Outbox::Queue<service::FaultReport>& faults_out_;

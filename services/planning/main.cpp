@@ -8,6 +8,7 @@
 #include "services/common/periodic_loop.h"
 #include "services/planning/computation_desk.h"
 #include "services/planning/planning_core.h"
+#include "services/setup/clock_desk.h"
 #include "services/setup/diagnostics.h"
 
 using namespace tandem;
@@ -57,11 +58,13 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
 
   service::PlanningCore core(setup);
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
+  const service::ClockDesk clock(bus, setup);
   spdlog::info("ready: robot {}, {}", setup.robot.name, setup.deployment.name);
   constexpr double kRefresh = 0.05;  // s, a fifth of the budget of a reference
   std::int64_t published = 0;
   while (!stop.requested()) {
     auto event = mailbox.take(kRefresh);
+    setup.heartbeat->beat();
     if (service::monotonicNow() - published > static_cast<std::int64_t>(1e9 * kRefresh))
       core.refresh();
     if (const auto* state = event ? std::get_if<dds::ActuationState>(&*event) : nullptr) {

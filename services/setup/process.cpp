@@ -119,6 +119,7 @@ int runService(int argc,
     startLog(name, level);
     Setup setup;
     setup.name = name;
+    setup.heartbeat = std::make_shared<Heartbeat>(stop);
     setup.deployment = config::loadDeployment(config::findFile(deployment, "deployment"));
     setup.robot = config::loadRobot(setup.deployment.robot);
     setup.session = randomIdentity();

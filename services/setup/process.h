@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "config/config.h"
+#include "services/common/heartbeat.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/bus.h"
 
@@ -18,11 +20,13 @@ struct Setup {
   std::string name;  ///< sim, control, planning
   config::Deployment deployment;
   config::Robot robot;
-  std::uint64_t session = 0;  ///< random, new with every start
+  std::uint64_t session = 0;             ///< random, new with every start
+  std::shared_ptr<Heartbeat> heartbeat;  ///< what the loop beats; always there in what runService() gives
 };
 
 /** Runs a service's main: parses `--deployment FILE [--log LEVEL]`, loads the files, starts the log, calls `body`,
- * which returns when `stop` is requested. Errors are printed as FILE:LINE:COLUMN: KEY: MESSAGE.
+ * which beats setup.heartbeat with every round of its loop and returns when `stop` is requested. Errors are printed as
+ * FILE:LINE:COLUMN: KEY: MESSAGE.
  * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file. */
 int runService(int argc,
                char** argv,

@@ -112,7 +112,7 @@ class Session(HalTest):
 class Up(HalTest):
     def test_a_deployment_starts_its_drives_and_moves(self):
         running = self.start_hal(with_drives=True)
-        self.assertEqual(set(running.pids), {"drives-a", "drives-b", "hal", "control", "planning"})
+        self.assertEqual(set(running.pids), {"drives-a", "drives-b", "hal", "control", "planning", "recorder"})
         self.await_ready(running)
         start = running.joints()
         self.assert_ok(running.robot("run", self.trajectory("short", [0, 3, 0], points=4)))

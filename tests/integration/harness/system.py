@@ -85,7 +85,8 @@ def free_domain():
 def deployment(folder, preset, **changes):
     """A copy of a preset in `folder`, with a domain and a prefix of its own and other keys changed or appended."""
     changes = {"robot": PRESETS / "robots" / "ark2024.yaml", "domain": free_domain(),
-               "prefix": f"t{os.getpid()}", **changes}
+               "prefix": f"t{os.getpid()}", "black_box": f"{{directory: {folder}/black-box, memory_mb: 20}}",
+               **changes}
     lines = (PRESETS / "deployments" / f"{preset}.yaml").read_text().splitlines()
     for key, value in changes.items():
         kept = [line for line in lines if not line.startswith(f"{key}:")]

@@ -13,7 +13,7 @@ import system  # noqa: E402
 ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
 SUBCOMMANDS = [[], ["fk"], ["solve"], ["validate"], ["schema"], ["topics"], ["status"], ["up"], ["stability"],
                ["workspace"], ["plan"], *(["plan", name] for name in ("check", "repair", "ik", "time", "start")),
-               ["experiment"], ["robot"], ["can"], ["home"], ["jog"],
+               ["experiment"], ["robot"], ["can"], ["home"], ["jog"], ["record"], ["info"], ["replay"], ["export"], ["plot"],
                *(["can", name] for name in ("scan", "od", "budget", "monitor", "log", "replay")),
                *(["robot", name] for name in ("enable", "disable", "pause", "resume", "stop", "home", "move-jp",
                                               "method", "set", "run"))]
@@ -170,7 +170,7 @@ class CommandLine(unittest.TestCase):
                 self.assertIn(words[0], top)
 
     def test_services_have_help_too(self):
-        for program in ("tandem-sim", "tandem-control", "tandem-planning"):
+        for program in ("tandem-sim", "tandem-control", "tandem-planning", "tandem-recorder"):
             self.assertEqual(system.run("--help", program=program).returncode, 0)
             self.assertEqual(system.run("--colour", program=program).returncode, 2)
             self.assertEqual(system.run("--deployment", "/nowhere.yaml", program=program).returncode, 2)

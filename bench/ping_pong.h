@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The peer of Tandem's round trip: bare Fast DDS between two processes. */
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace tandem::bench {
+
+/** Sends `there` bytes to a process of its own that answers with `back` bytes, over what services/dds uses in
+ * lock-step: UDP on loopback, reliable, in order, no shared memory. Each side answers on the thread of the listener.
+ * @return times of the round trips, us, in order. @throw std::runtime_error where no answer comes. */
+std::vector<double> pingPong(int domain, std::size_t there, std::size_t back, int trips);
+
+}  // namespace tandem::bench

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Round trip state -> control -> command: simulator and planning in this process, tandem-control in its own,
+ * over DDS in lock-step while a trajectory runs; beside it a bare Fast DDS ping-pong of messages of the same size. */
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <variant>
+
+#include "bench/enroll.h"
+#include "bench/percentiles.h"
+#include "bench/ping_pong.h"
+#include "config/config.h"
+#include "services/common/mailbox.h"
+#include "services/planning/planning_core.h"
+#include "services/sim/sim_core.h"
+
+extern char** environ;
+
+namespace tandem::bench {
+namespace {
+
+constexpr int kTrips = 5000, kWarm = 200;
+constexpr std::uint64_t kClient = 7;
+const int domain = 20 + getpid() % 80;
+
+/** A program of ours, ended with this object. */
+class Program {
+ public:
+  Program(const std::string& path, const std::string& deployment) {
+    std::string option = "--deployment", log = "--log", level = "error", file = deployment, name = path;
+    char* arguments[] = {name.data(), option.data(), file.data(), log.data(), level.data(), nullptr};
+    if (posix_spawn(&pid_, path.c_str(), nullptr, nullptr, arguments, environ) != 0)
+      throw std::runtime_error("cannot start " + path);
+  }
+  ~Program() {
+    kill(pid_, SIGTERM);
+    waitpid(pid_, nullptr, 0);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+ private:
+  pid_t pid_ = 0;
+};
+
+/** The preset lockstep with a domain of its own, as a file. */
+class DeploymentFile {
+ public:
+  DeploymentFile()
+      : path_(std::filesystem::temp_directory_path() / ("tandem-bench-" + std::to_string(getpid()) + ".yaml")) {
+    const std::filesystem::path presets = std::filesystem::path(TANDEM_SOURCE) / "config/presets";
+    std::ifstream from(presets / "deployments/lockstep.yaml");
+    std::ofstream to(path_);
+    for (std::string line; std::getline(from, line);) {
+      if (line.starts_with("domain:"))
+        line = "domain: " + std::to_string(domain);
+      if (line.starts_with("robot:"))
+        line = "robot: " + (presets / "robots/ark2024.yaml").string();
+      to << line << '\n';
+    }
+  }
+  ~DeploymentFile() { std::filesystem::remove(path_); }
+  std::string path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/** Everything but control. */
+class Robot {
+ public:
+  explicit Robot(const service::Setup& setup)
+      : sim_(setup), planning_(setup), bus_(service::busOptions(setup.deployment, "sim")) {
+    states_ = bus_.writer(dds::kActuationState);
+    references_ = bus_.writer(dds::kPlanningReference);
+    requests_ = bus_.writer(dds::kControlRequest);
+    const auto put = [this](const auto& message) { mailbox_.put(message); };
+    readers_.push_back(bus_.reader(dds::kActuationCommand, put));
+    readers_.push_back(bus_.reader(dds::kControlStatus, put));
+  }
+
+  /// Lease, enable, a trajectory that lasts.
+  void begin() {
+    until([this] { return status_.sequence > 0; }, [] {});
+    until([this] { return status_.lease_holder == kClient; }, [this] { ask(dds::ControlKind::kAcquireLease); });
+    until([this] { return status_.operating_state[0] == enabled() && status_.operating_state[1] == enabled(); },
+          [this] { ask(dds::ControlKind::kStateCommand, "enable"); });
+    planning::TrajectorySpec spec;
+    spec.name = "line";
+    spec.shape = planning::Line{{0.0, 0.01, 0.0}};
+    spec.following = planning::Following::kTimed;
+    spec.speed = 1e-5;
+    dds::PlanningRequest start;
+    start.client = kClient;
+    start.kind = 1;
+    start.trajectory = config::formatTrajectory(spec);
+    std::optional<dds::Path> path;
+    if (const dds::Reply reply = planning_.onRequest(start, path); reply.accepted == 0)
+      throw std::runtime_error("planning: " + reply.reason);
+  }
+
+  /// One step. @return us from the state to the command that answers it.
+  double step(int number) {
+    if (number % 100 == 0)
+      ask(dds::ControlKind::kKeepLease);
+    planning_.onState(state_);
+    const auto reference = planning_.take();
+    const auto begin = std::chrono::steady_clock::now();
+    states_.write(state_);
+    if (reference)
+      references_.write(*reference);
+    while (true) {
+      const auto event = mailbox_.take(2.0);
+      if (!event)
+        throw std::runtime_error("control does not answer");
+      if (const auto* status = std::get_if<dds::ControlStatus>(&*event)) {
+        take(*status);
+        continue;
+      }
+      const auto& command = std::get<dds::ActuationCommand>(*event);
+      if (command.answers_state != state_.sequence)
+        continue;
+      const double time = 1e6 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      if (sim_.onCommand(command, service::monotonicNow()))
+        sim_.state(service::monotonicNow(), state_);
+      return time;
+    }
+  }
+
+ private:
+  static constexpr std::uint8_t enabled() { return static_cast<std::uint8_t>(safety::OperatingState::kEnabled); }
+
+  void ask(dds::ControlKind kind, const std::string& value = "") {
+    dds::ControlRequest request;
+    request.client = kClient;
+    request.request = ++request_;
+    request.kind = static_cast<std::uint8_t>(kind);
+    request.value = value;
+    requests_.write(request);
+  }
+  void take(const dds::ControlStatus& status) {
+    status_ = status;
+    planning_.onStatus(status);
+  }
+
+  /// Shows the state again and again, as an idle simulator does.
+  template <class Condition, class Do>
+  void until(Condition condition, Do act) {
+    sim_.state(service::monotonicNow(), state_);
+    for (int i = 0; i < 400; ++i) {
+      if (i % 10 == 0)
+        act();
+      states_.write(state_);
+      planning_.onState(state_);
+      if (const auto reference = planning_.take())
+        references_.write(*reference);
+      while (const auto event = mailbox_.take(0.02)) {
+        if (const auto* status = std::get_if<dds::ControlStatus>(&*event))
+          take(*status);
+        else if (sim_.onCommand(std::get<dds::ActuationCommand>(*event), service::monotonicNow()))
+          sim_.state(service::monotonicNow(), state_);
+        if (condition())
+          return;
+        break;
+      }
+    }
+    throw std::runtime_error("control does not come up");
+  }
+
+  service::SimCore sim_;
+  service::PlanningCore planning_;
+  service::Mailbox<std::variant<dds::ActuationCommand, dds::ControlStatus>> mailbox_;
+  dds::Bus bus_;
+  dds::Writer<dds::ActuationState> states_;
+  dds::Writer<dds::PlanningReference> references_;
+  dds::Writer<dds::ControlRequest> requests_;
+  std::vector<dds::Reader> readers_;
+  dds::ActuationState state_;
+  dds::ControlStatus status_;
+  std::uint64_t request_ = 0;
+};
+
+std::vector<double> throughControl() {
+  const DeploymentFile file;
+  service::Setup setup;
+  setup.name = "sim";
+  setup.deployment = config::loadDeployment(file.path());
+  setup.robot = config::loadRobot(setup.deployment.robot);
+  setup.session = service::randomIdentity();
+  const Program control(std::filesystem::read_symlink("/proc/self/exe").parent_path() / "tandem-control", file.path());
+  Robot robot(setup);
+  robot.begin();
+  std::vector<double> times;
+  for (int i = 0; i < kWarm + kTrips; ++i) {
+    const double time = robot.step(i);
+    if (i >= kWarm)
+      times.push_back(time);
+  }
+  return times;
+}
+
+void report(benchmark::State& state, std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  const auto at = [&](double part) { return times[static_cast<std::size_t>(part * (times.size() - 1.0))]; };
+  state.counters["p50"] = at(0.5);
+  state.counters["p90"] = at(0.9);
+  state.counters["p99"] = at(0.99);
+  state.counters["p999"] = at(0.999);
+  state.counters["max"] = at(1.0);
+  state.counters["failed"] = 0;
+}
+
+}  // namespace
+
+void enrollAll() {
+  const auto add = [](const char* name, std::vector<double> (*measure)()) {
+    benchmark::RegisterBenchmark(name,
+                                 [measure](benchmark::State& state) {
+                                   for (auto _ : state) {
+                                     const std::vector<double> times = measure();
+                                     state.SetIterationTime(1e-6 * std::accumulate(times.begin(), times.end(), 0.0));
+                                     report(state, times);
+                                   }
+                                 })
+        ->UseManualTime()
+        ->Unit(benchmark::kMillisecond)
+        ->Iterations(1);
+  };
+  // The bare one first: it forks, which no process with DDS threads may.
+  add("round_trip/ping_pong",
+      [] { return pingPong(domain, sizeof(dds::ActuationState), sizeof(dds::ActuationCommand), kTrips); });
+  add("round_trip/control", throughControl);
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Message definitions of ROS 2 (`ros2msg`), as far as they say where the values in a message lie. */
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace tandem::recording {
+
+enum class Kind {
+  kBool,
+  kInt8,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kInt64,
+  kUint64,
+  kFloat32,
+  kFloat64,
+  kString,
+  kMessage
+};
+
+/** One member of a message. */
+struct Field {
+  enum class Count { kOne, kFixed, kSequence };
+  std::string name;
+  Kind kind = Kind::kFloat64;
+  std::string type;  ///< kMessage: its key in Definition::types
+  Count count = Count::kOne;
+  std::size_t length = 1;  ///< kFixed: of the array
+};
+
+/** A type, and all those within it. */
+struct Definition {
+  std::string root;
+  std::map<std::string, std::vector<Field>> types;  ///< by "package/Type"
+};
+
+/// Reads the text of a schema. @param type "package/msg/Type"
+/// @throw Error naming the type and the line that is not understood.
+Definition parseDefinition(const std::string& type, const std::string& text);
+
+}  // namespace tandem::recording

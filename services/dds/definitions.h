@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What messages look like, as ROS 2 describes them: for files and bridges that tell others. */
+#pragma once
+
+#include <string>
+
+#include "services/dds/topics.h"
+
+namespace tandem::dds {
+
+/// Definition of a type, those of the types in it behind it, as schema encoding `ros2msg` has them.
+/// @param type "sensor_msgs/msg/JointState" @throw std::invalid_argument for a type that Tandem does not use.
+std::string messageDefinition(const std::string& type);
+
+/// Quality of service of a topic's writers in the YAML of rosbag2 (`offered_qos_profiles`).
+std::string offeredQos(Profile profile);
+
+}  // namespace tandem::dds

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Private: what all writers and readers do, whatever they carry: join, count, tell what is wrong, leave. */
+#pragma once
+
+#include <atomic>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "services/dds/participant_detail.h"
+
+namespace tandem::dds::detail {
+
+/** The last problem of an endpoint, written by any thread. */
+class Problem {
+ public:
+  void set(std::string text) {
+    std::lock_guard lock(mutex_);
+    text_ = std::move(text);
+  }
+  std::string get() const {
+    std::lock_guard lock(mutex_);
+    return text_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::string text_;
+};
+
+/** One end that writes; a subclass turns messages into samples of DDS. */
+class WriterEnd : public WriterBase, private fast::DataWriterListener {
+ public:
+  /// @throw std::runtime_error where DDS refuses.
+  WriterEnd(std::shared_ptr<Participant> participant, std::string dds_name, Profile profile, fast::TopicDataType* type);
+  ~WriterEnd() override;
+
+  bool write(const void* message) final;
+  WriterStatistics statistics() const final { return {matched_, written_, refused_, incompatible_}; }
+  std::string lastProblem() const final { return problem_.get(); }
+
+ protected:
+  /// Writes by hand(). @return what is wrong with the message, or null.
+  virtual const char* writeSample(const void* message) = 0;
+  /// Gives a sample to DDS. @return what is wrong, or null.
+  const char* hand(void* sample);
+
+ private:
+  void on_publication_matched(fast::DataWriter*, const fast::PublicationMatchedStatus& status) override;
+  void on_offered_incompatible_qos(fast::DataWriter*, const fast::OfferedIncompatibleQosStatus& status) override;
+
+  std::shared_ptr<Participant> participant_;
+  std::string name_;
+  fast::DataWriter* writer_ = nullptr;
+  std::atomic<int> matched_{0};
+  std::atomic<std::uint64_t> written_{0}, refused_{0}, incompatible_{0};
+  Problem problem_;
+};
+
+/** One end that reads; a subclass says into what, and what is done with it. Its constructor calls open(), its
+ * destructor close(): samples come in between. */
+class ReaderEnd : public ReaderBase, private fast::DataReaderListener {
+ public:
+  ReaderEnd(std::shared_ptr<Participant> participant, std::string dds_name);
+
+  ReaderStatistics statistics() const final {
+    return {matched_, received_, malformed_, incompatible_, deadline_missed_, lost_};
+  }
+  std::string lastProblem() const final { return problem_.get(); }
+
+ protected:
+  /// Where the next sample goes.
+  virtual void* target() = 0;
+  /// Looks at it and, with countReceived(), gives it on. @return why it is dropped, or null.
+  virtual const char* deliver(const fast::SampleInfo& info) = 0;
+
+  /// @throw std::runtime_error where DDS refuses.
+  void open(Profile profile, fast::TopicDataType* type, const ReaderOptions& options);
+  void close();
+  void countReceived() { ++received_; }
+
+ private:
+  void on_data_available(fast::DataReader* reader) override;
+  void on_subscription_matched(fast::DataReader*, const fast::SubscriptionMatchedStatus& status) override;
+  void on_requested_incompatible_qos(fast::DataReader*, const fast::RequestedIncompatibleQosStatus& status) override;
+  void on_requested_deadline_missed(fast::DataReader*,
+                                    const eprosima::fastrtps::RequestedDeadlineMissedStatus& status) override;
+  void on_sample_lost(fast::DataReader*, const fast::SampleLostStatus& status) override;
+  void deliverGuarded(const fast::SampleInfo& info);
+
+  std::shared_ptr<Participant> participant_;
+  std::string name_;
+  fast::DataReader* reader_ = nullptr;
+  std::mutex callback_mutex_;
+  bool closed_ = false;
+  std::atomic<int> matched_{0};
+  std::atomic<std::uint64_t> received_{0}, malformed_{0}, incompatible_{0}, deadline_missed_{0}, lost_{0};
+  Problem problem_;
+};
+
+}  // namespace tandem::dds::detail

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/recorder/black_box.h"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <system_error>
+
+namespace tandem::service {
+namespace {
+
+constexpr std::size_t kMostEvents = 100;  // in one file
+constexpr std::size_t kMegabyte = 1'000'000;
+
+std::uint64_t nanoseconds(double seconds) { return static_cast<std::uint64_t>(1e9 * seconds); }
+
+const char* environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr || *value == '\0' ? nullptr : value;
+}
+
+}  // namespace
+
+std::filesystem::path blackBoxDirectory(const config::Deployment& deployment) {
+  if (!deployment.black_box.directory.empty())
+    return deployment.black_box.directory;
+  std::filesystem::path state = "/var/lib/tandem";
+  if (const char* systemd = environment("STATE_DIRECTORY"))
+    state = systemd;
+  else if (const char* xdg = environment("XDG_STATE_HOME"))
+    state = std::filesystem::path(xdg) / "tandem";
+  else if (const char* home = environment("HOME"))
+    state = std::filesystem::path(home) / ".local" / "state" / "tandem";
+  return state / "black-box";
+}
+
+BlackBox::BlackBox(const config::Deployment& deployment, const config::Robot& robot, std::vector<dds::TopicInfo> topics)
+    : deployment_(deployment),
+      topics_(std::move(topics)),
+      directory_(blackBoxDirectory(deployment)),
+      info_(describeRun(deployment, robot)),
+      ring_(static_cast<std::size_t>(deployment.black_box.memory) * kMegabyte),
+      trigger_(robot) {
+  checkDirectory();
+  thread_ = std::thread([this] { run(); });
+}
+
+BlackBox::~BlackBox() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+/// Before the first fault is the time to hear of it.
+void BlackBox::checkDirectory() {
+  std::error_code error;
+  std::filesystem::create_directories(directory_, error);
+  if (!error && access(directory_.c_str(), W_OK) != 0)
+    error.assign(errno, std::generic_category());
+  if (error) {
+    status_.problem = directory_.string() + ": cannot be written: " + error.message();
+    spdlog::error("black box: {}", status_.problem);
+  }
+}
+
+void BlackBox::take(const recording::SampleTag& tag, std::string_view bytes) {
+  ring_.push(tag, bytes);
+  const auto words = trigger_.look(topics_[tag.topic].name, bytes);
+  if (!words)
+    return;
+  const std::lock_guard lock(mutex_);
+  ++status_.faults;
+  if (events_.size() < kMostEvents)
+    events_.push_back({tag.log_time, *words});
+  changed_.notify_all();
+}
+
+BlackBox::Status BlackBox::status() const {
+  const recording::SampleRing::Extent extent = ring_.extent();
+  const std::lock_guard lock(mutex_);
+  Status status = status_;
+  if (extent.oldest != 0)
+    status.held = 1e-9 * static_cast<double>(wallClock() - std::min(wallClock(), extent.oldest));
+  status.too_small =
+      extent.begin.sample > 0 && status.held < deployment_.black_box.before + deployment_.black_box.after;
+  return status;
+}
+
+void BlackBox::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return ending_ || !events_.empty(); });
+    if (events_.empty())
+      return;
+    // What follows within this time belongs to the same fault.
+    const auto enough = std::chrono::steady_clock::now() + std::chrono::duration<double>(deployment_.black_box.after);
+    changed_.wait_until(lock, enough, [this] { return ending_; });
+    const std::vector<Event> events = std::exchange(events_, {});
+    lock.unlock();
+    writeFile(events);
+    lock.lock();
+  }
+}
+
+void BlackBox::writeFile(const std::vector<Event>& events) {
+  const std::uint64_t first = events.front().time, since = first - nanoseconds(deployment_.black_box.before);
+  const std::filesystem::path file =
+      directory_ / (timeName(first) + "_" + std::filesystem::path(deployment_.prefix).filename().string() + ".mcap");
+  std::string problem;
+  const recording::SampleRing::Extent extent = ring_.extent();
+  try {
+    std::filesystem::create_directories(directory_);
+    prune();
+    RunFile out(file, info_, deployment_.prefix, topics_);
+    std::map<std::string, std::string> values{
+        {"fault", events.front().words}, {"fault_time_ns", std::to_string(first)}, {"details", trigger_.details()}};
+    for (std::size_t i = 1; i < events.size(); ++i)
+      values["event " + std::to_string(i)] = std::to_string(events[i].time) + ": " + events[i].words;
+    out.mcap().add({"fault", values});
+    recording::SampleTag tag;
+    std::string bytes;
+    std::uint64_t missed = 0;
+    for (auto place = extent.begin; place.byte < extent.end.byte && ring_.next(place, tag, bytes, missed);) {
+      if (tag.log_time >= since)
+        out.write(tag, bytes);
+    }
+    const recording::Statistics statistics = out.mcap().statistics();
+    out.mcap().add(
+        {"black_box",
+         {{"seconds_before", std::to_string(1e-9 * static_cast<double>(first - std::min(first, statistics.start)))},
+          {"seconds_after",
+           std::to_string(1e-9 * static_cast<double>(statistics.end - std::min(statistics.end, first)))},
+          {"overwritten_while_writing", std::to_string(missed)}}});
+    out.mcap().close();
+    spdlog::error("black box: {}: {} ({:.1f} s)", events.front().words, file.string(), statistics.duration());
+  } catch (const std::exception& error) {
+    problem = error.what();
+    spdlog::error("black box: {}: not kept: {}", events.front().words, problem);
+  }
+  const std::lock_guard lock(mutex_);
+  status_.problem = problem;
+  if (problem.empty()) {
+    ++status_.files;
+    status_.last_file = file.string();
+  }
+}
+
+/// Leaves room for one more.
+void BlackBox::prune() const {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
+    if (entry.is_regular_file() && entry.path().extension() == ".mcap")
+      files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());  // their names begin with the time
+  const std::size_t most = static_cast<std::size_t>(deployment_.black_box.files) - 1;
+  for (std::size_t i = 0; i + most < files.size(); ++i)
+    std::filesystem::remove(files[i]);
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Whether a real robot listens: what a replay must know before it writes anything that moves one. */
+#pragma once
+
+#include <mutex>
+#include <string>
+
+#include "services/dds/raw.h"
+
+namespace tandem::service {
+
+/// Whether hal, sim, control or planning act upon a topic: streams of the control path, and what clients ask for.
+bool actedUpon(const dds::TopicInfo& topic);
+
+/** Listens for a drive side other than what this bus itself writes. */
+class HalWatch {
+ public:
+  enum class Found {
+    kNothing,
+    kSimulator,  ///< it says that it has no buses
+    kHardware,   ///< it has, or it does not say what it is
+  };
+
+  explicit HalWatch(dds::Bus& bus);
+
+  /// What was heard so far; never less than before.
+  Found found() const;
+  /// For people.
+  std::string describe() const;
+
+ private:
+  void heardStatus(const dds::RawSample& sample);
+
+  mutable std::mutex mutex_;
+  bool state_heard_ = false, status_heard_ = false, hardware_ = false;
+  dds::Reader states_, statuses_;
+};
+
+}  // namespace tandem::service

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem-recorder: the black box of a robot. */
+#include <signal.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+
+#include "services/common/periodic_loop.h"
+#include "services/recorder/black_box.h"
+#include "services/recorder/capture.h"
+#include "services/setup/clock_desk.h"
+#include "services/setup/diagnostics.h"
+#include "services/setup/process.h"
+
+using namespace tandem;
+
+namespace {
+
+std::string oneDecimal(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", value);
+  return text;
+}
+
+void tell(service::Diagnostics& diagnostics, const service::BlackBox& box, const service::Capture& capture) {
+  using Level = service::Diagnostics::Level;
+  const service::BlackBox::Status status = box.status();
+  Level level = Level::kOk;
+  std::string message = "records";
+  if (!status.problem.empty()) {
+    level = Level::kError;
+    message = status.problem;
+  } else if (status.too_small) {
+    level = Level::kWarn;
+    message = "black_box.memory_mb is too small: it holds " + oneDecimal(status.held) + " s";
+  }
+  const std::int64_t now = service::monotonicNow();
+  diagnostics.publish(now, now, level, message,
+                      {{"held_s", oneDecimal(status.held)},
+                       {"received", std::to_string(capture.received())},
+                       {"lost", std::to_string(capture.lost())},
+                       {"faults", std::to_string(status.faults)},
+                       {"files", std::to_string(status.files)},
+                       {"last_file", status.last_file}});
+}
+
+void run(const service::Setup& setup, service::StopSignal& stop) {
+  signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is a full disk, not an end
+  // Bytes have a bus of their own, beside the one for what we say.
+  dds::Bus bus(service::busOptions(setup.deployment, setup.name));
+  dds::Bus bytes(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder));
+  service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
+  const service::ClockDesk clock(bus, setup);
+  std::vector<std::string> wanted = setup.deployment.black_box.topics;
+  wanted.insert(wanted.end(), service::FaultTrigger::kTopics.begin(), service::FaultTrigger::kTopics.end());
+  service::BlackBox box(setup.deployment, setup.robot,
+                        service::chooseTopics(dds::allTopics(service::armNames(setup.robot)), wanted));
+  service::Capture capture(bytes, box.topics(),
+                           [&](const auto& tag, std::string_view sample) { box.take(tag, sample); });
+  spdlog::info("ready: {} topics, files in {}", box.topics().size(),
+               service::blackBoxDirectory(setup.deployment).string());
+  while (!stop.waitFor(0.5)) {
+    setup.heartbeat->beat();
+    tell(diagnostics, box, capture);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return service::runService(argc, argv, "recorder",
+                             "The black box: keeps the last seconds in memory, writes them on a fault.", run);
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file MCAP files of runs: topics of one robot, with what is needed to understand them years later. */
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/config.h"
+#include "recording/sample_ring.h"
+#include "recording/writer.h"
+#include "services/dds/topics.h"
+
+namespace tandem::service {
+
+/// Name of the metadata that every file of ours has.
+inline constexpr const char* kRunMetadata = "tandem";
+
+/** What a file says of its run: metadata, and the configuration as attachments. */
+struct RunInfo {
+  std::map<std::string, std::string> values;
+  std::vector<recording::Attachment> files;  ///< deployment.yaml, robot.yaml, hardware.yaml
+};
+
+/// Version, host, kernel, names, arms, and the configuration files as they are now.
+RunInfo describeRun(const config::Deployment& deployment, const config::Robot& robot);
+
+/// ns since the epoch.
+std::uint64_t wallClock();
+
+/// "2026-11-21T17-15-30.123Z", for file names.
+std::string timeName(std::uint64_t nanoseconds);
+
+/// Those of the topics whose names match one of the patterns, in which * stands for any text.
+/// @throw std::invalid_argument for a pattern that matches none, with the topics that there are.
+std::vector<dds::TopicInfo> chooseTopics(const std::vector<dds::TopicInfo>& all,
+                                         const std::vector<std::string>& patterns);
+
+/** One file. Each writer of a topic gets a channel of its own, whose message sequence is that of the writer: a gap
+ * there is a sample that was lost. */
+class RunFile {
+ public:
+  /// @param prefix  of the robot: topics are called /PREFIX/NAME, as ROS 2 sees them
+  /// @throw std::system_error, as all others do.
+  RunFile(const std::filesystem::path& file,
+          const RunInfo& info,
+          const std::string& prefix,
+          const std::vector<dds::TopicInfo>& topics);
+
+  void write(const recording::SampleTag& tag, std::string_view bytes);
+  recording::Writer& mcap() { return writer_; }
+
+ private:
+  recording::Writer writer_;
+  std::string prefix_;
+  const std::vector<dds::TopicInfo>& topics_;
+  std::map<std::pair<std::uint32_t, std::array<std::uint8_t, 16>>, std::uint16_t> channels_;
+};
+
+}  // namespace tandem::service

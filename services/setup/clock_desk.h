@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Answers what time it is on this host. */
+#pragma once
+
+#include "services/dds/bus.h"
+#include "services/setup/process.h"
+
+namespace tandem::service {
+
+/// Wall clock, ns since 1970.
+std::int64_t wallNow() noexcept;
+
+/** Every service has one, so that a client can compare the clocks of the hosts (services/cli/clocks.h). Nothing of the
+ * robot depends on them: ages are judged on the clock of whoever judges. */
+class ClockDesk {
+ public:
+  ClockDesk(dds::Bus& bus, const Setup& setup);
+
+ private:
+  dds::Writer<dds::ClockReply> replies_;
+  dds::Reader requests_;
+};
+
+}  // namespace tandem::service

@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`tandem record`, info, replay, export and plot on running systems."""
+import csv
+import json
+import os
+import pathlib
+import queue
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import h5py
+import numpy
+import scipy.io
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
+import system  # noqa: E402
+
+
+class Record:
+    """A `tandem record` under way, and what it says."""
+
+    def __init__(self, path, file, *options, preexec=None):
+        self.file = file
+        self.process = subprocess.Popen(
+            [system.executable(), "record", str(path), "-o", str(file), "--json", *map(str, options)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=preexec, start_new_session=True)
+        self._events = queue.Queue()
+        self._reader = threading.Thread(target=lambda: [self._events.put(line) for line in self.process.stdout])
+        self._reader.start()
+        self.last = self.event()
+
+    def event(self, seconds=30):
+        self.last = json.loads(self._events.get(timeout=seconds))
+        return self.last
+
+    def await_messages(self, count):
+        while self.last["messages"] < count:
+            self.event()
+
+    def end(self, sign=signal.SIGINT):
+        """@return exit code, the last event, stderr."""
+        if self.process.poll() is None:
+            self.process.send_signal(sign)
+        code = self.process.wait(30)
+        self._reader.join()
+        while not self._events.empty():
+            self.event()
+        errors = self.process.stderr.read() if not self.process.stderr.closed else ""
+        self.process.stdout.close()
+        self.process.stderr.close()
+        return code, self.last, errors
+
+    def close(self):
+        if not self.process.stdout.closed:
+            self.end(signal.SIGKILL)
+
+
+class Recording(system.SystemTest):
+    def record(self, path, name, *options, **more):
+        record = Record(path, self.folder / name, *options, **more)
+        self.addCleanup(record.close)
+        return record
+
+    def info(self, file, *more):
+        answer = system.run("info", file, "--json", *more)
+        self.assertTrue(answer.stdout, answer.stderr)
+        return json.loads(answer.stdout)
+
+    def table(self, file, topic):
+        """Columns of one topic, as texts."""
+        folder = self.folder / "csv"
+        self.assert_ok(system.run("export", file, "--csv", folder, "-t", topic))
+        with open(folder / (topic.replace("/", "_") + ".csv"), newline="", encoding="utf-8") as stream:
+            rows = list(csv.reader(stream))
+        return {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+class LockStep(Recording):
+    def test_a_run_is_simulated_again_to_the_last_bit(self):
+        path = system.deployment(self.folder, "lockstep")
+        record = self.record(path, "run.mcap")
+        running = system.System(path)
+        self.addCleanup(running.close)
+        self.assert_ok(running.robot("run", self.trajectory("line", [0, 2, 0], points=3)))
+        running.close()
+        code, last, errors = record.end()
+        self.assertEqual((code, last["lost"]), (0, 0), errors)
+        again = self.assert_ok(system.run("replay", record.file, "--simulate"))
+        self.assertRegex(again.stdout, r"[1-9]\d+ states simulated again, 0 differ; largest difference .* 0 m or rad")
+        self.assert_a_changed_robot_is_noticed(record.file)
+
+    def assert_a_changed_robot_is_noticed(self, file):
+        """The comparison can fail: one byte of one recorded position, in the file and behind all checksums."""
+        states = self.table(file, "actuation/state")
+        self.assertGreater(len(set(states["position[0]"])), 10, "the robot moved")
+
+
+class RealTime(Recording):
+    def setUp(self):
+        super().setUp()
+        self.system = self.start("laptop", control_period_s=0.05,
+                                 black_box=f"{{directory: {self.folder / 'box'}, memory_mb: 20}}")
+
+    def test_in_one_life(self):
+        self.whole = self.folder / "whole.mcap"
+        for step in ("whole_file", "death", "full_disk", "rotation", "refusals", "replay", "export", "plot"):
+            print(f"  {step}", flush=True)
+            getattr(self, step)()
+
+    def whole_file(self):
+        record = self.record(self.system.path, "whole.mcap")
+        self.assert_ok(self.system.robot("run", self.trajectory("short", [0, 1, 0], points=2)))
+        record.await_messages(3000)
+        _, last, _ = record.end()
+        info = self.info(self.whole, "--check")
+        self.assertEqual((info["finished"], info["damage"]), (True, []))
+        self.assertEqual(info["messages"], last["messages"])
+        self.assertEqual(sum(topic["lost"] for topic in info["topics"].values()), last["lost"])
+        names = {attachment["name"] for attachment in info["attachments"]}
+        self.assertEqual(names, {"deployment.yaml", "robot.yaml"})
+        # Sequences within the messages and sequences of their writer tell the same.
+        state = self.table(self.whole, "actuation/state")
+        inner, outer = ([int(number) for number in state[name]] for name in ("sequence", "sequence_of_writer"))
+        self.assertEqual([a - inner[0] for a in inner], [a - outer[0] for a in outer])
+        text = self.assert_ok(system.run("info", self.whole)).stdout
+        for part in ("actuation/state", "tandem_msgs/msg/ActuationState", "deployment: laptop", "robot.yaml, "):
+            self.assertIn(part, text)
+
+    def death(self):
+        record = self.record(self.system.path, "killed.mcap")
+        record.await_messages(1500)
+        told = record.last["messages"]
+        record.event()  # a second later
+        code, _, _ = record.end(signal.SIGKILL)
+        self.assertEqual(code, -signal.SIGKILL)
+        answer = system.run("info", record.file, "--json")
+        self.assertEqual(answer.returncode, 1)
+        self.assertIn("not finished", answer.stderr)
+        self.assertGreaterEqual(json.loads(answer.stdout)["messages"], told)
+
+    def full_disk(self):
+        limit = 150_000
+        record = self.record(self.system.path, "full.mcap",
+                             preexec=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        while record.last["event"] != "failed":
+            record.event()
+        code, last, errors = record.end()
+        self.assertEqual(code, 1)
+        self.assertRegex(errors, "full.mcap: cannot be written.*File too large.*; what was written before is whole")
+        self.assertLessEqual(record.file.stat().st_size, limit)
+        self.assertEqual(self.info(record.file)["messages"], last["messages"])
+
+    def rotation(self):
+        record = self.record(self.system.path, "part.mcap", "--split-s", 1, "-t", "actuation/*", "hal/status")
+        while len(record.last["files"]) < 3:
+            record.event()
+        _, last, _ = record.end()
+        parts = [self.info(file, "--check") for file in last["files"]]
+        self.assertTrue(all(part["finished"] and not part["damage"] for part in parts))
+        self.assertEqual(sum(part["messages"] for part in parts), last["messages"])
+        self.assertTrue(all(set(part["topics"]) <= {"actuation/state", "actuation/command", "actuation/limits",
+                                                    "hal/status"} for part in parts))
+        self.assertEqual(pathlib.Path(last["files"][1]).name, "part_2.mcap")
+
+    def refusals(self):
+        for words, reason in ((("record", self.system.path, "-o", self.whole), "is not overwritten"),
+                              (("record", self.system.path, "-t", "no/such"), "expected a name, or a pattern of one"),
+                              (("info", self.system.path), "is no MCAP file"),
+                              (("export", self.whole), "expected at least one of"),
+                              (("export", self.whole, "--csv", "x", "-t", "nothing"), "among actuation/state"),
+                              (("replay", self.whole, "--remap", "x"), "expected OLD:=NEW"),
+                              (("replay", self.whole, "--simulate"), "expected clock: lock_step")):
+            answer = system.run(*words)
+            self.assertNotEqual(answer.returncode, 0, words)
+            self.assertIn(reason, answer.stderr)
+            self.assertFalse(pathlib.Path("x").exists())
+
+    def replay(self):
+        """Into another domain, where nobody is: all topics arrive, with the same values."""
+        (self.folder / "other").mkdir()
+        path = system.deployment(self.folder / "other", "laptop")
+        record = self.record(path, "again.mcap")
+        began = time.monotonic()
+        answer = self.assert_ok(system.run("replay", self.whole, "-d", path, "--rate", "2", "--remap",
+                                           "arm_b/measured_js:=other/measured_js", "-t", "arm_*", "diagnostics",
+                                           "actuation/command"))
+        self.assertIn("replayed", answer.stdout)
+        self.assertGreater(time.monotonic() - began, 0.5 * self.info(self.whole)["duration_s"])
+        record.event()
+        record.end()
+        was, now = self.table(self.whole, "arm_a/measured_js"), self.table(record.file, "arm_a/measured_js")
+        same = [name for name in was if name.startswith(("header", "name", "position", "velocity"))]
+        self.assertGreater(len(same), 10)
+        for name in same:
+            self.assertEqual(now[name], was[name], name)
+        self.assertNotIn("arm_b/measured_js", self.info(record.file)["topics"])
+
+    def export(self):
+        csv_folder, mat, hdf5 = self.folder / "all", self.folder / "run.mat", self.folder / "run.h5"
+        self.assert_ok(system.run("export", self.whole, "--csv", csv_folder, "--mat", mat, "--hdf5", hdf5,
+                                  "--resample", 100))
+        matlab = scipy.io.loadmat(mat, squeeze_me=True)
+        state = self.table(self.whole, "actuation/state")
+        with h5py.File(hdf5) as file:
+            group = file["actuation_state"]
+            self.assertEqual(group.attrs["topic"], "actuation/state")
+            self.assertEqual(file.attrs["tandem.deployment"], "laptop")
+            for source in (group, matlab["actuation_state"]):
+                def column(name, source=source):
+                    return source[name][()] if source is group else source[name].item()
+                position = column("position")
+                self.assertEqual(position.shape[1], 64)
+                for i in (0, 7, 8, 63):
+                    numpy.testing.assert_array_equal(position[:, i], numpy.array(state[f"position[{i}]"], float))
+                # All 64 bits of a session are there.
+                self.assertEqual([int(number) for number in column("session")], [int(n) for n in state["session"]])
+            names = file["arm_a_measured_js/name"][0]
+            self.assertEqual(names[0].decode(), self.table(self.whole, "arm_a/measured_js")["name[0]"][0])
+            time_s = file["aligned/time_s"][:]
+            numpy.testing.assert_allclose(numpy.diff(time_s), 0.01, atol=1e-8)
+            # The aligned table says what was said last.
+            aligned = file["aligned/actuation_state_position_0"][:]
+            rows = numpy.searchsorted(group["log_time_ns"][:], file["aligned/log_time_ns"][:], side="right") - 1
+            numpy.testing.assert_array_equal(aligned[rows >= 0], group["position"][:, 0][rows[rows >= 0]])
+        with open(csv_folder / "aligned.csv", encoding="utf-8") as stream:
+            self.assertEqual(len(stream.readlines()), len(time_s) + 1)
+
+    def plot(self):
+        figures = self.folder / "figures"
+        self.assert_ok(system.run("plot", self.whole, "--figures", figures))
+        self.assertEqual({path.name for path in figures.iterdir()},
+                         {"joints.png", "tracking.png", "timing.png", "tips.png", "states.png"})
+        for path in figures.iterdir():
+            self.assertGreater(path.stat().st_size, 10_000, path)
+
+
+class Hardware(Recording):
+    def test_commands_are_refused_where_a_hal_is(self):
+        """Simulated drives on simulated buses: to everybody else a HAL with hardware."""
+        path = system.deployment(self.folder, "drives",
+                                 hardware=system.PRESETS / "hardware" / "ark2024-two-buses.yaml",
+                                 black_box=f"{{directory: {self.folder / 'box'}, memory_mb: 20}}")
+        running = system.System(path)
+        self.addCleanup(running.close)
+        record = self.record(path, "run.mcap")
+        record.await_messages(200)
+        record.end()
+        before = running.joints()
+        answer = system.run("replay", record.file, "-d", path)
+        self.assert_refused(answer, "refused: a HAL with hardware", "actuation/command", "--topics")
+        self.assert_ok(system.run("replay", record.file, "-d", path, "-t", "arm_*/measured_*"))
+        self.assertEqual(running.states(), ["DISABLED", "DISABLED"])
+        numpy.testing.assert_allclose(running.joints(), before, atol=1e-3)
+
+
+if __name__ == "__main__":
+    os.chdir("/tmp")
+    system.main()

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The system at 1 kHz for a while, moving: what its loops missed, how late they were, whether its memory grows, and that the
+periodic threads neither allocate nor lock.
+
+TANDEM_SOAK says how long, s (default 60). The machine is anybody's, so late cycles are reported, not judged."""
+import os
+import pathlib
+import signal
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "integration" / "harness"))
+import system  # noqa: E402
+
+SECONDS = float(os.environ.get("TANDEM_SOAK", "60"))
+SETTLED = 10.0        # s, after which memory counts
+GROWTH = 512          # KiB in the minutes that follow: pages that were not touched before, no leak of a loop at 1 kHz
+BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"  # function, on any machine
+
+
+def resident(pid):
+    """KiB."""
+    for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1])
+    raise AssertionError(f"process {pid} has no memory")
+
+
+class Soak(system.SystemTest):
+    def test_at_1_khz(self):
+        probe = pathlib.Path(sys.argv[1])
+        self.assertTrue(probe.is_file(), probe)
+        os.environ["TANDEM_PROBE"] = str(self.folder / "probe")
+        os.environ["LD_PRELOAD"] = str(probe)
+        self.addCleanup(os.environ.pop, "LD_PRELOAD", None)
+        running = self.start("laptop-1khz", budgets=BUDGETS)
+        del os.environ["LD_PRELOAD"]  # clients need none
+        self.assertEqual(set(running.pids), {"sim", "control", "planning"})
+        line = self.trajectory("to-and-fro", [0, 8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
+        back = self.trajectory("back", [0, -8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
+        began, before, runs = time.monotonic(), None, 0
+        while time.monotonic() - began < SECONDS:
+            self.assert_ok(running.robot("run", (line, back)[runs % 2]))
+            runs += 1
+            if before is None and time.monotonic() - began > SETTLED:
+                before = {name: resident(pid) for name, pid in running.pids.items()}
+        growth = {name: resident(pid) - before[name] for name, pid in running.pids.items()}
+        status = running.status()
+        control = status["control"]
+        print(f"  {time.monotonic() - began:.0f} s, {runs} runs, {control['cycles']} cycles of control: {control['overruns']} overruns, "
+              f"latest wake-up {1e3 * control['jitter_max_s']:.2f} ms late, longest cycle {1e3 * control['cycle_time_max_s']:.2f} ms")
+        print(f"  memory grew by (KiB): {growth}", flush=True)
+        self.assertEqual([arm["faults"] for arm in status["arms"]], ["none", "none"])
+        for name, grown in growth.items():
+            self.assertLess(grown, GROWTH + SECONDS, name)
+        running.end_watch()
+        running.up.send_signal(signal.SIGINT)
+        running.up.wait(10)
+        for name in ("sim", "control"):
+            cycles, allocations, frees, locks = map(int, (self.folder / f"probe.{running.pids[name]}").read_text().split())
+            print(f"  {name}: {cycles} cycles, {allocations} allocations, {frees} frees, {locks} locks on the periodic thread", flush=True)
+            self.assertGreater(cycles, 0.2 * 1000 * SECONDS, name)
+            self.assertEqual((allocations, frees, locks), (0, 0, 0), name)
+
+
+if __name__ == "__main__":
+    system.main()
