@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A raw writer on every topic of a running system: nothing crashes, nothing moves, and what was dropped is counted by name.
 
-TANDEM_ROUNDS says how many rounds over all topics (default 150)."""
+TANDEM_ROUNDS says how many rounds over all topics (default 25)."""
 import json
 import os
 import pathlib
@@ -11,7 +11,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
-ROUNDS = int(os.environ.get("TANDEM_ROUNDS", "150"))
+ROUNDS = int(os.environ.get("TANDEM_ROUNDS", "25"))
 CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 # Who has to drop what.
 READ_BY = {
