@@ -14,6 +14,7 @@ Installs the Debian packages that are missing, builds the benchmarks, runs them 
   bench_kinematics  forward kinematics with its Jacobian, beside a textbook solution in the same run
   bench_control     one quadratic programme and one control step, beside Ipopt in the same run
   bench_hal         one cycle of the HAL, two arms on two buses, beside what its frames take on a wire of 1 Mbit/s
+  bench_security    a round trip from state to command between two participants, secured beside plain
   bench_round_trip  state to control to command over DDS, beside a bare Fast DDS ping-pong of messages of the same size
 
 Percentiles are over the cases (10,000 joint vectors, 2,000 programmes or steps, 5,000 cycles; fewer for the slow
@@ -96,9 +97,9 @@ while (($# > 0)); do
 done
 
 if $install; then install_packages; else report_packages; fi
-build release bench_kinematics bench_control bench_hal bench_round_trip services/all
+build release bench_kinematics bench_control bench_hal bench_round_trip bench_security services/all
 mkdir -p "$output"
-for program in bench_kinematics bench_control bench_hal bench_round_trip; do
+for program in bench_kinematics bench_control bench_hal bench_round_trip bench_security; do
   say "running $program"
   "$root/build/release/bin/$program" --benchmark_out="$output/$program.json" --benchmark_out_format=json \
     --benchmark_format=console ${arguments[@]+"${arguments[@]}"} >"$output/$program.log" ||

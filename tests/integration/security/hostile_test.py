@@ -138,7 +138,7 @@ class Strangers(system.SystemTest):
             got = viewer.end()
             print(f"patched {name}: {got}", flush=True)
             self.assertGreater(got["checks_skipped"], 0, "the patch is not in force")
-            self.assertGreater(got["topics"], 5, f"a {name} sees: {got}")
+            self.assertGreater(got["samples"], 0, f"a {name} sees: {got}")
         # The same with an operator's credentials: it takes the lease and gives power.
         operator = self.hostile("--credentials", self.authority.folder, "console-operator")
         system.until(lambda: running.status()["lease_holder"] == 0xbadc0de, 30, "an operator gets the lease")

@@ -40,13 +40,20 @@ class Malformed(system.SystemTest):
         self.assertIsNone(running.up.poll(), "a process died")
         self.assertEqual(running.assert_still(self, looks=3), stood, "an arm has moved")
 
+        dropped, missing = {}, READ_BY
+
         def all_named():
+            nonlocal dropped, missing
             dropped = running.status()["dropped"]
             missing = [(who, topic) for who, topics in READ_BY.items() for topic in topics
                        if f"rt/{prefix}/{topic}" not in dropped.get(who, {})]
-            return not missing and dropped
+            return not missing
 
-        print(system.until(all_named, 20, "every process names what it has dropped"), flush=True)
+        try:
+            system.until(all_named, 20, "every process names what it has dropped")
+        except AssertionError as error:
+            raise AssertionError(f"{error}; missing: {missing}; there are: {dropped}") from None
+        print(dropped, flush=True)
         # It goes on as if nothing had been.
         self.assert_ok(running.robot("disable"))
         system.until(lambda: running.status()["lease_holder"] == 0, 10, "a lease that was taken runs out")

@@ -185,6 +185,7 @@ Target target(detail::Participant& participant,
   auto* dds_topic = participant.topic(ddsTopicName(participant.options().prefix, topic.name, arm), type);
   auto qos = detail::writerQos(topic.profile, participant.options(), false);
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+  qos.ownership_strength().value = 1000;  // commands are taken from the strongest writer alone
   qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;  // fragments
   result.writer = participant.publisher()->create_datawriter(dds_topic, qos);
   result.is_stop = std::is_same_v<M, Stop>;

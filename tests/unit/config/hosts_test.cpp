@@ -20,6 +20,19 @@ TEST(Deployment, HostsAreFoundByTheirAddresses) {
   EXPECT_EQ(hostAmong(loadDeployment(presets() / "deployments/laptop.yaml"), {"127.0.0.1"}), nullptr);
 }
 
+TEST(Deployment, SecurityIsAFolderAndADiscoveryServerAHost) {
+  const Folder folder;
+  const Deployment served = loadDeployment(folder.write("d.yaml", onHosts() + "discovery: {server: console}\n"));
+  ASSERT_TRUE(served.discovery.has_value());
+  EXPECT_EQ(served.discovery->address, "10.0.0.2");
+  EXPECT_EQ(served.discovery->port, 11811);
+  EXPECT_TRUE(served.security.empty());
+  const std::filesystem::path file = folder.write("d.yaml", onHosts() + "security: credentials\n");
+  EXPECT_THROW(loadDeployment(file), Error);  // there is no such folder
+  std::filesystem::create_directory(file.parent_path() / "credentials");
+  EXPECT_EQ(loadDeployment(file).security, file.parent_path() / "credentials");
+}
+
 TEST(Deployment, RefusalsOfHosts) {
   const Refusal refusals[] = {
       {"name: console, a", "name: robot, a", "robot, address: 10.0.0.2", 0, "hosts[1].name",

@@ -235,8 +235,10 @@ plant:
   tracker: {rate_Hz: 60, position_noise_mm: 0.3, rotation_noise_rad: 0.01, delay_ms: 30, drop_out: 0.125}
 processes:
   - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false}
+discovery: {server: 10.0.0.1, port: 11900}
 )";
-  expectEveryKey(text + kHosts, deploymentTable());
+  // Those that exclude one another are in the file of another test.
+  expectEveryKey(text + kHosts + "security: credentials", deploymentTable());
   const Deployment d = loadDeployment(folder.write("d.yaml", text));
   EXPECT_EQ(d.name, "lab");
   EXPECT_EQ(d.robot.filename(), "ark2024-as-printed.yaml");
@@ -248,6 +250,9 @@ processes:
   EXPECT_EQ(d.domain, 232);
   EXPECT_EQ(d.interface_address, "10.0.0.255");
   EXPECT_EQ(d.peers, (std::vector<std::string>{"10.0.0.1", "10.0.0.2"}));
+  ASSERT_TRUE(d.discovery.has_value());
+  EXPECT_EQ(d.discovery->address, "10.0.0.1");
+  EXPECT_EQ(d.discovery->port, 11900);
   EXPECT_EQ(d.clock, ClockMode::kRealTime);
   EXPECT_EQ(d.control_period, 0.02);
   EXPECT_EQ(d.sim_period, 0.002);
