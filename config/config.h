@@ -101,6 +101,12 @@ struct Host {
   std::string address;  ///< IPv4, of its interface on the network that they share
 };
 
+/** Where the discovery server of a deployment listens. */
+struct DiscoveryServer {
+  std::string address;  ///< IPv4
+  int port = 11811;     ///< UDP
+};
+
 /** One process of a deployment. */
 struct Process {
   std::string name;                    ///< sim, control, planning
@@ -136,6 +142,8 @@ struct Deployment {
   std::string interface_address = "127.0.0.1";  ///< the only interface used; with hosts: this one's
   std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers, no multicast; with hosts: all of them
   std::vector<Host> hosts;                      ///< empty: everything runs on one machine
+  std::filesystem::path security;            ///< folder of credentials, resolved likewise; empty: nothing is protected
+  std::optional<DiscoveryServer> discovery;  ///< instead of asking peers; none: peers
   ClockMode clock = ClockMode::kRealTime;
   double control_period = 0.1;                               ///< s
   double sim_period = 1e-3;                                  ///< s, plant and bus period

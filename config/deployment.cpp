@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <arpa/inet.h>
+
 #include <algorithm>
 
 #include "config/file_tables.h"
@@ -51,6 +53,41 @@ std::vector<Host> readHosts(const Map& map) {
     hosts.push_back(host);
   }
   return hosts;
+}
+
+/// Credentials are not looked at here: only processes of the deployment need them.
+std::filesystem::path readSecurity(const Map& map, const std::filesystem::path& file) {
+  if (!map.has("security"))
+    return {};
+  const auto folder = (file.parent_path() / map.text("security")).lexically_normal();
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(folder, ignored))
+    map.fail("security",
+             "found '" + map.text("security") +
+                 "', expected a folder relative to this file's, made by `tandem security init` and `issue`");
+  return folder;
+}
+
+bool isIpv4(const std::string& text) {
+  in_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1;
+}
+
+std::optional<DiscoveryServer> readDiscovery(const Map& map, const Deployment& deployment) {
+  if (!map.has("discovery"))
+    return std::nullopt;
+  const Map entry = map.map("discovery");
+  DiscoveryServer server{entry.text("server"), entry.integer("port")};
+  std::string known;
+  for (const Host& host : deployment.hosts) {
+    known += (known.empty() ? "" : ", ") + host.name;
+    if (host.name == server.address)
+      return DiscoveryServer{host.address, server.port};
+  }
+  if (!isIpv4(server.address))
+    entry.fail("server", "found '" + server.address + "', expected an IPv4 address" +
+                             (known.empty() ? "" : " or one of the hosts " + known));
+  return server;
 }
 
 /// Where a process runs: one of the hosts, if there are any.
@@ -165,6 +202,8 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   readFeedback(map, deployment);
   deployment.black_box = readBlackBox(map.map("black_box"), file);
   deployment.hosts = readHosts(map);
+  deployment.security = readSecurity(map, file);
+  deployment.discovery = readDiscovery(map, deployment);
   deployment.processes = readProcesses(map, deployment.hosts);
   document.finish();
   deployment.warnings = document.warnings();

@@ -39,6 +39,9 @@ fs::path sourceOf(const fs::path& build) {
 /// Beside an installed program or module, and in the source tree of a build tree.
 void addBeside(std::vector<fs::path>& folders, const fs::path& binary) {
   fs::path folder = binary.parent_path();
+  // What was installed as a package has its administrator's files first.
+  if (folder == "/usr/bin")
+    folders.emplace_back("/etc/tandem");
   folders.push_back(folder / "../share/tandem");
   // build/bin, build/tests, build/preset/bin: the cache is not far above.
   for (int level = 0; level < 4 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {

@@ -214,14 +214,8 @@ control::MethodParameters readParameters(const Map& map) {
   parameters.period = map.number("period");
   parameters.bounds = control::boundsFromName(map.text("bounds")).value();
   parameters.backend = control::backendFromName(map.text("backend")).value();
-  parameters.nsp_damping = map.number("nsp_damping");
-  parameters.track_weight = map.number("track_weight");
-  parameters.translation_weight = map.number("translation_weight");
-  parameters.rotation_weight = map.number("rotation_weight");
-  parameters.nspqp_zeta = map.number("nspqp_zeta");
-  parameters.snsqp_zeta = map.number("snsqp_zeta");
-  parameters.rotation_velocity = map.number("rotation_velocity");
-  parameters.snsqp_rotation_velocity = map.number("snsqp_rotation_velocity");
+  for (const control::Tunable& tunable : control::kTunables)
+    parameters.*tunable.member = map.number(tunable.name);
   return parameters;
 }
 

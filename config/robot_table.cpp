@@ -207,6 +207,16 @@ const Mapping& controlTable() {
           number("snsqp_rotation_velocity", kAngularSpeed, "bound on every rotation in (8)")
               .above(0)
               .defaultsTo(defaults.snsqp_rotation_velocity),
+          number("translation_step", kLength, "bound on every translation in one period in the QP methods")
+              .above(0)
+              .defaultsTo(defaults.translation_step),
+          number("singular_lever", kLength,
+                 "per rad: a direction in which the rotations move a tip by less is singular to nsp and nspwln-joint")
+              .above(0)
+              .defaultsTo(defaults.singular_lever),
+          number("posture_gain", kGain, "k_p: how fast joints go to the posture of a reference")
+              .above(0)
+              .defaultsTo(defaults.posture_gain),
       }};
   return table;
 }

@@ -171,6 +171,17 @@ const Mapping& blackBoxTable() {
   return table;
 }
 
+const Mapping& discoveryTable() {
+  static const Mapping table{
+      "discovery",
+      "The discovery server; `tandem up` starts it on the machine that has its address.",
+      {
+          text("server", "name of one of the hosts, or an IPv4 address of the machine that it runs on").required(),
+          integer("port", "UDP port that it listens on").within(1024, 65535).defaultsTo(DiscoveryServer{}.port),
+      }};
+  return table;
+}
+
 const Mapping& hostTable() {
   static const Mapping table{
       "host",
@@ -234,6 +245,12 @@ const Mapping& deploymentTable() {
                   "the machines, instead of interface_address and peers; each finds itself by its address")
               .list(1, 16)
               .defaultNote("none: one machine"),
+          text("security",
+               "folder of credentials, relative to the folder of this file: everything is encrypted, and only who is "
+               "certified takes part (docs/security.md)")
+              .defaultNote("none: whoever is on the network can command the robot"),
+          mapping("discovery", discoveryTable(), "a server that processes ask for one another, instead of all peers")
+              .defaultNote("none: peers are asked"),
           text("clock", "absolute monotonic timer, or deterministic: state k, reference k, command k, state k + 1")
               .oneOf({"real_time", "lock_step"})
               .defaultsTo("real_time"),

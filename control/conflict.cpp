@@ -98,8 +98,12 @@ NamedLimit nameOf(const StepProblem& problem, const Conflict::Limit& limit) noex
   return name;
 }
 
+std::string armLetter(int arm) { return std::string(1, static_cast<char>('a' + arm)); }
+
 std::string describe(const NamedLimit& limit, const std::vector<std::string>& arms) {
-  const std::string whose = "tube " + std::to_string(limit.tube) + " of arm " + arms.at(limit.arm);
+  const auto arm = static_cast<std::size_t>(limit.arm);
+  const std::string whose =
+      "tube " + std::to_string(limit.tube) + " of arm " + (arm < arms.size() ? arms[arm] : armLetter(limit.arm));
   switch (limit.kind) {
     case LimitKind::kNeighbour:
       return whose + " against tube " + std::to_string(limit.tube - 1);

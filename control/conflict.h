@@ -39,11 +39,15 @@ struct NamedLimit {
 };
 NamedLimit nameOf(const StepProblem& problem, const Conflict::Limit& limit) noexcept;
 
-/// "velocity limit of tube 2 of arm a". @param arms  names of the arms, in the robot's order
+/// What an arm without a name is called: a, b, ...
+std::string armLetter(int arm);
+
+/// "velocity limit of tube 2 of arm a". @param arms  names of the arms, in the robot's order; those missing go by
+/// letters
 std::string describe(const NamedLimit& limit, const std::vector<std::string>& arms);
 
 /** In words: "tube 2 of arm a against tube 1, velocity limit of tube 2 of arm a".
- * @param arms  names of the arms, in the robot's order */
+ * @param arms  as above */
 std::string describe(const StepProblem& problem, const Conflict& conflict, const std::vector<std::string>& arms);
 
 }  // namespace tandem::control

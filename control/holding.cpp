@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "control/holding.h"
 
+#include <algorithm>
+
 #include "control/conflict.h"
 #include "control/qp_methods.h"
 
 namespace tandem::control {
+namespace {
 
-void findHolding(const StepProblem& problem, const MethodParameters& parameters, Conflict& conflict) {
+Conflict findHolding(const StepProblem& problem, const MethodParameters& parameters) {
   constexpr double kWeak = 1e-2;  // of the heaviest
-  conflict.count = 0;
+  Conflict conflict;
   VelocityBounds bounds;
   velocityBounds(problem, BoundsKind::kCoupled, parameters.period, bounds);
   boundSteps(problem, parameters.translation_step / parameters.period, parameters.rotation_velocity, bounds);
@@ -26,12 +29,29 @@ void findHolding(const StepProblem& problem, const MethodParameters& parameters,
   QpSolution solution;
   makeQpBackend(Backend::kActiveSet)->solve(qp, solution);
   if (solution.status != QpStatus::kSolved)
-    return;
+    return conflict;
   explain(problem, bounds, solution, conflict);
   constexpr double kNothing = 1e-9;  // of what the tasks pull with
   while (conflict.count > 0 && (conflict.limit[conflict.count - 1].weight < kWeak * conflict.limit[0].weight ||
                                 conflict.limit[conflict.count - 1].weight < kNothing * pull))
     --conflict.count;
+  return conflict;
+}
+
+}  // namespace
+
+std::vector<std::string> holding(const StepProblem& problem,
+                                 const MethodParameters& parameters,
+                                 const std::vector<std::string>& arms,
+                                 bool steps) {
+  const Conflict conflict = findHolding(problem, parameters);
+  std::vector<std::string> words;
+  for (int i = 0; i < conflict.count; ++i) {
+    const std::string text = describe(nameOf(problem, conflict.limit[i]), arms);
+    if ((steps || !conflict.limit[i].step) && std::find(words.begin(), words.end(), text) == words.end())
+      words.push_back(text);
+  }
+  return words;
 }
 
 }  // namespace tandem::control

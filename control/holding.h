@@ -2,18 +2,25 @@
 /** @file Which limits hold a robot back that stands still before it has arrived. */
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "control/parameters.h"
-#include "control/solution.h"
+#include "control/step_problem.h"
 
 namespace tandem::control {
 
-/** The limits that push against
+/** The limits, in words and the heaviest first, that push against
  *
  *   min over qdot   1/2 sum over all tasks |J_k qdot - v_k|^2 + 1/2 zeta |qdot|^2   s.t.  bounds and coupled rows
  *
  * at its solution, the heaviest first: those without which the tasks would come nearer. None where no limit of the
  * joints is in the way. Allocates; not for the periodic path.
- * @param conflict  its limits, to be put into words by describe() */
-void findHolding(const StepProblem& problem, const MethodParameters& parameters, Conflict& conflict);
+ * @param arms  names of the arms, as describe() takes them
+ * @param steps  whether what a method allows in a step counts as a limit */
+std::vector<std::string> holding(const StepProblem& problem,
+                                 const MethodParameters& parameters,
+                                 const std::vector<std::string>& arms,
+                                 bool steps);
 
 }  // namespace tandem::control

@@ -2,6 +2,7 @@
 /** @file What a user can choose about redundancy resolution. */
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string_view>
 
@@ -56,5 +57,25 @@ struct MethodParameters {
   double singular_lever = 5e-4;
   double posture_gain = 2.0;  ///< k_p, 1/s: how fast joints go to the posture of a reference
 };
+
+/** A number that can be changed while a method runs, by its name in robot files (there with a unit) and on the wire. */
+struct Tunable {
+  const char* name;
+  double MethodParameters::*member;
+};
+/// All of them; each has to be finite and above zero.
+inline constexpr std::array<Tunable, 11> kTunables{{
+    {"nsp_damping", &MethodParameters::nsp_damping},
+    {"track_weight", &MethodParameters::track_weight},
+    {"translation_weight", &MethodParameters::translation_weight},
+    {"rotation_weight", &MethodParameters::rotation_weight},
+    {"nspqp_zeta", &MethodParameters::nspqp_zeta},
+    {"snsqp_zeta", &MethodParameters::snsqp_zeta},
+    {"rotation_velocity", &MethodParameters::rotation_velocity},
+    {"snsqp_rotation_velocity", &MethodParameters::snsqp_rotation_velocity},
+    {"translation_step", &MethodParameters::translation_step},
+    {"singular_lever", &MethodParameters::singular_lever},
+    {"posture_gain", &MethodParameters::posture_gain},
+}};
 
 }  // namespace tandem::control

@@ -157,17 +157,8 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
 
 std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p) {
   requirePositive(p.period, "period");
-  requirePositive(p.nsp_damping, "damping");
-  requirePositive(p.track_weight, "track_weight");
-  requirePositive(p.translation_weight, "translation_weight");
-  requirePositive(p.rotation_weight, "rotation_weight");
-  requirePositive(p.nspqp_zeta, "zeta");
-  requirePositive(p.snsqp_zeta, "zeta");
-  requirePositive(p.rotation_velocity, "rotation_velocity");
-  requirePositive(p.snsqp_rotation_velocity, "snsqp_rotation_velocity");
-  requirePositive(p.translation_step, "translation_step");
-  requirePositive(p.singular_lever, "singular_lever");
-  requirePositive(p.posture_gain, "posture_gain");
+  for (const Tunable& tunable : kTunables)
+    requirePositive(p.*tunable.member, tunable.name);
   switch (method) {
     case Method::kNsp:
       return makeNsp(p);

@@ -11,7 +11,8 @@ Usage: deploy/test.sh [--preset NAME] [--no-install] [CTEST ARGUMENTS]
 
 Installs the Debian packages that are missing, builds, and runs ctest. All other arguments go to ctest. Tests with the
 label `long` run only where a label is asked for with -L. Unit tests run two at a time, all others one by one:
-they start processes in real time. Ends with ctest's exit code.
+they start processes in real time. A complete run is held against the list of hazards (docs/hazards.md).
+Ends with ctest's exit code, or with 1 where a hazard's control is not shown.
 
   --preset NAME  release (default), debug, asan-ubsan, tsan
   --no-install   use what is installed; neither apt nor root is needed
@@ -67,7 +68,7 @@ run() {
   ((${count:-0} > 0)) || return 0
   ran=true
   say "$name tests: $count, $jobs at a time"
-  ctest -j "$jobs" --output-on-failure ${arguments[@]+"${arguments[@]}"} "$@" | tee "$results/$name" || code=$?
+  ctest -j "$jobs" --output-on-failure --output-junit "$results/$name.xml" ${arguments[@]+"${arguments[@]}"} "$@" | tee "$results/$name" || code=$?
   ((status != 0)) || status=$code
 }
 run unit 2 -L '^unit$' ${exclude:+-LE "${exclude#|}"}
@@ -75,5 +76,9 @@ run other 1 -LE "^unit\$$exclude"
 
 $ran || die "no test matches: ${arguments[*]}"
 say "summary, preset $preset"
-(cd "$results" && grep -H 'tests passed' -- * | sed 's/:/ tests: /') || true
+(cd "$results" && grep -H 'tests passed' -- unit other | sed 's/:/ tests: /') || true
+# Part of the tests shows part of the hazards.
+if ((${#arguments[@]} == 0)) && [[ $preset == release && $exclude == '|^long$' ]]; then
+  /usr/bin/python3 "$root/tests/hazards/trace.py" --results "$results"/*.xml || status=1
+fi
 exit "$status"

@@ -12,7 +12,6 @@ void SdoJobs::clear() noexcept {
   count_ = next_ = 0;
   running_ = reading_back_ = false;
   deadline_ = 0;
-  repeats_ = 0;
   status_ = Status::kIdle;
   abort_ = SdoAbort::kNone;
 }
@@ -59,14 +58,10 @@ void SdoJobs::begin(canopen::SdoClient& sdo, std::int64_t now) noexcept {
 }
 
 void SdoJobs::finish(canopen::SdoClient& sdo, std::int64_t now) noexcept {
-  constexpr int kRepeats = 2;  // of a job whose answer got lost; all jobs may be done twice
   const Job& job = jobs_[next_];
   running_ = false;
-  if (sdo.abort() == SdoAbort::kTimeout && sdo.status() != SdoStatus::kDone && repeats_++ < kRepeats)
-    return;
   if (sdo.status() != SdoStatus::kDone)
     return fail(sdo.abort());
-  repeats_ = 0;
   if (job.kind == Kind::kWrite && !reading_back_) {
     reading_back_ = true;
     return;

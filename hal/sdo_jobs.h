@@ -53,7 +53,6 @@ class SdoJobs {
   bool running_ = false;       ///< a transfer of ours
   bool reading_back_ = false;  ///< the write is done
   std::int64_t deadline_ = 0;  ///< of an await, 0: not begun
-  int repeats_ = 0;            ///< of the present job, because its answer got lost
   Status status_ = Status::kIdle;
   canopen::SdoAbort abort_ = canopen::SdoAbort::kNone;
   std::uint64_t value_ = 0;

@@ -22,8 +22,6 @@ struct Start {
   std::string wrong;
 };
 
-std::string armLabel(int arm) { return std::string("arm ") + static_cast<char>('a' + arm); }
-
 Start lookAt(const Arms& arms, const safety::RobotVector& q, const Demands& demands) {
   constexpr double kViolation = 1e-6;
   Start start;
@@ -37,14 +35,14 @@ Start lookAt(const Arms& arms, const safety::RobotVector& q, const Demands& dema
     const Eigen::VectorXd own = q.segment(arms.offset(arm), arms.size(arm));
     const auto status = arms.models[at(arm)]->tip(own, start.branches[at(arm)], start.tips[at(arm)]);
     if (status != kinematics::ModelStatus::kOk) {
-      start.wrong = armLabel(arm) + ": " + std::string(kinematics::describe(status));
+      start.wrong = Arms::label(arm) + ": " + std::string(kinematics::describe(status));
       return start;
     }
     if (safety::largestViolation(*arms.limits[at(arm)], own) > kViolation)
-      start.wrong = armLabel(arm) + " starts outside its limits";
+      start.wrong = Arms::label(arm) + " starts outside its limits";
     const kinematics::Tip& tip = start.tips[at(arm)];
     if (tip.conjugate_points > 0 || (demands.stability && tip.stability < *demands.stability))
-      start.wrong = armLabel(arm) + " starts less stable than asked for";
+      start.wrong = Arms::label(arm) + " starts less stable than asked for";
   }
   return start;
 }
@@ -232,7 +230,7 @@ class Walker {
     nearer.reach = end.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;
     char distance[48];
     std::snprintf(distance, sizeof distance, "%.3g mm ", 1e3 * end.error);
-    nearer.words = armLabel(spec_.arm) + ": " + distance +
+    nearer.words = Arms::label(spec_.arm) + ": " + distance +
                    std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, held back by ");
     for (std::size_t k = 0; k < end.limits.size(); ++k)
       nearer.words += (k > 0 ? ", " : "") + end.limits[k];

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
+
+#include "planning/ik_search.h"
 
 namespace tandem::planning {
 namespace {
@@ -21,8 +22,6 @@ std::string format(const char* pattern, double value) {
   std::snprintf(text, sizeof text, pattern, value);
   return text;
 }
-
-std::string label(int arm) { return std::string("arm ") + static_cast<char>('a' + arm); }
 
 /// Limits that the nearest pose stands at and is pushed against, the strongest first.
 std::vector<ActiveLimit> heldBack(const Arms& arms, const PoseProblem& problem, const PoseSolution& nearest) {
@@ -61,7 +60,7 @@ std::string wordsOf(const std::vector<ActiveLimit>& limits, int arm) {
   std::string words;
   for (const ActiveLimit& limit : limits) {
     if (limit.arm == arm || !own)
-      words += (words.empty() ? "" : ", ") + (own ? "" : label(limit.arm) + " ") + limit.words;
+      words += (words.empty() ? "" : ", ") + (own ? "" : Arms::label(limit.arm) + " ") + limit.words;
   }
   return words;
 }
@@ -82,18 +81,6 @@ InverseKinematics::InverseKinematics(Arms arms, IkOptions options)
   for (const safety::ArmLimits* limits : arms_.limits)
     samplers_.emplace_back(*limits);
 }
-
-/** What one call has found so far. */
-struct InverseKinematics::Search {
-  PoseProblem problem;                                     ///< reach; its demands are those that have proved necessary
-  IkAnswer best;                                           ///< reached, or the nearest so far
-  double least = std::numeric_limits<double>::infinity();  ///< objective of the nearest so far
-  std::optional<Reach> broken;  ///< a demand that stood in the way of joints that reach the targets
-  PoseProblem nearest_problem;  ///< of the nearest so far
-  PoseSolution nearest;
-  bool reached = false;
-  int starts = 0, iterations = 0;
-};
 
 /// Checks a solution against everything that was asked for. @return whether it reaches the targets and keeps all.
 bool InverseKinematics::take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const {
@@ -270,7 +257,7 @@ void InverseKinematics::explain(Search& search) const {
   for (std::size_t k = 0; k < best.error.size(); ++k) {
     if (best.error[k] <= options_.tolerance && best.error.size() > 1)
       continue;
-    const std::string far = label(search.problem.targets[k].arm) + ": " + format("%.3g mm ", 1e3 * best.error[k]);
+    const std::string far = Arms::label(search.problem.targets[k].arm) + ": " + format("%.3g mm ", 1e3 * best.error[k]);
     best.words += (best.words.empty() ? "" : "; ") + far;
     if (best.reach == Reach::kOutsideWorkspace)
       best.words += "beyond the edge of the workspace";
@@ -291,7 +278,7 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
                                   bool keep_relative) const {
   constexpr double kAside = 0.05;                     // rad, out of a plane
   constexpr double kAlmost = 1e-3, kHopeless = 3e-3;  // m
-  constexpr int kBatches = 4, kAsides = 3, kPolish = 3;
+  constexpr int kBatches = 4, kAsides = 3;
   Search search;
   search.best.q = reference;
   bool valid = reference.size() == arms_.jointCount() && reference.allFinite() && !targets.empty();
@@ -328,9 +315,8 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
       improve(search, other);
     }
   }
-  // The nearest pose once more from itself: an interior-point method may end short of a corner of the limits.
-  for (int i = 0; i < kPolish && !search.reached && !options_.local && !search.best.tips.empty() && !cancelled(); ++i)
-    improve(search, neighbour(search.best.q, 0.1 * kAside * i, engine));
+  if (!options_.local && !search.best.tips.empty())
+    polish(search, engine);
   if (!search.reached && search.best.tips.empty() && search.problem.keep_relative && !cancelled())
     return solve(targets, reference, branches, false);  // the difference cannot be kept anywhere
   search.best.starts = search.starts;

@@ -69,8 +69,9 @@ struct IkAnswer {
  * The reference is tried first, then neighbours of it (a planar arm's Jacobian is singular; a little turn leaves the
  * plane), then random joints whose tips are near the targets: from each the nearest pose is looked for, and where that
  * is the pose itself, the joints nearest to the reference that reach it. Clearance and stability enter a programme once
- * a solution without them breaks them. Where no start leads to the pose, the best of the nearest ones is answered; that
- * nothing nearer exists is as certain as that a start would have led there. */
+ * a solution without them breaks them. Where no start leads to the pose, the best of the nearest ones is answered,
+ * after random steps downhill from it; that nothing nearer exists is as certain as that a start would have led there.
+ */
 class InverseKinematics {
  public:
   explicit InverseKinematics(Arms arms, IkOptions options = {});
@@ -99,6 +100,8 @@ class InverseKinematics {
   void attempt(Search& search, const safety::RobotVector& start) const;
   bool take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const;
   void improve(Search& search, const safety::RobotVector& start) const;
+  safety::RobotVector downhill(const PoseProblem& problem, const safety::RobotVector& q, std::mt19937_64& engine) const;
+  void polish(Search& search, std::mt19937_64& engine) const;
   void explain(Search& search) const;
   bool cancelled() const { return options_.cancelled && options_.cancelled(); }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "control/conflict.h"
+
 namespace tandem::planning {
 namespace {
 
@@ -154,6 +156,8 @@ bool addClearances(const PoseProblem& problem, const safety::RobotVector& q, Pos
 }
 
 }  // namespace
+
+std::string Arms::label(int arm) { return "arm " + control::armLetter(arm); }
 
 int Arms::offset(int arm) const {
   int sum = 0;

@@ -22,6 +22,7 @@ struct Arms {
   int size(int arm) const { return models[static_cast<std::size_t>(arm)]->arm().jointCount(); }
   int offset(int arm) const;  ///< of the arm's first joint in the stacked vector
   int jointCount() const { return offset(count()); }
+  static std::string label(int arm);  ///< "arm a"
 };
 
 /** Where a tip shall be, and optionally where it shall point. */

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "control/conflict.h"
 #include "control/holding.h"
 #include "planning/follower.h"
 #include "safety/gate.h"
@@ -57,25 +56,6 @@ class IdealJoints {
   std::vector<safety::Gate> gates_;
   safety::RobotVector q_, velocity_;
 };
-
-/// Each limit by itself, in words.
-std::vector<std::string> holding(const control::StepProblem& problem, const RehearsalOptions& options) {
-  std::vector<std::string> names = options.arms;
-  for (int arm = static_cast<int>(names.size()); arm < problem.arm_count; ++arm)
-    names.emplace_back(1, static_cast<char>('a' + arm));
-  control::Conflict conflict;
-  control::findHolding(problem, options.parameters, conflict);
-  std::vector<std::string> words;
-  for (int i = 0; i < conflict.count; ++i) {
-    control::Conflict one;
-    one.limit[0] = conflict.limit[at(i)];
-    one.count = 1;
-    const std::string text = control::describe(problem, one, names);
-    if (std::find(words.begin(), words.end(), text) == words.end())
-      words.push_back(text);
-  }
-  return words;
-}
 
 std::string wordsOf(const Rehearsal& rehearsal, control::Method method, const std::string& detail) {
   const std::string who(control::name(method));
@@ -165,7 +145,7 @@ class Run {
     result_.point = point;
     result_.tip_error = progress.tip_error;
     result_.relative_error = progress.relative_error;
-    result_.held = holding(tracker_.problem(), options_);
+    result_.held = control::holding(tracker_.problem(), options_.parameters, options_.arms, true);
   }
 
   Rehearsal end(RehearsalEnd how, const std::string& detail, int point = 0) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "control/conflict.h"
 #include "control/holding.h"
 #include "planning/reference_tracker.h"
 
@@ -71,18 +70,7 @@ Walk::End Walk::settle(const TrajectoryPoint& point,
   tracker.step(end.q, end.q, referenceTo(point), result);
   if (result.status != TrackStatus::kOk)
     return end;
-  std::vector<std::string> names;
-  for (int arm = 0; arm < arms_.count(); ++arm)
-    names.emplace_back(1, static_cast<char>('a' + arm));
-  control::Conflict holding;
-  control::findHolding(tracker.problem(), parameters, holding);
-  for (int i = 0; i < holding.count; ++i) {
-    control::Conflict one;
-    one.limit[0] = holding.limit[static_cast<std::size_t>(i)];
-    one.count = 1;
-    if (!one.limit[0].step)
-      end.limits.push_back(control::describe(tracker.problem(), one, names));
-  }
+  end.limits = control::holding(tracker.problem(), parameters, {}, false);
   return end;
 }
 

@@ -35,7 +35,7 @@ std::string_view name(NodePhase phase) {
   return kNames[static_cast<std::size_t>(phase)];
 }
 
-Node::Node(const NodeSetup& setup) : setup_(setup), sdo_(setup.id, setup.sdo_timeout) {
+Node::Node(const NodeSetup& setup) : setup_(setup), sdo_(setup.id, setup.sdo_timeout, setup.sdo_retries) {
   if (setup.id < 1 || setup.id > kMaxNodeId)
     throw std::invalid_argument(setup.name + ": node " + std::to_string(setup.id) + ", expected 1 to 127");
   append(steps_, setup.steps);
@@ -88,7 +88,6 @@ const std::uint64_t* Node::readValue(ObjectAddress object) const noexcept {
 
 void Node::enter(NodePhase phase, std::int64_t now) noexcept {
   phase_ = phase;
-  attempts_ = 0;
   if (phase == NodePhase::kConfigured)
     heartbeat_time_ = now;  // from here on it is watched
 }
@@ -104,7 +103,6 @@ void Node::fail(NodeFailure::Reason reason, std::uint64_t value, SdoAbort abort)
 
 void Node::restartConfiguration() noexcept {
   step_ = 0;
-  attempts_ = 0;
   transferring_ = false;
   reading_back_ = false;
   has_value_.assign(has_value_.size(), false);
@@ -223,14 +221,12 @@ void Node::beginTransfer(std::int64_t now) noexcept {
 
 void Node::nextStep() noexcept {
   ++step_;
-  attempts_ = 0;
   reading_back_ = false;
 }
 
 void Node::endTransfer(std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
   if (sdo_.status() == SdoStatus::kDone) {
-    attempts_ = 0;
     if (step.kind == SetupStep::Kind::kWrite) {
       nextStep();
     } else if (step.kind == SetupStep::Kind::kWriteVerify && !reading_back_) {
@@ -239,9 +235,6 @@ void Node::endTransfer(std::int64_t now) noexcept {
     } else {
       judge(now);
     }
-  } else if (sdo_.abort() == SdoAbort::kTimeout && attempts_ < setup_.sdo_retries) {
-    ++attempts_;
-    beginTransfer(now);
   } else if (step.optional && (sdo_.abort() == SdoAbort::kNoObject || sdo_.abort() == SdoAbort::kNoSubIndex)) {
     nextStep();
   } else {

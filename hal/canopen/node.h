@@ -28,7 +28,7 @@ struct NodeSetup {
   std::int64_t start_timeout = 1'000'000'000;    ///< from NMT start to a heartbeat that says operational
   std::int64_t sdo_timeout = 100'000'000;
   NmtCommand reset = NmtCommand::kResetCommunication;  ///< what boot() begins with; or kResetNode
-  int sdo_retries = 2;                                 ///< of a transfer that timed out
+  int sdo_retries = 2;  ///< of a transfer whose answer got lost; all transfers may be done twice
 };
 
 /** Where a node stands on the way up. */
@@ -149,7 +149,6 @@ class Node {
   NodePhase phase_ = NodePhase::kIdle;
   NodeFailure failure_;
   int step_ = 0;
-  int attempts_ = 0;
   int restarts_ = 0;  ///< boot-ups while it was configured, of this boot
   bool transferring_ = false;
   bool reading_back_ = false;

@@ -8,9 +8,10 @@
 
 namespace tandem::hal::canopen {
 
-SdoClient::SdoClient(int node, std::int64_t timeout) noexcept : node_(node), timeout_(timeout) {}
+SdoClient::SdoClient(int node, std::int64_t timeout, int retries) noexcept
+    : node_(node), timeout_(timeout), retries_(retries) {}
 
-void SdoClient::begin(ObjectAddress object, bool upload, std::int64_t now) noexcept {
+void SdoClient::begin(ObjectAddress object, bool upload) noexcept {
   const bool interrupted = busy();
   const ObjectAddress before = object_;
   outgoing_count_ = 0;
@@ -18,21 +19,33 @@ void SdoClient::begin(ObjectAddress object, bool upload, std::int64_t now) noexc
     push(sdo::abort(requestId(), before, SdoAbort::kGeneral));
   object_ = object;
   upload_ = upload;
+  retried_ = 0;
+  abort_ = SdoAbort::kNone;
+  status_ = SdoStatus::kBusy;
+}
+
+void SdoClient::open(std::int64_t now) noexcept {
   toggle_ = false;
   phase_ = Phase::kInitiate;
-  abort_ = SdoAbort::kNone;
   position_ = 0;
-  status_ = SdoStatus::kBusy;
   deadline_ = now + timeout_;
+  if (upload_) {
+    size_ = 0;
+    expected_ = 0;
+    announced_ = false;
+    push(sdo::uploadRequest(requestId(), object_));
+  } else {
+    push(sdo::initiate(requestId(), false, object_, {buffer_.data(), size_}));
+  }
 }
 
 bool SdoClient::download(ObjectAddress object, std::span<const std::uint8_t> data, std::int64_t now) noexcept {
   if (data.size() > kCapacity)
     return false;
-  begin(object, false, now);
+  begin(object, false);
   size_ = data.size();
   std::ranges::copy(data, buffer_.begin());
-  push(sdo::initiate(requestId(), false, object, {buffer_.data(), size_}));
+  open(now);
   return true;
 }
 
@@ -43,11 +56,8 @@ bool SdoClient::download(ObjectAddress object, std::uint64_t value, int size, st
 }
 
 void SdoClient::upload(ObjectAddress object, std::int64_t now) noexcept {
-  begin(object, true, now);
-  size_ = 0;
-  expected_ = 0;
-  announced_ = false;
-  push(sdo::uploadRequest(requestId(), object));
+  begin(object, true);
+  open(now);
 }
 
 void SdoClient::cancel(SdoAbort reason) noexcept {
@@ -61,8 +71,16 @@ void SdoClient::reset() noexcept {
 }
 
 void SdoClient::poll(std::int64_t now) noexcept {
-  if (busy() && now >= deadline_)
+  if (!busy() || now < deadline_)
+    return;
+  if (retried_ == retries_) {
     fail(SdoAbort::kTimeout, true);
+    return;
+  }
+  ++retried_;
+  outgoing_count_ = 0;
+  push(sdo::abort(requestId(), object_, SdoAbort::kTimeout));
+  open(now);
 }
 
 void SdoClient::sent(std::int64_t now) noexcept {

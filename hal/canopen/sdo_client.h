@@ -25,8 +25,9 @@ class SdoClient {
   /// Largest transfer, bytes.
   static constexpr std::size_t kCapacity = 1024;
 
-  /// @param node 1..127; @param timeout longest wait for an answer, ns.
-  SdoClient(int node, std::int64_t timeout) noexcept;
+  /// @param node 1..127; @param timeout longest wait for an answer, ns; @param retries how often a transfer whose
+  /// answer got lost begins anew before it counts as timed out. A write may then happen twice.
+  SdoClient(int node, std::int64_t timeout, int retries = 0) noexcept;
 
   /** Begins to write. A transfer that is still running is given up with an abort frame.
    * @return false: more than kCapacity bytes, nothing was begun. */
@@ -43,7 +44,7 @@ class SdoClient {
   /** Takes a frame. @return false: it is no answer of this node. Answers that nobody waits for are ignored and counted
    * in stray(). */
   bool feed(const CanFrame& frame, std::int64_t now) noexcept;
-  /// Notices a time-out.
+  /// Notices a time-out, and begins anew where retries are left.
   void poll(std::int64_t now) noexcept;
   /// The frame to send next, nothing pending: nullptr. It stays until sent() says that the bus took it.
   const CanFrame* request() const noexcept { return outgoing_count_ > 0 ? outgoing_.data() : nullptr; }
@@ -65,7 +66,9 @@ class SdoClient {
   enum class Phase : std::uint8_t { kInitiate, kSegments };
 
   std::uint32_t requestId() const noexcept;
-  void begin(ObjectAddress object, bool upload, std::int64_t now) noexcept;
+  void begin(ObjectAddress object, bool upload) noexcept;
+  /// Sends the request of the transfer that begin() has set up.
+  void open(std::int64_t now) noexcept;
   void push(const CanFrame& frame) noexcept;
   void fail(SdoAbort code, bool tell) noexcept;
   void onDownloadAnswer(const CanFrame& frame) noexcept;
@@ -76,6 +79,8 @@ class SdoClient {
 
   int node_;
   std::int64_t timeout_;
+  int retries_;
+  int retried_ = 0;  ///< of this transfer
   std::int64_t deadline_ = 0;
   SdoStatus status_ = SdoStatus::kIdle;
   Phase phase_ = Phase::kInitiate;

@@ -32,7 +32,8 @@ class Failure : public std::runtime_error {
 using Register = void(CLI::App& app, int& exit_code);
 Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
     registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
-    registerJog, registerDoctor, registerRecord, registerInfo, registerReplay, registerExport, registerPlot;
+    registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
+    registerExport, registerPlot;
 
 /// A file to read, or standard input for "-". @throw Failure(kUsage) where it can't be opened.
 std::shared_ptr<std::istream> openInput(const std::string& path);

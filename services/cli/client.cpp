@@ -6,6 +6,7 @@
 
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
+#include "services/cli/role.h"
 
 namespace tandem::cli {
 namespace {
@@ -16,11 +17,16 @@ constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two lo
 }  // namespace
 
 Client::Client(const config::Deployment& deployment, Taps taps)
-    : id_(service::randomIdentity()), taps_(std::move(taps)), bus_(service::busOptions(deployment, "cli")) {
-  control_requests_ = bus_.writer(dds::kControlRequest);
-  planning_requests_ = bus_.writer(dds::kPlanningRequest);
-  sim_requests_ = bus_.writer(dds::kSimRequest);
-  hal_requests_ = bus_.writer(dds::kHalRequest);
+    : id_(service::randomIdentity()),
+      role_(roleHere(deployment)),
+      taps_(std::move(taps)),
+      bus_(clientOptions(deployment)) {
+  if (commands()) {
+    control_requests_ = bus_.writer(dds::kControlRequest);
+    planning_requests_ = bus_.writer(dds::kPlanningRequest);
+    sim_requests_ = bus_.writer(dds::kSimRequest);
+    hal_requests_ = bus_.writer(dds::kHalRequest);
+  }
   stops_ = bus_.writer(dds::kStop);
   const auto reply = [this](const dds::Reply& r) { onReply(r); };
   control_replies_ = bus_.reader(dds::kControlReply, reply);
@@ -50,13 +56,13 @@ Client::Client(const config::Deployment& deployment, Taps taps)
       [this, heard](const auto& m) { heard(&Snapshot::reference, &Snapshot::references, m, taps_.reference); }, deep);
   hals_ = bus_.reader(
       dds::kHalStatus, [this, heard](const auto& m) { heard(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); }, deep);
-  clearances_ = bus_.reader(dds::kControlClearance, [this](const auto& m) {
-    {
-      const std::lock_guard lock(mutex_);
-      snapshot_.clearances = m;
-      ++snapshot_.clearance_count;
-    }
-    changed_.notify_all();
+  clearances_ = bus_.reader(dds::kControlClearance, [heard](const auto& m) {
+    heard(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
+  });
+  diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
+    const std::lock_guard lock(mutex_);
+    for (const dds::DiagnosticStatus& status : m.status)
+      snapshot_.diagnostics[status.name] = status;
   });
   if (taps_.sim_tips) {
     sim_tips_ = bus_.reader(
@@ -136,11 +142,13 @@ void Client::connect(double seconds) {
     if (s.states == 0)
       silent += " sim (or hal)";
     // Heard is not enough: each must have heard of the one before it, too.
-    if (s.statuses == 0 || s.status.answers_state == 0 || control_requests_.matched() == 0 ||
-        control_replies_.matched() == 0)
+    const auto answers = [this](const auto& requests, const dds::Reader& replies) {
+      return !commands() || (requests.matched() > 0 && replies.matched() > 0);
+    };
+    if (s.statuses == 0 || s.status.answers_state == 0 || !answers(control_requests_, control_replies_))
       silent += " control";
-    if (s.reference.answers_state == 0 || s.reference.answers_control == 0 || planning_requests_.matched() == 0 ||
-        planning_replies_.matched() == 0)
+    if (s.reference.answers_state == 0 || s.reference.answers_control == 0 ||
+        !answers(planning_requests_, planning_replies_))
       silent += " planning";
     return silent.empty();
   };
@@ -162,6 +170,9 @@ void Client::onReply(const dds::Reply& reply) {
 
 template <class Request>
 dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, dds::Reader& replies, Request& request) {
+  if (!commands())
+    throw Failure(kFailure, std::string("a ") + dds::name(role_) + " may look and stop, but not ask " + who +
+                                " for anything (--role, docs/security.md)");
   if (!waitFor(kAnswerTime, [&](const Snapshot&) { return writer.matched() > 0 && replies.matched() > 0; })) {
     throw Failure(kFailure, std::string(who) + " is not there");
   }

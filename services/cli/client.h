@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -21,6 +22,7 @@ struct Snapshot {
   dds::PlanningReference reference;
   dds::HalStatus hal;
   dds::Clearances clearances;
+  std::map<std::string, dds::DiagnosticStatus> diagnostics;  ///< by the name of the service
   std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0;  ///< samples heard
 };
 
@@ -28,9 +30,6 @@ struct Snapshot {
  */
 class Client {
  public:
-  /// Nearer than this, m or rad, a joint is where it was sent: joints of drives come to rest within a few counts.
-  static constexpr double kAtRest = 1e-4;
-
   /// Sees every sample in order, on DDS threads; empty functions are not called.
   struct Taps {
     std::function<void(const dds::ActuationState&)> state;
@@ -44,6 +43,8 @@ class Client {
   ~Client();
 
   std::uint64_t id() const { return id_; }
+  /// Whether it may command; a viewer sends nothing but stop.
+  bool commands() const { return role_ == dds::Role::kConsoleOperator; }
   Snapshot snapshot() const;
 
   /// Waits until `condition` holds, judged at every sample. @return false at the deadline (s), or where `interrupted`
@@ -57,7 +58,7 @@ class Client {
   /// Waits until sim (or hal), control and planning are heard and hear us. @throw Failure naming who is silent.
   void connect(double seconds);
 
-  /// Requests; each waits up to 5 s for its answer. @throw Failure with the service's reason.
+  /// Requests; each waits up to 5 s for its answer. @throw Failure with the service's reason, or for a viewer.
   dds::Reply control(dds::ControlRequest request);
   dds::Reply planning(dds::PlanningRequest request);
   dds::Reply sim(dds::SimRequest request);
@@ -77,6 +78,7 @@ class Client {
   void onReply(const dds::Reply& reply);
 
   std::uint64_t id_;
+  dds::Role role_;
   Taps taps_;
   std::function<bool()> interrupted_;
   double longest_silence_ = 0.0;  ///< s; 0: any
@@ -92,7 +94,7 @@ class Client {
   dds::Writer<dds::HalRequest> hal_requests_;
   dds::Writer<dds::Stop> stops_;
   dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
-      clearances_, sim_tips_;
+      clearances_, diagnostics_, sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
   std::thread lease_keeper_;
 };

@@ -47,6 +47,7 @@ int run(const Options& options) {
   tell(checkRights(deployment));
   tell(checkClock(deployment));
   tell(checkNetwork(deployment));
+  tell(checkSecurity(deployment));
   tell(checkCan(deployment));
   const double period = shortestPeriod(deployment);
   if (!options.json)

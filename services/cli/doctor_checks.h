@@ -46,6 +46,9 @@ Finding judgeTimer(const TimerLatency& latency, const config::Deployment& deploy
 /// Addresses, socket buffers, and a round trip between two participants of our own.
 std::vector<Finding> checkNetwork(const config::Deployment& deployment);
 
+/// The credentials of the deployment, or what it means that there are none.
+std::vector<Finding> checkSecurity(const config::Deployment& deployment);
+
 /// The CAN interfaces of the hardware file, or whether there could be any.
 std::vector<Finding> checkCan(const config::Deployment& deployment);
 

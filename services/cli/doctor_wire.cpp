@@ -15,6 +15,7 @@
 #include "hal/can/link.h"
 #include "services/cli/doctor_checks.h"
 #include "services/common/periodic_loop.h"
+#include "services/security/verify.h"
 #include "services/setup/process.h"
 
 namespace tandem::cli {
@@ -123,7 +124,11 @@ Finding checkBus(const hal::BusConfig& bus) {
 std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
   std::vector<Finding> findings;
   try {
-    const dds::BusOptions options = service::busOptions(deployment, "doctor");
+    // A round trip of our own, which no credentials stand for.
+    config::Deployment plain = deployment;
+    plain.security.clear();
+    plain.discovery.reset();
+    const dds::BusOptions options = service::busOptions(plain, "doctor", dds::Role::kConsoleViewer);
     RoundTrip trip(options);
     constexpr std::uint64_t kTrips = 500;
     const std::vector<double> times = trip.measure(kTrips);
@@ -143,6 +148,33 @@ std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
   }
   findings.push_back(checkBuffers());
   findings.push_back({"shared memory", Level::kGood, "not used: all traffic is UDP", ""});
+  return findings;
+}
+
+std::vector<Finding> checkSecurity(const config::Deployment& deployment) {
+  if (deployment.security.empty()) {
+    const std::string exposure = service::exposure(deployment);
+    if (!exposure.empty())
+      return {
+          {"security", Level::kWarning, exposure, "tandem security init, issue; then `security` in the deployment"}};
+    return {{"security", Level::kGood, "off; all traffic stays on this machine", ""}};
+  }
+  security::Purpose purpose;
+  purpose.prefix = deployment.prefix;
+  purpose.domain = deployment.domain;
+  std::vector<security::Finding> all = security::checkCommon(deployment.security, purpose);
+  for (dds::Role role : security::rolesIn(deployment.security)) {
+    for (security::Finding& finding : security::checkRole(deployment.security, role, purpose))
+      all.push_back(std::move(finding));
+  }
+  std::vector<Finding> findings;
+  for (const security::Finding& finding : all) {
+    if (finding.level != security::Finding::Level::kGood)
+      findings.push_back({"security", static_cast<Level>(finding.level), finding.text, ""});
+  }
+  if (findings.empty())
+    findings.push_back(
+        {"security", Level::kGood, "on; credentials in " + deployment.security.string() + " are good", ""});
   return findings;
 }
 

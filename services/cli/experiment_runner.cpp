@@ -8,6 +8,7 @@
 
 #include "planning/follower.h"
 #include "safety/faults.h"
+#include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
 #include "services/dds/convert.h"
 
@@ -71,10 +72,8 @@ ExperimentRunner::~ExperimentRunner() {
 
 safety::RobotVector ExperimentRunner::stacked(const dds::JointArray& joints) const {
   safety::RobotVector q(model_.jointCount());
-  for (int k = 0; k < model_.armCount(); ++k) {
-    for (int j = 0; j < model_.size(k); ++j)
-      q[model_.offset(k) + j] = joints[dds::jointIndex(k, j)];
-  }
+  for (int k = 0; k < model_.armCount(); ++k)
+    q.segment(model_.offset(k), model_.size(k)) = dds::jointsOf(joints, k, model_.size(k));
   return q;
 }
 
@@ -156,7 +155,7 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
   const Snapshot enabled = client_->snapshot();
   const bool ready = client_->waitFor(kSilence, [&](const Snapshot& s) {
     const bool there = lock_step_ ? s.state.placements != placements && s.reference.answers_state == s.state.sequence
-                                  : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < Client::kAtRest;
+                                  : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < safety::kAtRest;
     return there && s.reference.answers_control >= enabled.status.sequence;
   });
   if (!ready)

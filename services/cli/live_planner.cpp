@@ -2,6 +2,7 @@
 #include "services/cli/live_planner.h"
 
 #include "services/cli/arguments.h"
+#include "services/cli/role.h"
 #include "services/common/periodic_loop.h"
 
 namespace tandem::cli {
@@ -17,9 +18,10 @@ double now() { return 1e-9 * static_cast<double>(service::monotonicNow()); }
 }  // namespace
 
 LivePlanner::LivePlanner(const config::Deployment& deployment, std::function<bool()> interrupted)
-    : interrupted_(std::move(interrupted)),
-      id_(service::randomIdentity()),
-      bus_(service::busOptions(deployment, "cli")) {
+    : interrupted_(std::move(interrupted)), id_(service::randomIdentity()), bus_(clientOptions(deployment)) {
+  if (roleHere(deployment) != dds::Role::kConsoleOperator)
+    throw Failure(kFailure,
+                  std::string("computations are for operators; this client is a ") + dds::name(roleHere(deployment)));
   requests_ = bus_.writer(dds::kPlanningCompute);
   const auto put = [this](const auto& message) {
     if (message.client == id_)

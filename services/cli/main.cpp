@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/cli/arguments.h"
+#include "services/cli/role.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
@@ -16,11 +17,13 @@ int main(int argc, char** argv) {
       "Every subcommand has --help.");
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
+  addRoleOption(app);
+  app.fallthrough();
   for (Register* part :
-       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics, registerDoctor,
-        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,   registerValidate,
-        registerSchema, registerCan,        registerHome,      registerJog,       registerRecord, registerInfo,
-        registerReplay, registerExport,     registerPlot}) {
+       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
+        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
+        registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
+        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot}) {
     part(app, exit_code);
   }
   try {

@@ -65,7 +65,7 @@ int run(const Options& options) {
   service::Recorder recorder(info, deployment.prefix, topics, recorder_options);
   const auto start = Clock::now();
   try {
-    dds::Bus bus(service::busOptions(deployment, "record"));
+    dds::Bus bus(service::busOptions(deployment, "record", dds::Role::kRecorder));
     const service::Capture capture(bus, topics,
                                    [&](const auto& tag, std::string_view bytes) { recorder.take(tag, bytes); });
     tell(options, "recording", recorder.totals(), 0.0);

@@ -8,6 +8,7 @@
 #include "services/cli/arguments.h"
 #include "services/cli/recordings.h"
 #include "services/cli/resimulation.h"
+#include "services/cli/role.h"
 #include "services/common/stop_signal.h"
 #include "services/recorder/hal_watch.h"
 #include "services/setup/process.h"
@@ -101,7 +102,7 @@ int play(const Options& options, Recording& recording) {
   const auto topics = targets(options, recording, robot);
   const recording::Selection selection = recording.select(options.topics, options.start, options.seconds);
   service::StopSignal stop;
-  dds::Bus bus(service::busOptions(deployment, "replay"));
+  dds::Bus bus(clientOptions(deployment));
   const Guard guard(bus, topics);
   stop.waitFor(kListen);
   guard.check();

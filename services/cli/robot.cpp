@@ -10,6 +10,7 @@
 
 #include "planning/follower.h"
 #include "safety/faults.h"
+#include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
 #include "services/cli/plan_print.h"
@@ -55,11 +56,37 @@ int done(const Options& options,
   return kOk;
 }
 
+/// Before a fault is cleared: power goes at once, then the lease is taken, which a client that has just gone may still
+/// hold.
+/// @return whether there is a fault to clear, and the lease is ours now.
+bool clearLease(Session& session) {
+  const Snapshot now = session.client.snapshot();
+  const auto faulty = [&](std::size_t k) { return (now.status.faults[k] | now.state.faults[k]) != 0; };
+  bool any = false;
+  for (std::size_t k = 0; k < now.status.arm_count; ++k)
+    any = any || faulty(k);
+  if (!any)
+    return false;
+  try {
+    dds::ControlRequest off;
+    off.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
+    off.value = "disable";
+    session.client.control(off);
+  } catch (const Failure&) {
+    // Refused for the fault alone; whatever was not in FAULT has no power now.
+  }
+  session.client.waitFor(1.5 * session.deployment.budgets.lease,
+                         [](const Snapshot& s) { return s.status.lease_holder == 0; });
+  session.client.acquireLease();
+  return true;
+}
+
 int stateCommand(const Options& options, const std::string& command) {
   const bool gives_power = command == "enable" || command == "resume";
   Session session(options, gives_power);
+  const bool clears = command == "disable" && clearLease(session);
   session.client.stateCommand(command);
-  if (gives_power)
+  if (gives_power || clears)
     session.client.releaseLease();
   return done(options, "all arms: " + command + "d");
 }
@@ -103,7 +130,7 @@ int moveJp(const Options& options) {
     for (std::size_t j = 0; j < options.joints.size(); ++j) {
       const double error =
           s.state.position[dds::jointIndex(static_cast<int>(arm), static_cast<int>(j))] - options.joints[j];
-      if (std::abs(error) > Client::kAtRest)
+      if (std::abs(error) > safety::kAtRest)
         return false;
     }
     return true;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "control/conflict.h"
@@ -14,6 +15,7 @@
 #include "services/cli/client.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/convert.h"
+#include "services/setup/diagnostics.h"
 
 namespace tandem::cli {
 namespace {
@@ -80,6 +82,19 @@ nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clea
   return json;
 }
 
+/// Malformed samples, by the service that has dropped them and by topic.
+nlohmann::ordered_json droppedJson(const Snapshot& s) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  const std::string key = service::kDroppedKey;
+  for (const auto& [service, status] : s.diagnostics) {
+    for (const auto& [name, value] : status.values) {
+      if (name.starts_with(key))
+        json[service][name.substr(key.size())] = value;
+    }
+  }
+  return json;
+}
+
 nlohmann::ordered_json statusJson(const config::Deployment& deployment, const config::Robot& robot, const Snapshot& s) {
   nlohmann::ordered_json json;
   json["deployment"] = deployment.name;
@@ -115,6 +130,10 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
     guards[std::string(safety::name(static_cast<safety::Guard>(g)))] = s.hal.guard_count[static_cast<std::size_t>(g)];
   }
   json["guards"] = guards;
+  json["dropped"] = droppedJson(s);
+  json["secured"] = !deployment.security.empty();
+  if (const std::string warning = service::exposure(deployment); !warning.empty())
+    json["warning"] = warning;
   return json;
 }
 
@@ -169,6 +188,13 @@ void printStatus(const nlohmann::ordered_json& json) {
     }
   }
   std::printf("\n");
+  for (const auto& [service, topics] : json["dropped"].items()) {
+    for (const auto& [topic, what] : topics.items())
+      std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),
+                  what.get<std::string>().c_str());
+  }
+  if (json.contains("warning"))
+    std::printf("  %s\n", json["warning"].get<std::string>().c_str());
 }
 
 /** Who has said nothing new for a while. */
@@ -250,6 +276,36 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
   return kOk;
 }
 
+/// Waits for those of the deployment's processes that run on this host; whom they wait for is their affair.
+int runCheck(const std::string& name) {
+  constexpr double kPatience = 5.0;  // s
+  const std::map<std::string, std::uint64_t Snapshot::*> voices{{"tandem-sim", &Snapshot::states},
+                                                                {"tandem-hal", &Snapshot::states},
+                                                                {"tandem-control", &Snapshot::statuses},
+                                                                {"tandem-planning", &Snapshot::references}};
+  const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
+  const std::string host = service::hostName(deployment);
+  Client client(deployment);
+  std::string heard, silent;
+  const auto look = [&](const Snapshot& s) {
+    heard.clear();
+    silent.clear();
+    for (const config::Process& process : deployment.processes) {
+      const auto voice = voices.find(process.executable);
+      if (process.host == host && voice != voices.end())
+        (s.*(voice->second) > 0 ? heard : silent) += " " + process.name;
+    }
+    return silent.empty();
+  };
+  if (!client.waitFor(kPatience, look)) {
+    throw Failure(kFailure, deployment.file.string() + ": no sign of life from" + silent + " within " +
+                                std::to_string(static_cast<int>(kPatience)) + " s");
+  }
+  std::cout << deployment.name << (host.empty() ? "" : " on " + host) << ": heard"
+            << (heard.empty() ? ": none of its processes runs here" : heard) << '\n';
+  return kOk;
+}
+
 int runTopics(const std::string& name, bool as_json) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   const config::Robot robot = config::loadRobot(deployment.robot);
@@ -292,9 +348,17 @@ CLI::App* add(CLI::App& app,
 
 void registerStatus(CLI::App& app, int& exit_code) {
   auto follow = std::make_shared<bool>(false);
+  auto check = std::make_shared<bool>(false);
   CLI::App* status = add(app, exit_code, "status", "states, errors, loop statistics and guards of a running system",
-                         [follow](const std::string& name, bool as_json) { return runStatus(name, as_json, *follow); });
-  status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+                         [=](const std::string& name, bool as_json) {
+                           return *check ? runCheck(name) : runStatus(name, as_json, *follow);
+                         });
+  auto* again = status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+  status
+      ->add_flag(
+          "--check", *check,
+          "only whether the processes of this host are heard: ends with 0, or with 1 after 5 s; for health checks")
+      ->excludes(again);
 }
 
 void registerTopics(CLI::App& app, int& exit_code) {

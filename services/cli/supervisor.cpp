@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "services/cli/arguments.h"
+#include "services/dds/host_addresses.h"
 
 namespace tandem::cli {
 
@@ -25,6 +26,8 @@ std::string DeadProcess::describe() const {
 }
 
 Supervisor::Supervisor(const config::Deployment& deployment, const std::string& host, const std::string& log_level) {
+  if (deployment.discovery && dds::hostAddresses().contains(deployment.discovery->address))
+    start(deployment, {"discovery", "tandem-discovery", {}, true, host}, log_level);
   for (const config::Process& process : deployment.processes) {
     if (process.host == host)
       start(deployment, process, log_level);

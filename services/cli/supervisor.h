@@ -26,7 +26,8 @@ struct DeadProcess {
 /** The processes of one deployment on one host. They die with this process, however it ends. */
 class Supervisor {
  public:
-  /// Starts those of the host; all where the deployment has no hosts. @throw Failure where an executable is missing.
+  /// Starts those of the host, and the discovery server before them if this machine has its address; all where the
+  /// deployment has no hosts. @throw Failure where an executable is missing.
   /// @param log_level  for the services; empty: theirs.
   Supervisor(const config::Deployment& deployment, const std::string& host, const std::string& log_level);
   /// Ends all that still run.

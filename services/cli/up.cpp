@@ -122,6 +122,8 @@ int run(const Options& options) {
     text += " " + child.name + " (pid " + std::to_string(child.pid) + ")";
   }
   tell(options, "started", text, {{"pids", pids}});
+  if (const std::string warning = service::exposure(deployment); !warning.empty())
+    tell(options, "exposed", warning);
   Client client(deployment);
   std::optional<DeadProcess> dead;
   client.interruptBy([&] { return stop.requested() || (!dead && (dead = fatalDeath(options, supervisor))); });

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "services/dds/convert.h"
+
 namespace tandem::service {
 namespace {
 
@@ -40,9 +42,7 @@ bool ClearanceMeter::makeBody(const dds::ActuationState& state, int k) {
   const auto i = static_cast<std::size_t>(k);
   if (state.valid[i] == 0 || state.joint_count[i] != robot_.size(k))
     return false;
-  Eigen::VectorXd q(robot_.size(k));
-  for (int j = 0; j < robot_.size(k); ++j)
-    q[j] = state.position[dds::jointIndex(k, j)];
+  const Eigen::VectorXd q = dds::jointsOf(state.position, k, robot_.size(k));
   return kinematics::makeBody(*robot_.models()[i], q, branches_[i], true, bodies_[i]) == kinematics::ModelStatus::kOk;
 }
 

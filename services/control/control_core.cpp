@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "safety/joint_motion.h"
 #include "services/common/periodic_loop.h"
 #include "services/dds/convert.h"
 
@@ -163,17 +164,14 @@ void ControlCore::watch(std::int64_t now) noexcept {
 
 void ControlCore::readPositions() noexcept {
   for (int k = 0; k < arm_count_; ++k) {
-    for (int j = 0; j < robot_.size(k); ++j)
-      q_[robot_.offset(k) + j] = state_.position[dds::jointIndex(k, j)];
+    q_.segment(robot_.offset(k), robot_.size(k)) = dds::jointsOf(state_.position, k, robot_.size(k));
     base_.segment(robot_.offset(k), robot_.size(k)) = base(k);
   }
 }
 
 safety::ArmVector ControlCore::base(int k) const noexcept {
   // The last setpoint that the gate let through, and what has been sent since and is on its way.
-  safety::ArmVector from(robot_.size(k));
-  for (int j = 0; j < robot_.size(k); ++j)
-    from[j] = state_.setpoint[dds::jointIndex(k, j)];
+  safety::ArmVector from = dds::jointsOf(state_.setpoint, k, robot_.size(k));
   const std::uint64_t in_flight = command_sequence_ - state_.answers_command;
   if (lock_step_)
     return from;
@@ -233,14 +231,13 @@ void ControlCore::follow(std::int64_t now) noexcept {
 /// Not when the last setpoint has been sent or taken, for that one may have been lost, but when the joints are there
 /// and the drives were last asked to stay: from a segment with a speed they go on beyond its end.
 bool ControlCore::arrived(int k) const noexcept {
-  constexpr double kThere = 1e-7;   // m or rad
-  constexpr double kAtRest = 1e-4;  // m or rad: drives come to rest within a few counts
+  constexpr double kThere = 1e-7;  // m or rad
   const int first = robot_.offset(k), n = robot_.size(k);
   const safety::ArmVector& goal = arm_[k].motion.goal();
   const double asked = (base_.segment(first, n) - goal).cwiseAbs().maxCoeff();
   const double measured = (q_.segment(first, n) - goal).cwiseAbs().maxCoeff();
   const double step = period_ * sent_[command_sequence_ % kSentVelocities].segment(first, n).cwiseAbs().maxCoeff();
-  return std::max(asked, step) <= kThere && measured <= kAtRest;
+  return std::max(asked, step) <= kThere && measured <= safety::kAtRest;
 }
 
 void ControlCore::moveJoints(int k, std::int64_t now) noexcept {

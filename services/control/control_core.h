@@ -74,7 +74,9 @@ class ControlCore {
   };
 
   // Orders.
-  OrderReply stateCommand(const ControlOrder& order, OrderReply reply) noexcept;
+  /// @param commander  holds the lease
+  OrderReply stateCommand(const ControlOrder& order, OrderReply reply, bool commander) noexcept;
+  bool inFault(int k) const noexcept;
   OrderReply motionOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   OrderReply leaseOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   bool startMotion(int arm, const safety::ArmVector& goal) noexcept;

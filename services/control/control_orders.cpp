@@ -26,8 +26,8 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
   if (order.kind == Kind::kAcquireLease || order.kind == Kind::kReleaseLease || order.kind == Kind::kKeepLease) {
     return leaseOrder(order, reply, now);
   }
-  // Anybody may take power away; only the commander may give it. CRTK's topic knows no clients: it counts while nobody
-  // holds the lease.
+  // Anybody may take power away; only the commander may give it, or clear a fault. CRTK's topic knows no clients: it
+  // counts while nobody holds the lease.
   const bool stopping = order.kind == Kind::kStateCommand && (order.command == safety::StateCommand::kDisable ||
                                                               order.command == safety::StateCommand::kPause);
   const bool holds = order.from_topic ? lease_.holder(now) == 0 : lease_.holds(order.client, now);
@@ -38,7 +38,7 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
   }
   switch (order.kind) {
     case Kind::kStateCommand:
-      return stateCommand(order, reply);
+      return stateCommand(order, reply, holds);
     case Kind::kMoveJp:
     case Kind::kJog:
     case Kind::kHome:
@@ -78,10 +78,15 @@ OrderReply ControlCore::leaseOrder(const ControlOrder& order, OrderReply reply, 
   return refuse(reply, dds::ReplyCode::kNotLeaseHolder, "this client does not hold the control lease");
 }
 
-OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply) noexcept {
+bool ControlCore::inFault(int k) const noexcept {
+  return arm_[k].machine.state() == safety::OperatingState::kFault || driveState(k) == safety::OperatingState::kFault;
+}
+
+OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply, bool commander) noexcept {
   const int first = order.arm == dds::kAllArms ? 0 : order.arm;
   const int last = order.arm == dds::kAllArms ? arm_count_ - 1 : order.arm;
   const bool powers = order.command == safety::StateCommand::kEnable || order.command == safety::StateCommand::kResume;
+  bool uncleared = false;
   // All arms or none: what the table forbids for one is refused before any other one changes.
   for (int k = first; k <= last; ++k) {
     const safety::OperatingState state = arm_[k].machine.state();
@@ -90,6 +95,7 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
     if (powers && driveState(k) == safety::OperatingState::kFault) {
       return refuse(reply, dds::ReplyCode::kWrongState, "the drives are in FAULT; disable first");
     }
+    uncleared = uncleared || (!commander && inFault(k));
     if (!safety::transition(state, order.command)) {
       std::snprintf(reply.reason.data(), reply.reason.size(), "%s: '%s' is not allowed in %s%s",
                     setup_.robot.arms[static_cast<std::size_t>(k)].name.c_str(), safety::name(order.command).data(),
@@ -101,6 +107,8 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
   }
   for (int k = first; k <= last; ++k) {
     ArmControl& arm = arm_[k];
+    if (!commander && inFault(k))
+      continue;
     arm.machine.command(order.command);
     switch (order.command) {
       case safety::StateCommand::kEnable:
@@ -125,6 +133,9 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
         break;
     }
   }
+  if (uncleared)
+    return refuse(reply, dds::ReplyCode::kNotLeaseHolder,
+                  "power is off; who clears a fault has to hold the control lease");
   return reply;
 }
 

@@ -43,11 +43,8 @@ void CrtkPublisher::publish(const Moment& moment) {
     publishState(arm, k, moment);
     if (moment.state.sequence == 0)
       continue;  // nothing measured yet: say nothing rather than something invalid
-    Eigen::VectorXd measured(robot_.size(k)), setpoint(robot_.size(k));
-    for (int j = 0; j < robot_.size(k); ++j) {
-      measured[j] = moment.state.position[dds::jointIndex(k, j)];
-      setpoint[j] = moment.state.setpoint[dds::jointIndex(k, j)];
-    }
+    const Eigen::VectorXd measured = dds::jointsOf(moment.state.position, k, robot_.size(k));
+    const Eigen::VectorXd setpoint = dds::jointsOf(moment.state.setpoint, k, robot_.size(k));
     publishJoints(arm, k, moment, measured, setpoint);
     if (arm.session != moment.state.session || arm.placements != moment.state.placements)
       arm.branch = {};

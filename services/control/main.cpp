@@ -111,6 +111,7 @@ class LockStep {
     spdlog::info("ready: lock-step, period {} s of simulated time", service_.setup.deployment.control_period);
     while (!stop.requested()) {
       const auto event = mailbox_.take(kIdle);
+      service_.setup.heartbeat->beat();
       bool tell = !event;
       if (event)
         tell = std::visit([this](const auto& message) { return take(message); }, *event);
@@ -191,6 +192,7 @@ class RealTime {
         commands_(outbox_.latest<dds::ActuationCommand>([&](const auto& m) { service_.commands.write(m); })),
         statuses_(outbox_.latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(outbox_.latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
+        beats_(outbox_.latest<service::LoopStatistics>([&](const auto& m) { service_.setup.heartbeat->beat(m); })),
         moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.crtk.publish(m); })),
         answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
         faults_(publisher_.queue<service::FaultReport>(64, [&](const auto& m) {
@@ -250,6 +252,7 @@ class RealTime {
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
+    beats_.post(s);
     service_.tellFaults(fault_watch_, [this](const service::FaultReport& report) { faults_.post(report); });
     if (tick.cycle % crtk_every_ == 0) {
       moments_.post({state_, output_.status, reference_, service_.core.faultRecords()});
@@ -265,6 +268,7 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationCommand>& commands_;
   service::Outbox::Latest<dds::ControlStatus>& statuses_;
   service::Outbox::Latest<dds::ActuationLimits>& limits_;
+  service::Outbox::Latest<service::LoopStatistics>& beats_;
   service::Outbox::Latest<service::Moment>& moments_;
   service::Outbox::Queue<service::OrderReply>& answers_;
   service::Outbox::Queue<service::FaultReport>& faults_;

@@ -67,24 +67,18 @@ OrderDesk::Settings OrderDesk::changed(const dds::ControlRequest& request) const
     return s;
   }
   // The Ipopt backend allocates and waits; it has no place on the periodic path.
-  const std::array<std::pair<const char*, double*>, 10> known{
-      {{"relative_gain", &s.gains.relative},
-       {"tip_gain", &s.gains.tip},
-       {"nsp_damping", &s.parameters.nsp_damping},
-       {"track_weight", &s.parameters.track_weight},
-       {"translation_weight", &s.parameters.translation_weight},
-       {"rotation_weight", &s.parameters.rotation_weight},
-       {"nspqp_zeta", &s.parameters.nspqp_zeta},
-       {"snsqp_zeta", &s.parameters.snsqp_zeta},
-       {"rotation_velocity", &s.parameters.rotation_velocity},
-       {"snsqp_rotation_velocity", &s.parameters.snsqp_rotation_velocity}}};
   std::string names = "bounds";
-  for (const auto& [key, value] : known) {
-    if (name == key) {
-      *value = positiveNumber(name, request.value);
+  const auto set = [&](const char* known, double& value) {
+    names += std::string(", ") + known;
+    if (name == known)
+      value = positiveNumber(name, request.value);
+    return name == known;
+  };
+  if (set("relative_gain", s.gains.relative) || set("tip_gain", s.gains.tip))
+    return s;
+  for (const control::Tunable& tunable : control::kTunables) {
+    if (set(tunable.name, s.parameters.*tunable.member))
       return s;
-    }
-    names += std::string(", ") + key;
   }
   throw std::invalid_argument("found parameter '" + name + "', expected one of: " + names);
 }

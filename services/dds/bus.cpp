@@ -83,6 +83,8 @@ Bus::~Bus() = default;
 
 const BusOptions& Bus::options() const { return participant_->options(); }
 
+std::vector<Dropped> Bus::dropped() const { return participant_->dropped(); }
+
 template <class M>
 Writer<M> Bus::writer(const Topic<M>& topic, const std::string& arm) {
   return Writer<M>(std::make_unique<detail::WriterImpl<M>>(participant_, topic, arm));

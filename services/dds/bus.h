@@ -11,15 +11,24 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "services/dds/credentials.h"
 #include "services/dds/messages.h"
 #include "services/dds/topics.h"
 
 namespace tandem::dds {
+
+/** Where the discovery server listens. */
+struct DiscoveryServer {
+  std::string address;  ///< IPv4
+  int port = 11811;     ///< UDP
+  bool serve = false;   ///< this participant is the server
+};
 
 /** How a process joins. All processes of a robot use the same values, name excepted. */
 struct BusOptions {
@@ -31,6 +40,10 @@ struct BusOptions {
   bool deterministic = false;  ///< lock-step: periodic topics and commands reliable, without time limits
   /// s; a command that is older is not delivered, a writer of commands that is silent for longer counts as dead.
   double command_age = 0.3;
+  /// DDS Security: everything is encrypted, and only who is certified takes part. Empty: off.
+  std::optional<Credentials> credentials;
+  /// Discovery through a server instead of peers. Empty: none.
+  std::optional<DiscoveryServer> discovery;
 };
 
 /** What a reader may ask for beyond its topic's profile. */
@@ -56,6 +69,13 @@ struct ReaderStatistics {
   std::uint64_t incompatible = 0;     ///< writers refused because of their quality of service
   std::uint64_t deadline_missed = 0;  ///< command topics: no sample within the deadline
   std::uint64_t lost = 0;             ///< samples that DDS reports as lost
+};
+
+/** Samples of one topic that were dropped because they were malformed. */
+struct Dropped {
+  std::string topic;  ///< its name in DDS
+  std::uint64_t count = 0;
+  std::string why;  ///< of the last one
 };
 
 namespace detail {
@@ -152,6 +172,9 @@ class Bus {
 
   /// For the ends in this folder.
   const std::shared_ptr<detail::Participant>& participant() const { return participant_; }
+
+  /// What its readers, the former ones included, have dropped since its creation. Any thread.
+  std::vector<Dropped> dropped() const;
 
  private:
   std::shared_ptr<detail::Participant> participant_;

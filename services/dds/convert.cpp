@@ -5,6 +5,10 @@
 
 namespace tandem::dds {
 
+safety::ArmVector jointsOf(const JointArray& joints, int arm, int size) noexcept {
+  return safety::ArmVector::Map(joints.data() + jointIndex(arm, 0), size);
+}
+
 planning::Reference tasksOf(const PlanningReference& message) noexcept {
   planning::Reference reference;
   reference.task_count = std::min<int>(message.task_count, planning::kMaxTasks);

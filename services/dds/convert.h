@@ -12,6 +12,9 @@
 
 namespace tandem::dds {
 
+/// `size` joints of one arm out of those of all, m, rad.
+safety::ArmVector jointsOf(const JointArray& joints, int arm, int size) noexcept;
+
 /// The tasks of a message; counts beyond planning::kMaxTasks are cut.
 planning::Reference tasksOf(const PlanningReference& message) noexcept;
 /// Writes task_count and tasks of a message.

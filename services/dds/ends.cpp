@@ -90,6 +90,7 @@ void ReaderEnd::deliverGuarded(const fast::SampleInfo& info) {
   try {
     if (const char* why = deliver(info)) {
       ++malformed_;
+      participant_->noteDropped(name_, why);
       problem_.set(name_ + ": sample dropped: " + why);
     }
   } catch (const std::exception& error) {

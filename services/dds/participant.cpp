@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <typeinfo>
 
@@ -47,6 +48,9 @@ void check(const BusOptions& options) {
     throw std::invalid_argument("interface_address " + options.interface_address +
                                 ": no interface of this host has it (there are: " + known + ")");
   }
+  if (options.discovery && !isIpv4(options.discovery->address)) {
+    throw std::invalid_argument("discovery server '" + options.discovery->address + "': expected an IPv4 address");
+  }
   for (const std::string& peer : options.peers) {
     if (!isIpv4(peer)) {
       throw std::invalid_argument("peer '" + peer + "': expected an IPv4 address, e.g. 127.0.0.1");
@@ -58,15 +62,58 @@ void check(const BusOptions& options) {
   }
 }
 
-rtps::Locator_t locator(const std::string& address) {
+/// @param port  0: the well-known ones of the domain
+rtps::Locator_t locator(const std::string& address, int port = 0) {
   rtps::Locator_t result;
   rtps::IPLocator::setIPv4(result, address);
-  result.port = 0;  // the well-known ports of the domain
+  result.port = static_cast<std::uint32_t>(port);
   return result;
+}
+
+/// Servers are known by their prefix; this is the usual one.
+constexpr const char* kServerPrefix = "44.53.00.5f.45.50.52.4f.53.49.4d.41";
+
+/// Participants are told of one another by a server.
+void discoverThrough(const DiscoveryServer& server, fast::WireProtocolConfigQos& wire) {
+  auto& config = wire.builtin.discovery_config;
+  const rtps::Locator_t place = locator(server.address, server.port);
+  if (server.serve) {
+    std::istringstream(kServerPrefix) >> wire.prefix;
+    config.discoveryProtocol = rtps::DiscoveryProtocol_t::SERVER;
+    wire.builtin.metatrafficUnicastLocatorList.clear();
+    wire.builtin.metatrafficUnicastLocatorList.push_back(place);
+    return;
+  }
+  rtps::RemoteServerAttributes remote;
+  remote.ReadguidPrefix(kServerPrefix);
+  remote.metatrafficUnicastLocatorList.push_back(place);
+  config.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  config.discoveryServer_client_syncperiod = Duration_t(0, 250'000'000);
+  config.m_DiscoveryServers.push_back(remote);
+}
+
+void secure(const Credentials& credentials, fast::DomainParticipantQos& qos) {
+  const auto set = [&qos](const std::string& name, const std::string& value) {
+    qos.properties().properties().emplace_back("dds.sec." + name, value);
+  };
+  const auto file = [](const std::filesystem::path& path) { return "file://" + path.string(); };
+  const std::string auth = "auth.builtin.PKI-DH.", access = "access.builtin.Access-Permissions.";
+  set("auth.plugin", "builtin.PKI-DH");
+  set(auth + "identity_ca", file(credentials.ca));
+  set(auth + "identity_crl", file(credentials.crl));
+  set(auth + "identity_certificate", file(credentials.certificate));
+  set(auth + "private_key", file(credentials.key));
+  set("access.plugin", "builtin.Access-Permissions");
+  set(access + "permissions_ca", file(credentials.ca));
+  set(access + "governance", file(credentials.governance));
+  set(access + "permissions", file(credentials.permissions));
+  set("crypto.plugin", "builtin.AES-GCM-GMAC");
 }
 
 fast::DomainParticipantQos participantQos(const BusOptions& options) {
   fast::DomainParticipantQos qos;
+  if (options.credentials)
+    secure(*options.credentials, qos);
   qos.name(options.name);
   auto transport = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   transport->interfaceWhiteList.push_back(options.interface_address);
@@ -79,8 +126,13 @@ fast::DomainParticipantQos participantQos(const BusOptions& options) {
   auto& builtin = qos.wire_protocol().builtin;
   // A unicast metatraffic locator of our own takes the place of the multicast one.
   builtin.metatrafficUnicastLocatorList.push_back(locator(options.interface_address));
-  std::set<std::string> peers(options.peers.begin(), options.peers.end());
-  peers.insert(options.interface_address);
+  std::set<std::string> peers;
+  if (options.discovery) {
+    discoverThrough(*options.discovery, qos.wire_protocol());
+  } else {
+    peers.insert(options.peers.begin(), options.peers.end());
+    peers.insert(options.interface_address);
+  }
   for (const std::string& peer : peers) {
     builtin.initialPeersList.push_back(locator(peer));
   }
@@ -159,8 +211,11 @@ Participant::Participant(const BusOptions& options) : options_(options) {
     subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
   }
   if (publisher_ == nullptr || subscriber_ == nullptr) {
-    throw std::runtime_error("DDS refuses to start in domain " + std::to_string(options.domain) + " on " +
-                             options.interface_address + ": are all its ports taken?");
+    throw std::runtime_error(
+        "DDS refuses to start in domain " + std::to_string(options.domain) + " on " + options.interface_address +
+        (options.credentials ? ": does `tandem security verify` find the credentials of " +
+                                   options.credentials->certificate.parent_path().string() + " good?"
+                             : ": are all its ports taken?"));
   }
 }
 
@@ -190,6 +245,20 @@ fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSup
     throw std::runtime_error("DDS refuses topic " + dds_name);
   }
   return created;
+}
+
+void Participant::noteDropped(const std::string& topic, const char* why) {
+  const std::lock_guard lock(dropped_mutex_);
+  auto found = std::find_if(dropped_.begin(), dropped_.end(), [&](const Dropped& d) { return d.topic == topic; });
+  if (found == dropped_.end())
+    found = dropped_.insert(found, {topic, 0, {}});
+  ++found->count;
+  found->why = why;
+}
+
+std::vector<Dropped> Participant::dropped() const {
+  const std::lock_guard lock(dropped_mutex_);
+  return dropped_;
 }
 
 fast::DataWriterQos writerQos(Profile profile, const BusOptions& options, bool plain) {

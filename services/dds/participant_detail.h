@@ -32,9 +32,14 @@ class Participant {
   fast::Subscriber* subscriber() { return subscriber_; }
   const BusOptions& options() const { return options_; }
 
+  void noteDropped(const std::string& topic, const char* why);
+  std::vector<Dropped> dropped() const;
+
  private:
   BusOptions options_;
   std::mutex mutex_;
+  mutable std::mutex dropped_mutex_;
+  std::vector<Dropped> dropped_;
   fast::DomainParticipant* participant_ = nullptr;
   fast::Publisher* publisher_ = nullptr;
   fast::Subscriber* subscriber_ = nullptr;

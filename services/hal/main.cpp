@@ -49,6 +49,7 @@ class Service {
         replies_(bus_.writer(dds::kHalReply)),
         diagnostics_(bus_, setup.name, setup.robot.name),
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
+        beats_out_(outbox_.latest<service::LoopStatistics>([this](const auto& m) { setup_.heartbeat->beat(m); })),
         status_out_(publisher_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
           diagnose(m);
@@ -111,6 +112,7 @@ class Service {
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
+    beats_out_.post(loop_.statistics());
     hal::HardwareEvent event;
     while (core_.nextEvent(event))
       events_out_.post(event);
@@ -159,6 +161,7 @@ class Service {
   service::Outbox outbox_;     ///< what control waits for
   service::Outbox publisher_;  ///< what people wait for
   service::Outbox::Latest<dds::ActuationState>& state_out_;
+  service::Outbox::Latest<service::LoopStatistics>& beats_out_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
   service::Outbox::Queue<service::HalAnswer>& answers_out_;
   service::Outbox::Queue<service::FaultReport>& faults_out_;

@@ -7,6 +7,7 @@
 
 #include "planning/joint_sampler.h"
 #include "services/common/periodic_loop.h"
+#include "services/dds/convert.h"
 
 namespace tandem::service {
 namespace {
@@ -118,9 +119,7 @@ std::optional<safety::RobotVector> ComputationDesk::presentJoints() {
   for (int k = 0; k < robot_.armCount(); ++k) {
     if (state_.valid[static_cast<std::size_t>(k)] == 0)
       return std::nullopt;
-    safety::ArmVector own(robot_.size(k));
-    for (int j = 0; j < robot_.size(k); ++j)
-      own[j] = state_.position[dds::jointIndex(k, j)];
+    safety::ArmVector own = dds::jointsOf(state_.position, k, robot_.size(k));
     const safety::ArmLimits& limits = *robot_.limits()[static_cast<std::size_t>(k)];
     const double outside = safety::largestViolation(limits, own);
     if (outside > 0.0 && outside < kNoise)

@@ -62,6 +62,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   std::int64_t published = 0;
   while (!stop.requested()) {
     auto event = mailbox.take(kRefresh);
+    setup.heartbeat->beat();
     if (service::monotonicNow() - published > static_cast<std::int64_t>(1e9 * kRefresh))
       core.refresh();
     if (const auto* state = event ? std::get_if<dds::ActuationState>(&*event) : nullptr) {

@@ -48,8 +48,7 @@ void PlanningCore::followState() {
   for (int k = 0; k < robot_.armCount(); ++k) {
     if (state_.valid[static_cast<std::size_t>(k)] == 0)
       return;
-    for (int j = 0; j < robot_.size(k); ++j)
-      q[robot_.offset(k) + j] = state_.position[dds::jointIndex(k, j)];
+    q.segment(robot_.offset(k), robot_.size(k)) = dds::jointsOf(state_.position, k, robot_.size(k));
   }
   model_tips_.update(q);
 }
@@ -137,7 +136,9 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
   if (lock_step_)
     return;
   // While control holds the trajectory, it does not run away from it.
-  if (enabled && status.hold == 0 && status.answers_reference == sequence_) {
+  // A reference is repeated; the answer to any repetition of the present one will do, for over a network it is late.
+  const bool answered = status.answers_reference >= asked_since_ && status.answers_reference <= sequence_;
+  if (enabled && status.hold == 0 && answered) {
     advance();
   } else {
     publish();
@@ -162,6 +163,7 @@ void PlanningCore::advance() {
     return end(sensor_ ? "the measured joints or tips are not valid" : "the measured joints are not valid");
   }
   follower_.update(tip, relative, reference_);
+  asked_since_ = sequence_ + 1;
   if (!active())
     spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(follower_.progress().phase));
   publish();

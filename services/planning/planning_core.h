@@ -65,6 +65,7 @@ class PlanningCore {
   dds::ControlStatus status_;
   std::uint32_t trajectory_id_;  ///< starts anywhere: numbers of a former process are not given again
   std::uint64_t sequence_ = 0;
+  std::uint64_t asked_since_ = 0;  ///< sequence of the first reference that asks for what the present one asks for
   std::uint64_t commander_ = 0;         ///< client that started the running trajectory
   std::uint64_t session_at_start_ = 0;  ///< hal or sim session of the running trajectory
   std::optional<dds::PlanningReference> outgoing_;

@@ -47,7 +47,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is a full disk, not an end
   // Bytes have a bus of their own, beside the one for what we say.
   dds::Bus bus(service::busOptions(setup.deployment, setup.name));
-  dds::Bus bytes(service::busOptions(setup.deployment, setup.name + "-bytes"));
+  dds::Bus bytes(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder));
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
   std::vector<std::string> wanted = setup.deployment.black_box.topics;
   wanted.insert(wanted.end(), service::FaultTrigger::kTopics.begin(), service::FaultTrigger::kTopics.end());
@@ -57,8 +57,10 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
                            [&](const auto& tag, std::string_view sample) { box.take(tag, sample); });
   spdlog::info("ready: {} topics, files in {}", box.topics().size(),
                service::blackBoxDirectory(setup.deployment).string());
-  while (!stop.waitFor(0.5))
+  do {
+    setup.heartbeat->beat();
     tell(diagnostics, box, capture);
+  } while (!stop.waitFor(0.5));
 }
 
 }  // namespace

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/setup/diagnostics.h"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
 namespace tandem::service {
 
 Diagnostics::Diagnostics(dds::Bus& bus, std::string service, std::string robot)
-    : service_(std::move(service)), robot_(std::move(robot)), writer_(bus.writer(dds::kDiagnostics)) {}
+    : bus_(bus), service_(std::move(service)), robot_(std::move(robot)), writer_(bus.writer(dds::kDiagnostics)) {}
 
 void Diagnostics::publish(std::int64_t now,
                           std::int64_t stamp,
@@ -16,12 +20,24 @@ void Diagnostics::publish(std::int64_t now,
     return;
   last_ = now;
   last_level_ = level;
+  std::uint64_t dropped = 0;
+  for (const dds::Dropped& topic : bus_.dropped()) {
+    dropped += topic.count;
+    values.emplace_back(kDroppedKey + topic.topic, std::to_string(topic.count) + ": " + topic.why);
+  }
+  std::string text = message;
+  if (dropped != dropped_) {
+    spdlog::warn("{} malformed samples dropped so far, the last ones of {}", dropped, values.back().first);
+    text += "; malformed samples are dropped";
+    level = std::max(level, Level::kWarn);
+    dropped_ = dropped;
+  }
   dds::DiagnosticArray array;
   array.stamp = stamp;
   dds::DiagnosticStatus status;
   status.level = static_cast<std::uint8_t>(level);
   status.name = "tandem-" + service_;
-  status.message = message;
+  status.message = text;
   status.hardware_id = robot_;
   status.values = std::move(values);
   array.status.push_back(std::move(status));

@@ -10,6 +10,9 @@
 
 namespace tandem::service {
 
+/// Key of a value that tells of malformed samples is this and the topic's name in DDS.
+inline constexpr const char* kDroppedKey = "dropped ";
+
 /** Publishes one DiagnosticStatus of a service, at most once a second and at once when its level changes. For publisher
  * threads. */
 class Diagnostics {
@@ -18,6 +21,7 @@ class Diagnostics {
 
   Diagnostics(dds::Bus& bus, std::string service, std::string robot);
 
+  /// Adds what the bus has dropped as malformed, by topic; new ones are a warning at least, and are logged.
   /// @param now  ns, for the rate; @param stamp  of the message
   void publish(std::int64_t now,
                std::int64_t stamp,
@@ -26,9 +30,11 @@ class Diagnostics {
                std::vector<std::pair<std::string, std::string>> values);
 
  private:
+  dds::Bus& bus_;
   std::string service_, robot_;
   dds::Writer<dds::DiagnosticArray> writer_;
   std::int64_t last_ = 0;
+  std::uint64_t dropped_ = 0;  ///< samples, told of in the log
   Level last_level_ = Level::kOk;
 };
 

@@ -8,6 +8,7 @@
 
 #include "services/common/log.h"
 #include "services/dds/host_addresses.h"
+#include "services/security/verify.h"
 
 namespace tandem::service {
 
@@ -36,8 +37,44 @@ std::string hostName(const config::Deployment& deployment) {
   return deployment.hosts.empty() ? "" : thisHost(deployment).name;
 }
 
-dds::BusOptions busOptions(const config::Deployment& deployment, const std::string& process) {
+dds::Role roleOf(const std::string& service) {
+  if (service == "sim")
+    return dds::Role::kHal;
+  if (const auto role = dds::roleFromName(service))
+    return *role;
+  throw std::invalid_argument("process '" + service + "' stands for no role");
+}
+
+std::string exposure(const config::Deployment& deployment) {
+  const bool alone = deployment.hosts.empty() && deployment.interface_address.starts_with("127.");
+  if (alone || !deployment.security.empty())
+    return {};
+  return deployment.file.string() +
+         ": NOT SECURED: whoever is on this network can command the robot; set `security` (docs/security.md)";
+}
+
+namespace {
+
+dds::Credentials goodCredentials(const config::Deployment& deployment, dds::Role role) {
+  security::Purpose purpose;
+  purpose.prefix = deployment.prefix;
+  purpose.domain = deployment.domain;
+  const std::string obstacle = security::obstacle(deployment.security, role, purpose);
+  if (!obstacle.empty())
+    throw std::invalid_argument(deployment.file.string() + ": security, role " + dds::name(role) + ": " + obstacle);
+  return dds::credentialsOf(deployment.security, role);
+}
+
+}  // namespace
+
+dds::BusOptions busOptions(const config::Deployment& deployment,
+                           const std::string& process,
+                           std::optional<dds::Role> role) {
   dds::BusOptions options;
+  if (!deployment.security.empty())
+    options.credentials = goodCredentials(deployment, role ? *role : roleOf(process));
+  if (deployment.discovery)
+    options.discovery = dds::DiscoveryServer{deployment.discovery->address, deployment.discovery->port};
   options.name = "tandem-" + process;
   options.domain = deployment.domain;
   options.prefix = deployment.prefix;
@@ -82,11 +119,14 @@ int runService(int argc,
     startLog(name, level);
     Setup setup;
     setup.name = name;
+    setup.heartbeat = std::make_shared<Heartbeat>(stop);
     setup.deployment = config::loadDeployment(config::findFile(deployment, "deployment"));
     setup.robot = config::loadRobot(setup.deployment.robot);
     setup.session = randomIdentity();
     for (const std::string& warning : setup.robot.warnings)
       spdlog::debug("{}", warning);
+    if (const std::string warning = exposure(setup.deployment); !warning.empty())
+      spdlog::warn("{}", warning);
     body(setup, stop);
     stopLog();
     return 0;

@@ -4,9 +4,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "config/config.h"
+#include "services/common/heartbeat.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/bus.h"
 
@@ -17,11 +20,13 @@ struct Setup {
   std::string name;  ///< sim, control, planning
   config::Deployment deployment;
   config::Robot robot;
-  std::uint64_t session = 0;  ///< random, new with every start
+  std::uint64_t session = 0;             ///< random, new with every start
+  std::shared_ptr<Heartbeat> heartbeat;  ///< what the loop beats; always there in what runService() gives
 };
 
 /** Runs a service's main: parses `--deployment FILE [--log LEVEL]`, loads the files, starts the log, calls `body`,
- * which returns when `stop` is requested. Errors are printed as FILE:LINE:COLUMN: KEY: MESSAGE.
+ * which beats setup.heartbeat with every round of its loop and returns when `stop` is requested. Errors are printed as
+ * FILE:LINE:COLUMN: KEY: MESSAGE.
  * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file. */
 int runService(int argc,
                char** argv,
@@ -36,8 +41,20 @@ const config::Host& thisHost(const config::Deployment& deployment);
 /// Its name; empty for a deployment without hosts.
 std::string hostName(const config::Deployment& deployment);
 
-/// Options of a participant of this deployment.
-dds::BusOptions busOptions(const config::Deployment& deployment, const std::string& process);
+/// What a service is there for: sim and hal are dds::Role::kHal, the others are called as their roles.
+/// @throw std::invalid_argument for a name that stands for no role.
+dds::Role roleOf(const std::string& service);
+
+/// Options of a participant of this deployment. @param role  of the process; by its name if not given
+/// @throw std::invalid_argument where the deployment is secured and the credentials of the role are not good; names the
+/// file and what to do.
+dds::BusOptions busOptions(const config::Deployment& deployment,
+                           const std::string& process,
+                           std::optional<dds::Role> role = std::nullopt);
+
+/// Whether others than this machine can take part although nobody has to show a certificate; what to say about that.
+/// Empty where all is well.
+std::string exposure(const config::Deployment& deployment);
 
 /// A random number that is not zero: sessions and clients.
 std::uint64_t randomIdentity();

@@ -89,6 +89,7 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   constexpr double kRepeat = 0.1;  // s: whoever came late hears the present state
   while (!stop.requested()) {
     const auto event = mailbox.take(kRepeat);
+    setup.heartbeat->beat();
     if (!event) {
       publish(false);
     } else if (const auto* command = std::get_if<dds::ActuationCommand>(&*event)) {
@@ -125,6 +126,7 @@ class RealTime {
         true_tips_out_(outbox_.latest<dds::TipPoses>([this](const auto& m) { true_tips_.write(m); })),
         tips_out_(outbox_.latest<dds::TipPoses>([this](const auto& m) { measured_tips_.write(m); })),
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
+        beats_out_(outbox_.latest<service::LoopStatistics>([this](const auto& m) { setup_.heartbeat->beat(m); })),
         diagnostics_(bus_, setup.name, setup.robot.name),
         status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
@@ -199,6 +201,7 @@ class RealTime {
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
+    beats_out_.post(loop_.statistics());
     if (core_.tracking() && core_.measuredTips(tips_))
       tips_out_.post(tips_);
     for (int k = 0; k < core_.armCount(); ++k) {
@@ -228,6 +231,7 @@ class RealTime {
   service::Outbox::Latest<dds::TipPoses>& true_tips_out_;
   service::Outbox::Latest<dds::TipPoses>& tips_out_;
   service::Outbox::Latest<dds::ActuationState>& state_out_;
+  service::Outbox::Latest<service::LoopStatistics>& beats_out_;
   service::Diagnostics diagnostics_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
   service::Outbox::Queue<service::FaultReport>& fault_out_;

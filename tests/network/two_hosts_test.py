@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Console PC and robot PC: planning and clients on one host, simulator and control on the other.
 
-TANDEM_CUTS says how often the link is cut (default 3). With TANDEM_POOR set the experiment runs over a poor wire, too; that
-does not end well every time."""
+TANDEM_CUTS says how often the link is cut (default 3)."""
 import json
 import os
 import pathlib
@@ -54,9 +53,7 @@ class TwoHosts(system.SystemTest):
         self.start_robot()
         experiment = os.environ.get("TANDEM_EXPERIMENT") or system.short_experiment(self.folder, "nspqp")
         runs = {}
-        wires = {"clean": {}}
-        if os.environ.get("TANDEM_POOR"):
-            wires["poor"] = {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}
+        wires = {"clean": {}, "poor": {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}}
         for name, trouble in wires.items():
             for key, value in trouble.items():
                 setattr(self.wire, key, value)

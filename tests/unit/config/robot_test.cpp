@@ -56,6 +56,9 @@ control:
   nspqp_zeta: 1e-5
   snsqp_zeta: 0.01
   snsqp_rotation_velocity_rad_per_s: 0.7
+  translation_step_mm: 0.8
+  singular_lever_mm: 0.4
+  posture_gain_per_s: 1.5
 )";
 
 Robot load(const std::string& text) {
@@ -169,6 +172,9 @@ TEST(Robot, EveryKeyReachesItsField) {
   EXPECT_DOUBLE_EQ(p.nspqp_zeta, 1e-5);
   EXPECT_DOUBLE_EQ(p.snsqp_zeta, 0.01);
   EXPECT_DOUBLE_EQ(p.snsqp_rotation_velocity, 0.7);
+  EXPECT_DOUBLE_EQ(p.translation_step, 8e-4);
+  EXPECT_DOUBLE_EQ(p.singular_lever, 4e-4);
+  EXPECT_DOUBLE_EQ(p.posture_gain, 1.5);
 }
 
 TEST(Robot, LimitsReachTheirFields) {

@@ -142,6 +142,11 @@ TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
   EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kWrongState);
   EXPECT_EQ(s.command(StateCommand::kResume).code, dds::ReplyCode::kWrongState);
   s.order(ControlKind::kKeepLease);
+  constexpr std::uint64_t kStranger = 8;
+  EXPECT_EQ(s.command(StateCommand::kDisable, kStranger).code, dds::ReplyCode::kNotLeaseHolder);
+  s.run(0.3);
+  EXPECT_TRUE(faulted(s, Fault::kStopRequested)) << "only the commander clears it";
+  EXPECT_NE(s.drives(0), OperatingState::kEnabled);
   EXPECT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kDisabled);

@@ -121,6 +121,32 @@ TEST(LossyLinks, AMotionArrivesAlthoughItsCommandsAreLate) {
   }
 }
 
+TEST(LossyLinks, ATrajectoryGoesOnWherePlanningIsFarAway) {
+  for (const std::int64_t delay : {1, 5, 25}) {
+    SCOPED_TRACE(delay);
+    System s("laptop-1khz", patient);
+    s.planning_delay = delay;
+    s.getMoving();
+    planning::TrajectorySpec spec;
+    spec.name = "points";
+    spec.shape = planning::Line{{0.0, 0.004, 0.0}};
+    spec.point_count = 5;
+    dds::PlanningRequest stop;
+    stop.client = 7;
+    stop.kind = 4;
+    std::optional<dds::Path> path;
+    ASSERT_EQ(s.planning.onRequest(stop, path).accepted, 1);
+    ASSERT_EQ(s.start(spec).accepted, 1);
+    for (int i = 0; i < 30000 && !finished(s); ++i) {
+      s.tick();
+      if (i % 200 == 0)
+        s.order(dds::ControlKind::kKeepLease);
+    }
+    EXPECT_TRUE(finished(s)) << "point " << s.reference_message.point;
+    EXPECT_EQ(s.output.status.faults[0], 0u) << safety::describe(s.control.faultRecord(0), 6);
+  }
+}
+
 TEST(LossyLinks, AMotionArrivesExactlyAndWithinItsLimits) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 20; ++seed) {
     SCOPED_TRACE(trace(seed));

@@ -2,6 +2,7 @@
 /** @file Simulator, control and planning wired together without DDS, on a clock that the test moves. */
 #pragma once
 
+#include <deque>
 #include <numeric>
 
 #include "services/control/control_core.h"
@@ -50,10 +51,17 @@ struct System {
     }
     if (control_runs && ++ticks % control_every == 0) {
       if (planning_runs) {
-        planning.onStatus(output.status);
-        if (const auto reference = planning.take()) {
-          reference_message = *reference;
-          control.onReference(*reference);
+        statuses.push_back(output.status);
+        if (std::ssize(statuses) > planning_delay) {
+          planning.onStatus(statuses.front());
+          statuses.pop_front();
+        }
+        if (const auto reference = planning.take())
+          references.push_back(*reference);
+        if (std::ssize(references) > planning_delay) {
+          reference_message = references.front();
+          control.onReference(references.front());
+          references.pop_front();
         }
       }
       control.cycle(now, false, output);
@@ -147,6 +155,9 @@ struct System {
   dds::PlanningReference reference_message;
   service::CycleOutput output;
   std::int64_t now = 1'000'000'000, ticks = 0, control_every = 100;
+  std::deque<dds::ControlStatus> statuses;           ///< on the way to planning
+  std::deque<dds::PlanningReference> references;     ///< on the way to control
+  std::int64_t planning_delay = 0;                   ///< in control periods, each way
   std::int64_t command_delay = 0, command_due = -1;  ///< in ticks; shorter than a control period
   bool tips_link = true, state_link = true, command_link = true, control_runs = true, planning_runs = true;
 };

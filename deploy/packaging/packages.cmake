@@ -1,0 +1,39 @@
+# Debian packages: `cpack` in a build tree, or deploy/package.sh. What is installed without a component goes into tandem-robot;
+# a package of its own needs `install(... COMPONENT NAME)` and a few lines here.
+install(DIRECTORY deploy/systemd/ DESTINATION lib/systemd/system)
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ
+    WORLD_EXECUTE)
+set(CPACK_VERBATIM_VARIABLES ON)
+set(CPACK_OUTPUT_FILE_PREFIX ${CMAKE_BINARY_DIR}/packages)
+set(CPACK_PACKAGE_CHECKSUM SHA256)
+set(CPACK_PACKAGE_VENDOR Tandem)
+set(CPACK_PACKAGE_CONTACT "Tandem developers <tandem@localhost.localdomain>")
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
+set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
+set(CPACK_COMPONENTS_ALL robot)
+
+set(CPACK_DEBIAN_ROBOT_PACKAGE_NAME tandem-robot)
+set(CPACK_COMPONENT_ROBOT_DESCRIPTION
+    "control of cooperating continuum robots over DDS
+Two concentric tube robots that work through one port: control, planning, HAL
+on CANopen, a simulated robot, the command line, presets and systemd units.
+Research software, not for clinical use.")
+set(CPACK_DEBIAN_ROBOT_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_ROBOT_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_ROBOT_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_ROBOT_PACKAGE_DEPENDS adduser)
+set(CPACK_DEBIAN_ROBOT_PACKAGE_RECOMMENDS "systemd | systemd-sysv, can-utils, python3-numpy, python3-matplotlib")
+
+set(scripts ${PROJECT_SOURCE_DIR}/deploy/packaging/robot)
+set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm ${scripts}/conffiles)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/deploy/packaging/staging.cmake)
+include(CPack)

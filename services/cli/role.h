@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file As what a client takes part: as one that commands, or as one that only looks. */
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "config/config.h"
+#include "services/dds/bus.h"
+
+namespace tandem::cli {
+
+/// `tandem --role operator|viewer`, or TANDEM_ROLE in the environment; for all subcommands.
+void addRoleOption(CLI::App& app);
+
+/// What was asked for. Otherwise operator, unless the deployment is secured and only a viewer's credentials are there.
+dds::Role roleHere(const config::Deployment& deployment);
+
+/// Options of a client's participant.
+dds::BusOptions clientOptions(const config::Deployment& deployment);
+
+}  // namespace tandem::cli

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/dds/roles.h"
+
+#include <algorithm>
+
+namespace tandem::dds {
+namespace {
+
+using enum Role;
+
+constexpr unsigned bit(Role role) { return 1U << static_cast<unsigned>(role); }
+
+template <class... R>
+constexpr unsigned bits(R... roles) {
+  return (bit(roles) | ...);
+}
+
+/** What a word of Topic::publisher stands for. */
+struct Publisher {
+  std::string_view words;
+  unsigned roles;
+};
+
+constexpr unsigned kServices = bits(kPlanning, kControl, kHal, kTracker, kRecorder);
+constexpr unsigned kEveryone = kServices | bits(kConsoleOperator, kConsoleViewer);
+constexpr std::string_view kClients = "clients";
+
+constexpr std::array kPublishers{
+    Publisher{"planning", bits(kPlanning)}, Publisher{"control", bits(kControl)},
+    Publisher{"hal", bits(kHal)},           Publisher{"sim", bits(kHal)},
+    Publisher{"hal or sim", bits(kHal)},    Publisher{"a tip tracker or sim", bits(kTracker, kHal)},
+    Publisher{"recorder", bits(kRecorder)}, Publisher{kClients, bits(kConsoleOperator)},
+    Publisher{"every service", kServices},  Publisher{"everyone", kEveryone},
+};
+
+/// The roles that these words stand for; 0 where they stand for none.
+constexpr unsigned rolesOf(std::string_view words) {
+  for (const Publisher& publisher : kPublishers) {
+    if (publisher.words == words)
+      return publisher.roles;
+  }
+  return 0;
+}
+
+static_assert(std::apply([](const auto&... topic) { return ((rolesOf(topic.publisher) != 0) && ...); }, kTopics),
+              "a topic's publisher is not in the table of publishers: who may write it?");
+
+constexpr const char* kAnyArm = "*";
+
+}  // namespace
+
+const char* name(Role role) {
+  switch (role) {
+    case kPlanning:
+      return "planning";
+    case kControl:
+      return "control";
+    case kHal:
+      return "hal";
+    case kTracker:
+      return "tracker";
+    case kConsoleOperator:
+      return "console-operator";
+    case kConsoleViewer:
+      return "console-viewer";
+    case kRecorder:
+      return "recorder";
+    case kDiscovery:
+      return "discovery";
+  }
+  return "unknown";
+}
+
+const char* describe(Role role) {
+  switch (role) {
+    case kPlanning:
+      return "tandem-planning";
+    case kControl:
+      return "tandem-control";
+    case kHal:
+      return "tandem-hal or tandem-sim";
+    case kTracker:
+      return "the driver of a tip tracker";
+    case kConsoleOperator:
+      return "clients that command";
+    case kConsoleViewer:
+      return "clients that only look";
+    case kRecorder:
+      return "the recorder";
+    case kDiscovery:
+      return "the discovery server";
+  }
+  return "unknown";
+}
+
+std::optional<Role> roleFromName(std::string_view text) {
+  for (Role role : kRoles) {
+    if (text == name(role))
+      return role;
+  }
+  return std::nullopt;
+}
+
+bool mayPublish(Role role, const TopicInfo& topic) { return (rolesOf(topic.publisher) & bit(role)) != 0; }
+
+bool maySubscribe(Role role, const TopicInfo& topic) {
+  unsigned readers = kEveryone;
+  if (topic.profile == Profile::kCommand)
+    readers = bits(kHal, kRecorder);
+  if (topic.publisher == kClients)
+    readers = bits(kPlanning, kControl, kHal, kRecorder);
+  return (readers & bit(role)) != 0;
+}
+
+Rights rightsOf(Role role, const std::string& prefix) {
+  Rights rights;
+  for (const TopicInfo& topic : allTopics({kAnyArm})) {
+    // The arm is part of the name already.
+    const std::string dds_name = ddsTopicName(prefix, topic.name);
+    if (mayPublish(role, topic))
+      rights.publish.push_back(dds_name);
+    if (maySubscribe(role, topic))
+      rights.subscribe.push_back(dds_name);
+  }
+  return rights;
+}
+
+}  // namespace tandem::dds

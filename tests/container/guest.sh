@@ -1,0 +1,87 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# Runs in the booted machine; writes KEY=VALUE lines for machine.py, which judges them.
+results=/trial/results
+note() { printf '%s=%s\n' "$1" "$2" >>$results; }
+deployment=boot
+show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }
+# until_true SECONDS COMMAND...
+until_true() {
+  local end=$((SECONDS + $1))
+  shift
+  until "$@"; do
+    ((SECONDS < end)) || return 1
+    sleep 0.2
+  done
+}
+status() { tandem status $deployment --json | tr -d '\n'; }
+# What a service is and what it may do, from outside.
+look() {
+  local name pid folder answer
+  for name in "$@"; do
+    pid=$(show "$name" MainPID)
+    note "${name}_active" "$(show "$name" ActiveState)"
+    note "${name}_status" "$(show "$name" StatusText)"
+    note "${name}_user" "$(stat -c %U "/proc/$pid")"
+    note "${name}_capabilities" "$(awk '/^CapPrm/ {print $2}' "/proc/$pid/status")"
+    note "${name}_no_new_privileges" "$(awk '/^NoNewPrivs/ {print $2}' "/proc/$pid/status")"
+    note "${name}_locked" "$(awk '/^VmLck/ {print $2}' "/proc/$pid/status")"
+    note "${name}_threads" "$(for task in /proc/"$pid"/task/*; do chrt -p "${task##*/}"; done |
+      awk '/policy/ {policy = $NF} /priority/ {print policy, $NF}' | sort -u | tr '\n' ',')"
+    for folder in usr etc; do
+      nsenter -t "$pid" -m touch /$folder/written 2>&1 | grep -q 'Read-only file system' && answer=read-only || answer=writable
+      note "${name}_$folder" $answer
+    done
+  done
+}
+
+mapfile -t units < <(tandem units boot)
+systemctl enable --now tandem@boot.target "${units[@]}"
+note target "$(systemctl is-active tandem@boot.target)"
+until_true 30 tandem status boot --check
+look sim control planning
+
+# Control hangs while the arms are enabled.
+tandem robot -d boot enable
+note enabled "$(status)"
+kill -STOP "$(show control MainPID)"
+restarted() { [[ $(show control NRestarts) == 1 && $(show control ActiveState) == active ]]; }
+until_true 60 restarted
+until_true 30 tandem status boot --check
+note restarted "$(status)"
+tandem robot -d boot disable
+note cleared "$(status)"
+for name in sim control planning; do note ${name}_restarts "$(show $name NRestarts)"; done
+journalctl -u tandem-control@boot.service | grep -q 'Watchdog timeout' && note watchdog_said yes
+
+# A file that is wrong ends the start, and is not tried again.
+systemctl start tandem-control@wrong.service
+note wrong_file "$(systemctl show --value -p ExecMainStatus tandem-control@wrong.service) $(
+  systemctl show --value -p NRestarts tandem-control@wrong.service)"
+
+# The target is gone at once, its services go in the order of their dependence.
+systemctl stop tandem@boot.target
+gone() { [[ $(systemctl list-units --no-legend --state=active,deactivating 'tandem-*@boot.service') == '' ]]; }
+until_true 20 gone
+for name in sim control planning; do
+  note ${name}_stopped "$(show $name ActiveState)"
+  note ${name}_result "$(show $name Result)"
+done
+
+# The HAL, with simulated drives on CAN.
+for module in can-dev can can-raw vcan; do [[ ! -e /trial/$module.ko ]] || insmod /trial/$module.ko; done
+for bus in a b; do
+  [[ $bus == a ]] && interface=vcan0 || interface=vcan1
+  ip link add dev "$interface" type vcan && ip link set "$interface" up
+  systemd-run --quiet --unit=drives-$bus -p User=tandem -p CPUSchedulingPolicy=fifo -p CPUSchedulingPriority=10 \
+    tandem-drive-sim --hardware bench --hardware-bus bus_$bus --log warn
+done
+deployment=bench
+systemctl start tandem-hal@bench.service tandem-control@bench.service tandem-planning@bench.service
+there() { [[ $(status) == *DISABLED*DISABLED* ]]; }
+until_true 60 there
+look hal
+note drives "$(status)"
+systemctl stop tandem-planning@bench.service tandem-control@bench.service tandem-hal@bench.service
+note hal_end "$(show hal Result) $(show hal ActiveState)"
+note end yes

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A machine that boots real systemd from a file system with the packages: user-mode Linux."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+
+import roots
+
+NEEDS = {"linux.uml": "user-mode-linux"}
+LIMIT = 240  # s, from power on to power off
+PRIORITY = 70  # of the periodic thread; above those of the units
+GUEST = pathlib.Path(__file__).with_name("guest.sh")
+MODULES = ("can-dev", "can", "can-raw", "vcan")  # in the order of their dependence
+# A virtual machine with one slow processor: `tests/integration/hal/hardware.py` gives the same reasons.
+SLOW_BUDGETS = "{minimum_age_ms: 1500, planning_reference_ms: 3000, lease_ms: 6000, drive_heartbeat_ms: 3000}"
+# What a machine does when it is started, and what has nothing to do with ours.
+MASKED = ("apt-daily.timer", "apt-daily-upgrade.timer", "e2scrub_all.timer", "fstrim.timer", "getty.target",
+          "systemd-logind.service", "e2scrub_reap.service")
+
+UNIT = """\
+[Unit]
+After=multi-user.target
+[Service]
+Type=oneshot
+ExecStart=/bin/bash /trial/guest.sh
+StandardOutput=file:/trial/log
+StandardError=inherit
+ExecStopPost=-/bin/journalctl --no-pager --output=short-monotonic --output-fields=MESSAGE
+ExecStopPost=/bin/systemctl poweroff -ff
+"""
+
+
+class Boot:
+    """Boots, has guest.sh write down what it sees, powers off; then looks at it."""
+
+    def __init__(self, test, root):
+        self.test, self.root, self.trial = test, root.path, root.path / "trial"
+
+    def run(self):
+        self.prepare()
+        try:
+            self.boot()
+            self.judge()
+        finally:
+            self.clean()
+
+    def prepare(self):
+        self.trial.mkdir()
+        shutil.copy(GUEST, self.trial)
+        share, etc = self.root / "usr/share/tandem", self.root / "etc/tandem"
+        realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\n"
+        # User-mode Linux has one processor, and a system call of it costs as much as sixteen elsewhere.
+        self.edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
+                  {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"}, realtime)
+        self.prepare_drives(share, etc, realtime)
+        (etc / "deployments/wrong.yaml").write_text("tandem: deployment/1\nname: wrong\nrobot: nowhere\n")
+        wanted = self.root / "etc/systemd/system/multi-user.target.wants"
+        wanted.mkdir(exist_ok=True)
+        (wanted / "trial.service").symlink_to("../trial.service")
+        (self.root / "etc/systemd/system/trial.service").write_text(UNIT)
+
+    def prepare_drives(self, share, etc, realtime):
+        """The HAL, with simulated drives on CAN interfaces."""
+        modules = max(pathlib.Path("/usr/lib/uml/modules").iterdir())
+        for name in MODULES:
+            for file in modules.rglob(f"{name}.ko*"):
+                shutil.copy(file, self.trial / f"{name}.ko")
+        hardware = (share / "hardware/ark2024-two-buses.yaml").read_text()
+        for old, new in (("../robots/ark2024.yaml", "ark2024"), ("unix:/tmp/tandem-bus-a", "can:vcan0"),
+                         ("unix:/tmp/tandem-bus-b", "can:vcan1"), ("period_ms: 4\n", "period_ms: 20\n"),
+                         ("feedback_budget_ms: 300", "feedback_budget_ms: 900")):
+            assert old in hardware, old
+            hardware = hardware.replace(old, new)
+        (etc / "hardware/bench.yaml").write_text(hardware)
+        target = etc / "deployments/bench.yaml"
+        self.edit(share / "deployments/drives.yaml", target,
+                  {"name": "bench", "robot": "ark2024", "hardware": "bench", "budgets": SLOW_BUDGETS}, realtime)
+        # Here the drives are no processes of the deployment.
+        text, count = re.subn(r"  - name: drives-[ab]\n(?:    .*\n)+", "", target.read_text())
+        assert count == 2
+        target.write_text(text)
+
+    @staticmethod
+    def edit(source, target, changes, more=""):
+        text = source.read_text()
+        for key, value in changes.items():
+            text, count = re.subn(rf"^{key}:.*$", f"{key}: {value}", text, flags=re.M)
+            assert count == 1, f"{source}: {key}"
+        target.write_text(text + more)
+
+    def boot(self):
+        with tempfile.TemporaryDirectory(prefix="tandem-uml-") as work:
+            command = ["linux.uml", "mem=1500M", "rootfstype=hostfs", f"rootflags={self.root}", "rw",
+                       "init=/lib/systemd/systemd", "con=null", "con0=null,fd:1", "quiet", f"umid=tandem{os.getpid()}",
+                       f"uml_dir={work}/", *(f"systemd.mask={unit}" for unit in MASKED)]
+            with open(f"{work}/console", "w+", encoding="utf-8", errors="replace") as console:
+                guest = roots.start(command, console)
+                self.favour(guest.pid)
+                try:
+                    guest.wait(LIMIT)
+                except subprocess.TimeoutExpired:
+                    pass  # its log tells how far it came
+                finally:
+                    self.end(guest)
+                    console.seek(0)
+                    self.console = console.read()
+
+    @staticmethod
+    def end(guest):
+        """User-mode Linux is many processes, of sessions of their own."""
+        if guest.poll() is None:
+            guest.terminate()
+            try:
+                guest.wait(5)
+            except subprocess.TimeoutExpired:
+                guest.kill()
+                guest.wait()
+
+    @staticmethod
+    def favour(pid):
+        """What runs in there has deadlines: it goes before compilers, where this user may say so."""
+        try:
+            os.setpriority(os.PRIO_PGRP, pid, -15)
+            pathlib.Path(f"/proc/{pid}/autogroup").write_text("-15")
+        except OSError:
+            pass
+
+    def judge(self):
+        log = self.trial / "log"
+        story = (log.read_text(errors="replace") if log.exists() else "no log")[-8000:] + self.console[-2000:]
+        results = self.trial / "results"
+        seen = dict(line.split("=", 1) for line in results.read_text().splitlines()) if results.exists() else {}
+        print({key: value for key, value in seen.items() if not value.startswith("{")}, flush=True)
+        test = self.test
+        test.assertIn("end", seen, story)
+
+        def same(expected, *keys):
+            for key in keys:
+                test.assertEqual(seen.get(key), expected, f"{key}\n{story}")
+
+        same("active", "target", "sim_active", "control_active", "planning_active")
+        for name, policy in (("sim", "SCHED_FIFO 30"), ("control", "SCHED_FIFO 20"), ("planning", "SCHED_OTHER 0")):
+            test.assertIn(policy, seen[f"{name}_threads"], name)
+        for name in ("sim", "control"):
+            test.assertIn(f"SCHED_FIFO {PRIORITY}", seen[f"{name}_threads"], name)
+            test.assertNotIn("SCHED_OTHER", seen[f"{name}_threads"], name)
+            test.assertGreater(int(seen[f"{name}_locked"]), 10000, "kB")
+            test.assertIn("cycles", seen[f"{name}_status"])
+        for name in ("sim", "control", "planning"):
+            same("tandem", f"{name}_user")
+            same("0000000000000000", f"{name}_capabilities")
+            same("1", f"{name}_no_new_privileges")
+            same("read-only", f"{name}_usr", f"{name}_etc")
+        self.judge_watchdog(seen, same)
+        same("2 0", "wrong_file")
+        same("inactive", "sim_stopped", "control_stopped", "planning_stopped")
+        same("success", "sim_result", "control_result", "planning_result")
+        self.judge_drives(seen, same)
+
+    def judge_watchdog(self, seen, same):
+        """A control that hangs is ended and started again, and no arm moves for that."""
+        before, after, cleared = (json.loads(seen[key]) for key in ("enabled", "restarted", "cleared"))
+        states = [[arm["operating_state"] for arm in status["arms"]] for status in (before, after, cleared)]
+        self.test.assertEqual(states[0], ["ENABLED", "ENABLED"])
+        self.test.assertNotIn("ENABLED", states[1])
+        self.test.assertEqual(states[2], ["DISABLED", "DISABLED"])
+        joints = [[arm["joints"] for arm in status["arms"]] for status in (before, after)]
+        self.test.assertEqual(*joints)
+        same("1", "control_restarts")
+        same("0", "sim_restarts", "planning_restarts")
+        same("yes", "watchdog_said")
+
+    def judge_drives(self, seen, same):
+        """The HAL speaks to drives with no more rights than its unit grants, and leaves them in order."""
+        same("active", "hal_active")
+        same("0000000000001000", "hal_capabilities")  # CAP_NET_ADMIN
+        same("tandem", "hal_user")
+        same("read-only", "hal_usr", "hal_etc")
+        for words in ("SCHED_FIFO 30", f"SCHED_FIFO {PRIORITY}"):
+            self.test.assertIn(words, seen["hal_threads"])
+        arms = json.loads(seen["drives"])["arms"]
+        self.test.assertEqual([arm["operating_state"] for arm in arms], ["DISABLED", "DISABLED"])
+        self.test.assertTrue(all(len(arm["joints"]) == 6 for arm in arms), arms)
+        same("success inactive", "hal_end")
+
+    def clean(self):
+        """What this added to the file system, or what a booted machine leaves there; the packages' own test goes on."""
+        for path in ("trial", "etc/tandem/deployments/boot.yaml", "etc/tandem/deployments/wrong.yaml",
+                     "etc/tandem/deployments/bench.yaml", "etc/tandem/hardware/bench.yaml",
+                     "etc/systemd/system/trial.service", "etc/systemd/system/multi-user.target.wants/trial.service"):
+            target = self.root / path
+            shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)

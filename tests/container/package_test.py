@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The packages, where nothing of ours is: installed, run under systemd, removed without a trace.
+
+The first argument is the folder of the executables of a build tree; its packages lie in PARENT/packages."""
+import pathlib
+import re
+import sys
+import time
+import unittest
+
+import machine
+import roots
+
+BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
+# Of 100, as systemd-analyze rates what a unit could still do. The HAL has CAN, and may restart a controller.
+EXPOSURE = {"hal": 23, "sim": 18, "control": 18, "planning": 18}
+
+
+class Packages(unittest.TestCase):
+    """One file system, from the first package to the last trace."""
+
+    def test_installed_run_and_purged(self):
+        roots.require({**roots.NEEDS, **machine.NEEDS})
+        shared = BUILD.parent / "container"
+        self.root = roots.Root(roots.base(shared), shared / "archives")
+        self.addCleanup(self.root.close)
+        self.root.inside("apt-get", "-q", "update", timeout=300)
+        self.root.install("systemd", "systemd-sysv", "iproute2", "kmod")
+        before, users = self.root.files(), self.users()
+        for step in (self.install, self.experiment, self.units, self.boot, self.purge):
+            began = time.monotonic()
+            step()
+            print(f"{step.__name__}: {time.monotonic() - began:.1f} s", flush=True)
+        self.assertEqual(sorted(self.root.files() - before), [], "left behind")
+        self.assertEqual(sorted(before - self.root.files()), [], "removed what was there before")
+        self.assertEqual(self.users(), users)
+
+    def users(self):
+        return [(self.root.path / "etc" / name).read_text() for name in ("passwd", "group", "shadow", "gshadow")]
+
+    def install(self):
+        self.root.install(*roots.packages(BUILD))
+        self.assertIn("tandem:", (self.root.path / "etc/passwd").read_text())
+
+    def experiment(self):
+        """The paper's table, as the user of the services, with presets, schemas and libraries from packages alone."""
+        output = self.root.inside("setpriv", "--reuid=tandem", "--regid=tandem", "--init-groups", "--no-new-privs", "tandem",
+                                  "experiment", "table3")
+        for method in ("nspwln", "nspwln-joint", "nspqp", "snsqp"):
+            self.assertRegex(output, rf"\b{method}\b.*\b300/300\b")
+
+    def units(self):
+        """Nothing that systemd would complain about, and nothing of the machine that the services do not need."""
+        self.assertEqual(self.root.inside("tandem", "units", "laptop").split(),
+                         [f"tandem-{name}@laptop.service" for name in ("sim", "control", "planning")])
+        names = [f"tandem-{name}@laptop.service" for name in EXPOSURE]
+        output = self.root.inside("systemd-analyze", "verify", "--recursive-errors=yes", "tandem@laptop.target", *names)
+        self.assertEqual(output, "")
+        for name, unit in zip(EXPOSURE, names):
+            output = self.root.inside("systemd-analyze", "security", "--offline=true", f"--threshold={EXPOSURE[name]}", unit)
+            print(re.findall(r"exposure level.*\d", output), flush=True)
+
+    def boot(self):
+        machine.Boot(self, self.root).run()
+
+    def purge(self):
+        mine = self.root.path / "etc/tandem/deployments/mine.yaml"
+        mine.write_text("mine\n")
+        self.root.inside("apt-get", "-q", "-y", "purge", "tandem-robot")
+        self.assertEqual(mine.read_text(), "mine\n", "what people wrote is theirs")
+        mine.unlink()
+        mine.parent.rmdir()
+        mine.parent.parent.rmdir()
+        self.root.inside("apt-get", "-q", "-y", "autoremove", "--purge")
+        self.assertNotIn("tandem", self.root.inside("dpkg", "--get-selections"))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
