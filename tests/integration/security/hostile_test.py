@@ -143,7 +143,7 @@ class Strangers(system.SystemTest):
         operator = self.hostile("--credentials", self.authority.folder, "console-operator")
         system.until(lambda: running.status()["lease_holder"] == 0xbadc0de, 30, "an operator gets the lease")
         self.assertGreater(operator.end()["samples"], 0)
-        self.assertEqual(set(running.pids), {"sim", "control", "planning"})
+        self.assertEqual(set(running.pids), {"sim", "control", "planning", "recorder"})
 
     def test_a_viewer_sees_and_may_stop_and_cannot_command(self):
         running = self.begin()
