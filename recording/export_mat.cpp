@@ -22,8 +22,12 @@ Variable checked(matvar_t* variable) {
   return Variable(variable);
 }
 
+/// What tells names apart is at their ends; they begin with a letter.
 std::string shortName(const std::string& name) {
-  return name.size() <= kLongestName ? name : name.substr(name.size() - kLongestName);
+  std::string text = name.size() <= kLongestName ? name : name.substr(name.size() - kLongestName);
+  if (text.empty() || !((text[0] >= 'a' && text[0] <= 'z') || (text[0] >= 'A' && text[0] <= 'Z')))
+    text = "x" + text.substr(text.size() == kLongestName ? 1 : 0);
+  return text;
 }
 
 /// MATLAB keeps matrices column by column.

@@ -75,6 +75,7 @@ Client::Client(const config::Deployment& deployment, Taps taps)
         },
         deep);
   }
+  clocks_ = std::make_unique<Clocks>(bus_, id_);  // the last of our ends: see connect()
   lease_keeper_ = std::thread([this, period = 0.2 * deployment.budgets.lease] {
     while (!ending_) {
       if (keep_lease_) {
@@ -136,7 +137,9 @@ bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>&
 }
 
 void Client::connect(double seconds) {
+  constexpr auto kAskAgain = std::chrono::milliseconds(100);
   std::string silent;
+  auto ask_again = std::chrono::steady_clock::now();
   const auto ready = [&](const Snapshot& s) {
     silent.clear();
     if (s.states == 0)
@@ -145,9 +148,16 @@ void Client::connect(double seconds) {
     const auto answers = [this](const auto& requests, const dds::Reader& replies) {
       return !commands() || (requests.matched() > 0 && replies.matched() > 0);
     };
-    if (s.statuses == 0 || s.status.answers_state == 0 || !answers(control_requests_, control_replies_))
+    // A service finds the ends of a participant in the order in which they were made: whose clock has answered knows
+    // all.
+    if (const auto now = std::chrono::steady_clock::now(); now > ask_again) {
+      clocks_->ask();
+      ask_again = now + kAskAgain;
+    }
+    if (s.statuses == 0 || !clocks_->heard("control") || s.status.answers_state == 0 ||
+        !answers(control_requests_, control_replies_))
       silent += " control";
-    if (s.reference.answers_state == 0 || s.reference.answers_control == 0 ||
+    if (s.reference.answers_state == 0 || !clocks_->heard("planning") || s.reference.answers_control == 0 ||
         !answers(planning_requests_, planning_replies_))
       silent += " planning";
     return silent.empty();

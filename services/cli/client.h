@@ -10,6 +10,7 @@
 #include <mutex>
 #include <thread>
 
+#include "services/cli/clocks.h"
 #include "services/dds/bus.h"
 #include "services/setup/process.h"
 
@@ -43,8 +44,7 @@ class Client {
   ~Client();
 
   std::uint64_t id() const { return id_; }
-  /// For topics that this class does not know.
-  dds::Bus& bus() { return bus_; }
+  Clocks& clocks() { return *clocks_; }
   /// Whether it may command; a viewer sends nothing but stop.
   bool commands() const { return role_ == dds::Role::kConsoleOperator; }
   Snapshot snapshot() const;
@@ -98,6 +98,7 @@ class Client {
   dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
       clearances_, diagnostics_, sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
+  std::unique_ptr<Clocks> clocks_;
   std::thread lease_keeper_;
 };
 

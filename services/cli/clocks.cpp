@@ -32,10 +32,16 @@ void Clocks::onReply(const dds::ClockReply& reply) {
   const auto seconds = [](std::int64_t ns) { return 1e-9 * static_cast<double>(ns); };
   const ClockOffset heard{reply.host, 0.5 * (seconds(reply.received - sent) + seconds(reply.sent - now)),
                           0.5 * std::max(0.0, seconds(now - sent) - seconds(reply.sent - reply.received))};
+  processes_.insert(reply.process);
   auto& answers = heard_[reply.host];
   answers.push_back(heard);
   if (answers.size() > kKept)
     answers.pop_front();
+}
+
+bool Clocks::heard(const std::string& process) const {
+  const std::lock_guard lock(mutex_);
+  return processes_.count(process) > 0;
 }
 
 std::vector<ClockOffset> Clocks::offsets() const {

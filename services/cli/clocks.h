@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ class Clocks {
 
   /// Asks once; answers come by themselves.
   void ask();
+  /// Whether a service has answered: then it has found this client's ends, and not only this client its.
+  bool heard(const std::string& process) const;
   /// One a host that has answered, in alphabetical order.
   std::vector<ClockOffset> offsets() const;
 
@@ -39,8 +42,9 @@ class Clocks {
   std::uint64_t client_;
   mutable std::mutex mutex_;
   std::uint64_t request_ = 0;
-  std::array<std::int64_t, 64> sent_{};  ///< when, by request modulo its size
-  std::map<std::string, std::deque<ClockOffset>> heard_;
+  std::array<std::int64_t, 64> sent_{};                   ///< when, by request modulo its size
+  std::map<std::string, std::deque<ClockOffset>> heard_;  ///< by host
+  std::set<std::string> processes_;
   dds::Writer<dds::ClockRequest> requests_;
   dds::Reader replies_;
 };

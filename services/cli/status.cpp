@@ -13,7 +13,6 @@
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
-#include "services/cli/clocks.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/convert.h"
 #include "services/setup/diagnostics.h"
@@ -254,11 +253,11 @@ nlohmann::ordered_json clocksJson(const std::vector<ClockOffset>& offsets) {
 }
 
 /// Where there are several hosts.
-void askAll(Client& client, Clocks& clocks) {
+void askAll(Client& client) {
   constexpr int kTimes = 8;
   constexpr double kPause = 0.03;  // s
   for (int i = 0; i < kTimes; ++i) {
-    clocks.ask();
+    client.clocks().ask();
     client.waitFor(kPause, [](const Snapshot&) { return false; });
   }
 }
@@ -268,14 +267,13 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
   const config::Robot robot = config::loadRobot(deployment.robot);
   Client client(deployment);
   const bool several = deployment.hosts.size() > 1;
-  Clocks clocks(client.bus(), client.id());
   client.connect(5.0);
   if (!follow) {
     if (several)
-      askAll(client, clocks);
+      askAll(client);
     client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
     auto json = statusJson(deployment, robot, client.snapshot());
-    json["clocks"] = clocksJson(clocks.offsets());
+    json["clocks"] = clocksJson(client.clocks().offsets());
     if (as_json) {
       std::cout << json.dump(2) << '\n';
     } else {
@@ -291,12 +289,12 @@ int runStatus(const std::string& name, bool as_json, bool follow) {
     client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
                    [&](const Snapshot& s) { return silence.allNew(s); });
     if (several)
-      clocks.ask();
+      client.clocks().ask();
     const Snapshot now = client.snapshot();
     silence.note(now);
     auto json = statusJson(deployment, robot, now);
     json["silent"] = silence.names();
-    json["clocks"] = clocksJson(clocks.offsets());
+    json["clocks"] = clocksJson(client.clocks().offsets());
     if (as_json) {
       std::cout << json.dump() << std::endl;
     } else {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "safety/dimensions.h"
+#include "services/dds/clock_messages.h"
 #include "services/dds/computation_messages.h"
 
 namespace tandem::dds {
@@ -296,22 +297,6 @@ struct HalRequest {
   std::uint64_t request = 0;
   std::uint8_t kind = 0;  ///< 1 home: goes on as long as the request is repeated
   std::uint8_t arm = kAllArms;
-};
-
-/// clock/request, everyone -> every service: what time is it there? tandem_msgs/ClockRequest
-struct ClockRequest {
-  std::uint64_t client = 0;
-  std::uint64_t request = 0;
-};
-
-/// clock/reply, every service -> all. Wall clock of its host. tandem_msgs/ClockReply
-struct ClockReply {
-  std::uint64_t client = 0;
-  std::uint64_t request = 0;
-  std::string process;        ///< "control"
-  std::string host;           ///< as the deployment calls it; empty without hosts
-  std::int64_t received = 0;  ///< when the request came, ns since 1970
-  std::int64_t sent = 0;      ///< when this left, ns since 1970
 };
 
 /// arm_x/shape, control -> all: backbone for drawing. tandem_msgs/Shape (unbounded sequence)

@@ -59,10 +59,10 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
                            [&](const auto& tag, std::string_view sample) { box.take(tag, sample); });
   spdlog::info("ready: {} topics, files in {}", box.topics().size(),
                service::blackBoxDirectory(setup.deployment).string());
-  while (!stop.waitFor(0.5)) {
+  do {
     setup.heartbeat->beat();
     tell(diagnostics, box, capture);
-  }
+  } while (!stop.waitFor(0.5));
 }
 
 }  // namespace

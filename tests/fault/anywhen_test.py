@@ -132,11 +132,14 @@ class Anywhen(system.SystemTest):
         for number in range(int(os.environ.get("TANDEM_DEEDS", "20"))):
             name = self.random.choice((*PROGRAMS, "client"))
             deed = self.random.choice(("kill", "freeze", "end"))
-            with self.subTest(number=number, process=name, deed=deed):
+            try:
                 self.begin_run()
                 time.sleep(self.random.uniform(0.0, 0.5))  # anywhere in the motion
                 self.do(name, deed)
                 self.assert_recovers()
+            except BaseException:
+                print(f"  number {number}: {deed} {name}", flush=True)
+                raise
             deeds[f"{deed} {name}"] += 1
         print(f"  {dict(deeds)}", flush=True)
         for name in PROGRAMS:

@@ -12,6 +12,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "integration" / "harness"))
 import system  # noqa: E402
 
+PROBE = pathlib.Path(sys.argv.pop(2))  # the library to preload
 SECONDS = float(os.environ.get("TANDEM_SOAK", "60"))
 SETTLED = 10.0        # s, after which memory counts
 GROWTH = 512          # KiB in the minutes that follow: pages that were not touched before, no leak of a loop at 1 kHz
@@ -28,14 +29,11 @@ def resident(pid):
 
 class Soak(system.SystemTest):
     def test_at_1_khz(self):
-        probe = pathlib.Path(sys.argv[1])
-        self.assertTrue(probe.is_file(), probe)
         os.environ["TANDEM_PROBE"] = str(self.folder / "probe")
-        os.environ["LD_PRELOAD"] = str(probe)
+        os.environ["LD_PRELOAD"] = str(PROBE)
         self.addCleanup(os.environ.pop, "LD_PRELOAD", None)
         running = self.start("laptop-1khz", budgets=BUDGETS)
         del os.environ["LD_PRELOAD"]  # clients need none
-        self.assertEqual(set(running.pids), {"sim", "control", "planning"})
         line = self.trajectory("to-and-fro", [0, 8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
         back = self.trajectory("back", [0, -8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
         began, before, runs = time.monotonic(), None, 0

@@ -82,21 +82,25 @@ class Recording(system.SystemTest):
 class LockStep(Recording):
     def test_a_run_is_simulated_again_to_the_last_bit(self):
         path = system.deployment(self.folder, "lockstep")
-        record = self.record(path, "run.mcap")
+        # A second recording, of somebody who believes in another control period.
+        (self.folder / "wrong").mkdir()
+        wrong = self.folder / "wrong" / "lockstep.yaml"
+        wrong.write_text(path.read_text().replace("control_period_s: 0.1", "control_period_s: 0.2"))
+        record, other = self.record(path, "run.mcap"), self.record(wrong, "wrong.mcap")
         running = system.System(path)
         self.addCleanup(running.close)
         self.assert_ok(running.robot("run", self.trajectory("line", [0, 2, 0], points=3)))
         running.close()
-        code, last, errors = record.end()
-        self.assertEqual((code, last["lost"]), (0, 0), errors)
-        again = self.assert_ok(system.run("replay", record.file, "--simulate"))
-        self.assertRegex(again.stdout, r"[1-9]\d+ states simulated again, 0 differ; largest difference .* 0 m or rad")
-        self.assert_a_changed_robot_is_noticed(record.file)
-
-    def assert_a_changed_robot_is_noticed(self, file):
-        """The comparison can fail: one byte of one recorded position, in the file and behind all checksums."""
-        states = self.table(file, "actuation/state")
+        for each in (record, other):
+            code, last, errors = each.end()
+            self.assertEqual((code, last["lost"]), (0, 0), errors)
+        states = self.table(record.file, "actuation/state")
         self.assertGreater(len(set(states["position[0]"])), 10, "the robot moved")
+        again = self.assert_ok(system.run("replay", record.file, "--simulate"))
+        self.assertRegex(again.stdout, r"[1-9]\d* states simulated again, 0 differ; largest difference .* 0 m or rad")
+        differs = system.run("replay", other.file, "--simulate")
+        self.assertEqual(differs.returncode, 1, differs.stdout + differs.stderr)
+        self.assertRegex(differs.stderr, r"state \d+ is the first one that differs")
 
 
 class RealTime(Recording):
@@ -122,10 +126,12 @@ class RealTime(Recording):
         self.assertEqual(sum(topic["lost"] for topic in info["topics"].values()), last["lost"])
         names = {attachment["name"] for attachment in info["attachments"]}
         self.assertEqual(names, {"deployment.yaml", "robot.yaml"})
-        # Sequences within the messages and sequences of their writer tell the same.
+        # The robot's own numbers count what was computed, the writer's what was published: never more than that.
         state = self.table(self.whole, "actuation/state")
-        inner, outer = ([int(number) for number in state[name]] for name in ("sequence", "sequence_of_writer"))
-        self.assertEqual([a - inner[0] for a in inner], [a - outer[0] for a in outer])
+        inner, outer = (numpy.diff([int(number) for number in state[name]]) for name in
+                        ("sequence", "sequence_of_writer"))
+        self.assertTrue((outer > 0).all() and (inner >= outer).all())
+        self.assertEqual((outer - 1).sum(), info["topics"]["actuation/state"]["lost"])
         text = self.assert_ok(system.run("info", self.whole)).stdout
         for part in ("actuation/state", "tandem_msgs/msg/ActuationState", "deployment: laptop", "robot.yaml, "):
             self.assertIn(part, text)
@@ -195,8 +201,10 @@ class RealTime(Recording):
         was, now = self.table(self.whole, "arm_a/measured_js"), self.table(record.file, "arm_a/measured_js")
         same = [name for name in was if name.startswith(("header", "name", "position", "velocity"))]
         self.assertGreater(len(same), 10)
+        rows = len(now["time_s"])
+        self.assertGreater(rows, len(was["time_s"]) // 2)  # a busy machine may find the replay late
         for name in same:
-            self.assertEqual(now[name], was[name], name)
+            self.assertEqual(now[name], was[name][-rows:], name)
         self.assertNotIn("arm_b/measured_js", self.info(record.file)["topics"])
 
     def export(self):

@@ -26,8 +26,8 @@ MAY_USE = {
     "idl": [],
     "services": LIBRARIES,
     "python": LIBRARIES + ["services/dds"],
-    "bench": LIBRARIES + ["services/dds"],
-    # Tests mirror what they test, the parts of services included.
+    # Benchmarks and tests mirror what they measure and test, the parts of services included.
+    "bench": LIBRARIES + ["services"],
     "tests": LIBRARIES + ["services"],
     "deploy": [],
     "console": [],
