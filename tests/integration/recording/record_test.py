@@ -89,7 +89,7 @@ class LockStep(Recording):
         record, other = self.record(path, "run.mcap"), self.record(wrong, "wrong.mcap")
         running = system.System(path)
         self.addCleanup(running.close)
-        self.assert_ok(running.robot("run", self.trajectory("line", [0, 2, 0], points=3)))
+        self.assert_ok(running.robot("run", self.trajectory("line", [0, 3, 0], points=30)))
         running.close()
         for each in (record, other):
             code, last, errors = each.end()

@@ -234,7 +234,8 @@ plant:
     - {arm: arm_a, force_N: [0.1, 0, -0.2]}
   tracker: {rate_Hz: 60, position_noise_mm: 0.3, rotation_noise_rad: 0.01, delay_ms: 30, drop_out: 0.125}
 processes:
-  - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false}
+  - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false, essential: false}
+black_box: {before_s: 20, after_ms: 1500, memory_mb: 64, directory: box, files: 3, topics: ["control/*", stop]}
 discovery: {server: 10.0.0.1, port: 11900}
 )";
   // Those that exclude one another are in the file of another test.
@@ -250,6 +251,13 @@ discovery: {server: 10.0.0.1, port: 11900}
   EXPECT_EQ(d.domain, 232);
   EXPECT_EQ(d.interface_address, "10.0.0.255");
   EXPECT_EQ(d.peers, (std::vector<std::string>{"10.0.0.1", "10.0.0.2"}));
+  EXPECT_FALSE(d.processes[0].essential);
+  EXPECT_EQ(d.black_box.before, 20.0);
+  EXPECT_EQ(d.black_box.after, 1.5);
+  EXPECT_EQ(d.black_box.memory, 64);
+  EXPECT_EQ(d.black_box.directory.filename(), "box");
+  EXPECT_EQ(d.black_box.files, 3);
+  EXPECT_EQ(d.black_box.topics, (std::vector<std::string>{"control/*", "stop"}));
   ASSERT_TRUE(d.discovery.has_value());
   EXPECT_EQ(d.discovery->address, "10.0.0.1");
   EXPECT_EQ(d.discovery->port, 11900);
