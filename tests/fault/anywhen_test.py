@@ -17,10 +17,12 @@ import system  # noqa: E402
 PERIOD = 0.05             # s, of control
 RAMP = 5e-3 / 0.1         # s: V_max over the deceleration of a stop
 MACHINE = 0.75            # s: how late a busy machine, and the looks at it, may be
+# Twice the default, so that a busy machine is none of the deeds.
+DEPLOYMENT_BUDGETS = "{minimum_age_ms: 300, planning_reference_ms: 500, lease_ms: 2000}"
 PROGRAMS = ("sim", "control", "planning")
 # s, from the deed to the begin of the stop ramp: silence of a command, a reference, a commander. The simulated arms themselves end
 # with their process.
-BUDGETS = {"control": 0.15, "planning": 0.25 + 2 * PERIOD, "client": 1.0 + PERIOD, "sim": 0.0}
+BUDGETS = {"control": 0.3, "planning": 0.5 + 2 * PERIOD, "client": 2.0 + PERIOD, "sim": 0.0}
 
 
 def shared_memory():
@@ -69,7 +71,8 @@ class Anywhen(system.SystemTest):
         super().setUp()
         self.random = system.seeded(self)
         self.shared_before = shared_memory()
-        self.parts = Parts(system.deployment(self.folder, "laptop", control_period_s=PERIOD))
+        self.parts = Parts(system.deployment(self.folder, "laptop", control_period_s=PERIOD,
+                                             budgets=DEPLOYMENT_BUDGETS))
         self.addCleanup(self.parts.close)
         system.until(lambda: len(self.parts.status()["arms"]) == 2, 20, "all processes talk")
 
@@ -78,7 +81,8 @@ class Anywhen(system.SystemTest):
         self.client = self.start_run(self.parts, self.long_line())
         first = self.parts.joints()
         system.until(lambda: self.client.poll() is not None or self.parts.joints() != first, 15, "the arms move")
-        self.assertIsNone(self.client.poll(), "the run ended early")
+        if self.client.poll() is not None:
+            self.fail(f"the run ended early: {self.client.communicate()}")
 
     def assert_stands(self, name, since):
         """Within the budget the joints are where they stay."""
