@@ -36,10 +36,11 @@ void check(herr_t result, const std::string& what) {
 
 void setText(hid_t object, const std::string& name, const std::string& value) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, name), space(H5Screate(H5S_SCALAR), H5Sclose, name);
-  check(H5Tset_size(type, std::max<std::size_t>(1, value.size())), name);
+  check(H5Tset_size(type, H5T_VARIABLE), name);
   check(H5Tset_cset(type, H5T_CSET_UTF8), name);
   const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, name);
-  check(H5Awrite(attribute, type, value.c_str()), name);
+  const char* text = value.c_str();
+  check(H5Awrite(attribute, type, &text), name);
 }
 
 void writeSet(hid_t group, const NamedMatrix& member, hid_t type, hsize_t rows, hsize_t columns, const void* data) {
