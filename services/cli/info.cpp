@@ -106,10 +106,12 @@ void print(const nlohmann::ordered_json& json) {
             << "Hz" << std::setw(9) << "writers" << std::setw(8) << "lost" << std::setw(10) << "pause/s"
             << "  type\n";
   for (const auto& [name, topic] : json["topics"].items())
-    std::cout << std::left << std::setw(28) << name << std::right << std::setw(10) << topic["messages"] << std::setw(9)
-              << topic["rate_hz"].get<double>() << std::setw(9) << topic["writers"] << std::setw(8) << topic["lost"]
-              << std::setw(10) << std::setprecision(3) << topic["longest_pause_s"].get<double>() << std::setprecision(1)
-              << "  " << topic["type"].get<std::string>() << "\n";
+    std::cout << std::left << std::setw(28) << name << std::right << std::setw(10)
+              << topic["messages"].get<std::uint64_t>() << std::setw(9) << topic["rate_hz"].get<double>()
+              << std::setw(9) << topic["writers"].get<std::uint64_t>() << std::setw(8)
+              << topic["lost"].get<std::uint64_t>() << std::setw(10) << std::setprecision(3)
+              << topic["longest_pause_s"].get<double>() << std::setprecision(1) << "  "
+              << topic["type"].get<std::string>() << "\n";
 }
 
 int run(const Options& options) {

@@ -31,6 +31,11 @@ Capture::Capture(dds::Bus& bus,
   }
 }
 
+int Capture::matched() const {
+  return static_cast<int>(
+      std::count_if(readers_.begin(), readers_.end(), [](const dds::Reader& reader) { return reader.matched() > 0; }));
+}
+
 std::uint64_t Capture::received() const {
   std::uint64_t sum = 0;
   for (const dds::Reader& reader : readers_)

@@ -19,6 +19,8 @@ class Capture {
           const std::vector<dds::TopicInfo>& topics,
           std::function<void(const recording::SampleTag&, std::string_view bytes)> taken);
 
+  /// Topics that have a writer now.
+  int matched() const;
   /// Samples received, and those that DDS knows to have lost.
   std::uint64_t received() const;
   std::uint64_t lost() const;

@@ -2,7 +2,6 @@
 """`tandem record`, info, replay, export and plot on running systems."""
 import csv
 import json
-import os
 import pathlib
 import queue
 import resource
@@ -177,13 +176,13 @@ class RealTime(Recording):
                               (("record", self.system.path, "-t", "no/such"), "expected a name, or a pattern of one"),
                               (("info", self.system.path), "is no MCAP file"),
                               (("export", self.whole), "expected at least one of"),
-                              (("export", self.whole, "--csv", "x", "-t", "nothing"), "among actuation/state"),
+                              (("export", self.whole, "--csv", self.folder / "x", "-t", "nothing"), "pattern of one, among "),
                               (("replay", self.whole, "--remap", "x"), "expected OLD:=NEW"),
                               (("replay", self.whole, "--simulate"), "expected clock: lock_step")):
             answer = system.run(*words)
             self.assertNotEqual(answer.returncode, 0, words)
             self.assertIn(reason, answer.stderr)
-            self.assertFalse(pathlib.Path("x").exists())
+            self.assertFalse((self.folder / "x").exists())
 
     def replay(self):
         """Into another domain, where nobody is: all topics arrive, with the same values."""
@@ -266,5 +265,4 @@ class Hardware(Recording):
 
 
 if __name__ == "__main__":
-    os.chdir("/tmp")
     system.main()
