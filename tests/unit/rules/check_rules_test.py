@@ -25,7 +25,7 @@ CASES = [
     ("experiments/a.cpp", SPDX + '#include "services/dds/bus.h"\n', "experiments may use"),
     ("recording/a.cpp", SPDX + '#include "safety/limits.h"\n', "recording may use no other room"),
     ("bench/a.cpp", SPDX + '#include "services/dds/bus.h"\n', None),
-    ("bench/a.cpp", SPDX + '#include "services/control/control_core.h"\n', "bench may use"),
+    ("bench/a.cpp", SPDX + '#include "tests/support.h"\n', "bench may use"),
     ("config/a.cpp", SPDX + '  #  include "experiments/csv.h"\n', "config may use"),
     ("config/a.cpp", SPDX + '// #include "experiments/csv.h"\n/* #include "services/x.h" */\n', None),
     ("services/cli/a.cpp", SPDX + '#include "tests/unit/a.h"\n', "services may use"),
