@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Console PC and robot PC: planning and clients on one host, simulator and control on the other.
 
-TANDEM_CUTS says how often the link is cut (default 3)."""
+TANDEM_CUTS says how often the link is cut (default 10)."""
 import json
 import os
 import pathlib
@@ -74,7 +74,7 @@ class TwoHosts(system.SystemTest):
         self.assertEqual({clock["host"] for clock in clocks}, {"robot", "console"})
         for clock in clocks:  # one machine plays both: its clock is the same
             self.assertLess(abs(clock["offset_s"]), clock["within_s"] + 1e-4)
-        for cut in range(int(os.environ.get("TANDEM_CUTS", "3"))):
+        for cut in range(int(os.environ.get("TANDEM_CUTS", "10"))):
             self.assert_ok(self.console.robot("enable"))
             run = self.start_run(self.console, self.long_line())
             self.robot.await_motion(run)

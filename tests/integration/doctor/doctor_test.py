@@ -28,7 +28,7 @@ class Doctor(system.SystemTest):
     def test_everything_is_looked_at(self):
         findings = self.examine(system.deployment(self.folder, "laptop"))
         self.assertEqual({finding["subject"] for finding in findings} - {"frequency"},
-                         {"kernel", "cores", "rights", "clock", "network", "shared memory", "CAN", "timer"})
+                         {"kernel", "cores", "rights", "clock", "network", "shared memory", "security", "CAN", "timer"})
         self.assertRegex(self.about(findings, "network")[0]["found"], r"round trip \d+ us")
         self.assertRegex(self.about(findings, "timer")[0]["found"], r"period 1 ms.*largest of \d+")
 

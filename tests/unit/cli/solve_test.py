@@ -95,6 +95,8 @@ class Solve(unittest.TestCase):
             if answer["status"] == "ok":
                 self.assertLess(float(answer["kkt_residual"]), 1e-9)
                 pairs.append((row, answer))
+            elif answer["status"].startswith("infeasible: "):  # with the velocity that comes nearest
+                self.assertTrue(all(math.isfinite(float(value)) for name, value in answer.items() if name != "status"))
             else:
                 self.assertEqual([name for name in answer if name != "status" and answer[name] != ""], [])
                 self.assertNotEqual(answer["status"], "")

@@ -126,7 +126,7 @@ TEST(Device, StopsAndStarts) {
   EXPECT_EQ(countOf(rig, 0x181, 10), 0);
   auto& sdo = rig.network.node(0).sdo();
   sdo.upload({0x1000, 0}, rig.now);
-  rig.run(0.2);
+  rig.run(0.4);
   EXPECT_EQ(sdo.abort(), SdoAbort::kTimeout) << "no SDO while stopped";
   rig.network.command(hal::canopen::NmtCommand::kStart, 0);
   rig.run(0.05);
