@@ -93,6 +93,22 @@ Finding checkBuffers() {
   return finding;
 }
 
+/// Larger samples cross a network in parts. Those that lost one wait for it; once they fill the kernel's memory, no
+/// large sample arrives any more.
+Finding checkFragments() {
+  constexpr int kWanted = 1;  // s
+  std::ifstream file("/proc/sys/net/ipv4/ipfrag_time");
+  int seconds = 0;
+  file >> seconds;
+  Finding finding{"network", Level::kGood, fmt::format("parts of datagrams are kept for {} s", seconds), ""};
+  if (seconds > kWanted) {
+    finding.level = Level::kWarning;
+    finding.advice = fmt::format(
+        "sysctl -w net.ipv4.ipfrag_time={}: on a network that loses frames larger samples stop for seconds", kWanted);
+  }
+  return finding;
+}
+
 Finding checkBus(const hal::BusConfig& bus) {
   const std::string subject = "CAN " + bus.name;
   if (!bus.address.starts_with("can:"))
@@ -147,6 +163,8 @@ std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
     findings.push_back({"network", Level::kBad, error.what(), "correct the deployment, or bring the interface up"});
   }
   findings.push_back(checkBuffers());
+  if (deployment.hosts.size() > 1)
+    findings.push_back(checkFragments());
   findings.push_back({"shared memory", Level::kGood, "not used: all traffic is UDP", ""});
   return findings;
 }

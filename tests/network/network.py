@@ -45,6 +45,8 @@ class Host:
             self.tap = self._open_tap()
             for words in ("link set lo up", f"addr add {address}/24 dev tap0", "link set tap0 up"):
                 subprocess.run([*self.inside, "ip", *words.split()], check=True)
+            # As docs/two-hosts.md has it: datagrams that lost a part shall not wait 30 s for it and fill the kernel's memory.
+            subprocess.run([*self.inside, "sh", "-c", "echo 1 > /proc/sys/net/ipv4/ipfrag_time"], check=True)
         except BaseException:
             self.close()
             raise
