@@ -139,8 +139,8 @@ struct Deployment {
   std::filesystem::path hardware;               ///< hardware file of tandem-hal, resolved likewise; empty: none
   std::string prefix = "tandem";                ///< topic prefix, the robot's name on the wire: rt/<prefix>/...
   int domain = 0;                               ///< DDS domain, 0..232
-  std::string interface_address = "127.0.0.1";  ///< the only interface used; with hosts: this one's
-  std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers, no multicast; with hosts: all of them
+  std::string interface_address = "127.0.0.1";  ///< the only interface used; without hosts
+  std::vector<std::string> peers{"127.0.0.1"};  ///< initial peers, no multicast; without hosts
   std::vector<Host> hosts;                      ///< empty: everything runs on one machine
   std::filesystem::path security;            ///< folder of credentials, resolved likewise; empty: nothing is protected
   std::optional<DiscoveryServer> discovery;  ///< instead of asking peers; none: peers
