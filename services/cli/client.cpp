@@ -11,7 +11,7 @@
 namespace tandem::cli {
 namespace {
 
-constexpr double kAnswerTime = 5.0;   // s
+constexpr double kAnswerTime = 10.0;  // s
 constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two looks
 
 }  // namespace

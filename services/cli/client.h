@@ -60,7 +60,7 @@ class Client {
   /// Waits until sim (or hal), control and planning are heard and hear us. @throw Failure naming who is silent.
   void connect(double seconds);
 
-  /// Requests; each waits up to 5 s for its answer. @throw Failure with the service's reason, or for a viewer.
+  /// Requests; each waits up to 10 s for its answer. @throw Failure with the service's reason, or for a viewer.
   dds::Reply control(dds::ControlRequest request);
   dds::Reply planning(dds::PlanningRequest request);
   dds::Reply sim(dds::SimRequest request);
