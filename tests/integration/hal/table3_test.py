@@ -7,7 +7,6 @@ import collections
 import csv
 import json
 import os
-import re
 import pathlib
 import re
 import subprocess
