@@ -12,6 +12,17 @@
 
 namespace tandem::bench {
 
+/// Percentiles of times, us, as counters of a benchmark.
+inline void reportPercentiles(benchmark::State& state, std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  const auto at = [&](double part) { return times[static_cast<std::size_t>(part * (times.size() - 1.0))]; };
+  state.counters["p50"] = at(0.5);
+  state.counters["p90"] = at(0.9);
+  state.counters["p99"] = at(0.99);
+  state.counters["p999"] = at(0.999);
+  state.counters["max"] = at(1.0);
+}
+
 /// Times every call by itself. Passes repeat the same work, so of each call the best time counts: it is what the code
 /// takes, without what the machine did in between. Percentiles are over the calls, us.
 class Percentiles {
@@ -30,13 +41,7 @@ class Percentiles {
 
   void report(benchmark::State& state) {
     std::erase_if(times_, [](double time) { return !std::isfinite(time); });  // beginnings of paths
-    std::sort(times_.begin(), times_.end());
-    const auto at = [&](double part) { return times_[static_cast<std::size_t>(part * (times_.size() - 1.0))]; };
-    state.counters["p50"] = at(0.5);
-    state.counters["p90"] = at(0.9);
-    state.counters["p99"] = at(0.99);
-    state.counters["p999"] = at(0.999);
-    state.counters["max"] = at(1.0);
+    reportPercentiles(state, times_);
   }
 
  private:

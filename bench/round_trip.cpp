@@ -205,17 +205,6 @@ std::vector<double> throughControl() {
   return times;
 }
 
-void report(benchmark::State& state, std::vector<double> times) {
-  std::sort(times.begin(), times.end());
-  const auto at = [&](double part) { return times[static_cast<std::size_t>(part * (times.size() - 1.0))]; };
-  state.counters["p50"] = at(0.5);
-  state.counters["p90"] = at(0.9);
-  state.counters["p99"] = at(0.99);
-  state.counters["p999"] = at(0.999);
-  state.counters["max"] = at(1.0);
-  state.counters["failed"] = 0;
-}
-
 }  // namespace
 
 void enrollAll() {
@@ -225,7 +214,8 @@ void enrollAll() {
                                    for (auto _ : state) {
                                      const std::vector<double> times = measure();
                                      state.SetIterationTime(1e-6 * std::accumulate(times.begin(), times.end(), 0.0));
-                                     report(state, times);
+                                     reportPercentiles(state, times);
+                                     state.counters["failed"] = 0;
                                    }
                                  })
         ->UseManualTime()

@@ -54,8 +54,8 @@ if runs and runs[0][0][0] == "hal":
           f"{100 * run['load']:.1f} %; wire and HAL one after the other: {100 * run['wire_share']:.2f} % is the wire's")
     sys.exit()
 if runs and runs[0][0][0] == "round_trip":
-    print(f"{'round trip':<14}" + "".join(f"{name:>11}" for name in times) + "   ratio to ping_pong: p50, p99, p999")
-    bare = runs[0][1]
+    (_, first), bare = runs[0][0], runs[0][1]
+    print(f"{'round trip':<14}" + "".join(f"{name:>11}" for name in times) + f"   ratio to {first}: p50, p99, p999")
     for name, run in runs:
         ratios = ", ".join(f"{run[time] / bare[time]:.2f}" for time in ("p50", "p99", "p999"))
         print(f"{name[1]:<14}" + "".join(f"{run[time]:>11.1f}" for time in times) + f"   {ratios}")

@@ -5,6 +5,6 @@
 set -euo pipefail
 
 here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
-"$here/install.sh" "$1"
-exec "$here/../uml.sh" --can vcan0 --timeout 280 -- env NODE_PATH="$1/node_modules" \
+exec "$here/../../integration/harness/npm.sh" "$here/package.json" "$1" -- \
+  "$here/../uml.sh" --can vcan0 --timeout 280 -- env NODE_PATH="$1/node_modules" \
   /usr/bin/python3 "$here/peers_test.py" "${@:2}"
