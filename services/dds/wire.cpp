@@ -62,6 +62,25 @@ void fromWire(::geometry_msgs::msg::PoseStamped& wire, PoseStamped& message) {
   message.orientation = {orientation.x(), orientation.y(), orientation.z(), orientation.w()};
 }
 
+void toWire(const TwistStamped& message, ::geometry_msgs::msg::TwistStamped& wire) {
+  setHeader(message.stamp, message.frame, wire.header());
+  const auto set = [](const std::array<double, 3>& from, ::geometry_msgs::msg::Vector3& to) {
+    to.x(from[0]);
+    to.y(from[1]);
+    to.z(from[2]);
+  };
+  set(message.linear, wire.twist().linear());
+  set(message.angular, wire.twist().angular());
+}
+
+void fromWire(::geometry_msgs::msg::TwistStamped& wire, TwistStamped& message) {
+  takeHeader(wire.header(), message);
+  const auto& linear = wire.twist().linear();
+  const auto& angular = wire.twist().angular();
+  message.linear = {linear.x(), linear.y(), linear.z()};
+  message.angular = {angular.x(), angular.y(), angular.z()};
+}
+
 void toWire(const Path& message, ::nav_msgs::msg::Path& wire) {
   setHeader(message.stamp, message.frame, wire.header());
   wire.poses().resize(message.poses.size());
