@@ -14,6 +14,7 @@
 #include "safety/dimensions.h"
 #include "services/dds/clock_messages.h"
 #include "services/dds/computation_messages.h"
+#include "services/dds/view_messages.h"
 
 namespace tandem::dds {
 
