@@ -40,9 +40,8 @@ std::vector<Host> readHosts(const Map& map) {
   }
   for (const Map& entry : map.maps("hosts")) {
     const Host host{entry.text("name"), entry.text("address")};
+    entry.expectNew("name", host.name, hosts, &Host::name);
     for (const Host& other : hosts) {
-      if (other.name == host.name)
-        entry.fail("name", "found '" + host.name + "' a second time, expected another name");
       if (other.address == host.address)
         entry.fail("address",
                    "found " + host.address + ", which is host '" + other.name + "', expected another address");
@@ -116,13 +115,9 @@ std::string readHostOf(const Map& entry, const std::vector<Host>& hosts) {
 std::vector<Process> readProcesses(const Map& map, const std::vector<Host>& hosts) {
   std::vector<Process> processes;
   for (const Map& entry : map.maps("processes")) {
+    entry.expectNew("name", entry.text("name"), processes, &Process::name);
     processes.push_back({entry.text("name"), entry.text("executable"), entry.texts("arguments"), entry.flag("service"),
                          readHostOf(entry, hosts), entry.flag("essential")});
-    for (std::size_t i = 0; i + 1 < processes.size(); ++i) {
-      if (processes[i].name == processes.back().name) {
-        entry.fail("name", "found '" + processes[i].name + "' a second time, expected another name");
-      }
-    }
   }
   return processes;
 }

@@ -339,7 +339,7 @@ int runTopics(const std::string& name, bool as_json) {
   const config::Robot robot = config::loadRobot(deployment.robot);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const dds::TopicInfo& topic : dds::allTopics(service::armNames(robot))) {
-    const std::string ros = "/" + deployment.prefix + "/" + topic.name;
+    const std::string ros = dds::rosTopicName(deployment.prefix, topic.name);
     if (as_json) {
       json.push_back({{"topic", ros},
                       {"dds_topic", "rt" + ros},

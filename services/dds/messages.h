@@ -16,6 +16,7 @@
 #include "services/dds/computation_messages.h"
 #include "services/dds/standard_messages.h"
 #include "services/dds/teleop_messages.h"
+#include "services/dds/view_messages.h"
 
 namespace tandem::dds {
 

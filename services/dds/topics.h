@@ -2,7 +2,8 @@
 /** @file The table of all topics: name, type, quality of service, who publishes.
  *
  * On the wire a topic is called rt/PREFIX/NAME, or rt/PREFIX/ARM/NAME for topics of one arm, and its type
- * PACKAGE::msg::dds_::TYPE_, as ROS 2 has it. docs/topics.md shows the same table to users.
+ * PACKAGE::msg::dds_::TYPE_, as ROS 2 has it. A name that begins with a slash stands for itself, outside the prefix.
+ * docs/topics.md shows the same table to users.
  */
 #pragma once
 
@@ -26,7 +27,7 @@ enum class Profile {
 template <class M>
 struct Topic {
   using Message = M;
-  const char* name;         ///< below the prefix, or below the arm's name
+  const char* name;         ///< below the prefix, or below the arm's name; absolute with a slash in front
   const char* type;         ///< as ROS 2 writes it, e.g. "sensor_msgs/msg/JointState"
   Profile profile;          ///< quality of service
   bool per_arm;             ///< one of it per arm
@@ -115,6 +116,11 @@ inline constexpr Topic<DiagnosticArray> kDiagnostics{
     "diagnostics",      "diagnostic_msgs/msg/DiagnosticArray",
     Profile::kReliable, false,
     "every service",    "state of every service, for people and ROS 2 tools"};
+inline constexpr Topic<Log> kLog{"/rosout", "rcl_interfaces/msg/Log", Profile::kReliable,
+                                 false,     "every service",          "what services log, for people and ROS 2 tools"};
+inline constexpr Topic<MarkerArray> kMarkers{"markers",          "visualization_msgs/msg/MarkerArray",
+                                             Profile::kReliable, false,
+                                             "console",          "the arms as lines and spheres, while somebody looks"};
 
 inline constexpr Topic<ClockRequest> kClockRequest{
     "clock/request", "tandem_msgs/msg/ClockRequest", Profile::kReliable, false, "everyone", "what time is it there?"};
@@ -229,21 +235,36 @@ inline constexpr auto kStateCommand = crtk<StringStamped>("state_command",
                                                           "CRTK: enable, disable, pause, resume, home, unhome");
 
 /// Every topic, once.
-inline constexpr auto kTopics = std::tuple{kActuationState,  kActuationCommand, kActuationLimits, kPlanningReference,
-                                           kPlanningRequest, kPlanningReply,    kPlanningCompute, kPlanningProgress,
-                                           kPlanningResult,  kPlanningPath,     kControlStatus,   kControlClearance,
-                                           kControlRequest,  kControlReply,     kTeleopInput,     kTeleopStatus,
-                                           kCrtkStatus,      kSensingTips,      kSimTips,         kSimRequest,
-                                           kSimReply,        kHalRequest,       kHalReply,        kStop,
-                                           kHalStatus,       kDiagnostics,      kClockRequest,    kClockReply,
-                                           kMeasuredJs,      kMeasuredCp,       kMeasuredCv,      kSetpointJs,
-                                           kSetpointCp,      kSetpointCv,       kGoalJs,          kGoalCp,
-                                           kGoalCv,          kOperatingState,   kShape,           kServoJp,
-                                           kServoJr,         kServoJv,          kServoCp,         kServoCr,
-                                           kServoCv,         kInterpolateJp,    kInterpolateJr,   kInterpolateJv,
-                                           kInterpolateCp,   kInterpolateCr,    kInterpolateCv,   kMoveJp,
-                                           kMoveJr,          kMoveCp,           kMoveCr,          kHold,
-                                           kStateCommand};
+inline constexpr auto kTopics = std::tuple{kActuationState,  kActuationCommand,
+                                           kActuationLimits, kPlanningReference,
+                                           kPlanningRequest, kPlanningReply,
+                                           kPlanningCompute, kPlanningProgress,
+                                           kPlanningResult,  kPlanningPath,
+                                           kControlStatus,   kControlClearance,
+                                           kControlRequest,  kControlReply,
+                                           kTeleopInput,     kTeleopStatus,
+                                           kCrtkStatus,      kSensingTips,
+                                           kSimTips,         kSimRequest,
+                                           kSimReply,        kHalRequest,
+                                           kHalReply,        kStop,
+                                           kHalStatus,       kDiagnostics,
+                                           kClockRequest,    kClockReply,
+                                           kMeasuredJs,      kMeasuredCp,
+                                           kMeasuredCv,      kSetpointJs,
+                                           kSetpointCp,      kSetpointCv,
+                                           kGoalJs,          kGoalCp,
+                                           kGoalCv,          kOperatingState,
+                                           kShape,           kServoJp,
+                                           kServoJr,         kServoJv,
+                                           kServoCp,         kServoCr,
+                                           kServoCv,         kInterpolateJp,
+                                           kInterpolateJr,   kInterpolateJv,
+                                           kInterpolateCp,   kInterpolateCr,
+                                           kInterpolateCv,   kMoveJp,
+                                           kMoveJr,          kMoveCp,
+                                           kMoveCr,          kHold,
+                                           kStateCommand,    kLog,
+                                           kMarkers};
 
 /// Calls f(topic) with every Topic<M> of the table.
 template <class F>
@@ -268,7 +289,10 @@ std::vector<TopicInfo> allTopics(const std::vector<std::string>& arm_names);
 /// "periodic", "command", "reliable" or "latched".
 const char* name(Profile profile);
 
-/** Name of a topic in DDS: "rt/PREFIX/NAME", or "rt/PREFIX/ARM/NAME" with an arm.
+/// Name of a topic in ROS 2 and in files: "/PREFIX/NAME", or the name itself where it begins with a slash.
+std::string rosTopicName(const std::string& prefix, const std::string& name);
+
+/** Name of a topic in DDS: "rt/PREFIX/NAME", or "rt/PREFIX/ARM/NAME" with an arm; "rt" in front of an absolute name.
  * @throw std::invalid_argument where prefix or arm are not made of letters, digits and underscores (the prefix may have
  * slashes between them). */
 std::string ddsTopicName(const std::string& prefix, const std::string& name, const std::string& arm = "");

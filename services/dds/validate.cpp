@@ -239,4 +239,27 @@ const char* malformed(const DiagnosticArray& message) {
   return badTexts({&message.frame});
 }
 
+const char* malformed(const Log& message) {
+  return badTexts({&message.name, &message.text, &message.file, &message.function});
+}
+
+const char* malformed(const MarkerArray& message) {
+  if (message.markers.size() > kMaxList)
+    return "too many markers";
+  for (const Marker& marker : message.markers) {
+    if (marker.points.size() > kMaxList)
+      return "too many points";
+    if (!marker.colors.empty() && marker.colors.size() != marker.points.size())
+      return "points and colors of different lengths";
+    if (marker.texture_coordinates.size() > kMaxList ||
+        std::max(marker.texture.size(), marker.mesh.size()) > kMaxPayload)
+      return "texture or mesh too long";
+    if (const char* problem =
+            badTexts({&marker.frame, &marker.group, &marker.texture_resource, &marker.texture_frame,
+                      &marker.texture_format, &marker.text, &marker.mesh_resource, &marker.mesh_name}))
+      return problem;
+  }
+  return nullptr;
+}
+
 }  // namespace tandem::dds

@@ -49,5 +49,7 @@ const char* malformed(const Path& message);
 const char* malformed(const OperatingState& message);
 const char* malformed(const StringStamped& message);
 const char* malformed(const DiagnosticArray& message);
+const char* malformed(const Log& message);
+const char* malformed(const MarkerArray& message);
 
 }  // namespace tandem::dds

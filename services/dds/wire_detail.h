@@ -12,12 +12,14 @@
 #include "diagnostic_msgsPubSubTypes.h"
 #include "geometry_msgsPubSubTypes.h"
 #include "nav_msgsPubSubTypes.h"
+#include "rcl_interfacesPubSubTypes.h"
 #include "sensor_msgsPubSubTypes.h"
 #include "services/dds/messages.h"
 #include "std_msgsPubSubTypes.h"
 #include "tandem_msgsPubSubTypes.h"
 #include "tandem_msgs_planningPubSubTypes.h"
 #include "tandem_msgs_teleopPubSubTypes.h"
+#include "visualization_msgsPubSubTypes.h"
 
 namespace tandem::dds {
 
@@ -74,6 +76,8 @@ TANDEM_WIRE(Path, nav_msgs)
 TANDEM_WIRE(OperatingState, crtk_msgs)
 TANDEM_WIRE(StringStamped, crtk_msgs)
 TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
+TANDEM_WIRE(Log, rcl_interfaces)
+TANDEM_WIRE(MarkerArray, visualization_msgs)
 #undef TANDEM_WIRE
 
 /// Calls DO(M) for every message that has a topic.
@@ -82,7 +86,8 @@ TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
   DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus)      \
   DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
   DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult) DO(Clearances) \
-  DO(ClockRequest) DO(ClockReply) DO(TeleopInput) DO(TeleopStatus) DO(CrtkStatus) DO(TwistStamped) DO(Empty)
+  DO(ClockRequest) DO(ClockReply) DO(TeleopInput) DO(TeleopStatus) DO(CrtkStatus) DO(TwistStamped) DO(Empty) \
+  DO(Log) DO(MarkerArray)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
@@ -231,6 +236,10 @@ void toWire(const Path& message, ::nav_msgs::msg::Path& wire);
 void toWire(const OperatingState& message, ::crtk_msgs::msg::OperatingState& wire);
 void toWire(const StringStamped& message, ::crtk_msgs::msg::StringStamped& wire);
 void toWire(const DiagnosticArray& message, ::diagnostic_msgs::msg::DiagnosticArray& wire);
+void toWire(const Log& message, ::rcl_interfaces::msg::Log& wire);
+void toWire(const MarkerArray& message, ::visualization_msgs::msg::MarkerArray& wire);
+void fromWire(::rcl_interfaces::msg::Log& wire, Log& message);
+void fromWire(::visualization_msgs::msg::MarkerArray& wire, MarkerArray& message);
 void fromWire(::sensor_msgs::msg::JointState& wire, JointState& message);
 void fromWire(::geometry_msgs::msg::PoseStamped& wire, PoseStamped& message);
 void fromWire(::geometry_msgs::msg::TwistStamped& wire, TwistStamped& message);

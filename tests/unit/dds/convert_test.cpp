@@ -119,7 +119,9 @@ using AnySizeMessages = testing::Types<PlanningRequest,
                                        Path,
                                        OperatingState,
                                        StringStamped,
-                                       DiagnosticArray>;
+                                       DiagnosticArray,
+                                       Log,
+                                       MarkerArray>;
 TYPED_TEST_SUITE(AnySize, AnySizeMessages);
 
 TYPED_TEST(AnySize, RandomMessagesSurviveTheRoundTrip) {

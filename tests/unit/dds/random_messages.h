@@ -81,6 +81,14 @@ inline auto membersOf(OperatingState& m) { return std::tie(m.stamp, m.frame, m.s
 inline auto membersOf(StringStamped& m) { return std::tie(m.stamp, m.frame, m.text); }
 inline auto membersOf(DiagnosticStatus& m) { return std::tie(m.level, m.name, m.message, m.hardware_id, m.values); }
 inline auto membersOf(DiagnosticArray& m) { return std::tie(m.stamp, m.frame, m.status); }
+inline auto membersOf(Log& m) { return std::tie(m.stamp, m.level, m.name, m.text, m.file, m.function, m.line); }
+inline auto membersOf(Marker& m) {
+  return std::tie(m.stamp, m.frame, m.group, m.id, m.type, m.action, m.position, m.orientation, m.scale, m.color,
+                  m.lifetime, m.frame_locked, m.points, m.colors, m.texture_resource, m.texture_stamp, m.texture_frame,
+                  m.texture_format, m.texture, m.texture_coordinates, m.text, m.mesh_resource, m.mesh_name, m.mesh,
+                  m.mesh_materials);
+}
+inline auto membersOf(MarkerArray& m) { return std::tie(m.markers); }
 
 /** Fills messages with random values. */
 class Randomiser {

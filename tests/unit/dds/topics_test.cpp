@@ -43,6 +43,8 @@ TEST(Topics, TypeNamesAreThoseOfTheGeneratedTypes) {
 TEST(Topics, DdsNames) {
   EXPECT_EQ(ddsTopicName("tandem", "actuation/state"), "rt/tandem/actuation/state");
   EXPECT_EQ(ddsTopicName("lab_2/robot", "measured_js", "arm_a"), "rt/lab_2/robot/arm_a/measured_js");
+  EXPECT_EQ(ddsTopicName("tandem", "/rosout"), "rt/rosout") << "an absolute name stands outside the prefix";
+  EXPECT_EQ(rosTopicName("tandem", "arm_a/shape"), "/tandem/arm_a/shape");
   for (const char* bad : {"", "/x", "x/", "a b", "a//b", "ä", "1a"}) {
     EXPECT_THROW(ddsTopicName(bad, "stop"), std::invalid_argument) << bad;
   }
