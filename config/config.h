@@ -18,6 +18,7 @@
 #include "hal/hardware.h"
 #include "kinematics/clearance.h"
 #include "kinematics/concentric_tube.h"
+#include "planning/teleoperation/pipeline.h"
 #include "planning/tips.h"
 #include "planning/trajectory.h"
 #include "safety/budgets.h"
@@ -127,6 +128,21 @@ struct BlackBox {
   std::vector<std::string> topics{"*"};  ///< below the prefix; * stands for any text
 };
 
+/** CRTK commands of clients that know no lease. */
+struct Crtk {
+  bool by_arrival = false;         ///< age: how much later than the quickest of its stream; otherwise by wall clocks
+  double tip_step = 2e-3;          ///< largest step of a target by servo_cp and servo_cr, m
+  double translation_step = 1e-3;  ///< likewise by servo_jp and servo_jr, m
+  double rotation_step = 0.05;     ///< likewise, rad
+  double acceleration = 20e-3;     ///< of targets by interpolate and move, m/s^2
+};
+
+/** How operators and CRTK clients move tips. */
+struct Teleoperation {
+  planning::teleoperation::Options options;
+  Crtk crtk;
+};
+
 enum class ClockMode {
   kRealTime,  ///< periodic on an absolute monotonic timer
   kLockStep,  ///< deterministic: state k, reference k, command k, state k+1
@@ -160,6 +176,7 @@ struct Deployment {
   planning::Feedback feedback = planning::Feedback::kModel;
   std::optional<kinematics::Port> port;  ///< that the arms come through; its distance is published and kept by plans
   sim::PlantOptions plant;               ///< of the simulated robot
+  Teleoperation teleoperation;
   BlackBox black_box;
   std::vector<Process> processes;
   std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default

@@ -199,6 +199,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
     deployment.port->depth = port.number("depth");
   }
   readFeedback(map, deployment);
+  deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
   deployment.black_box = readBlackBox(map.map("black_box"), file);
   deployment.hosts = readHosts(map);
   deployment.security = readSecurity(map, file);

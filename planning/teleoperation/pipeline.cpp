@@ -87,6 +87,11 @@ void Pipeline::engage(const Sample& sample, const TipPlaces& tips) noexcept {
   guard_.engage(now_);
 }
 
+double Pipeline::lag() const noexcept {
+  constexpr double kStanding = 1e-5;  // m/s
+  return engaged_ && target_speed_ > kStanding ? (guard_.target() - now_).norm() / target_speed_ : 0.0;
+}
+
 /// As velocity over this cycle. Where a place is said, motion since the last one; the first one only says from where.
 Vector3d Pipeline::deviceVelocity(const Sample& sample) noexcept {
   const bool fresh = sample.number != number_;
@@ -152,7 +157,9 @@ State Pipeline::step(const Sample& sample, const TipPlaces& tips) noexcept {
   }
   wanted_ = filter_.step(raw_, period_);
   pass(Stage::kFilter, raw_, wanted_, Limiter::kNone);
+  const Vector3d before = guard_.target();
   const TargetGuard::Result& result = guard_.step(wanted_, now_, movedTips(tips), leash_, period_);
+  target_speed_ = (guard_.target() - before).norm() / period_;
   stages_[static_cast<std::size_t>(Stage::kFixture)] = result.fixture;
   stages_[static_cast<std::size_t>(Stage::kWorkspace)] = result.workspace;
   stages_[static_cast<std::size_t>(Stage::kRate)] = result.rate;

@@ -103,8 +103,8 @@ class Pipeline {
   const Eigen::Vector3d& target() const noexcept { return guard_.target(); }
   /// Where what is driven is.
   const Eigen::Vector3d& position() const noexcept { return now_; }
-  /// Time by which tips lag behind a moving target, s.
-  double response() const noexcept { return response_; }
+  /// How long ago the target was where the tip is, by the speed of the target, s; 0 where that stands.
+  double lag() const noexcept;
 
   /// Tasks while engaged. @param gains  of control, 1/s, for kRelativePosition and kTipPosition: feed-forward makes up
   /// for what they lack to the response time
@@ -125,6 +125,7 @@ class Pipeline {
   Mode mode_ = Mode::kNone;
   int arm_ = 0, other_arm_ = 0;
   double scale_;
+  double target_speed_ = 0.0;  ///< m/s
   std::uint64_t number_ = 0;
   bool placed_ = false;                                   ///< last_place_ is one of this engagement
   Eigen::Vector3d last_place_ = Eigen::Vector3d::Zero();  ///< of the device, behind its play
