@@ -193,12 +193,12 @@ void OperatorDesk::fill(const Context& context, OperatorMoment& moment) const no
   if (here) {
     moment.state = locked_ && sample_.present ? State::kStopped : pipeline_.state();
     moment.reason = locked_ ? reason_ : OperatorReason::kNone;
-  } else if (last_refusal_ != 0 && context.now - last_refusal_ < kShown) {
-    moment.state = State::kRefused;
-    moment.reason = refusal_;
   } else if (seen_ && locked_) {
     moment.state = State::kStopped;
     moment.reason = reason_;
+  } else if (last_refusal_ != 0 && context.now - last_refusal_ < kShown) {
+    moment.state = State::kRefused;
+    moment.reason = refusal_;
   }
   moment.client = seen_ ? last_.client : 0;
   moment.answers_input = seen_ ? last_.sequence : 0;

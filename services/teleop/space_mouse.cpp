@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file SpaceMouse and its like through spacenavd. */
 #include <spnav.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 
@@ -23,6 +24,10 @@ class SpaceMouse final : public Device {
 
   Reading read(double) override {
     Reading reading;
+    // A button that was held when the daemon went would be held for ever: libspnav does not tell of the end.
+    char byte = 0;
+    if (recv(spnav_fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
+      throw DeviceError("SpaceMouse: spacenavd is gone");
     spnav_event event;
     for (int i = 0; i < kMostEvents && spnav_poll_event(&event) != 0; ++i) {
       if (event.type == SPNAV_EVENT_MOTION) {
@@ -30,6 +35,8 @@ class SpaceMouse final : public Device {
         const auto& m = event.motion;
         linear_ = speed_ / kFull * Eigen::Vector3d(m.x, m.y, m.z);
         angular_ = kTurning / kFull * Eigen::Vector3d(m.rx, m.ry, m.rz);
+      } else if (event.type == SPNAV_EVENT_DEV && event.dev.op == SPNAV_DEV_RM) {
+        throw DeviceError("SpaceMouse: it is unplugged");
       } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum < 32) {
         const std::uint32_t bit = 1U << event.button.bnum;
         buttons_ = event.button.press != 0 ? buttons_ | bit : buttons_ & ~bit;

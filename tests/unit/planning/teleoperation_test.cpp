@@ -291,8 +291,9 @@ TEST(Teleoperation, EveryStageSaysWhatItDid) {
   EXPECT_NEAR(rig.tips[0].x(), 0.001, 1e-4);
   EXPECT_NEAR(rig.tips[0].y(), 0.0055, 1e-4);
   for (std::size_t s = 1; s < kStages; ++s) {
-    if (s != static_cast<std::size_t>(Stage::kFilter))
+    if (s != static_cast<std::size_t>(Stage::kFilter)) {
       EXPECT_EQ(stages[s].input, stages[s - 1].output) << name(static_cast<Stage>(s));
+    }
   }
   // The way back begins at once: a device that says velocities has no place behind the wall.
   sample.value = {-0.02, 0.0, 0.0};
@@ -313,8 +314,9 @@ TEST(Teleoperation, AllocatesNothing) {
     rig.pipeline.step(sample, rig.tips);
     rig.pipeline.tasks(5.0, 3.0, reference);
   }
-  if (canCountAllocations())
+  if (canCountAllocations()) {
     EXPECT_EQ(allocationCount(), before);
+  }
 }
 
 }  // namespace
