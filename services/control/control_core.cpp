@@ -238,6 +238,8 @@ void ControlCore::follow(std::int64_t now) noexcept {
     velocity_.segment(robot_.offset(k), robot_.size(k)) =
         track_.solution.velocity.segment(robot_.offset(k), robot_.size(k));
   }
+  if (source_ != dds::Source::kPlanning)
+    keepOut();
 }
 
 /// Not when the last setpoint has been sent or taken, for that one may have been lost, but when the joints are there
@@ -332,6 +334,7 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   moves_.fill(false);
   tracked_ = false;
   hold_ = dds::HoldReason::kNone;
+  kept_out_of_ = -1;
   source_ = chooseSource(now, advance);
   if (source_ != dds::Source::kNobody) {
     follow(now);

@@ -101,6 +101,7 @@ class ControlCore {
   bool operate(std::int64_t now) noexcept;
   bool obeyCrtk(std::int64_t now) noexcept;
   bool findTips() noexcept;
+  void keepOut() noexcept;
   bool ready(int arm) const noexcept;
   bool trajectoryRuns() const noexcept;
   bool operated() const noexcept { return operator_.engaged() || crtk_.active(); }
@@ -165,6 +166,7 @@ class ControlCore {
   SpscQueue<CrtkOutcome> crtk_ended_{64};
   dds::Source source_ = dds::Source::kNobody;  ///< of this cycle
   bool tips_known_ = false;
+  int kept_out_of_ = -1;  ///< the forbidden region that held this cycle's motion back
   planning::teleoperation::TipPlaces tip_places_{};
 };
 

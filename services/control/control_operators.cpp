@@ -173,8 +173,46 @@ bool ControlCore::obeyCrtk(std::int64_t now) noexcept {
   return true;
 }
 
+/// Where limits are in the way, tips do not go straight to their targets: what this cycle's velocities, and those that
+/// are under way, would do to the tips must not lead into a forbidden region either. All joints slow down together.
+void ControlCore::keepOut() noexcept {
+  constexpr double kReaction = 0.02;  // s, of the drives
+  const auto& guard = setup_.deployment.teleoperation.options.guard;
+  const auto in_flight = static_cast<double>(std::min<std::uint64_t>(command_sequence_ - state_.answers_command, 10));
+  const double ahead = (in_flight + 2.0) * period_ + kReaction;
+  double share = 1.0;
+  for (std::size_t r = 0; r < guard.forbidden.size(); ++r) {
+    for (int k = 0; k < arm_count_; ++k) {
+      const Eigen::Vector3d from = tip_places_[static_cast<std::size_t>(k)];
+      const Eigen::Vector3d way = ahead * (track_.tip[static_cast<std::size_t>(k)].jacobian.topRows<3>() *
+                                           velocity_.segment(robot_.offset(k), robot_.size(k)));
+      const double here = distance(guard.forbidden[r], from);
+      const double bound = std::min(0.25 * guard.margin, here) - 1e-9;
+      const auto clear = [&](double part) {
+        return nearestOnWay(guard.forbidden[r], from, from + part * way) >= bound;
+      };
+      if (here - way.norm() >= bound || clear(share))
+        continue;
+      kept_out_of_ = static_cast<int>(r);
+      double good = 0.0, bad = share;
+      for (int round = 0; round < 12; ++round) {
+        const double middle = 0.5 * (good + bad);
+        (clear(middle) ? good : bad) = middle;
+      }
+      share = good;
+    }
+  }
+  if (share < 1.0)
+    velocity_ *= share;
+}
+
 void ControlCore::fillMoments(std::int64_t now, OperatorMoment& op, CrtkMoment& crtk) const noexcept {
   operator_.fill(operatorContext(now), op);
+  if (kept_out_of_ >= 0 && op.engaged) {
+    auto& fixture = op.stages[static_cast<std::size_t>(planning::teleoperation::Stage::kFixture)];
+    fixture.limiter = planning::teleoperation::Limiter::kForbiddenRegion;
+    fixture.index = kept_out_of_;
+  }
   crtk = {};
   crtk_.fill(crtk);
   crtk.commanding = lease_.holder(now) == dds::kCrtkClient;

@@ -3,6 +3,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <cerrno>
 
 #include "services/teleop/device.h"
 // Behind Eigen: it includes Xlib.h, whose macros are names of Eigen's.
@@ -27,7 +28,8 @@ class SpaceMouse final : public Device {
     Reading reading;
     // A button that was held when the daemon went would be held for ever: libspnav does not tell of the end.
     char byte = 0;
-    if (recv(spnav_fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
+    const ssize_t there = recv(spnav_fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+    if (there == 0 || (there < 0 && errno != EAGAIN && errno != EINTR))
       throw DeviceError("SpaceMouse: spacenavd is gone");
     spnav_event event;
     for (int i = 0; i < kMostEvents && spnav_poll_event(&event) != 0; ++i) {
