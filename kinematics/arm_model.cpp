@@ -28,6 +28,10 @@ std::string_view describe(ModelStatus status) {
       return "no equilibrium was found";
     case ModelStatus::kCarriesNoLoad:
       return "the rigid model carries no load, use the compliant one";
+    case ModelStatus::kDistalInside:
+      return "the bending end is not wholly in front of the entry point, insertion is below zero";
+    case ModelStatus::kTendonPushes:
+      return "a tendon's tension is below zero";
   }
   return "unknown";
 }
