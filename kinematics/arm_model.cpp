@@ -19,7 +19,7 @@ std::string_view describe(ModelStatus status) {
     case ModelStatus::kNotFinite:
       return "a joint or a load is not a finite number";
     case ModelStatus::kNotExtended:
-      return "tube 1 ends at or behind the entry point";
+      return "tube 1 ends at or behind the entry point, or a rod has no length";
     case ModelStatus::kProtruded:
       return "a tube's proximal end stands in front of the entry point (beta > 0)";
     case ModelStatus::kInnerInside:

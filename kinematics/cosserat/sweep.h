@@ -9,7 +9,8 @@ namespace tandem::kinematics::cosserat {
 /** How finely a sweep integrates. */
 struct Accuracy {
   double tolerance = 1e-11;  ///< error of one step, in units of the rod's length, rad, and relative for derivatives
-  int fixed_steps = 0;       ///< that many equal steps a section instead, without a look at the error
+  int fixed_steps = 0;       ///< that many equal steps a section instead, or shorter ones where conjugate points are
+                             ///< counted, without a look at the error
 };
 
 /** Counts conjugate points along a rod: the directions in which its energy falls.

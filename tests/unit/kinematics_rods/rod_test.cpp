@@ -47,7 +47,7 @@ struct Case {
 TEST(Rod, DerivativesAreThoseOfTheSolution) {
   int compared = 0, vague = 0;
   double worst = 0.0;
-  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(60); ++seed) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(30); ++seed) {
     SCOPED_TRACE(trace(seed));
     const Case at(seed);
     if (at.status != ModelStatus::kOk || at.answer.conjugate_points > 0)
@@ -94,7 +94,7 @@ TEST(Rod, DerivativesAreThoseOfTheSolution) {
     }
   }
   std::printf("compared %d, vague %d, worst %.1e\n", compared, vague, worst);
-  EXPECT_GT(compared, 500);
+  EXPECT_GT(compared, 300);
   EXPECT_LT(vague, compared / 20);
 }
 
