@@ -8,7 +8,7 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
-const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"};
+const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns"};
 constexpr const char* kIpv4 =
     "^((25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])\\.){3}(25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])$";
 constexpr int kMostEntries = 1000;
