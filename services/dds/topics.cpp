@@ -46,6 +46,9 @@ std::vector<TopicInfo> allTopics(const std::vector<std::string>& arm_names) {
     for (const std::string& arm : arm_names) {
       add(arm);
     }
+    if (topic.pair && arm_names.size() >= 2) {
+      add(kPair);
+    }
   });
   return topics;
 }

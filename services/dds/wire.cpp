@@ -28,6 +28,12 @@ void setHeader(std::int64_t stamp, const std::string& frame, ::std_msgs::msg::He
   header.frame_id(frame);
 }
 
+template <class M>
+void takeHeader(const ::std_msgs::msg::Header& header, M& message) {
+  message.stamp = timeOf(header.stamp());
+  message.frame = header.frame_id();
+}
+
 void setPose(const std::array<double, 3>& place, const std::array<double, 4>& turn, ::geometry_msgs::msg::Pose& pose) {
   auto& position = pose.position();
   auto& orientation = pose.orientation();
@@ -126,12 +132,6 @@ void takeMarker(const ::visualization_msgs::msg::Marker& from, Marker& to) {
   to.mesh_materials = from.mesh_use_embedded_materials();
 }
 
-template <class M>
-void takeHeader(const ::std_msgs::msg::Header& header, M& message) {
-  message.stamp = timeOf(header.stamp());
-  message.frame = header.frame_id();
-}
-
 }  // namespace
 
 void toWire(const JointState& message, ::sensor_msgs::msg::JointState& wire) {
@@ -158,6 +158,25 @@ void toWire(const PoseStamped& message, ::geometry_msgs::msg::PoseStamped& wire)
 void fromWire(::geometry_msgs::msg::PoseStamped& wire, PoseStamped& message) {
   takeHeader(wire.header(), message);
   takePose(wire.pose(), message);
+}
+
+void toWire(const TwistStamped& message, ::geometry_msgs::msg::TwistStamped& wire) {
+  setHeader(message.stamp, message.frame, wire.header());
+  const auto set = [](const std::array<double, 3>& from, ::geometry_msgs::msg::Vector3& to) {
+    to.x(from[0]);
+    to.y(from[1]);
+    to.z(from[2]);
+  };
+  set(message.linear, wire.twist().linear());
+  set(message.angular, wire.twist().angular());
+}
+
+void fromWire(::geometry_msgs::msg::TwistStamped& wire, TwistStamped& message) {
+  takeHeader(wire.header(), message);
+  const auto& linear = wire.twist().linear();
+  const auto& angular = wire.twist().angular();
+  message.linear = {linear.x(), linear.y(), linear.z()};
+  message.angular = {angular.x(), angular.y(), angular.z()};
 }
 
 void toWire(const Path& message, ::nav_msgs::msg::Path& wire) {

@@ -22,7 +22,15 @@ TEST(Topics, EveryTopicOncePerRobotOrArm) {
   }
   EXPECT_EQ(names.count("actuation/state"), 1u);
   EXPECT_EQ(names.count("arm_b/measured_cp"), 1u);
-  EXPECT_EQ(allTopics({}).size() + 2 * 8, topics.size());
+  std::size_t per_arm = 0, of_the_pair = 0;
+  forEachTopic([&](const auto& topic) {
+    per_arm += topic.per_arm ? 1 : 0;
+    of_the_pair += topic.pair ? 1 : 0;
+  });
+  EXPECT_EQ(allTopics({}).size() + 2 * per_arm + of_the_pair, topics.size());
+  EXPECT_EQ(names.count("pair/servo_cp"), 1u);
+  EXPECT_EQ(names.count("pair/shape"), 0u);
+  EXPECT_EQ(allTopics({"arm_a"}).size(), allTopics({}).size() + per_arm) << "one arm is no pair";
 }
 
 TEST(Topics, TypeNamesAreThoseOfTheGeneratedTypes) {
