@@ -300,7 +300,8 @@ class Tokens(ConsoleTest):
     def test_tls_and_tokens(self):
         self.serve("certificate: certificate.pem, key: key.pem, operator_token: operator, viewer_token: viewer")
         system.until(lambda: self.healthy(self.tls), 20, "it serves")
-        self.assertIn(wire.connect(self.port, self.tls).version(), ("TLSv1.2", "TLSv1.3"))
+        with wire.connect(self.port, self.tls) as connection:
+            self.assertIn(connection.version(), ("TLSv1.2", "TLSv1.3"))
         with wire.connect(self.port) as plain:
             plain.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
             self.assertNotIn(b"HTTP", wire.read_all(plain), "nothing without TLS")

@@ -99,12 +99,13 @@ async function command() {
   const refused = await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });
   assert.equal(refused.accepted, 0);
   await until(() => [last.get("/rosout")?.name, last.get("/rosout")?.level].join() === "tandem-planning,30", "/rosout");
+  const log = last.get("/rosout").msg;
   publisher("stop")({ client: ME, sequence: 1n, reason: "test" });
   await until(() => last.get(`/${prefix}/arm_a/operating_state`).state === "FAULT", "stop is obeyed");
   // What clients may not publish, not even operators.
   client.advertise({ topic: `/${prefix}/actuation/command`, encoding: "cdr", schemaName: "tandem_msgs/msg/ActuationCommand" });
   await until(() => statuses.some((s) => s.message.includes("may not publish")), "a status for what is refused");
-  return { reason: refused.reason, log: last.get("/rosout").msg };
+  return { reason: refused.reason, log };
 }
 
 async function main() {
