@@ -15,11 +15,14 @@ import threading
 import time
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "harness"))
 import system  # noqa: E402
 import wire  # noqa: E402
 
-HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "security"))
+from credentials import Authority  # noqa: E402
+
 OPERATOR, VIEWER = "operator-token-0123456789", "viewer-token-0123456789"
 CALM = {"control_period_s": "0.05", "sim_period_ms": "2"}
 
@@ -274,6 +277,42 @@ class Hostile(ConsoleTest):
         # Its pings are not answered: frames are read here without doing so.
         wire.read_all(half.socket)
         self.assertLess(time.monotonic() - began, 40)
+
+
+class Secured(ConsoleTest):
+    """DDS Security: the console has a role of its own, and asks for tokens everywhere."""
+
+    def test_it_speaks_for_those_with_a_token(self):
+        self.port, self.prefix, domain = free_port(), f"t{os.getpid()}", system.free_domain()
+        authority = Authority(self.folder / "credentials", self.prefix, domain)
+        authority.issue("control", "hal", "planning", "recorder", "console-operator")
+        token = self.folder / "operator"
+        token.write_text(OPERATOR)
+        token.chmod(0o600)
+        keys = {"prefix": self.prefix, "domain": domain, "security": authority.folder, **CALM,
+                "budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}"}
+        for console, why in ((f"{{port: {self.port}, operator_token: operator}}", "role console: "),
+                             (f"{{port: {self.port}}}", "console.operator_token: is missing")):
+            path = system.deployment(self.folder, "laptop", console=console, **keys)
+            answer = system.run("--deployment", path, program="tandem-console")
+            self.assertNotEqual(answer.returncode, 0)
+            self.assertIn(why, answer.stderr)
+        authority.issue("console")
+        self.start("laptop", console=f"{{port: {self.port}, operator_token: operator}}", **keys)
+        system.until(self.healthy, 20, "the console serves")
+        with self.assertRaises(wire.Refused) as refused:
+            wire.WebSocket(self.port)
+        self.assertEqual(refused.exception.status, 401)
+        peer = self.client("control/status", "control/reply", "actuation/command", query=f"?token={OPERATOR}")
+        heard = lambda name: struct.pack("<BI", 1, peer.channels[f"/{self.prefix}/{name}"])
+        for name in ("control/status", "actuation/command"):
+            while not peer.frame()[1].startswith(heard(name)):
+                pass
+        peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        while not (frame := peer.frame()[1]).startswith(heard("control/reply")):
+            pass
+        client, number, accepted = struct.unpack_from("<QQB", frame, 13 + 4)
+        self.assertEqual((client, number, accepted), (7, 1, 1), "the lease")
 
 
 class Tokens(ConsoleTest):
