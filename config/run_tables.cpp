@@ -319,6 +319,8 @@ const Mapping& deploymentTable() {
                   "off it")
               .defaultNote("none"),
           mapping("plant", plantTable(), "the simulated robot").defaultNote("ideal and rigid"),
+          mapping("teleoperation", teleoperationTable(), "operators' devices and CRTK clients")
+              .defaultNote("all defaults"),
           mapping("black_box", blackBoxTable(), "what tandem-recorder keeps for the case of a fault"),
           mapping("console", consoleTable(), "where tandem-console serves browsers and tools, and whom"),
           mapping("processes", processTable(), "what `tandem up` starts").required().list(1, 32),
