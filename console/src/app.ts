@@ -106,7 +106,7 @@ export class App {
     this.stop.update(now);
     this.drawing.update(now);
     for (const panel of this.panels) panel.update(now);
-    this.view.draw();
+    this.view.draw(now);
     const seconds = (now - this.measuredAt) / 1000;
     if (seconds < 1) return;
     this.hud.setRate(this.frames / seconds, this.view.drawn / seconds);

@@ -11,4 +11,3 @@ export function seeded(): () => number {
     return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
   };
 }
-declare const process: { env: Record<string, string | undefined> };

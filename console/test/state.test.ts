@@ -14,7 +14,6 @@ import { seeded } from "./random";
 /** Tests run in the source tree and in the copy of the build tree; TANDEM_SOURCE says where C++ is. */
 const source = process.env["TANDEM_SOURCE"] ?? "..";
 const cpp = (file: string): string => readFileSync(`${source}/${file}`, "utf8");
-declare const process: { env: Record<string, string | undefined> };
 
 test("faults have the names, and the bits, that safety gives them", () => {
   const bits = [...cpp("safety/faults.h").matchAll(/= 1u << (\d+)/g)].map((m) => Number(m[1]));

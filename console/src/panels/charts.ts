@@ -18,6 +18,8 @@ interface Chart {
   series: string[];
   /** What stands for "nothing wrong" at the lower end. */
   least: number;
+  /** The upper end is no lower than this. */
+  span?: number;
   most?: number;
   values(status: ControlStatus): (number | null)[];
 }
@@ -41,7 +43,7 @@ export class Charts implements Panel {
       { title: "task scale", series: ["1st", "2nd"], least: 0, most: 1.05, values: (s) => tasks(s, s.task_scale, 1) },
       { title: "solver, ms", series: ["solve", "cycle"], least: 0, values: (s) => [1e3 * s.solve_time, 1e3 * s.cycle_time] },
       { title: "period off by, ms", series: ["mean", "worst"], least: 0, values: (s) => [this.jitter(s), 1e3 * s.jitter_max] },
-      { title: "round trip, ms", series: ["page to control"], least: 0, values: () => [this.roundTrip] },
+      { title: "round trip, ms", series: ["page to control"], least: 0, span: 5, values: () => [this.roundTrip] },
     ];
     for (const chart of this.charts) this.make(chart);
     c.world.taps.status.push((status) => this.take(status));
@@ -75,7 +77,7 @@ export class Charts implements Panel {
           padding: [2, 6, 0, 0],
           scales: {
             x: { time: false, range: (_u, _min, max) => [max - kWindow, max] },
-            y: { range: (_u, _min, max) => [chart.least, chart.most ?? Math.max(1.15 * (max ?? 0), 1e-3)] },
+            y: { range: (_u, _min, max) => [chart.least, chart.most ?? Math.max(1.15 * (max ?? 0), chart.span ?? 0.1)] },
           },
           axes: [
             { ...axis, size: 18, space: 60, values: (u, splits) => splits.map((v) => `${(v - (u.scales["x"]?.max ?? 0)).toFixed(0)} s`) },

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** What stands over the scene: cameras, what its lines mean, distances, and a curtain when it is not the present. */
 import { armColor, kGoal, kNear, tubeColor } from "../scene/colors";
+import { kThickness } from "../scene/drawing";
 import type { Preset, View } from "../scene/view";
 import { kPresets } from "../scene/view";
 import { age, ageWords } from "../state/age";
@@ -30,7 +31,7 @@ export class Hud implements Panel {
     });
     const thick = h("select", { "aria-label": "Drawn thickness of the tubes" },
       ...[1, 2, 4].map((times) => h("option", { value: String(times) }, times === 1 ? "true thickness" : `tubes ${times}× thick`)));
-    thick.value = "2";
+    thick.value = String(kThickness);
     thick.addEventListener("change", () => this.thickness(Number(thick.value)));
     const trail = action("clear trail", "Forget where the tips have been", () => {
       view.arms.forEach((arm) => arm.clearTrail());
@@ -56,7 +57,7 @@ export class Hud implements Panel {
   }
 
   setRate(frames: number, scene: number): void {
-    setText(this.rate, `${frames.toFixed(0)} frames/s · scene ${scene.toFixed(0)}/s`);
+    setText(this.rate, `${frames.toFixed(0)} frames/s · scene ${scene.toFixed(0)}/s${this.view.software ? " · drawn in software" : ""}`);
     this.rate.dataset["frames"] = frames.toFixed(1);
   }
 
@@ -76,6 +77,7 @@ export class Hud implements Panel {
     setText(this.near, nearest ? `arm ${this.names[nearest.arm] ?? "?"} to ${other}: ${millimetres(nearest.distance)} mm` : "distance between arms: not known");
     setClass(this.near, "danger", nearest !== null && nearest.distance < 0.001);
     setClass(this.near, "stale", world.stale(world.clearance, now));
+    setClass(this.relative, "stale", !live);
     this.updateRelative();
   }
 

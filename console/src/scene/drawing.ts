@@ -8,9 +8,12 @@ import { Teleop } from "../wire/messages";
 import type { Slot } from "../wire/link";
 import type { View } from "./view";
 
+/** How many times thicker than they are tubes are drawn at first: true ones are lost on a screen. */
+export const kThickness = 2;
+
 export class Drawing {
   private readonly seen = new Map<Slot, number>();
-  private thickness = 2;
+  private thickness = kThickness;
   private again = false;
 
   constructor(

@@ -11,6 +11,9 @@ import { Guides } from "./guides";
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
 export type Preset = (typeof kPresets)[number];
 
+/** Without graphics hardware the hands on the keys go first: they need the processor between two images. */
+const kSoftwareGap = 100; // ms
+
 export class View {
   readonly arms: ArmView[];
   readonly guides: Guides;
@@ -18,8 +21,11 @@ export class View {
   readonly controls: OrbitControls;
   readonly scene = new THREE.Scene();
   drawn = 0;
+  /** No graphics hardware: edges are left rough, so that more frames come. */
+  readonly software: boolean;
   private readonly renderer: THREE.WebGLRenderer;
   private dirty = true;
+  private next = 0;
   /** Of the robot's base frame: into the body, and the middle of the arms' bases. */
   private readonly into: THREE.Vector3;
   private readonly middle: THREE.Vector3;
@@ -31,8 +37,11 @@ export class View {
     robot: Robot,
   ) {
     // Kept, so that a screenshot of the page has the scene in it.
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true, powerPreference: "high-performance" });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.software = drawnInSoftware();
+    this.renderer = new THREE.WebGLRenderer({
+      antialias: !this.software, preserveDrawingBuffer: true, powerPreference: "high-performance",
+    });
+    this.renderer.setPixelRatio(this.software ? 1 : Math.min(window.devicePixelRatio, 2));
     const canvas = this.renderer.domElement;
     canvas.setAttribute("aria-hidden", "true");
     place.append(canvas);
@@ -64,10 +73,7 @@ export class View {
     this.camera.add(key); // the light comes with the viewer: no side of a tube is ever in the dark
     key.position.set(0.3, 0.6, 1);
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
-    const grid = new THREE.GridHelper(0.3, 30, "#2b3a4a", "#18222d");
-    grid.position.copy(this.middle);
-    grid.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), this.into);
-    this.scene.add(grid, this.guides.group, ...this.arms.map((arm) => arm.group));
+    this.scene.add(this.guides.group, this.ruler(), ...this.arms.map((arm) => arm.group));
     if (robot.port) {
       const { frame, radius } = robot.port;
       const port = new THREE.Mesh(
@@ -76,6 +82,19 @@ export class View {
       port.quaternion.fromArray(frame.orientation);
       this.scene.add(port);
     }
+  }
+
+  /** From the entry along the way in: a tick every 10 mm, a long one every 50 mm. */
+  private ruler(): THREE.LineSegments {
+    const points: THREE.Vector3[] = [];
+    const from = this.middle.clone().addScaledVector(this.up, -0.03);
+    const length = Math.ceil(this.reach / 0.05) * 0.05;
+    points.push(from, from.clone().addScaledVector(this.into, length));
+    for (let tick = 0; 0.01 * tick <= length + 1e-9; ++tick) {
+      const at = from.clone().addScaledVector(this.into, 0.01 * tick);
+      points.push(at, at.clone().addScaledVector(this.up, tick % 5 === 0 ? 0.006 : 0.0025));
+    }
+    return new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: "#4a5c6e" }));
   }
 
   /** Where the action is: the middle of the tips, or of where they can be. */
@@ -90,7 +109,9 @@ export class View {
     const centre = this.middle.clone().lerp(tips, 0.5);
     const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
     const extent = Math.max(0.08, tips.distanceTo(this.middle));
-    const far = (extent / 2 / Math.tan((20 * Math.PI) / 180)) * 1.35;
+    // What is long lies across the screen.
+    const half = Math.atan(Math.tan((0.5 * this.camera.fov * Math.PI) / 180) * Math.max(1, this.camera.aspect));
+    const far = ((0.5 * extent) / Math.tan(half)) * 1.6;
     const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
       this.controls.target.copy(target);
       this.camera.position.copy(target).addScaledVector(direction.normalize(), distance);
@@ -127,10 +148,11 @@ export class View {
     this.dirty = true;
   }
   /** @returns whether anything was drawn. */
-  draw(): boolean {
-    if (!this.dirty) return false;
+  draw(now: number): boolean {
+    if (!this.dirty || now < this.next) return false;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);
+    this.next = this.software ? now + kSoftwareGap : now;
     this.drawn += 1;
     return true;
   }
@@ -157,4 +179,12 @@ export class View {
     const facing = this.camera.getWorldDirection(new THREE.Vector3());
     return ray.ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(facing, through), new THREE.Vector3());
   }
+}
+
+function drawnInSoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
 }

@@ -62,7 +62,7 @@ export interface Trajectory {
 }
 
 export const isTranslation = (arm: Arm, joint: number): boolean => joint < arm.tubes.length;
-export const mayCommand = (robot: Robot): boolean => robot.role === "console-operator";
+export const mayCommand = (robot: Robot): boolean => robot.role === "operator";
 
 /** What each method reads besides what all of them do (docs/methods.md). */
 const kOwn: Readonly<Record<string, readonly string[]>> = {
