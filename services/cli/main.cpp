@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
        {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
         registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
         registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
-        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot}) {
+        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot,     registerConsole}) {
     part(app, exit_code);
   }
   try {

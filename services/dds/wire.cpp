@@ -28,6 +28,12 @@ void setHeader(std::int64_t stamp, const std::string& frame, ::std_msgs::msg::He
   header.frame_id(frame);
 }
 
+template <class M>
+void takeHeader(const ::std_msgs::msg::Header& header, M& message) {
+  message.stamp = timeOf(header.stamp());
+  message.frame = header.frame_id();
+}
+
 void setPose(const std::array<double, 3>& place, const std::array<double, 4>& turn, ::geometry_msgs::msg::Pose& pose) {
   auto& position = pose.position();
   auto& orientation = pose.orientation();
@@ -124,12 +130,6 @@ void takeMarker(const ::visualization_msgs::msg::Marker& from, Marker& to) {
   to.mesh_name = from.mesh_file().filename();
   to.mesh = from.mesh_file().data();
   to.mesh_materials = from.mesh_use_embedded_materials();
-}
-
-template <class M>
-void takeHeader(const ::std_msgs::msg::Header& header, M& message) {
-  message.stamp = timeOf(header.stamp());
-  message.frame = header.frame_id();
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ import roots
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
 # Of 100, as systemd-analyze rates what a unit could still do. The HAL has CAN, and may restart a controller.
-EXPOSURE = {"discovery": 18, "hal": 23, "sim": 18, "control": 18, "planning": 18, "recorder": 18}
+EXPOSURE = {"discovery": 18, "hal": 23, "sim": 18, "control": 18, "planning": 18, "recorder": 18, "console": 18}
 
 
 class Packages(unittest.TestCase):
@@ -52,7 +52,7 @@ class Packages(unittest.TestCase):
     def units(self):
         """Nothing that systemd would complain about, and nothing of the machine that the services do not need."""
         self.assertEqual(self.root.inside("tandem", "units", "laptop").split(),
-                         [f"tandem-{name}@laptop.service" for name in ("sim", "control", "planning", "recorder")])
+                         [f"tandem-{name}@laptop.service" for name in ("sim", "control", "planning", "recorder", "console")])
         names = [f"tandem-{name}@laptop.service" for name in EXPOSURE]
         output = self.root.inside("systemd-analyze", "verify", "--recursive-errors=yes", "tandem@laptop.target", *names)
         self.assertEqual(output, "")
