@@ -16,6 +16,8 @@ export class Hud implements Panel {
   private readonly relative = h("output.figure", { id: "relative" });
   private readonly curtain = h("div.curtain", { role: "alert", hidden: true, id: "curtain" });
   private readonly rate = h("output.rate", { id: "fps" });
+  /** Where the pointer takes hold of the driven tip. */
+  private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
   private readonly names: string[];
 
   constructor(
@@ -40,7 +42,7 @@ export class Hud implements Panel {
     this.element = h("div.hud", {},
       h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick, trail),
       h("div.figures", {}, this.near, this.relative),
-      this.legend(), this.rate, this.curtain);
+      this.legend(), this.rate, this.handle, this.curtain);
   }
 
   private legend(): HTMLElement {
@@ -79,6 +81,18 @@ export class Hud implements Panel {
     setClass(this.near, "stale", world.stale(world.clearance, now));
     setClass(this.relative, "stale", !live);
     this.updateRelative();
+    this.updateHandle();
+  }
+
+  private updateHandle(): void {
+    const { pilot } = this.c;
+    const tip = this.view.arms[pilot.choice.arm];
+    const shown = pilot.armed && tip?.hasTip === true;
+    setShown(this.handle, shown);
+    if (!shown) return;
+    const { x, y } = this.view.toScreen(tip.tip);
+    this.handle.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
+    setClass(this.handle, "held", pilot.gate.held);
   }
 
   private updateRelative(): void {

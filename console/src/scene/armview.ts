@@ -118,11 +118,12 @@ export class ArmView {
     this.trail.geometry.setDrawRange(0, 0);
   }
 
-  /** What is shown may no longer be so. */
-  setStale(stale: boolean): void {
-    if (this.material.transparent === stale) return;
+  /** What is shown may no longer be so. @returns whether that is news. */
+  setStale(stale: boolean): boolean {
+    if (this.material.transparent === stale) return false;
     this.material.transparent = stale;
     this.material.opacity = stale ? 0.3 : 1;
     this.material.needsUpdate = true;
+    return true;
   }
 }

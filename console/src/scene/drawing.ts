@@ -49,7 +49,7 @@ export class Drawing {
         changed = true;
         if (first && this.view.arms.every((other) => other.hasTip)) this.view.look("home");
       }
-      arm.setStale(world.stale(slots.shape, now));
+      changed = arm.setStale(world.stale(slots.shape, now)) || changed;
     });
     this.again = false;
     if (this.news(world.path)) {

@@ -105,6 +105,7 @@ export class Devices {
 
   private grab(event: PointerEvent): void {
     const place = this.view.place;
+    if (!(event.target instanceof HTMLCanvasElement)) return; // a button over the scene
     place.focus();
     const arm = this.view.arms[this.pilot.choice.arm];
     if (event.button !== 0 || !this.pilot.armed || !arm?.hasTip) return;

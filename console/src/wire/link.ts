@@ -21,6 +21,7 @@ export class Slot {
   constructor(
     readonly topic: string,
     private readonly listener: ((message: never) => void) | undefined,
+    private readonly broken: (why: string) => void,
   ) {}
 
   put(payload: DataView, now: number): void {
@@ -33,7 +34,14 @@ export class Slot {
     if (message !== null) this.listener!(message);
   }
   value<T>(): T | null {
-    if (this.decoded === undefined && this.frame && this.reader) this.decoded = this.reader.readMessage(this.frame);
+    if (this.decoded === undefined && this.frame && this.reader) {
+      try {
+        this.decoded = this.reader.readMessage(this.frame);
+      } catch (error) {
+        this.decoded = null; // one bad sample is no reason to stop showing the good ones
+        this.broken(`${this.topic}: a sample does not decode: ${String(error)}`);
+      }
+    }
     return (this.decoded as T | undefined) ?? null;
   }
   clear(): void {
@@ -58,6 +66,7 @@ export interface LinkEvents {
 const kRetryFirst = 250; // ms
 const kRetryMost = 2000;
 const kGiveUp = 4000; // ms to connect; a server that is stopped lets the handshake hang
+const kSilence = 5000; // ms: the server tells of itself every second, so this link is cut somewhere
 
 export class Link {
   state: LinkState = "connecting";
@@ -78,7 +87,7 @@ export class Link {
 
   /** Before open(). A listener sees every sample; without one only the latest is decoded. */
   subscribe<T>(topic: string, listener?: (message: T) => void): Slot {
-    const slot = new Slot(topic, listener as ((message: never) => void) | undefined);
+    const slot = new Slot(topic, listener as ((message: never) => void) | undefined, (why) => this.events.status(2, why));
     this.slots.set(topic, slot);
     return slot;
   }
@@ -94,7 +103,26 @@ export class Link {
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     let opened = false;
-    const hopeless = setTimeout(() => socket.close(), kGiveUp);
+    const closed = (reason: string): void => {
+      clearTimeout(hopeless);
+      clearInterval(watch);
+      if (this.socket !== socket) return;
+      this.socket = null;
+      this.bySubscription.clear();
+      for (const slot of this.slots.values()) slot.clear();
+      this.change("closed", reason);
+      setTimeout(() => this.open(), this.retry);
+      this.retry = Math.min(2 * this.retry, kRetryMost);
+    };
+    // Closing a socket whose other end is out of reach takes as long as the browser likes: nobody waits for that.
+    const abandon = (reason: string): void => {
+      closed(reason);
+      socket.close();
+    };
+    const hopeless = setTimeout(() => abandon("the server does not answer"), kGiveUp);
+    const watch = setInterval(() => {
+      if (opened && performance.now() - this.heardAt > kSilence) abandon(`nothing was heard for ${kSilence / 1000} s`);
+    }, 500);
     socket.onopen = () => {
       opened = true;
       clearTimeout(hopeless);
@@ -103,17 +131,10 @@ export class Link {
       this.heardAt = performance.now();
       this.change("open", "");
     };
-    socket.onmessage = (event) => this.heard(event.data as string | ArrayBuffer);
-    socket.onclose = (event) => {
-      clearTimeout(hopeless);
-      if (this.socket !== socket) return;
-      this.socket = null;
-      this.bySubscription.clear();
-      for (const slot of this.slots.values()) slot.clear();
-      this.change("closed", event.reason || (opened ? "the server has gone" : "the server does not answer"));
-      setTimeout(() => this.open(), this.retry);
-      this.retry = Math.min(2 * this.retry, kRetryMost);
+    socket.onmessage = (event) => {
+      if (this.socket === socket) this.heard(event.data as string | ArrayBuffer);
     };
+    socket.onclose = (event) => closed(event.reason || (opened ? "the server has gone" : "the server does not answer"));
   }
 
   /** @returns false where it could not be sent; nothing is kept for later. */
