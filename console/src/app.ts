@@ -24,6 +24,9 @@ import { Pilot } from "./teleop/pilot";
 import { Drawing } from "./scene/drawing";
 import { Link } from "./wire/link";
 
+/** ms between two looks of the panels: figures that change more often cannot be read. */
+const kShow = 50;
+
 export class App {
   private readonly c: Context;
   private readonly panels: Panel[];
@@ -33,6 +36,7 @@ export class App {
   private readonly hud: Hud;
   private readonly health: Health;
   private frames = 0;
+  private shownAt = 0;
   private measuredAt = performance.now();
 
   constructor(root: HTMLElement, robot: Robot, url: string) {
@@ -105,7 +109,10 @@ export class App {
     this.frames += 1;
     this.stop.update(now);
     this.drawing.update(now);
-    for (const panel of this.panels) panel.update(now);
+    if (now - this.shownAt >= kShow) {
+      this.shownAt = now;
+      for (const panel of this.panels) panel.update(now);
+    }
     this.view.draw(now);
     const seconds = (now - this.measuredAt) / 1000;
     if (seconds < 1) return;

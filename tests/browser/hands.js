@@ -40,7 +40,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     async "a held key moves the tip, letting go stops it"() {
       await hold("ArrowUp");
       await me().text("#teleop-state", /following/);
-      await shot("teleoperation");
+      await shot("console-teleoperation");
       const since = monotonic();
       await page().keyboard.up("ArrowUp");
       await cut("letting go", since, /ready|released/);

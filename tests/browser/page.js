@@ -92,7 +92,7 @@ const scenes = {
     assert.notStrictEqual(await bar(), bars, "the bars of the actuators stand still");
     await me.page.waitForFunction(() => [...document.querySelectorAll(".bar .free")].some((f) => f.style.width !== "100.00%" && f.style.width !== ""));
     await me.text("#errors", /error [\d.]+ \/ [\d.]+ mm/);
-    await shot("experiment");
+    await shot("console-experiment");
     await me.press("#run-pause");
     await me.text("#progress", /paused/);
     await robot.stands("a pause", monotonic());
@@ -117,7 +117,7 @@ const scenes = {
     await me.press("#apply");
     await me.said(/tip_gain = -1 refused: .*expected a finite number above zero/);
     await me.page.fill('[data-parameter="tip_gain"]', "3");
-    await shot("method");
+    await shot("console-method");
     await me.press('[data-method="nspqp"]');
     await robot.until("use nspqp", (s) => s.method === "nspqp");
   },
@@ -130,7 +130,7 @@ const scenes = {
     await me.page.mouse.down();
     await afterStop("stop button", since);
     await me.page.mouse.up();
-    await shot("stopped");
+    await shot("console-stopped");
   },
 
   async "Esc stops a run, wherever one types"() {
@@ -189,7 +189,7 @@ const scenes = {
     await me.state("#link", "lost");
     await me.text("#curtain", /No connection to the server/);
     assert.strictEqual(await me.page.getAttribute("#enable", "aria-disabled"), "true");
-    await shot("no-link");
+    await shot("console-no-link");
     await robot.until("fall into FAULT for want of a commander", (s) => s.arms.every((arm) => /lease_lost/.test(arm.faults)));
     console.log(`    the arms stood ${(await robot.stands("without a server", since)).toFixed(0)} ms after the server was killed`);
     await server.start();

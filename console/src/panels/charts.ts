@@ -8,6 +8,7 @@ import type { Context, Panel } from "./context";
 import { h } from "./dom";
 
 const kWindow = 30; // s
+const kRedraw = 200; // ms
 const kMost = 2048; // samples: a loop of 1 kHz is shown by the latest of each frame
 const kInk = "#8fa1b3";
 const kLines = ["#56b4e9", "#e69f00", "#1fb88d", "#cc79a7"];
@@ -115,7 +116,7 @@ export class Charts implements Panel {
   }
 
   update(now: number): void {
-    if (!this.dirty || now - this.drawnAt < 100) return; // ten times a second is as much as one can read
+    if (!this.dirty || now - this.drawnAt < kRedraw) return;
     this.drawnAt = now;
     this.dirty = false;
     this.plots.forEach((plot, i) => plot.setData(this.data[i] as uPlot.AlignedData));

@@ -26,6 +26,7 @@ export class View {
   private readonly renderer: THREE.WebGLRenderer;
   private dirty = true;
   private next = 0;
+  private fence: WebGLSync | null = null;
   /** Of the robot's base frame: into the body, and the middle of the arms' bases. */
   private readonly into: THREE.Vector3;
   private readonly middle: THREE.Vector3;
@@ -149,11 +150,24 @@ export class View {
   }
   /** @returns whether anything was drawn. */
   draw(now: number): boolean {
-    if (!this.dirty || now < this.next) return false;
+    if (!this.dirty || now < this.next || !this.lastIsDone()) return false;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
     this.next = this.software ? now + kSoftwareGap : now;
     this.drawn += 1;
+    return true;
+  }
+
+  /** Images that pile up in the graphics driver would hold up the page, and with it the hands on the keys. */
+  private lastIsDone(): boolean {
+    if (!this.fence) return true;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return false;
+    gl.deleteSync(this.fence);
+    this.fence = null;
     return true;
   }
 

@@ -66,7 +66,10 @@ export interface LinkEvents {
 const kRetryFirst = 250; // ms
 const kRetryMost = 2000;
 const kGiveUp = 4000; // ms to connect; a server that is stopped lets the handshake hang
-const kSilence = 5000; // ms: the server tells of itself every second, so this link is cut somewhere
+// The server tells of itself every second: a link that is silent for so many looks is cut somewhere. Looks are counted, and
+// not time, so that a page that hung itself does not blame the link.
+const kLook = 500; // ms
+const kSilentLooks = 10;
 
 export class Link {
   state: LinkState = "connecting";
@@ -120,9 +123,13 @@ export class Link {
       socket.close();
     };
     const hopeless = setTimeout(() => abandon("the server does not answer"), kGiveUp);
+    let silent = 0;
+    let before = -1;
     const watch = setInterval(() => {
-      if (opened && performance.now() - this.heardAt > kSilence) abandon(`nothing was heard for ${kSilence / 1000} s`);
-    }, 500);
+      silent = opened && this.heardAt === before ? silent + 1 : 0;
+      before = this.heardAt;
+      if (silent >= kSilentLooks) abandon(`nothing was heard for ${(kSilentLooks * kLook) / 1000} s`);
+    }, kLook);
     socket.onopen = () => {
       opened = true;
       clearTimeout(hopeless);
