@@ -40,9 +40,8 @@ std::vector<Host> readHosts(const Map& map) {
   }
   for (const Map& entry : map.maps("hosts")) {
     const Host host{entry.text("name"), entry.text("address")};
+    entry.expectNew("name", host.name, hosts, &Host::name);
     for (const Host& other : hosts) {
-      if (other.name == host.name)
-        entry.fail("name", "found '" + host.name + "' a second time, expected another name");
       if (other.address == host.address)
         entry.fail("address",
                    "found " + host.address + ", which is host '" + other.name + "', expected another address");
@@ -116,13 +115,9 @@ std::string readHostOf(const Map& entry, const std::vector<Host>& hosts) {
 std::vector<Process> readProcesses(const Map& map, const std::vector<Host>& hosts) {
   std::vector<Process> processes;
   for (const Map& entry : map.maps("processes")) {
+    entry.expectNew("name", entry.text("name"), processes, &Process::name);
     processes.push_back({entry.text("name"), entry.text("executable"), entry.texts("arguments"), entry.flag("service"),
                          readHostOf(entry, hosts), entry.flag("essential")});
-    for (std::size_t i = 0; i + 1 < processes.size(); ++i) {
-      if (processes[i].name == processes.back().name) {
-        entry.fail("name", "found '" + processes[i].name + "' a second time, expected another name");
-      }
-    }
   }
   return processes;
 }
@@ -138,6 +133,35 @@ BlackBox readBlackBox(const Map& map, const std::filesystem::path& file) {
   if (map.has("topics"))
     box.topics = map.texts("topics");
   return box;
+}
+
+/// The files are not looked at here: only the host that the console runs on needs them.
+Console readConsole(const Map& map, const std::filesystem::path& file) {
+  Console console;
+  console.address = map.text("address");
+  console.port = map.integer("port");
+  const auto path = [&](const char* key) {
+    return map.has(key) ? (std::filesystem::absolute(file).parent_path() / map.text(key)).lexically_normal()
+                        : std::filesystem::path();
+  };
+  console.certificate = path("certificate");
+  console.key = path("key");
+  console.operator_token = path("operator_token");
+  console.viewer_token = path("viewer_token");
+  if (map.has("origins"))
+    console.origins = map.texts("origins");
+  if (map.has("certificate") != map.has("key"))
+    map.fail(map.has("key") ? "key" : "certificate", "found one of certificate and key; expected both, or none");
+  if (!console.viewer_token.empty() && console.operator_token.empty())
+    map.fail("viewer_token", "found without operator_token, by which everybody commands; expected both");
+  if (console.loopback())
+    return console;
+  const std::string who = "found " + console.address + ", which other machines reach, ";
+  if (!console.tls())
+    map.fail("address", who + "without TLS; expected certificate and key");
+  if (console.operator_token.empty())
+    map.fail("address", who + "without tokens; expected operator_token");
+  return console;
 }
 
 void readTiming(const Map& map, Deployment& deployment) {
@@ -204,7 +228,9 @@ Deployment loadDeployment(const std::filesystem::path& file) {
     deployment.port->depth = port.number("depth");
   }
   readFeedback(map, deployment);
+  deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
   deployment.black_box = readBlackBox(map.map("black_box"), file);
+  deployment.console = readConsole(map.map("console"), file);
   deployment.hosts = readHosts(map);
   deployment.security = readSecurity(map, file);
   deployment.discovery = readDiscovery(map, deployment);

@@ -37,9 +37,7 @@ std::vector<Configuration> readConfigurations(const Map& map, const Robot& robot
   std::vector<Configuration> all;
   for (const Map& entry : map.maps("configurations")) {
     Configuration next = readConfiguration(entry, robot);
-    if (std::any_of(all.begin(), all.end(), [&](const Configuration& c) { return c.name == next.name; })) {
-      entry.fail("name", "found '" + next.name + "' a second time, expected another name");
-    }
+    entry.expectNew("name", next.name, all, &Configuration::name);
     all.push_back(std::move(next));
   }
   return all;

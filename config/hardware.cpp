@@ -44,12 +44,8 @@ std::vector<hal::BusConfig> readBuses(const Map& map) {
     bus.bit_rate = entry.number("bit_rate");
     bus.load_limit = entry.number("load_limit");
     bus.node_id = entry.integer("node_id");
-    for (const hal::BusConfig& other : buses) {
-      if (other.name == bus.name)
-        entry.fail("name", "found '" + bus.name + "' a second time, expected another name");
-      if (other.address == bus.address)
-        entry.fail("interface", "found '" + bus.address + "' a second time, expected another interface");
-    }
+    entry.expectNew("name", bus.name, buses, &hal::BusConfig::name);
+    entry.expectNew("interface", bus.address, buses, &hal::BusConfig::address);
     buses.push_back(bus);
   }
   return buses;

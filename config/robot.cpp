@@ -230,12 +230,10 @@ Robot loadRobot(const std::filesystem::path& file) {
   robot.name = map.text("name");
   robot.hardware = map.flag("hardware");
   for (const Map& arm : map.maps("arms")) {
+    arm.expectNew("name", arm.text("name"), robot.arms, &Arm::name);
+    if (arm.text("name") == "pair")
+      arm.fail("name", "found 'pair', which stands for two arms together in names of topics, expected another name");
     robot.arms.push_back(readArm(arm, robot.hardware));
-    for (std::size_t i = 0; i + 1 < robot.arms.size(); ++i) {
-      if (robot.arms[i].name == robot.arms.back().name) {
-        arm.fail("name", "found '" + robot.arms[i].name + "' a second time, expected another name");
-      }
-    }
   }
   robot.parameters = readParameters(map.map("control"));
   document.finish();

@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -75,6 +76,12 @@ class Map {
 
   /// @throw Error always, at the value of a key (or where it should be), or at an element of its list.
   [[noreturn]] void fail(const std::string& name, const std::string& message, int element = -1) const;
+  /// @throw Error at the value of a key where one of the entries read before this one has the same, as its `member`.
+  template <class Entries, class Member>
+  void expectNew(const std::string& name, const std::string& value, const Entries& before, Member member) const {
+    if (std::ranges::find(before, value, member) != std::ranges::end(before))
+      fail(name, "found '" + value + "' a second time, expected another " + name);
+  }
   /// Adds a warning at the value of a key.
   void warn(const std::string& name, const std::string& message) const;
   /// The key as it is written, or as it should be: "outer_diameter_mm".

@@ -14,6 +14,9 @@
 #include "safety/dimensions.h"
 #include "services/dds/clock_messages.h"
 #include "services/dds/computation_messages.h"
+#include "services/dds/standard_messages.h"
+#include "services/dds/teleop_messages.h"
+#include "services/dds/view_messages.h"
 
 namespace tandem::dds {
 
@@ -189,6 +192,7 @@ struct ControlStatus {
   std::array<std::uint8_t, 8> limit_arm{};
   std::array<std::uint8_t, 8> limit_tube{};  ///< counts from 1
   std::array<double, 8> limit_bound{};       ///< on the velocity, m/s, rad/s
+  std::uint8_t source = 0;                   ///< dds::Source: who moves the robot
 };
 
 /// How the limits in ControlStatus hold the tasks back. ControlStatus::limited
@@ -306,56 +310,6 @@ struct Shape {
   std::vector<float> points;        ///< x y z per point, m, robot base frame
   std::vector<std::uint8_t> tubes;  ///< per point: outermost tube there, counts from 1
   std::vector<float> outer_radius;  ///< per point, m
-};
-
-/// Standard ROS messages, as far as Tandem uses them.
-struct Stamp {
-  std::int64_t nanoseconds = 0;
-};
-/// sensor_msgs/JointState
-struct JointState {
-  std::int64_t stamp = 0;
-  std::string frame;
-  std::vector<std::string> name;
-  std::vector<double> position, velocity, effort;
-};
-/// geometry_msgs/PoseStamped
-struct PoseStamped {
-  std::int64_t stamp = 0;
-  std::string frame;
-  std::array<double, 3> position{};
-  std::array<double, 4> orientation{0, 0, 0, 1};
-};
-/// nav_msgs/Path (frame and positions)
-struct Path {
-  std::int64_t stamp = 0;
-  std::string frame;
-  std::vector<PoseStamped> poses;
-};
-/// crtk_msgs/OperatingState
-struct OperatingState {
-  std::int64_t stamp = 0;
-  std::string frame;
-  std::string state;
-  bool is_homed = false;
-  bool is_busy = false;
-};
-/// crtk_msgs/StringStamped
-struct StringStamped {
-  std::int64_t stamp = 0;
-  std::string frame;
-  std::string text;
-};
-/// diagnostic_msgs/DiagnosticArray
-struct DiagnosticStatus {
-  std::uint8_t level = 0;  ///< 0 ok, 1 warn, 2 error, 3 stale
-  std::string name, message, hardware_id;
-  std::vector<std::pair<std::string, std::string>> values;
-};
-struct DiagnosticArray {
-  std::int64_t stamp = 0;
-  std::string frame;
-  std::vector<DiagnosticStatus> status;
 };
 
 enum class ReplyCode : std::uint16_t {

@@ -21,7 +21,7 @@ struct Publisher {
   unsigned roles;
 };
 
-constexpr unsigned kServices = bits(kPlanning, kControl, kHal, kTracker, kRecorder);
+constexpr unsigned kServices = bits(kPlanning, kControl, kHal, kTracker, kRecorder, kConsole);
 constexpr unsigned kEveryone = kServices | bits(kConsoleOperator, kConsoleViewer);
 constexpr std::string_view kClients = "clients";
 
@@ -29,8 +29,9 @@ constexpr std::array kPublishers{
     Publisher{"planning", bits(kPlanning)}, Publisher{"control", bits(kControl)},
     Publisher{"hal", bits(kHal)},           Publisher{"sim", bits(kHal)},
     Publisher{"hal or sim", bits(kHal)},    Publisher{"a tip tracker or sim", bits(kTracker, kHal)},
-    Publisher{"recorder", bits(kRecorder)}, Publisher{kClients, bits(kConsoleOperator)},
+    Publisher{"recorder", bits(kRecorder)}, Publisher{kClients, bits(kConsoleOperator, kConsole)},
     Publisher{"every service", kServices},  Publisher{"everyone", kEveryone},
+    Publisher{"console", bits(kConsole)},
 };
 
 /// The roles that these words stand for; 0 where they stand for none.
@@ -65,6 +66,8 @@ const char* name(Role role) {
       return "console-viewer";
     case kRecorder:
       return "recorder";
+    case kConsole:
+      return "console";
   }
   return "unknown";
 }
@@ -85,6 +88,8 @@ const char* describe(Role role) {
       return "clients that only look";
     case kRecorder:
       return "the recorder";
+    case kConsole:
+      return "tandem-console";
   }
   return "unknown";
 }
@@ -102,9 +107,9 @@ bool mayPublish(Role role, const TopicInfo& topic) { return (rolesOf(topic.publi
 bool maySubscribe(Role role, const TopicInfo& topic) {
   unsigned readers = kEveryone;
   if (topic.profile == Profile::kCommand)
-    readers = bits(kHal, kRecorder);
+    readers = bits(kHal, kRecorder, kConsole);
   if (topic.publisher == kClients)
-    readers = bits(kPlanning, kControl, kHal, kRecorder);
+    readers = bits(kPlanning, kControl, kHal, kRecorder, kConsole);
   return (readers & bit(role)) != 0;
 }
 

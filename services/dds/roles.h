@@ -25,12 +25,13 @@ enum class Role {
   kConsoleOperator,  ///< clients that command
   kConsoleViewer,    ///< clients that look
   kRecorder,
+  kConsole,  ///< tandem-console: asks in the names of those who have shown it a token, shows them everything
 };
 
-inline constexpr std::array kRoles{Role::kPlanning,        Role::kControl,       Role::kHal,     Role::kTracker,
-                                   Role::kConsoleOperator, Role::kConsoleViewer, Role::kRecorder};
+inline constexpr std::array kRoles{Role::kPlanning,        Role::kControl,       Role::kHal,      Role::kTracker,
+                                   Role::kConsoleOperator, Role::kConsoleViewer, Role::kRecorder, Role::kConsole};
 
-/// "planning", "control", "hal", "tracker", "console-operator", "console-viewer", "recorder".
+/// "planning", "control", "hal", "tracker", "console-operator", "console-viewer", "recorder", "console".
 const char* name(Role role);
 std::optional<Role> roleFromName(std::string_view name);
 /// For people, e.g. "tandem-hal or tandem-sim".
@@ -41,7 +42,7 @@ const char* describe(Role role);
 bool mayPublish(Role role, const TopicInfo& topic);
 
 /// Whether a role may read a topic: requests are for those who answer them, commands for who obeys them, the rest is
-/// for all. A recorder reads everything.
+/// for all. A recorder and tandem-console read everything.
 bool maySubscribe(Role role, const TopicInfo& topic);
 
 /** Names in DDS of the topics that a role may write and read; `*` stands for the name of any arm. */

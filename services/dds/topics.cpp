@@ -46,8 +46,15 @@ std::vector<TopicInfo> allTopics(const std::vector<std::string>& arm_names) {
     for (const std::string& arm : arm_names) {
       add(arm);
     }
+    if (topic.pair && arm_names.size() >= 2) {
+      add(kPair);
+    }
   });
   return topics;
+}
+
+std::string rosTopicName(const std::string& prefix, const std::string& name) {
+  return name.starts_with('/') ? name : "/" + prefix + "/" + name;
 }
 
 std::string ddsTopicName(const std::string& prefix, const std::string& name, const std::string& arm) {
@@ -63,7 +70,7 @@ std::string ddsTopicName(const std::string& prefix, const std::string& name, con
   if (!arm.empty() && !isWord(arm)) {
     throw std::invalid_argument("arm name '" + arm + "': expected letters, digits and underscores, e.g. arm_a");
   }
-  return "rt/" + prefix + "/" + (arm.empty() ? "" : arm + "/") + name;
+  return "rt" + rosTopicName(prefix, arm.empty() ? name : arm + "/" + name);
 }
 
 std::string ddsTypeName(const std::string& type) {

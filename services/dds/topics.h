@@ -2,7 +2,8 @@
 /** @file The table of all topics: name, type, quality of service, who publishes.
  *
  * On the wire a topic is called rt/PREFIX/NAME, or rt/PREFIX/ARM/NAME for topics of one arm, and its type
- * PACKAGE::msg::dds_::TYPE_, as ROS 2 has it. docs/topics.md shows the same table to users.
+ * PACKAGE::msg::dds_::TYPE_, as ROS 2 has it. A name that begins with a slash stands for itself, outside the prefix.
+ * docs/topics.md shows the same table to users.
  */
 #pragma once
 
@@ -26,13 +27,17 @@ enum class Profile {
 template <class M>
 struct Topic {
   using Message = M;
-  const char* name;         ///< below the prefix, or below the arm's name
+  const char* name;         ///< below the prefix, or below the arm's name; absolute with a slash in front
   const char* type;         ///< as ROS 2 writes it, e.g. "sensor_msgs/msg/JointState"
   Profile profile;          ///< quality of service
   bool per_arm;             ///< one of it per arm
   const char* publisher;    ///< who publishes
   const char* description;  ///< for people
+  bool pair = false;        ///< of a topic per arm: one more of it for the pair of arms, named kPair
 };
+
+/// What stands in place of an arm's name for the first two arms together.
+inline constexpr const char* kPair = "pair";
 
 inline constexpr Topic<ActuationState> kActuationState{
     "actuation/state",  "tandem_msgs/msg/ActuationState",
@@ -111,6 +116,11 @@ inline constexpr Topic<DiagnosticArray> kDiagnostics{
     "diagnostics",      "diagnostic_msgs/msg/DiagnosticArray",
     Profile::kReliable, false,
     "every service",    "state of every service, for people and ROS 2 tools"};
+inline constexpr Topic<Log> kLog{"/rosout", "rcl_interfaces/msg/Log", Profile::kReliable,
+                                 false,     "every service",          "what services log, for people and ROS 2 tools"};
+inline constexpr Topic<MarkerArray> kMarkers{"markers",          "visualization_msgs/msg/MarkerArray",
+                                             Profile::kReliable, false,
+                                             "console",          "the arms as lines and spheres, while somebody looks"};
 
 inline constexpr Topic<ClockRequest> kClockRequest{
     "clock/request", "tandem_msgs/msg/ClockRequest", Profile::kReliable, false, "everyone", "what time is it there?"};
@@ -118,38 +128,143 @@ inline constexpr Topic<ClockReply> kClockReply{"clock/reply",      "tandem_msgs/
                                                Profile::kReliable, false,
                                                "every service",    "wall clock of a service's host"};
 
-inline constexpr Topic<JointState> kMeasuredJs{"measured_js", "sensor_msgs/msg/JointState", Profile::kReliable, true,
-                                               "control",     "CRTK: measured joints"};
-inline constexpr Topic<PoseStamped> kMeasuredCp{"measured_cp",      "geometry_msgs/msg/PoseStamped",
-                                                Profile::kReliable, true,
-                                                "control",          "CRTK: tip pose of the measured joints"};
-inline constexpr Topic<JointState> kSetpointJs{"setpoint_js", "sensor_msgs/msg/JointState",   Profile::kReliable, true,
-                                               "control",     "CRTK: joint setpoint in force"};
-inline constexpr Topic<PoseStamped> kSetpointCp{"setpoint_cp",      "geometry_msgs/msg/PoseStamped",
-                                                Profile::kReliable, true,
-                                                "control",          "CRTK: tip pose of the joint setpoint"};
-inline constexpr Topic<PoseStamped> kGoalCp{"goal_cp", "geometry_msgs/msg/PoseStamped",  Profile::kReliable, true,
-                                            "control", "CRTK: tip pose that is aimed at"};
-inline constexpr Topic<OperatingState> kOperatingState{
-    "operating_state", "crtk_msgs/msg/OperatingState",
-    Profile::kLatched, true,
-    "control",         "CRTK: DISABLED, ENABLED, PAUSED or FAULT; homed, busy"};
+inline constexpr Topic<TeleopInput> kTeleopInput{"teleop/input",     "tandem_msgs/msg/TeleopInput",
+                                                 Profile::kPeriodic, false,
+                                                 "clients",          "what an operator's device says"};
+inline constexpr Topic<TeleopStatus> kTeleopStatus{
+    "teleop/status",    "tandem_msgs/msg/TeleopStatus",
+    Profile::kReliable, false,
+    "control",          "what becomes of it, stage by stage; who drives, what limits it"};
+inline constexpr Topic<CrtkStatus> kCrtkStatus{"crtk/status",      "tandem_msgs/msg/CrtkStatus",
+                                               Profile::kReliable, false,
+                                               "control",          "CRTK commands taken and refused, with the reasons"};
+
+/** A topic that CRTK names: one for each arm and, as relative position of the two tips or joints of both, for the pair.
+ */
+template <class M>
+constexpr Topic<M> crtk(const char* name, const char* type, const char* publisher, const char* description) {
+  return {name, type, Profile::kReliable, true, publisher, description, true};
+}
+inline constexpr const char* kJointStateType = "sensor_msgs/msg/JointState";
+inline constexpr const char* kPoseType = "geometry_msgs/msg/PoseStamped";
+inline constexpr const char* kTwistType = "geometry_msgs/msg/TwistStamped";
+
+inline constexpr auto kMeasuredJs =
+    crtk<JointState>("measured_js", kJointStateType, "control", "CRTK: measured joints");
+inline constexpr auto kMeasuredCp =
+    crtk<PoseStamped>("measured_cp", kPoseType, "control", "CRTK: tip pose of the measured joints");
+inline constexpr auto kMeasuredCv =
+    crtk<TwistStamped>("measured_cv", kTwistType, "control", "CRTK: tip velocity of the measured joints");
+inline constexpr auto kSetpointJs =
+    crtk<JointState>("setpoint_js", kJointStateType, "control", "CRTK: joint setpoint in force");
+inline constexpr auto kSetpointCp =
+    crtk<PoseStamped>("setpoint_cp", kPoseType, "control", "CRTK: tip pose of the joint setpoint");
+inline constexpr auto kSetpointCv = crtk<TwistStamped>("setpoint_cv",
+                                                       kTwistType,
+                                                       "control",
+                                                       "CRTK: tip velocity of the joint velocity that is commanded");
+inline constexpr auto kGoalJs =
+    crtk<JointState>("goal_js", kJointStateType, "control", "CRTK: joints that a motion leads to");
+inline constexpr auto kGoalCp = crtk<PoseStamped>("goal_cp", kPoseType, "control", "CRTK: tip pose that is aimed at");
+inline constexpr auto kGoalCv =
+    crtk<TwistStamped>("goal_cv", kTwistType, "control", "CRTK: tip velocity that interpolate_cv asks for");
+inline constexpr Topic<OperatingState> kOperatingState{"operating_state",
+                                                       "crtk_msgs/msg/OperatingState",
+                                                       Profile::kLatched,
+                                                       true,
+                                                       "control",
+                                                       "CRTK: DISABLED, ENABLED, PAUSED or FAULT; homed, busy",
+                                                       true};
 inline constexpr Topic<Shape> kShape{"shape",   "tandem_msgs/msg/Shape", Profile::kReliable, true,
                                      "control", "backbone, for drawing"};
-inline constexpr Topic<StringStamped> kStateCommand{
-    "state_command",    "crtk_msgs/msg/StringStamped",
-    Profile::kReliable, true,
-    "clients",          "CRTK: enable, disable, pause, resume, home, unhome"};
+
+inline constexpr auto kServoJp =
+    crtk<JointState>("servo_jp", kJointStateType, "clients", "CRTK: joint positions, streamed, followed as it comes");
+inline constexpr auto kServoJr =
+    crtk<JointState>("servo_jr",
+                     kJointStateType,
+                     "clients",
+                     "CRTK: joint positions, relative to where they are, streamed, followed as it comes");
+inline constexpr auto kServoJv =
+    crtk<JointState>("servo_jv", kJointStateType, "clients", "CRTK: joint velocities, streamed, followed as it comes");
+inline constexpr auto kServoCp =
+    crtk<PoseStamped>("servo_cp", kPoseType, "clients", "CRTK: tip position, streamed, followed as it comes");
+inline constexpr auto kServoCr =
+    crtk<PoseStamped>("servo_cr",
+                      kPoseType,
+                      "clients",
+                      "CRTK: tip position, relative to where it is, streamed, followed as it comes");
+inline constexpr auto kServoCv =
+    crtk<TwistStamped>("servo_cv", kTwistType, "clients", "CRTK: tip velocity, streamed, followed as it comes");
+inline constexpr auto kInterpolateJp =
+    crtk<JointState>("interpolate_jp", kJointStateType, "clients", "CRTK: joint positions, streamed, smoothed");
+inline constexpr auto kInterpolateJr =
+    crtk<JointState>("interpolate_jr",
+                     kJointStateType,
+                     "clients",
+                     "CRTK: joint positions, relative to where they are, streamed, smoothed");
+inline constexpr auto kInterpolateJv =
+    crtk<JointState>("interpolate_jv", kJointStateType, "clients", "CRTK: joint velocities, streamed, smoothed");
+inline constexpr auto kInterpolateCp =
+    crtk<PoseStamped>("interpolate_cp", kPoseType, "clients", "CRTK: tip position, streamed, smoothed");
+inline constexpr auto kInterpolateCr =
+    crtk<PoseStamped>("interpolate_cr",
+                      kPoseType,
+                      "clients",
+                      "CRTK: tip position, relative to where it is, streamed, smoothed");
+inline constexpr auto kInterpolateCv =
+    crtk<TwistStamped>("interpolate_cv", kTwistType, "clients", "CRTK: tip velocity, streamed, smoothed");
+inline constexpr auto kMoveJp =
+    crtk<JointState>("move_jp", kJointStateType, "clients", "CRTK: joint positions, one goal, busy until there");
+inline constexpr auto kMoveJr =
+    crtk<JointState>("move_jr",
+                     kJointStateType,
+                     "clients",
+                     "CRTK: joint positions, relative to where they are, one goal, busy until there");
+inline constexpr auto kMoveCp =
+    crtk<PoseStamped>("move_cp", kPoseType, "clients", "CRTK: tip position, one goal, busy until there");
+inline constexpr auto kMoveCr =
+    crtk<PoseStamped>("move_cr",
+                      kPoseType,
+                      "clients",
+                      "CRTK: tip position, relative to where it is, one goal, busy until there");
+inline constexpr auto kHold = crtk<Empty>("hold", "std_msgs/msg/Empty", "clients", "CRTK: end motions, stay");
+inline constexpr auto kStateCommand = crtk<StringStamped>("state_command",
+                                                          "crtk_msgs/msg/StringStamped",
+                                                          "clients",
+                                                          "CRTK: enable, disable, pause, resume, home, unhome");
 
 /// Every topic, once.
-inline constexpr auto kTopics =
-    std::tuple{kActuationState, kActuationCommand, kActuationLimits,  kPlanningReference, kPlanningRequest,
-               kPlanningReply,  kPlanningCompute,  kPlanningProgress, kPlanningResult,    kPlanningPath,
-               kControlStatus,  kControlClearance, kControlRequest,   kControlReply,      kSensingTips,
-               kSimTips,        kSimRequest,       kSimReply,         kHalRequest,        kHalReply,
-               kStop,           kHalStatus,        kDiagnostics,      kMeasuredJs,        kMeasuredCp,
-               kSetpointJs,     kSetpointCp,       kGoalCp,           kOperatingState,    kShape,
-               kStateCommand,   kClockRequest,     kClockReply};
+inline constexpr auto kTopics = std::tuple{kActuationState,  kActuationCommand,
+                                           kActuationLimits, kPlanningReference,
+                                           kPlanningRequest, kPlanningReply,
+                                           kPlanningCompute, kPlanningProgress,
+                                           kPlanningResult,  kPlanningPath,
+                                           kControlStatus,   kControlClearance,
+                                           kControlRequest,  kControlReply,
+                                           kTeleopInput,     kTeleopStatus,
+                                           kCrtkStatus,      kSensingTips,
+                                           kSimTips,         kSimRequest,
+                                           kSimReply,        kHalRequest,
+                                           kHalReply,        kStop,
+                                           kHalStatus,       kDiagnostics,
+                                           kClockRequest,    kClockReply,
+                                           kMeasuredJs,      kMeasuredCp,
+                                           kMeasuredCv,      kSetpointJs,
+                                           kSetpointCp,      kSetpointCv,
+                                           kGoalJs,          kGoalCp,
+                                           kGoalCv,          kOperatingState,
+                                           kShape,           kServoJp,
+                                           kServoJr,         kServoJv,
+                                           kServoCp,         kServoCr,
+                                           kServoCv,         kInterpolateJp,
+                                           kInterpolateJr,   kInterpolateJv,
+                                           kInterpolateCp,   kInterpolateCr,
+                                           kInterpolateCv,   kMoveJp,
+                                           kMoveJr,          kMoveCp,
+                                           kMoveCr,          kHold,
+                                           kStateCommand,    kLog,
+                                           kMarkers};
 
 /// Calls f(topic) with every Topic<M> of the table.
 template <class F>
@@ -162,18 +277,22 @@ struct TopicInfo {
   std::string name;         ///< below the prefix, with the arm's name where there is one: "arm_a/measured_js"
   std::string type;         ///< "sensor_msgs/msg/JointState"
   Profile profile;          ///< quality of service
-  std::string arm;          ///< empty for topics of the whole robot
+  std::string arm;          ///< or kPair; empty for topics of the whole robot
   std::string publisher;    ///< who publishes
   std::string description;  ///< for people
 };
 
-/// All topics of a robot with these arms, in the order of the table.
+/// All topics of a robot with these arms, in the order of the table; those of the pair where there are two arms or
+/// more.
 std::vector<TopicInfo> allTopics(const std::vector<std::string>& arm_names);
 
 /// "periodic", "command", "reliable" or "latched".
 const char* name(Profile profile);
 
-/** Name of a topic in DDS: "rt/PREFIX/NAME", or "rt/PREFIX/ARM/NAME" with an arm.
+/// Name of a topic in ROS 2 and in files: "/PREFIX/NAME", or the name itself where it begins with a slash.
+std::string rosTopicName(const std::string& prefix, const std::string& name);
+
+/** Name of a topic in DDS: "rt/PREFIX/NAME", or "rt/PREFIX/ARM/NAME" with an arm; "rt" in front of an absolute name.
  * @throw std::invalid_argument where prefix or arm are not made of letters, digits and underscores (the prefix may have
  * slashes between them). */
 std::string ddsTopicName(const std::string& prefix, const std::string& name, const std::string& arm = "");

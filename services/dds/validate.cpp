@@ -151,6 +151,28 @@ const char* malformed(const ClockRequest&) { return nullptr; }
 
 const char* malformed(const ClockReply& message) { return badTexts({&message.process, &message.host}); }
 
+const char* malformed(const TeleopInput& message) {
+  return message.arm >= safety::kMaxArms || message.other_arm >= safety::kMaxArms ? "arm above 7" : nullptr;
+}
+
+const char* malformed(const TeleopStatus& message) {
+  if (message.stages.size() > kMaxList)
+    return "too many stages";
+  const char* problem = badTexts({&message.reason, &message.refusal, &message.limited_by});
+  for (const TeleopStage& stage : message.stages)
+    problem = either(problem, badTexts({&stage.name, &stage.limited_by}));
+  return problem;
+}
+
+const char* malformed(const CrtkStatus& message) {
+  if (message.commands.size() > kMaxList)
+    return "too many commands";
+  const char* problem = badTexts({&message.stamps});
+  for (const CrtkCommand& command : message.commands)
+    problem = either(problem, badTexts({&command.name, &command.refusal}));
+  return problem;
+}
+
 const char* malformed(const Shape& message) {
   const std::size_t count = message.tubes.size();
   if (count > kMaxList / 3) {
@@ -177,6 +199,10 @@ const char* malformed(const JointState& message) {
 }
 
 const char* malformed(const PoseStamped& message) { return badTexts({&message.frame}); }
+
+const char* malformed(const TwistStamped& message) { return badTexts({&message.frame}); }
+
+const char* malformed(const Empty&) { return nullptr; }
 
 const char* malformed(const Path& message) {
   if (message.poses.size() > kMaxList) {
@@ -211,6 +237,29 @@ const char* malformed(const DiagnosticArray& message) {
     }
   }
   return badTexts({&message.frame});
+}
+
+const char* malformed(const Log& message) {
+  return badTexts({&message.name, &message.text, &message.file, &message.function});
+}
+
+const char* malformed(const MarkerArray& message) {
+  if (message.markers.size() > kMaxList)
+    return "too many markers";
+  for (const Marker& marker : message.markers) {
+    if (marker.points.size() > kMaxList)
+      return "too many points";
+    if (!marker.colors.empty() && marker.colors.size() != marker.points.size())
+      return "points and colors of different lengths";
+    if (marker.texture_coordinates.size() > kMaxList ||
+        std::max(marker.texture.size(), marker.mesh.size()) > kMaxPayload)
+      return "texture or mesh too long";
+    if (const char* problem =
+            badTexts({&marker.frame, &marker.group, &marker.texture_resource, &marker.texture_frame,
+                      &marker.texture_format, &marker.text, &marker.mesh_resource, &marker.mesh_name}))
+      return problem;
+  }
+  return nullptr;
 }
 
 }  // namespace tandem::dds

@@ -37,12 +37,19 @@ const char* malformed(const HalStatus& message);
 const char* malformed(const HalRequest& message);
 const char* malformed(const ClockRequest& message);
 const char* malformed(const ClockReply& message);
+const char* malformed(const TeleopInput& message);
+const char* malformed(const TeleopStatus& message);
+const char* malformed(const CrtkStatus& message);
 const char* malformed(const Shape& message);
 const char* malformed(const JointState& message);
 const char* malformed(const PoseStamped& message);
+const char* malformed(const TwistStamped& message);
+const char* malformed(const Empty& message);
 const char* malformed(const Path& message);
 const char* malformed(const OperatingState& message);
 const char* malformed(const StringStamped& message);
 const char* malformed(const DiagnosticArray& message);
+const char* malformed(const Log& message);
+const char* malformed(const MarkerArray& message);
 
 }  // namespace tandem::dds

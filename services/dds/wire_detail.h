@@ -12,10 +12,14 @@
 #include "diagnostic_msgsPubSubTypes.h"
 #include "geometry_msgsPubSubTypes.h"
 #include "nav_msgsPubSubTypes.h"
+#include "rcl_interfacesPubSubTypes.h"
 #include "sensor_msgsPubSubTypes.h"
 #include "services/dds/messages.h"
+#include "std_msgsPubSubTypes.h"
 #include "tandem_msgsPubSubTypes.h"
 #include "tandem_msgs_planningPubSubTypes.h"
+#include "tandem_msgs_teleopPubSubTypes.h"
+#include "visualization_msgsPubSubTypes.h"
 
 namespace tandem::dds {
 
@@ -58,13 +62,22 @@ TANDEM_WIRE(HalStatus, tandem_msgs)
 TANDEM_WIRE(HalRequest, tandem_msgs)
 TANDEM_WIRE(ClockRequest, tandem_msgs)
 TANDEM_WIRE(ClockReply, tandem_msgs)
+TANDEM_WIRE(TeleopInput, tandem_msgs)
+TANDEM_WIRE(TeleopStage, tandem_msgs)
+TANDEM_WIRE(TeleopStatus, tandem_msgs)
+TANDEM_WIRE(CrtkCommand, tandem_msgs)
+TANDEM_WIRE(CrtkStatus, tandem_msgs)
 TANDEM_WIRE(Shape, tandem_msgs)
 TANDEM_WIRE(JointState, sensor_msgs)
 TANDEM_WIRE(PoseStamped, geometry_msgs)
+TANDEM_WIRE(TwistStamped, geometry_msgs)
+TANDEM_WIRE(Empty, std_msgs)
 TANDEM_WIRE(Path, nav_msgs)
 TANDEM_WIRE(OperatingState, crtk_msgs)
 TANDEM_WIRE(StringStamped, crtk_msgs)
 TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
+TANDEM_WIRE(Log, rcl_interfaces)
+TANDEM_WIRE(MarkerArray, visualization_msgs)
 #undef TANDEM_WIRE
 
 /// Calls DO(M) for every message that has a topic.
@@ -73,7 +86,8 @@ TANDEM_WIRE(DiagnosticArray, diagnostic_msgs)
   DO(TipPoses) DO(Reply) DO(ControlStatus) DO(ControlRequest) DO(Stop) DO(SimRequest) DO(HalStatus)      \
   DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
   DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult) DO(Clearances) \
-  DO(ClockRequest) DO(ClockReply)
+  DO(ClockRequest) DO(ClockReply) DO(TeleopInput) DO(TeleopStatus) DO(CrtkStatus) DO(TwistStamped) DO(Empty) \
+  DO(Log) DO(MarkerArray)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
@@ -118,7 +132,7 @@ TANDEM_MEMBERS(ControlStatus, F(session) F(sequence) F(answers_state) F(answers_
                F(task_count) F(task_error) F(task_scale) F(task_residual) F(iterations) F(kkt_residual) F(solve_time)
                F(cycle_time) F(period) F(jitter_max) F(cycle_time_max) F(cycles) F(overruns) F(active_limits)
                F(model) F(feedback) F(hold) F(tip_age) F(snaps) F(limited) F(limit_count) F(limit_kind) F(limit_arm)
-               F(limit_tube) F(limit_bound))
+               F(limit_tube) F(limit_bound) F(source))
 TANDEM_MEMBERS(BodyClearance, F(arm) F(other_arm) F(distance) F(place) F(other_place) F(s) F(other_s) F(by_joints)
                F(by_other_joints))
 TANDEM_MEMBERS(Clearances, F(session) F(sequence) F(answers_state) F(stamp) F(bodies))
@@ -135,6 +149,17 @@ TANDEM_MEMBERS(HalStatus, F(session) F(sequence) F(stamp) F(arm_count) F(operati
 TANDEM_MEMBERS(HalRequest, F(client) F(request) F(kind) F(arm))
 TANDEM_MEMBERS(ClockRequest, F(client) F(request))
 TANDEM_MEMBERS(ClockReply, F(client) F(request) F(process) F(host) F(received) F(sent))
+TANDEM_MEMBERS(TeleopInput, F(client) F(sequence) F(control_session) F(answers_control) F(stamp) F(device)
+               F(operator_present) F(clutch) F(mode) F(arm) F(other_arm) F(kind) F(frame) F(view) F(linear) F(angular)
+               F(position) F(orientation) F(scale) F(buttons))
+TANDEM_MEMBERS(TeleopStage, F(name) F(active) F(limited_by) F(input) F(output))
+TANDEM_MEMBERS(TeleopStatus, F(session) F(sequence) F(answers_state) F(stamp) F(state) F(reason) F(client)
+               F(answers_input) F(device) F(operator_present) F(clutch) F(mode) F(arm) F(other_arm) F(frame) F(scale)
+               F(input_age) F(latency) F(input_rate) F(tip_latency) F(accepted) F(refused) F(late) F(refused_client)
+               F(refusal) F(stages) F(wanted) F(target) F(position) F(tip_target) F(clamped) F(limited_by))
+TANDEM_MEMBERS(CrtkCommand, F(name) F(active) F(accepted) F(refused) F(refusal))
+TANDEM_MEMBERS(CrtkStatus, F(session) F(sequence) F(stamp) F(commanding) F(stamps) F(commands))
+TANDEM_MEMBERS(Empty, F(structure_needs_at_least_one_member))
 TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))
 #undef TANDEM_MEMBERS
 #undef F
@@ -206,12 +231,18 @@ void fromWire(typename Wire<M>::Generated& wire, M& message) {
 // ROS messages: a stamp is sec and nanosec there, a pose a tree of structs.
 void toWire(const JointState& message, ::sensor_msgs::msg::JointState& wire);
 void toWire(const PoseStamped& message, ::geometry_msgs::msg::PoseStamped& wire);
+void toWire(const TwistStamped& message, ::geometry_msgs::msg::TwistStamped& wire);
 void toWire(const Path& message, ::nav_msgs::msg::Path& wire);
 void toWire(const OperatingState& message, ::crtk_msgs::msg::OperatingState& wire);
 void toWire(const StringStamped& message, ::crtk_msgs::msg::StringStamped& wire);
 void toWire(const DiagnosticArray& message, ::diagnostic_msgs::msg::DiagnosticArray& wire);
+void toWire(const Log& message, ::rcl_interfaces::msg::Log& wire);
+void toWire(const MarkerArray& message, ::visualization_msgs::msg::MarkerArray& wire);
+void fromWire(::rcl_interfaces::msg::Log& wire, Log& message);
+void fromWire(::visualization_msgs::msg::MarkerArray& wire, MarkerArray& message);
 void fromWire(::sensor_msgs::msg::JointState& wire, JointState& message);
 void fromWire(::geometry_msgs::msg::PoseStamped& wire, PoseStamped& message);
+void fromWire(::geometry_msgs::msg::TwistStamped& wire, TwistStamped& message);
 void fromWire(::nav_msgs::msg::Path& wire, Path& message);
 void fromWire(::crtk_msgs::msg::OperatingState& wire, OperatingState& message);
 void fromWire(::crtk_msgs::msg::StringStamped& wire, StringStamped& message);

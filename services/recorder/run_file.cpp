@@ -123,7 +123,7 @@ void RunFile::write(const recording::SampleTag& tag, std::string_view bytes) {
   if (channel == 0) {
     const dds::TopicInfo& topic = topics_.at(tag.topic);
     const auto schema = writer_.addSchema(topic.type, "ros2msg", dds::messageDefinition(topic.type));
-    channel = writer_.addChannel("/" + prefix_ + "/" + topic.name, schema,
+    channel = writer_.addChannel(dds::rosTopicName(prefix_, topic.name), schema,
                                  {{"offered_qos_profiles", dds::offeredQos(topic.profile)},
                                   {"profile", dds::name(topic.profile)},
                                   {"writer", hex(tag.writer)}});

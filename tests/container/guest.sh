@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs in the booted machine; writes KEY=VALUE lines for machine.py, which judges them.
 results=/trial/results
+# What it did when, for the case that it fails: seconds in front.
+exec {BASH_XTRACEFD}>/trial/trace
+PS4='$SECONDS '
+set -x
 note() { printf '%s=%s\n' "$1" "$2" >>$results; }
 deployment=boot
 show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }

@@ -57,6 +57,8 @@ class Boot:
         self.edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
                   {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"},
                   f"{realtime}budgets: {SLOW_BUDGETS}\n")
+        self.leave_out(etc / "deployments/boot.yaml", "recorder", 1)  # it takes a third of the one processor
+        self.leave_out(etc / "deployments/boot.yaml", "console", 1)
         self.prepare_drives(share, etc, realtime)
         (etc / "deployments/wrong.yaml").write_text("tandem: deployment/1\nname: wrong\nrobot: nowhere\n")
         wanted = self.root / "etc/systemd/system/multi-user.target.wants"
@@ -81,8 +83,14 @@ class Boot:
         self.edit(share / "deployments/drives.yaml", target,
                   {"name": "bench", "robot": "ark2024", "hardware": "bench", "budgets": SLOW_BUDGETS}, realtime)
         # Here the drives are no processes of the deployment.
-        text, count = re.subn(r"  - name: drives-[ab]\n(?:    .*\n)+", "", target.read_text())
-        assert count == 2
+        self.leave_out(target, "drives-[ab]", 2)
+        self.leave_out(target, "console", 1)
+
+    @staticmethod
+    def leave_out(target, name, times):
+        """Processes that are no part of the deployment here."""
+        text, count = re.subn(rf"  - (?:\{{name: {name},.*\n|name: {name}\n(?:    .*\n)+)", "", target.read_text())
+        assert count == times, f"{target}: {name}"
         target.write_text(text)
 
     @staticmethod
@@ -131,8 +139,9 @@ class Boot:
             pass
 
     def judge(self):
-        log = self.trial / "log"
-        story = (log.read_text(errors="replace") if log.exists() else "no log")[-8000:] + self.console[-2000:]
+        files = [self.trial / "trace", self.trial / "log"]
+        story = "".join(f.read_text(errors="replace")[-8000:] if f.exists() else f"no {f.name}\n" for f in files)
+        story += self.console[-2000:]
         results = self.trial / "results"
         seen = dict(line.split("=", 1) for line in results.read_text().splitlines()) if results.exists() else {}
         print({key: value for key, value in seen.items() if not value.startswith("{")}, flush=True)

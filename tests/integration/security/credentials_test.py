@@ -12,7 +12,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from credentials import Authority, day, system  # noqa: E402
 
-ROLES = ["planning", "control", "hal", "tracker", "console-operator", "console-viewer", "recorder"]
+ROLES = ["planning", "control", "hal", "tracker", "console-operator", "console-viewer", "recorder", "console"]
 
 
 class Credentials(system.SystemTest):
@@ -35,24 +35,27 @@ class Credentials(system.SystemTest):
 
     def test_each_role_may_publish_what_is_its_own(self):
         topics = json.loads(self.assert_ok(system.run("topics", "laptop", "--json")).stdout)
-        named = {topic["dds_topic"].removeprefix("rt/tandem/") for topic in topics}
+        every = {topic["dds_topic"] for topic in topics}
+        self.assertIn("rt/rosout", every)
+        named = {topic.removeprefix("rt/tandem/") for topic in every if topic.startswith("rt/tandem/")}
         only = {"actuation/command": {"control"}, "planning/reference": {"planning"}, "stop": set(ROLES)}
         everyone = {"clock/request"}
         for topic in named:
             if topic in everyone:
                 only[topic] = set(ROLES)
             elif topic.endswith("/request") or topic.endswith(("/state_command", "/servo_cp", "/servo_jp", "planning/compute")):
-                only[topic] = {"console-operator"}
+                only[topic] = {"console-operator", "console"}
         self.assertLessEqual({"control/request", "planning/request", "planning/compute", "sim/request", "hal/request",
                               "arm_a/state_command", "arm_b/state_command"}, set(only))
         for topic, roles in only.items():
             self.assertEqual(self.publishers(f"rt/tandem/{topic}"), roles, topic)
+        for topic in every:
+            self.assertTrue(self.publishers(topic), f"nobody may publish {topic}")
         for topic in named:
-            self.assertTrue(self.publishers(f"rt/tandem/{topic}"), f"nobody may publish {topic}")
             self.assertEqual(self.publishers(f"rt/other/{topic}"), set(), "another robot's topics")
         self.assertEqual(self.allowed("console-viewer", "publish"), ["rt/tandem/stop", "rt/tandem/clock/request"])
         readers = {role for role in ROLES if "rt/tandem/actuation/command" in self.allowed(role, "subscribe")}
-        self.assertEqual(readers, {"hal", "recorder"})
+        self.assertEqual(readers, {"hal", "recorder", "console"})
 
     def test_good_ones_are_good(self):
         answer = self.assert_ok(self.verify())

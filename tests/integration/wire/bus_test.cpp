@@ -29,7 +29,7 @@ TEST(Bus, EveryTopicCarriesItsMessages) {
     EXPECT_EQ(writer.lastProblem() + reader.lastProblem(), "") << topic.name;
     ++topics;
   });
-  EXPECT_EQ(topics, 33);
+  EXPECT_EQ(topics, static_cast<int>(allTopics({"arm_a"}).size()));
 }
 
 TEST(Bus, ArmsAreAskedForWhereTheyBelong) {

@@ -51,7 +51,8 @@ using FixedSizeMessages = testing::Types<ActuationState,
                                          TipPoses,
                                          ControlStatus,
                                          HalStatus,
-                                         HalRequest>;
+                                         HalRequest,
+                                         TeleopInput>;
 TYPED_TEST_SUITE(FixedSize, FixedSizeMessages);
 
 TYPED_TEST(FixedSize, RandomBytesSurviveTheRoundTrip) {
@@ -112,10 +113,15 @@ using AnySizeMessages = testing::Types<PlanningRequest,
                                        Shape,
                                        JointState,
                                        PoseStamped,
+                                       TwistStamped,
+                                       TeleopStatus,
+                                       CrtkStatus,
                                        Path,
                                        OperatingState,
                                        StringStamped,
-                                       DiagnosticArray>;
+                                       DiagnosticArray,
+                                       Log,
+                                       MarkerArray>;
 TYPED_TEST_SUITE(AnySize, AnySizeMessages);
 
 TYPED_TEST(AnySize, RandomMessagesSurviveTheRoundTrip) {

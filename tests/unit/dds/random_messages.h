@@ -64,11 +64,31 @@ inline auto membersOf(SimRequest& m) {
 inline auto membersOf(Shape& m) { return std::tie(m.stamp, m.frame, m.points, m.tubes, m.outer_radius); }
 inline auto membersOf(JointState& m) { return std::tie(m.stamp, m.frame, m.name, m.position, m.velocity, m.effort); }
 inline auto membersOf(PoseStamped& m) { return std::tie(m.stamp, m.frame, m.position, m.orientation); }
+inline auto membersOf(TwistStamped& m) { return std::tie(m.stamp, m.frame, m.linear, m.angular); }
+inline auto membersOf(TeleopStage& m) { return std::tie(m.name, m.active, m.limited_by, m.input, m.output); }
+inline auto membersOf(TeleopStatus& m) {
+  return std::tie(m.session, m.sequence, m.answers_state, m.stamp, m.state, m.reason, m.client, m.answers_input,
+                  m.device, m.operator_present, m.clutch, m.mode, m.arm, m.other_arm, m.frame, m.scale, m.input_age,
+                  m.latency, m.input_rate, m.tip_latency, m.accepted, m.refused, m.late, m.refused_client, m.refusal,
+                  m.stages, m.wanted, m.target, m.position, m.tip_target, m.clamped, m.limited_by);
+}
+inline auto membersOf(CrtkCommand& m) { return std::tie(m.name, m.active, m.accepted, m.refused, m.refusal); }
+inline auto membersOf(CrtkStatus& m) {
+  return std::tie(m.session, m.sequence, m.stamp, m.commanding, m.stamps, m.commands);
+}
 inline auto membersOf(Path& m) { return std::tie(m.stamp, m.frame, m.poses); }
 inline auto membersOf(OperatingState& m) { return std::tie(m.stamp, m.frame, m.state, m.is_homed, m.is_busy); }
 inline auto membersOf(StringStamped& m) { return std::tie(m.stamp, m.frame, m.text); }
 inline auto membersOf(DiagnosticStatus& m) { return std::tie(m.level, m.name, m.message, m.hardware_id, m.values); }
 inline auto membersOf(DiagnosticArray& m) { return std::tie(m.stamp, m.frame, m.status); }
+inline auto membersOf(Log& m) { return std::tie(m.stamp, m.level, m.name, m.text, m.file, m.function, m.line); }
+inline auto membersOf(Marker& m) {
+  return std::tie(m.stamp, m.frame, m.group, m.id, m.type, m.action, m.position, m.orientation, m.scale, m.color,
+                  m.lifetime, m.frame_locked, m.points, m.colors, m.texture_resource, m.texture_stamp, m.texture_frame,
+                  m.texture_format, m.texture, m.texture_coordinates, m.text, m.mesh_resource, m.mesh_name, m.mesh,
+                  m.mesh_materials);
+}
+inline auto membersOf(MarkerArray& m) { return std::tie(m.markers); }
 
 /** Fills messages with random values. */
 class Randomiser {

@@ -22,7 +22,15 @@ TEST(Topics, EveryTopicOncePerRobotOrArm) {
   }
   EXPECT_EQ(names.count("actuation/state"), 1u);
   EXPECT_EQ(names.count("arm_b/measured_cp"), 1u);
-  EXPECT_EQ(allTopics({}).size() + 2 * 8, topics.size());
+  std::size_t per_arm = 0, of_the_pair = 0;
+  forEachTopic([&](const auto& topic) {
+    per_arm += topic.per_arm ? 1 : 0;
+    of_the_pair += topic.pair ? 1 : 0;
+  });
+  EXPECT_EQ(allTopics({}).size() + 2 * per_arm + of_the_pair, topics.size());
+  EXPECT_EQ(names.count("pair/servo_cp"), 1u);
+  EXPECT_EQ(names.count("pair/shape"), 0u);
+  EXPECT_EQ(allTopics({"arm_a"}).size(), allTopics({}).size() + per_arm) << "one arm is no pair";
 }
 
 TEST(Topics, TypeNamesAreThoseOfTheGeneratedTypes) {
@@ -35,6 +43,8 @@ TEST(Topics, TypeNamesAreThoseOfTheGeneratedTypes) {
 TEST(Topics, DdsNames) {
   EXPECT_EQ(ddsTopicName("tandem", "actuation/state"), "rt/tandem/actuation/state");
   EXPECT_EQ(ddsTopicName("lab_2/robot", "measured_js", "arm_a"), "rt/lab_2/robot/arm_a/measured_js");
+  EXPECT_EQ(ddsTopicName("tandem", "/rosout"), "rt/rosout") << "an absolute name stands outside the prefix";
+  EXPECT_EQ(rosTopicName("tandem", "arm_a/shape"), "/tandem/arm_a/shape");
   for (const char* bad : {"", "/x", "x/", "a b", "a//b", "ä", "1a"}) {
     EXPECT_THROW(ddsTopicName(bad, "stop"), std::invalid_argument) << bad;
   }

@@ -16,11 +16,11 @@ namespace {
 
 TEST(Replay, KnowsWhatARobotActsUpon) {
   const std::set<std::string> shown{
-      "planning/reply",       "planning/progress", "planning/result",   "planning/path",
-      "control/clearance",    "control/reply",     "sim/reply",         "hal/reply",
-      "clock/reply",          "diagnostics",       "arm_a/measured_js", "arm_a/measured_cp",
-      "arm_a/setpoint_js",    "arm_a/setpoint_cp", "arm_a/goal_cp",     "arm_a/shape",
-      "arm_a/operating_state"};
+      "planning/reply",    "planning/progress", "planning/result",       "planning/path",     "control/clearance",
+      "control/reply",     "teleop/status",     "crtk/status",           "sim/reply",         "hal/reply",
+      "clock/reply",       "diagnostics",       "arm_a/measured_js",     "arm_a/measured_cp", "arm_a/measured_cv",
+      "arm_a/setpoint_js", "arm_a/setpoint_cp", "arm_a/setpoint_cv",     "arm_a/goal_js",     "arm_a/goal_cp",
+      "arm_a/goal_cv",     "arm_a/shape",       "arm_a/operating_state", "/rosout",           "markers"};
   std::set<std::string> found;
   for (const dds::TopicInfo& topic : dds::allTopics({"arm_a"})) {
     if (!actedUpon(topic))
@@ -35,8 +35,8 @@ TEST(RecordedTopics, AreChosenByPatterns) {
   std::set<std::string> names;
   for (const dds::TopicInfo& topic : chooseTopics(all, {"arm_*/measured_*", "stop", "stop"}))
     names.insert(topic.name);
-  EXPECT_EQ(names, (std::set<std::string>{"arm_a/measured_js", "arm_a/measured_cp", "arm_b/measured_js",
-                                          "arm_b/measured_cp", "stop"}));
+  EXPECT_EQ(names, (std::set<std::string>{"arm_a/measured_js", "arm_a/measured_cp", "arm_a/measured_cv",
+                                          "arm_b/measured_js", "arm_b/measured_cp", "arm_b/measured_cv", "stop"}));
   EXPECT_THROW(chooseTopics(all, {"stop", "stopp"}), std::invalid_argument);
 }
 
