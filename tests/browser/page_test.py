@@ -1,0 +1,40 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The operator's page in headless Chromium, against `tandem up` and tandem-console: page.js is the operator.
+
+TANDEM_PAGE is the folder of the built page, TANDEM_ARTIFACTS the one that screenshots go to."""
+import json
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "integration" / "harness"))
+import system  # noqa: E402  pylint: disable=wrong-import-position
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Page(system.SystemTest):
+    def test_the_operators_page(self):
+        artifacts = pathlib.Path(os.environ.get("TANDEM_ARTIFACTS", self.folder / "artifacts"))
+        artifacts.mkdir(parents=True, exist_ok=True)
+        # The page is alone with sim, control and planning; the console is started, and killed, by the operator.
+        robot = self.start("laptop", processes='[{name: sim, executable: tandem-sim}, '
+                           '{name: control, executable: tandem-control}, {name: planning, executable: tandem-planning}]')
+        setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path), "port": free_port(),
+                   "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
+                   "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
+        operator = subprocess.run(["node", str(HERE / "page.js"), json.dumps(setting), *os.environ.get("TANDEM_SCENES", "").split()],
+                                  timeout=360, check=False)
+        self.assertEqual(operator.returncode, 0, f"the operator was not content; screenshots are in {artifacts}")
+
+
+if __name__ == "__main__":
+    system.main()
