@@ -18,6 +18,7 @@
 #include "hal/hardware.h"
 #include "kinematics/clearance.h"
 #include "kinematics/concentric_tube.h"
+#include "planning/teleoperation/pipeline.h"
 #include "planning/tips.h"
 #include "planning/trajectory.h"
 #include "safety/budgets.h"
@@ -129,15 +130,30 @@ struct BlackBox {
 
 /** Where tandem-console serves browsers and tools, and whom. */
 struct Console {
-  std::string address = "127.0.0.1";          ///< IPv4 that it is bound to; one that others reach needs all of the below
-  int port = 8765;                            ///< TCP, of HTTP and WebSocket
-  std::filesystem::path certificate, key;     ///< PEM, of TLS; empty: none
-  std::filesystem::path operator_token;       ///< file; whoever shows its text may command; empty: everybody may
-  std::filesystem::path viewer_token;         ///< file; whoever shows its text may look and stop; empty: nobody else
-  std::vector<std::string> origins;           ///< of pages of others that may connect: "https://tools.example:8080"
+  std::string address = "127.0.0.1";       ///< IPv4 that it is bound to; one that others reach needs all of the below
+  int port = 8765;                         ///< TCP, of HTTP and WebSocket
+  std::filesystem::path certificate, key;  ///< PEM, of TLS; empty: none
+  std::filesystem::path operator_token;    ///< file; whoever shows its text may command; empty: everybody may
+  std::filesystem::path viewer_token;      ///< file; whoever shows its text may look and stop; empty: nobody else
+  std::vector<std::string> origins;        ///< of pages of others that may connect: "https://tools.example:8080"
 
   bool loopback() const { return address.starts_with("127."); }
   bool tls() const { return !certificate.empty(); }
+};
+
+/** CRTK commands of clients that know no lease. */
+struct Crtk {
+  bool by_arrival = false;         ///< age: how much later than the quickest of its stream; otherwise by wall clocks
+  double tip_step = 2e-3;          ///< largest step of a target by servo_cp and servo_cr, m
+  double translation_step = 1e-3;  ///< likewise by servo_jp and servo_jr, m
+  double rotation_step = 0.05;     ///< likewise, rad
+  double acceleration = 20e-3;     ///< of targets by interpolate and move, m/s^2
+};
+
+/** How operators and CRTK clients move tips. */
+struct Teleoperation {
+  planning::teleoperation::Options options;
+  Crtk crtk;
 };
 
 enum class ClockMode {
@@ -173,6 +189,7 @@ struct Deployment {
   planning::Feedback feedback = planning::Feedback::kModel;
   std::optional<kinematics::Port> port;  ///< that the arms come through; its distance is published and kept by plans
   sim::PlantOptions plant;               ///< of the simulated robot
+  Teleoperation teleoperation;
   BlackBox black_box;
   Console console;
   std::vector<Process> processes;
@@ -219,8 +236,8 @@ Summary validate(const std::filesystem::path& file);
 /// All presets of a kind, by name; of two with the same name the one that findFile() finds.
 std::vector<std::filesystem::path> presets(const std::string& kind);
 
-/// A folder or file of what is installed beside the executable (../share/tandem/INSTALLED) or, from a build tree, lies in
-/// it or its source tree (SOURCE). Empty where there is none.
+/// A folder or file of what is installed beside the executable (../share/tandem/INSTALLED) or, from a build tree, lies
+/// in it or its source tree (SOURCE). Empty where there is none.
 std::filesystem::path findShared(const std::string& installed, const std::vector<std::string>& in_trees);
 
 /** Finds a preset by bare name ("ark2024"): as a path if it is one, else in the folders given by TANDEM_CONFIG_PATH

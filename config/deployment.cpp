@@ -228,6 +228,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
     deployment.port->depth = port.number("depth");
   }
   readFeedback(map, deployment);
+  deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
   deployment.black_box = readBlackBox(map.map("black_box"), file);
   deployment.console = readConsole(map.map("console"), file);
   deployment.hosts = readHosts(map);

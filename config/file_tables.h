@@ -16,6 +16,8 @@ const Mapping& trajectoryTable();
 const Mapping& hardwareTable();
 /// The `plant` of a deployment.
 const Mapping& plantTable();
+/// The `teleoperation` of a deployment.
+const Mapping& teleoperationTable();
 
 /// "robot", "experiment", "deployment", "trajectory", "hardware".
 const std::vector<std::string>& kinds();

@@ -30,6 +30,9 @@ Eigen::VectorXd readJoints(const Map& map, const safety::ArmLimits& limits);
 /// @throw Error at the value that names an arm or tube that there is not, or at a load on a rigid plant.
 sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_file);
 
+/// The `teleoperation` of a deployment. @throw Error at a name used twice, an empty box, a normal of no length.
+Teleoperation readTeleoperation(const Map& map);
+
 /// A trajectory without its `tandem` line. @param folder that CSV paths start from; empty: CSV files are refused.
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder);
 

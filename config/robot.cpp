@@ -231,6 +231,8 @@ Robot loadRobot(const std::filesystem::path& file) {
   robot.hardware = map.flag("hardware");
   for (const Map& arm : map.maps("arms")) {
     arm.expectNew("name", arm.text("name"), robot.arms, &Arm::name);
+    if (arm.text("name") == "pair")
+      arm.fail("name", "found 'pair', which stands for two arms together in names of topics, expected another name");
     robot.arms.push_back(readArm(arm, robot.hardware));
   }
   robot.parameters = readParameters(map.map("control"));

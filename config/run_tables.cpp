@@ -8,7 +8,7 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
-const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"};
+const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns"};
 constexpr const char* kIpv4 =
     "^((25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])\\.){3}(25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])$";
 constexpr int kMostEntries = 1000;
@@ -319,6 +319,8 @@ const Mapping& deploymentTable() {
                   "off it")
               .defaultNote("none"),
           mapping("plant", plantTable(), "the simulated robot").defaultNote("ideal and rigid"),
+          mapping("teleoperation", teleoperationTable(), "operators' devices and CRTK clients")
+              .defaultNote("all defaults"),
           mapping("black_box", blackBoxTable(), "what tandem-recorder keeps for the case of a fault"),
           mapping("console", consoleTable(), "where tandem-console serves browsers and tools, and whom"),
           mapping("processes", processTable(), "what `tandem up` starts").required().list(1, 32),

@@ -89,6 +89,7 @@ class ReferenceTracker {
   const control::StepProblem& problem() const { return problem_; }
   control::Method method() const { return resolver_->method(); }
   int jointCount() const { return problem_.joint_count; }
+  const Gains& gains() const { return gains_; }
 
  private:
   void clear(TrackResult& result) const noexcept;

@@ -13,6 +13,13 @@ double moveVelocity(const ArmLimits& limits, int joint) noexcept {
   return 2 * joint < limits.jointCount() ? kMoveTranslationVelocity : kMoveRotationVelocity;
 }
 
+double moveAcceleration(const ArmLimits& limits, int joint) noexcept {
+  const JointLimit& limit = limits.joints[static_cast<std::size_t>(joint)];
+  const bool translation = 2 * joint < limits.jointCount();
+  return std::min({translation ? kMoveTranslationAcceleration : kMoveRotationAcceleration, limit.slew_limit,
+                   limit.stop_deceleration});
+}
+
 JointMotion::JointMotion(const ArmLimits& limits, const ArmVector& q0, const ArmVector& q1) noexcept
     : q0_(q0), q1_(q1) {
   double speed = kUnlimited;  // of the path parameter, 1/s
@@ -21,12 +28,8 @@ JointMotion::JointMotion(const ArmLimits& limits, const ArmVector& q0, const Arm
     const double way = std::abs(q1[j] - q0[j]);
     if (way == 0.0)
       continue;
-    const JointLimit& joint = limits.joints[j];
-    const bool translation = 2 * j < limits.jointCount();
-    const double default_acceleration = translation ? kMoveTranslationAcceleration : kMoveRotationAcceleration;
     speed = std::min(speed, moveVelocity(limits, j) / way);
-    acceleration_ =
-        std::min(acceleration_, std::min({default_acceleration, joint.slew_limit, joint.stop_deceleration}) / way);
+    acceleration_ = std::min(acceleration_, moveAcceleration(limits, j) / way);
   }
   if (!std::isfinite(speed))
     return;  // no way to go

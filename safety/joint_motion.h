@@ -18,6 +18,10 @@ inline constexpr double kAtRest = 1e-4;
 /// How fast a motion moves joint j at most, m/s or rad/s: as the limits say, or the default above where they are free.
 double moveVelocity(const ArmLimits& limits, int joint) noexcept;
 
+/// How fast it speeds up and slows down, m/s^2 or rad/s^2: the smallest of the default, slew_limit and
+/// stop_deceleration.
+double moveAcceleration(const ArmLimits& limits, int joint) noexcept;
+
 /** Synchronised trapezoidal motion from q0 to q1, from rest to rest. All joints start and end together, so the arm
  * moves along a straight line in joint space; limits are convex, hence it stays inside them if both ends are inside.
  *

@@ -45,6 +45,8 @@ class Client {
 
   std::uint64_t id() const { return id_; }
   Clocks& clocks() { return *clocks_; }
+  /// For further topics.
+  dds::Bus& bus() { return bus_; }
   /// Whether it may command; a viewer sends nothing but stop.
   bool commands() const { return role_ == dds::Role::kConsoleOperator; }
   Snapshot snapshot() const;

@@ -15,6 +15,7 @@
 
 #include "config/config.h"
 #include "services/cli/arguments.h"
+#include "services/cli/console.h"
 
 namespace tandem::cli {
 namespace {
@@ -49,10 +50,10 @@ int run(const Options& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Console& console = deployment.console;
   const int port = options.port.value_or(console.port);
-  const std::string near = console.address == "0.0.0.0" ? "127.0.0.1" : console.address;
-  const std::string place = near + ":" + std::to_string(port);
-  std::cout << (console.tls() ? "https://" : "http://") << place << "/\n"
-            << "Foxglove, Lichtblick, PlotJuggler: " << (console.tls() ? "wss://" : "ws://") << place << std::endl;
+  const std::string near = consoleAddress(console);
+  std::cout << consoleUrl(console, port) << '\n'
+            << "Foxglove, Lichtblick, PlotJuggler: " << (console.tls() ? "wss://" : "ws://") << near << ":" << port
+            << std::endl;
   if (!console.operator_token.empty())
     std::cout << "with ?token=TOKEN behind it, as " << console.operator_token.string()
               << (console.viewer_token.empty() ? "" : " (or " + console.viewer_token.string() + ", to look only)")
@@ -76,6 +77,14 @@ int run(const Options& options) {
 }
 
 }  // namespace
+
+std::string consoleAddress(const config::Console& console) {
+  return console.address == "0.0.0.0" ? "127.0.0.1" : console.address;
+}
+
+std::string consoleUrl(const config::Console& console, int port) {
+  return (console.tls() ? "https://" : "http://") + consoleAddress(console) + ":" + std::to_string(port) + "/";
+}
 
 void registerConsole(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();

@@ -13,17 +13,18 @@ int main(int argc, char** argv) {
       "  tandem experiment table3          reproduce Table 3 of Alsaka et al. 2024 over DDS\n"
       "  tandem up laptop                  start simulator, control and planning in real time\n"
       "  tandem robot run circle           ... and in another terminal: move\n"
+      "  tandem teleop --enable            ... or move the tips by hand\n"
       "  tandem status                     ... and watch\n"
       "Every subcommand has --help.");
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
   addRoleOption(app);
   app.fallthrough();
-  for (Register* part :
-       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
-        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
-        registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
-        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot,     registerConsole}) {
+  for (Register* part : {registerUp,     registerExperiment, registerRobot,  registerStatus,    registerTopics,
+                         registerDoctor, registerFk,         registerSolve,  registerStability, registerWorkspace,
+                         registerPlan,   registerValidate,   registerSchema, registerCan,       registerHome,
+                         registerJog,    registerSecurity,   registerUnits,  registerRecord,    registerInfo,
+                         registerReplay, registerExport,     registerPlot,   registerConsole,   registerTeleop}) {
     part(app, exit_code);
   }
   try {

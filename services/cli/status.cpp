@@ -40,19 +40,11 @@ nlohmann::ordered_json armJson(const config::Robot& robot, const Snapshot& s, st
   return arm;
 }
 
-/// "arm_a" is "a" in words about limits, as in `tandem solve`.
-std::vector<std::string> shortNames(const config::Robot& robot) {
-  std::vector<std::string> names;
-  for (const config::Arm& arm : robot.arms)
-    names.push_back(arm.name.rfind("arm_", 0) == 0 ? arm.name.substr(4) : arm.name);
-  return names;
-}
-
 nlohmann::ordered_json limitsJson(const config::Robot& robot, const dds::ControlStatus& status) {
   constexpr const char* kHow[] = {"", "forbid the tasks", "hold the tasks back"};
   nlohmann::ordered_json json{{"how", kHow[std::min<std::size_t>(status.limited, 2)]},
                               {"limits", nlohmann::ordered_json::array()}};
-  const std::vector<std::string> names = shortNames(robot);
+  const std::vector<std::string> names = service::shortArmNames(robot);
   for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i) {
     const control::NamedLimit limit{static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i],
                                     status.limit_tube[i]};
@@ -107,6 +99,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   json["feedback"] = planning::name(static_cast<planning::Feedback>(s.status.feedback));
   json["hold"] = dds::describe(static_cast<dds::HoldReason>(s.status.hold));
   json["lease_holder"] = s.status.lease_holder;
+  json["source"] = dds::describe(static_cast<dds::Source>(s.status.source));
   json["arms"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < std::min<std::size_t>(s.state.arm_count, robot.arms.size()); ++k) {
     json["arms"].push_back(armJson(robot, s, k));
@@ -141,7 +134,8 @@ void printStatus(const nlohmann::ordered_json& json) {
   std::cout << json["deployment"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
             << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
             << json["feedback"].get<std::string>() << ", lease "
-            << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << '\n';
+            << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << ", moved by "
+            << json["source"].get<std::string>() << '\n';
   for (const auto& arm : json["arms"]) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
               << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")

@@ -68,9 +68,10 @@ ClientText parse(std::string_view frame) {
   const std::string op = text(json, "op");
   if (op == "subscribe") {
     Subscribe request;
-    for (const Json& entry : list(json, "subscriptions"))
-      request.subscriptions.emplace_back(number(member(entry, "id"), "id"),
-                                         number(member(entry, "channelId"), "channelId"));
+    for (const Json& entry : list(json, "subscriptions")) {
+      const std::uint32_t id = number(member(entry, "id"), "id");
+      request.subscriptions.emplace_back(id, number(member(entry, "channelId"), "channelId"));
+    }
     return request;
   }
   if (op == "unsubscribe")

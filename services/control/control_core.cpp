@@ -37,7 +37,10 @@ ControlCore::ControlCore(const Setup& setup,
       lease_(setup.deployment.budgets.lease),
       arm_count_(robot.armCount()),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
-      tips_(lock_step_, setup.deployment.budgets.tipAge(period_)) {
+      tips_(lock_step_, setup.deployment.budgets.tipAge(period_)),
+      operator_(setup, arm_count_),
+      crtk_(setup, robot) {
+  tip_places_.fill(Eigen::Vector3d::Zero());
   q_.setZero(robot.jointCount());
   velocity_.setZero(robot.jointCount());
   base_.setZero(robot.jointCount());
@@ -121,6 +124,8 @@ bool ControlCore::following() const noexcept {
 }
 
 bool ControlCore::moving() const noexcept {
+  if (operated())
+    return true;
   for (int k = 0; k < arm_count_; ++k) {
     if (arm_[k].machine.mayMove() && (arm_[k].activity != Activity::kNone || following()))
       return true;
@@ -195,8 +200,10 @@ void ControlCore::takePosture() noexcept {
 }
 
 void ControlCore::closeLoop(std::int64_t now) noexcept {
-  tasks_ = dds::tasksOf(reference_);
-  takePosture();
+  if (source_ == dds::Source::kPlanning) {
+    tasks_ = dds::tasksOf(reference_);
+    takePosture();
+  }
   hold_ = sensor_ ? tips_.check(tasks_, state_, command_times_, now) : dds::HoldReason::kNone;
   if (hold_ != dds::HoldReason::kNone) {
     tracker_->hold(q_, base_, planning::TrackStatus::kSensor, track_);
@@ -208,6 +215,10 @@ void ControlCore::closeLoop(std::int64_t now) noexcept {
 void ControlCore::follow(std::int64_t now) noexcept {
   const std::int64_t start = monotonicNow();
   closeLoop(now);
+  if (hold_ != dds::HoldReason::kNone && source_ != dds::Source::kPlanning) {
+    operator_.stop(OperatorReason::kTips);
+    crtk_.endAll();
+  }
   solve_time_ = 1e-9 * static_cast<double>(monotonicNow() - start);
   tracked_ = true;
   if (track_.status == planning::TrackStatus::kModel)
@@ -222,7 +233,8 @@ void ControlCore::follow(std::int64_t now) noexcept {
     unsolved_ = 0.0;
   }
   for (int k = 0; k < arm_count_; ++k) {
-    moves_[static_cast<std::size_t>(k)] = hold_ == dds::HoldReason::kNone && arm_[k].machine.mayMove();
+    moves_[static_cast<std::size_t>(k)] =
+        hold_ == dds::HoldReason::kNone && arm_[k].machine.mayMove() && !arm_[k].pending;
     velocity_.segment(robot_.offset(k), robot_.size(k)) =
         track_.solution.velocity.segment(robot_.offset(k), robot_.size(k));
   }
@@ -243,7 +255,10 @@ bool ControlCore::arrived(int k) const noexcept {
 void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
   ArmControl& arm = arm_[k];
   auto velocity = velocity_.segment(robot_.offset(k), robot_.size(k));
-  if (arm.activity == Activity::kJog) {
+  if (crtk_.movesJoints(k)) {
+    velocity = crtk_.jointVelocity(k, scene(now));
+    moves_[static_cast<std::size_t>(k)] = true;
+  } else if (arm.activity == Activity::kJog) {
     if (now > arm.jog_until) {
       arm.activity = Activity::kNone;
       return;
@@ -266,6 +281,7 @@ void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
     if (!arm.motion.finished(arm.motion_time - period_) || !(arrived(k) || late))
       return;
     arm.activity = Activity::kNone;
+    arm.motion_verb = CrtkMoment::kNone;
     if (arm.homing)
       arm.homed = true;
     arm.homing = false;
@@ -292,6 +308,23 @@ safety::DriveRequest ControlCore::requestFor(int k) const noexcept {
   return safety::DriveRequest::kKeep;
 }
 
+/// Whose tasks are done in this cycle: an operator's before CRTK clients', and planning's where nobody else wants to.
+dds::Source ControlCore::chooseSource(std::int64_t now, bool advance) noexcept {
+  tips_known_ = !lock_step_ && findTips();
+  if (operate(now)) {
+    crtk_.endAll();
+    return dds::Source::kTeleoperation;
+  }
+  if (obeyCrtk(now))
+    return dds::Source::kCrtk;
+  bool enabled = state_.sequence > 0 && (advance || !lock_step_);
+  for (int k = 0; k < arm_count_; ++k) {
+    enabled = enabled && arm_[k].machine.mayMove() && !arm_[k].pending && arm_[k].activity == Activity::kNone &&
+              !crtk_.movesJoints(k);
+  }
+  return enabled && following() ? dds::Source::kPlanning : dds::Source::kNobody;
+}
+
 void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept {
   watch(now);
   readPositions();
@@ -299,14 +332,8 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   moves_.fill(false);
   tracked_ = false;
   hold_ = dds::HoldReason::kNone;
-  const bool enabled = [this] {
-    for (int k = 0; k < arm_count_; ++k) {
-      if (!arm_[k].machine.mayMove() || arm_[k].pending || arm_[k].activity != Activity::kNone)
-        return false;
-    }
-    return state_.sequence > 0;
-  }();
-  if (following() && enabled && (advance || !lock_step_)) {
+  source_ = chooseSource(now, advance);
+  if (source_ != dds::Source::kNobody) {
     follow(now);
   } else if (state_.sequence > 0) {
     tracker_->observe(q_, base_);

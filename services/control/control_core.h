@@ -10,6 +10,9 @@
 #include "safety/command_monitor.h"
 #include "safety/control_lease.h"
 #include "safety/joint_motion.h"
+#include "services/common/spsc_queue.h"
+#include "services/control/crtk_motion.h"
+#include "services/control/operator_desk.h"
 #include "services/control/orders.h"
 #include "services/control/tip_feedback.h"
 
@@ -23,7 +26,7 @@ struct CycleOutput {
 };
 
 /** The controller of all arms: operating states, control lease, and who moves the robot: planning's references, a joint
- * motion, a jog, or nobody. All times are ns on one monotonic clock. */
+ * motion, a jog, an operator, CRTK clients, or nobody. All times are ns on one monotonic clock. */
 class ControlCore {
  public:
   ControlCore(const Setup& setup,
@@ -34,6 +37,12 @@ class ControlCore {
   void onReference(const dds::PlanningReference& reference) noexcept;
   void onTips(const dds::TipPoses& tips) noexcept { tips_.take(tips); }
   OrderReply order(const ControlOrder& order, std::int64_t now) noexcept;
+  void onInput(const dds::TeleopInput& input, std::int64_t now) noexcept;
+  CrtkOutcome crtk(const CrtkOrder& order, std::int64_t now) noexcept;
+  /// How motions of CRTK clients ended, one by one.
+  bool takeEnded(CrtkOutcome& outcome) noexcept { return crtk_ended_.pop(outcome); }
+  /// For the thread that publishes; after cycle().
+  void fillMoments(std::int64_t now, OperatorMoment& operators, CrtkMoment& crtk) const noexcept;
   void stop() noexcept;  ///< the stop topic: every arm into FAULT
 
   /// One cycle. `advance`: lock-step, the plant shall take one step with the command.
@@ -71,6 +80,8 @@ class ControlCore {
     safety::ArmVector jog_velocity;
     std::int64_t jog_until = 0;
     safety::ArmVector home;
+    // Of a motion by a CRTK command: the verb, and the group that it was for.
+    std::uint8_t motion_verb = CrtkMoment::kNone, motion_group = 0;
   };
 
   // Orders.
@@ -81,7 +92,21 @@ class ControlCore {
   OrderReply leaseOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   bool startMotion(int arm, const safety::ArmVector& goal) noexcept;
 
+  // Operators and CRTK clients.
+  OperatorDesk::Context operatorContext(std::int64_t now) const noexcept;
+  OperatorReason againstOperator() const noexcept;
+  const char* againstCrtk(const CrtkOrder& order, std::int64_t now) const noexcept;
+  CrtkMotion::Scene scene(std::int64_t now) const noexcept;
+  bool moveByCrtk(const CrtkOrder& order, CrtkOutcome& outcome) noexcept;
+  bool operate(std::int64_t now) noexcept;
+  bool obeyCrtk(std::int64_t now) noexcept;
+  bool findTips() noexcept;
+  bool ready(int arm) const noexcept;
+  bool trajectoryRuns() const noexcept;
+  bool operated() const noexcept { return operator_.engaged() || crtk_.active(); }
+
   // Cycle.
+  dds::Source chooseSource(std::int64_t now, bool advance) noexcept;
   void watch(std::int64_t now) noexcept;
   bool following() const noexcept;
   bool moving() const noexcept;
@@ -135,6 +160,12 @@ class ControlCore {
   double solve_time_ = 0.0;
   double unsolved_ = 0.0;  ///< s for which the resolver has failed without a break
   Timing timing_;
+  OperatorDesk operator_;
+  CrtkMotion crtk_;
+  SpscQueue<CrtkOutcome> crtk_ended_{64};
+  dds::Source source_ = dds::Source::kNobody;  ///< of this cycle
+  bool tips_known_ = false;
+  planning::teleoperation::TipPlaces tip_places_{};
 };
 
 }  // namespace tandem::service

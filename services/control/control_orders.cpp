@@ -30,7 +30,8 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
   // counts while nobody holds the lease.
   const bool stopping = order.kind == Kind::kStateCommand && (order.command == safety::StateCommand::kDisable ||
                                                               order.command == safety::StateCommand::kPause);
-  const bool holds = order.from_topic ? lease_.holder(now) == 0 : lease_.holds(order.client, now);
+  const std::uint64_t holder = lease_.holder(now);
+  const bool holds = order.from_topic ? holder == 0 || holder == dds::kCrtkClient : lease_.holds(order.client, now);
   if (!stopping && !holds) {
     return refuse(
         reply, dds::ReplyCode::kNotLeaseHolder,
@@ -48,6 +49,8 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
     case Kind::kSetParameter:
       if (following())
         return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
+      if (operated())
+        return refuse(reply, dds::ReplyCode::kBusy, "an operator moves the robot; release the dead-man switch first");
       order.tracker->continueFrom(*tracker_);
       reply.retired = tracker_.release();
       tracker_.reset(order.tracker);
@@ -141,11 +144,12 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply
 
 bool ControlCore::startMotion(int k, const safety::ArmVector& goal) noexcept {
   ArmControl& arm = arm_[k];
-  if (following() || shownState(k) != safety::OperatingState::kEnabled)
+  if (following() || operated() || shownState(k) != safety::OperatingState::kEnabled)
     return false;
   arm.motion = safety::JointMotion(*robot_.limits()[static_cast<std::size_t>(k)], base(k), goal);
   arm.motion_time = 0.0;
   arm.activity = Activity::kMotion;
+  arm.motion_verb = CrtkMoment::kNone;
   return true;
 }
 
@@ -155,6 +159,8 @@ OrderReply ControlCore::motionOrder(const ControlOrder& order, OrderReply reply,
   if (order.kind != dds::ControlKind::kHold) {
     if (following())
       return refuse(reply, dds::ReplyCode::kBusy, "a trajectory is being followed; pause or stop it first");
+    if (operated())
+      return refuse(reply, dds::ReplyCode::kBusy, "an operator moves the robot; release the dead-man switch first");
     for (int k = first; k <= last; ++k) {
       if (shownState(k) != safety::OperatingState::kEnabled) {
         return refuse(reply, dds::ReplyCode::kWrongState, "the arm is not ENABLED; enable it first");

@@ -99,7 +99,8 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     const auto i = static_cast<std::size_t>(k);
     status.operating_state[i] = static_cast<std::uint8_t>(shownState(k));
     status.homed[i] = arm_[k].homed ? 1 : 0;
-    status.busy[i] = arm_[k].pending || arm_[k].activity == Activity::kMotion ? 1 : 0;
+    const bool busy = arm_[k].pending || arm_[k].activity == Activity::kMotion || crtk_.busy(k);
+    status.busy[i] = busy ? 1 : 0;
     status.faults[i] = arm_[k].machine.faults();
     status.snaps[i] = tracker_->tips().snaps(k);
   }
@@ -118,6 +119,14 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     status.solve_time = solve_time_;
     fillConflict(status);
   }
+  bool joints = false;
+  for (int k = 0; k < arm_count_; ++k)
+    joints = joints ||
+             (moves_[static_cast<std::size_t>(k)] && (arm_[k].activity != Activity::kNone || crtk_.movesJoints(k)));
+  const bool by_crtk = crtk_.active() && source_ == dds::Source::kNobody;
+  status.source = static_cast<std::uint8_t>(by_crtk                                     ? dds::Source::kCrtk
+                                            : source_ == dds::Source::kNobody && joints ? dds::Source::kJoints
+                                                                                        : source_);
   status.model = setup_.deployment.model == "compliant" ? 1 : 0;
   status.feedback = static_cast<std::uint8_t>(setup_.deployment.feedback);
   status.hold = static_cast<std::uint8_t>(hold_);

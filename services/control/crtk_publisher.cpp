@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/crtk_publisher.h"
 
-#include "planning/reference.h"
 #include "safety/operating_state.h"
 #include "services/common/periodic_loop.h"
+#include "services/control/crtk_desk.h"
 #include "services/dds/convert.h"
 
 namespace tandem::service {
@@ -13,117 +13,178 @@ constexpr int kShapePoints = 60;
 
 }  // namespace
 
+CrtkPublisher::Ends::Ends(dds::Bus& bus, const std::string& group)
+    : measured_js(bus.writer(dds::kMeasuredJs, group)),
+      setpoint_js(bus.writer(dds::kSetpointJs, group)),
+      goal_js(bus.writer(dds::kGoalJs, group)),
+      measured_cp(bus.writer(dds::kMeasuredCp, group)),
+      setpoint_cp(bus.writer(dds::kSetpointCp, group)),
+      goal_cp(bus.writer(dds::kGoalCp, group)),
+      measured_cv(bus.writer(dds::kMeasuredCv, group)),
+      setpoint_cv(bus.writer(dds::kSetpointCv, group)),
+      goal_cv(bus.writer(dds::kGoalCv, group)),
+      operating_state(bus.writer(dds::kOperatingState, group)) {}
+
+CrtkPublisher::Arm::Arm(dds::Bus& bus, const config::Arm& from)
+    : name(from.name), joint_names(jointNames(from)), ends(bus, from.name), shape(bus.writer(dds::kShape, from.name)) {}
+
 CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
     : setup_(setup),
       robot_(robot),
       frame_(setup.deployment.prefix + "_base"),
       diagnostics_(bus, setup.name, setup.robot.name) {
-  for (const config::Arm& from : setup.robot.arms) {
-    Arm arm;
-    arm.name = from.name;
-    for (const char* kind : {"_beta_", "_alpha_"}) {
-      for (int i = 1; i <= from.model.tubeCount(); ++i)
-        arm.joint_names.push_back(from.name + kind + std::to_string(i));
-    }
-    arm.measured_js = bus.writer(dds::kMeasuredJs, from.name);
-    arm.setpoint_js = bus.writer(dds::kSetpointJs, from.name);
-    arm.measured_cp = bus.writer(dds::kMeasuredCp, from.name);
-    arm.setpoint_cp = bus.writer(dds::kSetpointCp, from.name);
-    arm.goal_cp = bus.writer(dds::kGoalCp, from.name);
-    arm.operating_state = bus.writer(dds::kOperatingState, from.name);
-    arm.shape = bus.writer(dds::kShape, from.name);
-    arms_.push_back(std::move(arm));
+  for (const config::Arm& from : setup.robot.arms)
+    arms_.emplace_back(bus, from);
+  if (arms_.size() >= 2) {
+    pair_.emplace(bus, dds::kPair);
+    pair_names_ = arms_[0].joint_names;
+    pair_names_.insert(pair_names_.end(), arms_[1].joint_names.begin(), arms_[1].joint_names.end());
   }
 }
 
 void CrtkPublisher::publish(const Moment& moment) {
   publishDiagnostics(moment);
-  for (int k = 0; k < robot_.armCount(); ++k) {
-    Arm& arm = arms_[static_cast<std::size_t>(k)];
-    publishState(arm, k, moment);
-    if (moment.state.sequence == 0)
-      continue;  // nothing measured yet: say nothing rather than something invalid
-    const Eigen::VectorXd measured = dds::jointsOf(moment.state.position, k, robot_.size(k));
-    const Eigen::VectorXd setpoint = dds::jointsOf(moment.state.setpoint, k, robot_.size(k));
-    publishJoints(arm, k, moment, measured, setpoint);
-    if (arm.session != moment.state.session || arm.placements != moment.state.placements)
-      arm.branch = {};
-    arm.session = moment.state.session;
-    arm.placements = moment.state.placements;
-    if (moment.state.valid[static_cast<std::size_t>(k)] != 0) {
-      publishPose(arm.measured_cp, k, moment.state.stamp, measured, arm.branch);
-      publishShape(arm, k, moment.state.stamp, measured);
-    }
-    kinematics::Branch ahead = arm.branch;
-    publishPose(arm.setpoint_cp, k, moment.state.stamp, setpoint, ahead);
-    publishGoal(arm, k, moment);
+  for (int k = 0; k < robot_.armCount(); ++k)
+    publishArm(arms_[static_cast<std::size_t>(k)], k, moment);
+  if (pair_)
+    publishPair(moment);
+}
+
+void CrtkPublisher::publishArm(Arm& arm, int k, const Moment& moment) {
+  publishState(arm.ends, stateOf(k, moment));
+  if (moment.state.sequence == 0)
+    return;  // nothing measured yet: say nothing rather than something invalid
+  const auto part = [&](const dds::JointArray& all) {
+    const safety::ArmVector own = dds::jointsOf(all, k, robot_.size(k));
+    return std::vector<double>(own.begin(), own.end());
+  };
+  arm.measured = {moment.state.valid[static_cast<std::size_t>(k)] != 0,
+                  part(moment.state.position),
+                  part(moment.state.velocity),
+                  {}};
+  arm.setpoint = {true, part(moment.state.setpoint), part(moment.commanded), {}};
+  if (arm.session != moment.state.session || arm.placements != moment.state.placements)
+    arm.branch = {};
+  arm.session = moment.state.session;
+  arm.placements = moment.state.placements;
+  if (arm.measured.valid) {
+    arm.measured.place = placeOf(k, arm.measured, arm.branch);
+    publishShape(arm, k, moment.state.stamp, Eigen::VectorXd::Map(arm.measured.position.data(), robot_.size(k)));
   }
+  kinematics::Branch ahead = arm.branch;
+  arm.setpoint.place = placeOf(k, arm.setpoint, ahead);
+  publish(arm.ends, arm.joint_names, arm.measured, arm.setpoint, moment.state.stamp);
+  publishGoals(arm.ends, k, arm.joint_names, moment);
 }
 
-void CrtkPublisher::publishJoints(Arm& arm,
-                                  int k,
-                                  const Moment& moment,
-                                  const Eigen::VectorXd& measured,
-                                  const Eigen::VectorXd& setpoint) {
-  dds::JointState js;
-  js.frame = frame_;
-  js.name = arm.joint_names;
-  js.position.assign(setpoint.begin(), setpoint.end());
-  js.stamp = moment.state.stamp;
-  arm.setpoint_js.write(js);
-  // CRTK: a stamp of zero marks what is not valid.
-  js.stamp = moment.state.valid[static_cast<std::size_t>(k)] != 0 ? moment.state.stamp : 0;
-  js.position.assign(measured.begin(), measured.end());
-  for (int j = 0; j < robot_.size(k); ++j)
-    js.velocity.push_back(moment.state.velocity[dds::jointIndex(k, j)]);
-  arm.measured_js.write(js);
-}
-
-void CrtkPublisher::publishPose(dds::Writer<dds::PoseStamped>& writer,
-                                int k,
-                                std::int64_t stamp,
-                                const Eigen::VectorXd& q,
-                                kinematics::Branch& branch) const {
-  kinematics::Tip tip;
-  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, branch, tip) != kinematics::ModelStatus::kOk)
+/// x_AB and how it changes, in the axes of the base frame; as orientation that of A's tip in B's.
+void CrtkPublisher::publishPair(const Moment& moment) {
+  const dds::OperatingState a = stateOf(0, moment), b = stateOf(1, moment);
+  const auto rank = [](const std::string& state) {
+    return state == "FAULT" ? 0 : state == "DISABLED" ? 1 : state == "PAUSED" ? 2 : 3;
+  };
+  dds::OperatingState both = rank(a.state) <= rank(b.state) ? a : b;
+  both.is_homed = a.is_homed && b.is_homed;
+  both.is_busy = a.is_busy || b.is_busy;
+  publishState(*pair_, both);
+  if (moment.state.sequence == 0)
     return;
-  const Eigen::Vector3d p = tip.pose.translation();
-  const Eigen::Quaterniond r(tip.pose.linear());
+  const auto together = [](Joints joined, const Joints& other) {
+    joined.valid = joined.valid && other.valid;
+    joined.position.insert(joined.position.end(), other.position.begin(), other.position.end());
+    joined.velocity.insert(joined.velocity.end(), other.velocity.begin(), other.velocity.end());
+    Place& place = joined.place;
+    place.known = place.known && other.place.known;
+    if (place.known) {
+      place.position -= other.place.position;
+      place.linear -= other.place.linear;
+      place.angular -= other.place.angular;
+      place.orientation = other.place.orientation.conjugate() * place.orientation;
+    }
+    return joined;
+  };
+  publish(*pair_, pair_names_, together(arms_[0].measured, arms_[1].measured),
+          together(arms_[0].setpoint, arms_[1].setpoint), moment.state.stamp);
+  publishGoals(*pair_, kPairGroup, pair_names_, moment);
+}
+
+CrtkPublisher::Place CrtkPublisher::placeOf(int k, const Joints& joints, kinematics::Branch& branch) const {
+  Place place;
+  kinematics::Tip tip;
+  const auto q = Eigen::VectorXd::Map(joints.position.data(), robot_.size(k));
+  if (robot_.models()[static_cast<std::size_t>(k)]->tip(q, branch, tip) != kinematics::ModelStatus::kOk)
+    return place;
+  const Eigen::Matrix<double, 6, 1> twist = tip.jacobian * Eigen::VectorXd::Map(joints.velocity.data(), robot_.size(k));
+  place = {true, tip.pose.translation(), twist.head<3>(), twist.tail<3>(), Eigen::Quaterniond(tip.pose.linear())};
+  return place;
+}
+
+void CrtkPublisher::publish(Ends& ends,
+                            const std::vector<std::string>& names,
+                            const Joints& measured,
+                            const Joints& setpoint,
+                            std::int64_t stamp) {
+  const auto tell = [&](const Joints& joints, auto& js, auto& cp, auto& cv) {
+    // CRTK: a stamp of zero marks what is not valid.
+    js.write({joints.valid ? stamp : 0, frame_, names, joints.position, joints.velocity, {}});
+    if (!joints.place.known)
+      return;
+    const Place& place = joints.place;
+    dds::PoseStamped pose{stamp, frame_, {}, {}};
+    Eigen::Vector3d::Map(pose.position.data()) = place.position;
+    Eigen::Vector4d::Map(pose.orientation.data()) = place.orientation.coeffs();  // x y z w
+    cp.write(pose);
+    dds::TwistStamped twist{stamp, frame_, {}, {}};
+    Eigen::Vector3d::Map(twist.linear.data()) = place.linear;
+    Eigen::Vector3d::Map(twist.angular.data()) = place.angular;
+    cv.write(twist);
+  };
+  tell(measured, ends.measured_js, ends.measured_cp, ends.measured_cv);
+  tell(setpoint, ends.setpoint_js, ends.setpoint_cp, ends.setpoint_cv);
+}
+
+/// Goals while there are any; once, with a stamp of zero, when they end.
+void CrtkPublisher::publishGoals(Ends& ends, int group, const std::vector<std::string>& names, const Moment& moment) {
+  const auto i = static_cast<std::size_t>(group);
+  const CrtkMoment& crtk = moment.crtk;
+  const auto tell = [&](bool has, bool& had, auto& writer, auto message) {
+    message.stamp = has ? moment.state.stamp : 0;
+    message.frame = frame_;
+    if (has || had)
+      writer.write(message);
+    had = has;
+  };
   dds::PoseStamped pose;
-  pose.stamp = stamp;
-  pose.frame = frame_;
-  pose.position = {p.x(), p.y(), p.z()};
-  pose.orientation = {r.x(), r.y(), r.z(), r.w()};
-  writer.write(pose);
-}
-
-void CrtkPublisher::publishGoal(Arm& arm, int k, const Moment& moment) const {
-  for (std::size_t i = 0; i < moment.reference.task_count; ++i) {
-    const dds::TaskReference& task = moment.reference.tasks[i];
-    if (task.kind != static_cast<std::uint8_t>(planning::TaskKind::kTipPosition) || task.arm != k)
-      continue;
-    dds::PoseStamped pose;
-    pose.stamp = moment.state.stamp;
-    pose.frame = frame_;
-    pose.position = task.position;
-    arm.goal_cp.write(pose);
+  pose.position = crtk.cp[i];
+  tell(crtk.has_cp[i] != 0, ends.has_cp, ends.goal_cp, pose);
+  dds::TwistStamped twist;
+  twist.linear = crtk.cv[i];
+  tell(crtk.has_cv[i] != 0, ends.has_cv, ends.goal_cv, twist);
+  dds::JointState joints;
+  joints.name = names;
+  bool has = true;
+  for (int k = group == kPairGroup ? 0 : group; k <= (group == kPairGroup ? 1 : group); ++k) {
+    has = has && crtk.has_js[static_cast<std::size_t>(k)] != 0;
+    for (int j = 0; j < robot_.size(k); ++j)
+      joints.position.push_back(crtk.js[dds::jointIndex(k, j)]);
   }
+  tell(has, ends.has_js, ends.goal_js, joints);
 }
 
-void CrtkPublisher::publishState(Arm& arm, int k, const Moment& moment) {
+dds::OperatingState CrtkPublisher::stateOf(int k, const Moment& moment) const {
   const auto i = static_cast<std::size_t>(k);
-  dds::OperatingState state;
-  state.stamp = moment.state.stamp;
-  state.frame = frame_;
-  state.state = std::string(safety::name(static_cast<safety::OperatingState>(moment.status.operating_state[i])));
-  state.is_homed = moment.status.homed[i] != 0;
-  state.is_busy = moment.status.busy[i] != 0;
-  const bool same = state.state == arm.last_state.state && state.is_homed == arm.last_state.is_homed &&
-                    state.is_busy == arm.last_state.is_busy;
+  return {moment.state.stamp, frame_,
+          std::string(safety::name(static_cast<safety::OperatingState>(moment.status.operating_state[i]))),
+          moment.status.homed[i] != 0, moment.status.busy[i] != 0};
+}
+
+void CrtkPublisher::publishState(Ends& ends, dds::OperatingState state) {
+  const bool same = state.state == ends.last_state.state && state.is_homed == ends.last_state.is_homed &&
+                    state.is_busy == ends.last_state.is_busy;
   if (same)
     return;  // the topic is latched: late readers get the last one
-  arm.operating_state.write(state);
-  arm.last_state = state;
+  ends.operating_state.write(state);
+  ends.last_state = std::move(state);
 }
 
 void CrtkPublisher::publishDiagnostics(const Moment& moment) {

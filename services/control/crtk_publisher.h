@@ -2,10 +2,13 @@
 /** @file What ROS 2 and CRTK clients read of each arm: joints, poses, operating state, shape. */
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/run_record.h"
+#include "services/control/crtk_order.h"
+#include "services/control/operator_desk.h"
 #include "services/setup/diagnostics.h"
 #include "services/setup/fault_log.h"
 #include "services/setup/process.h"
@@ -16,8 +19,10 @@ namespace tandem::service {
 struct Moment {
   dds::ActuationState state;
   dds::ControlStatus status;
-  dds::PlanningReference reference;
+  dds::JointArray commanded{};  ///< joint velocities, m/s, rad/s
   std::array<safety::FaultRecord, safety::kMaxArms> faults;
+  OperatorMoment operators;
+  CrtkMoment crtk;
 };
 
 /** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes
@@ -28,30 +33,49 @@ class CrtkPublisher {
   void publish(const Moment& moment);
 
  private:
+  /** Topics that an arm and the pair both have. */
+  struct Ends {
+    Ends(dds::Bus& bus, const std::string& group);
+    dds::Writer<dds::JointState> measured_js, setpoint_js, goal_js;
+    dds::Writer<dds::PoseStamped> measured_cp, setpoint_cp, goal_cp;
+    dds::Writer<dds::TwistStamped> measured_cv, setpoint_cv, goal_cv;
+    dds::Writer<dds::OperatingState> operating_state;
+    dds::OperatingState last_state;
+    bool has_js = false, has_cp = false, has_cv = false;  ///< the goal that was told last is valid
+  };
+  /** Where a tip is and how it moves, or the relative position of two. */
+  struct Place {
+    bool known = false;
+    Eigen::Vector3d position, linear, angular;
+    Eigen::Quaterniond orientation;
+  };
+  struct Joints {
+    bool valid = true;
+    std::vector<double> position, velocity;
+    Place place;
+  };
   struct Arm {
+    Arm(dds::Bus& bus, const config::Arm& from);
     std::string name;
     std::vector<std::string> joint_names;
-    dds::Writer<dds::JointState> measured_js, setpoint_js;
-    dds::Writer<dds::PoseStamped> measured_cp, setpoint_cp, goal_cp;
-    dds::Writer<dds::OperatingState> operating_state;
+    Ends ends;
     dds::Writer<dds::Shape> shape;
-    dds::OperatingState last_state;
     kinematics::Branch branch;  ///< of the measured joints, which an elastic arm's model follows
     std::uint64_t session = 0;  ///< of the state that was last followed
     std::uint32_t placements = 0;
+    Joints measured, setpoint;
   };
-  void publishJoints(Arm& arm,
-                     int k,
-                     const Moment& moment,
-                     const Eigen::VectorXd& measured,
-                     const Eigen::VectorXd& setpoint);
-  void publishPose(dds::Writer<dds::PoseStamped>& writer,
-                   int k,
-                   std::int64_t stamp,
-                   const Eigen::VectorXd& q,
-                   kinematics::Branch& branch) const;
-  void publishGoal(Arm& arm, int k, const Moment& moment) const;
-  void publishState(Arm& arm, int k, const Moment& moment);
+  void publishArm(Arm& arm, int k, const Moment& moment);
+  void publishPair(const Moment& moment);
+  void publish(Ends& ends,
+               const std::vector<std::string>& names,
+               const Joints& measured,
+               const Joints& setpoint,
+               std::int64_t stamp);
+  void publishGoals(Ends& ends, int group, const std::vector<std::string>& names, const Moment& moment);
+  void publishState(Ends& ends, dds::OperatingState state);
+  Place placeOf(int k, const Joints& joints, kinematics::Branch& branch) const;
+  dds::OperatingState stateOf(int k, const Moment& moment) const;
   void publishDiagnostics(const Moment& moment);
   void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
 
@@ -59,6 +83,8 @@ class CrtkPublisher {
   const experiments::RobotModel& robot_;
   std::string frame_;
   std::vector<Arm> arms_;
+  std::optional<Ends> pair_;
+  std::vector<std::string> pair_names_;  ///< of its joints
   Diagnostics diagnostics_;
   std::vector<kinematics::ShapePoint> shape_;
 };

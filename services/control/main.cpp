@@ -10,95 +10,12 @@
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
 #include "services/common/spsc_queue.h"
-#include "services/control/clearance_publisher.h"
-#include "services/control/control_core.h"
-#include "services/control/crtk_publisher.h"
-#include "services/setup/clock_desk.h"
+#include "services/control/service.h"
 
 using namespace tandem;
+using service::Service;
 
 namespace {
-
-/** What both ways of running share: the bus, the topics, the desk for requests. */
-struct Service {
-  explicit Service(const service::Setup& s)
-      : setup(s),
-        robot(s.robot, s.deployment.model),
-        desk(s, robot),
-        core(s, robot, desk.makeTracker()),
-        bus(service::busOptions(s.deployment, s.name)),
-        crtk(bus, s, robot),
-        clearance(bus, s, robot),
-        clock(bus, s) {
-    commands = bus.writer(dds::kActuationCommand);
-    limits = bus.writer(dds::kActuationLimits);
-    statuses = bus.writer(dds::kControlStatus);
-    replies = bus.writer(dds::kControlReply);
-  }
-
-  /// Readers; every callback runs on a DDS thread.
-  template <class OnState, class OnTips, class OnReference, class OnOrder, class OnStop>
-  void listen(OnState on_state, OnTips on_tips, OnReference on_reference, OnOrder on_order, OnStop on_stop) {
-    if (setup.deployment.feedback == planning::Feedback::kSensor)
-      readers.push_back(bus.reader(dds::kSensingTips, on_tips));
-    readers.push_back(bus.reader(dds::kActuationState, on_state));
-    readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
-    readers.push_back(bus.reader(dds::kControlRequest, [this, on_order](const dds::ControlRequest& request) {
-      dds::Reply refusal;
-      if (const auto order = desk.parse(request, refusal)) {
-        on_order(*order);
-      } else {
-        spdlog::warn("request refused: {}", refusal.reason);
-        replies.write(refusal);
-      }
-    }));
-    readers.push_back(bus.reader(dds::kStop, [on_stop](const dds::Stop& stop) {
-      spdlog::error("stop: {}", stop.reason);
-      on_stop();
-    }));
-    for (const std::string& arm : service::armNames(setup.robot)) {
-      readers.push_back(bus.reader(dds::kStateCommand, arm, [this, arm, on_order](const dds::StringStamped& command) {
-        std::string refusal;
-        if (const auto order = desk.parse(arm, command, refusal)) {
-          on_order(*order);
-        } else {
-          spdlog::warn("{}", refusal);
-        }
-      }));
-    }
-  }
-
-  /// Calls `tell` with every new fault of an arm.
-  template <class Tell>
-  void tellFaults(service::FaultWatch& watch, Tell tell) const noexcept {
-    for (int k = 0; k < robot.armCount(); ++k) {
-      if (watch.fresh(k, core.faultRecord(k)))
-        tell(service::FaultReport{k, core.faultRecord(k)});
-    }
-  }
-
-  void answer(const service::OrderReply& reply) {
-    const dds::Reply message = desk.settle(reply);
-    if (message.accepted == 0 && message.request != 0)
-      spdlog::warn("request refused: {}", message.reason);
-    if (message.request != 0)
-      replies.write(message);
-  }
-
-  const service::Setup& setup;
-  experiments::RobotModel robot;
-  service::OrderDesk desk;
-  service::ControlCore core;
-  dds::Bus bus;
-  service::CrtkPublisher crtk;
-  service::ClearancePublisher clearance;
-  service::ClockDesk clock;
-  dds::Writer<dds::ActuationCommand> commands;
-  dds::Writer<dds::ActuationLimits> limits;
-  dds::Writer<dds::ControlStatus> statuses;
-  dds::Writer<dds::Reply> replies;
-  std::vector<dds::Reader> readers;
-};
 
 /** Lock-step: one worker thread answers states and references as they come. */
 class LockStep {
@@ -109,7 +26,9 @@ class LockStep {
     service_.listen([this](const dds::ActuationState& m) { mailbox_.put(m); },
                     [this](const dds::TipPoses& m) { mailbox_.put(m); },
                     [this](const dds::PlanningReference& m) { mailbox_.put(m); },
-                    [this](const service::ControlOrder& m) { mailbox_.put(m); }, [this] { mailbox_.put(dds::Stop{}); });
+                    [this](const service::ControlOrder& m) { mailbox_.put(m); }, [this] { mailbox_.put(dds::Stop{}); },
+                    [this](const dds::TeleopInput& m) { mailbox_.put(m); },
+                    [this](const service::CrtkOrder& m) { mailbox_.put(m); });
     service_.clearance.start();
     spdlog::info("ready: lock-step, period {} s of simulated time", service_.setup.deployment.control_period);
     while (!stop.requested()) {
@@ -128,8 +47,13 @@ class LockStep {
 
  private:
   static constexpr double kIdle = 0.02;  // s
-  using Event =
-      std::variant<dds::ActuationState, dds::TipPoses, dds::PlanningReference, service::ControlOrder, dds::Stop>;
+  using Event = std::variant<dds::ActuationState,
+                             dds::TipPoses,
+                             dds::PlanningReference,
+                             service::ControlOrder,
+                             dds::Stop,
+                             dds::TeleopInput,
+                             service::CrtkOrder>;
 
   // Each returns whether the others should hear of it at once.
   bool take(const dds::ActuationState& message) {
@@ -142,7 +66,6 @@ class LockStep {
     return false;
   }
   bool take(const dds::PlanningReference& message) {
-    reference_ = message;
     service_.core.onReference(message);
     return false;
   }
@@ -152,6 +75,14 @@ class LockStep {
   }
   bool take(const dds::Stop&) {
     service_.core.stop();
+    return true;
+  }
+  bool take(const dds::TeleopInput& message) {
+    service_.core.onInput(message, service::monotonicNow());
+    return false;
+  }
+  bool take(const service::CrtkOrder& order) {
+    service_.crtk_desk.settle(service_.core.crtk(order, service::monotonicNow()));
     return true;
   }
 
@@ -168,7 +99,8 @@ class LockStep {
     if (!advance)
       last_told_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
-      service_.crtk.publish({state_, output_.status, reference_, service_.core.faultRecords()});
+      service_.fillMoment(now, state_, output_, moment_);
+      service_.publish(moment_);
       service_.clearance.post(state_);
       last_crtk_ = now;
     }
@@ -178,7 +110,7 @@ class LockStep {
   service::Mailbox<Event> mailbox_;
   service::CycleOutput output_;
   dds::ActuationState state_;
-  dds::PlanningReference reference_;
+  service::Moment moment_;
   std::int64_t last_told_ = 0, last_crtk_ = 0;
   service::FaultWatch fault_watch_;
 };
@@ -196,7 +128,8 @@ class RealTime {
         statuses_(outbox_.latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(outbox_.latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
         beats_(outbox_.latest<service::LoopStatistics>([&](const auto& m) { service_.setup.heartbeat->beat(m); })),
-        moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.crtk.publish(m); })),
+        moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.publish(m); })),
+        outcomes_(publisher_.queue<service::CrtkOutcome>(256, [&](const auto& m) { service_.crtk_desk.settle(m); })),
         answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
         faults_(publisher_.queue<service::FaultReport>(64, [&](const auto& m) {
           service::logFault(service_.setup.robot, m);
@@ -206,10 +139,11 @@ class RealTime {
     outbox_.start();
     publisher_.start();
     service_.clearance.start();
-    service_.listen([this](const dds::ActuationState& m) { states_.store(m); },
-                    [this](const dds::TipPoses& m) { tips_.store(m); },
-                    [this](const dds::PlanningReference& m) { references_.store(m); },
-                    [this](const service::ControlOrder& m) { putOrder(m); }, [this] { stop_requested_ = true; });
+    service_.listen(
+        [this](const dds::ActuationState& m) { states_.store(m); }, [this](const dds::TipPoses& m) { tips_.store(m); },
+        [this](const dds::PlanningReference& m) { references_.store(m); },
+        [this](const service::ControlOrder& m) { putOrder(m); }, [this] { stop_requested_ = true; },
+        [this](const dds::TeleopInput& m) { putInput(m); }, [this](const service::CrtkOrder& m) { putCrtk(m); });
     const config::Deployment& deployment = service_.setup.deployment;
     for (const std::string& refusal : service::enterRealtime(deployment.realtime_priority, deployment.lock_memory)) {
       spdlog::warn("{}", refusal);
@@ -237,6 +171,31 @@ class RealTime {
     service_.answer(reply);
   }
 
+  /// Inputs of others than the commander must not overtake the commander's.
+  void putInput(const dds::TeleopInput& input) {
+    (input.client == lease_holder_.load(std::memory_order_relaxed) ? inputs_ : other_inputs_).store(input);
+  }
+
+  void putCrtk(const service::CrtkOrder& order) {
+    const std::lock_guard lock(order_mutex_);
+    if (crtk_orders_.push(order))
+      return;
+    service::CrtkOutcome outcome;
+    outcome.verb = order.verb;
+    outcome.group = order.group;
+    service_.crtk_desk.settle(outcome.refuse("comes faster than control takes it"));
+  }
+
+  void takeOperators(std::int64_t now) noexcept {
+    if (inputs_.take(input_))
+      service_.core.onInput(input_, now);
+    if (other_inputs_.take(input_))
+      service_.core.onInput(input_, now);
+    service::CrtkOrder order;
+    while (crtk_orders_.pop(order))
+      outcomes_.post(service_.core.crtk(order, now));
+  }
+
   void cycle(const service::Tick& tick) noexcept {
     if (states_.take(state_))
       service_.core.onState(state_);
@@ -249,16 +208,21 @@ class RealTime {
     service::ControlOrder order;
     while (orders_.pop(order))
       answers_.post(service_.core.order(order, tick.now));
+    takeOperators(tick.now);
     const service::LoopStatistics& s = loop_.statistics();
     service_.core.setTiming({s.execution_last, s.execution_max, s.lateness_max, s.cycles, s.overruns});
     service_.core.cycle(tick.now, false, output_);
+    lease_holder_.store(output_.status.lease_holder, std::memory_order_relaxed);
+    for (service::CrtkOutcome outcome; service_.core.takeEnded(outcome);)
+      outcomes_.post(outcome);
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
     beats_.post(s);
     service_.tellFaults(fault_watch_, [this](const service::FaultReport& report) { faults_.post(report); });
     if (tick.cycle % crtk_every_ == 0) {
-      moments_.post({state_, output_.status, reference_, service_.core.faultRecords()});
+      service_.fillMoment(tick.now, state_, output_, moment_);
+      moments_.post(moment_);
       service_.clearance.post(state_);
     }
   }
@@ -273,6 +237,7 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationLimits>& limits_;
   service::Outbox::Latest<service::LoopStatistics>& beats_;
   service::Outbox::Latest<service::Moment>& moments_;
+  service::Outbox::Queue<service::CrtkOutcome>& outcomes_;
   service::Outbox::Queue<service::OrderReply>& answers_;
   service::Outbox::Queue<service::FaultReport>& faults_;
   service::FaultWatch fault_watch_;
@@ -281,10 +246,15 @@ class RealTime {
   service::LatestValue<dds::PlanningReference> references_;
   std::mutex order_mutex_;
   service::SpscQueue<service::ControlOrder> orders_{64};
+  service::SpscQueue<service::CrtkOrder> crtk_orders_{256};
+  service::LatestValue<dds::TeleopInput> inputs_, other_inputs_;
+  std::atomic<std::uint64_t> lease_holder_{0};
   std::atomic<bool> stop_requested_{false};
   dds::ActuationState state_;
   dds::TipPoses measured_;
   dds::PlanningReference reference_;
+  dds::TeleopInput input_;
+  service::Moment moment_;
   service::CycleOutput output_;
 };
 

@@ -87,6 +87,22 @@ std::string_view describe(HoldReason reason) noexcept {
   return "unknown";
 }
 
+std::string_view describe(Source source) noexcept {
+  switch (source) {
+    case Source::kNobody:
+      return "nobody";
+    case Source::kPlanning:
+      return "planning";
+    case Source::kTeleoperation:
+      return "teleoperation";
+    case Source::kCrtk:
+      return "CRTK";
+    case Source::kJoints:
+      return "joints";
+  }
+  return "unknown";
+}
+
 Eigen::Vector3d tipPosition(const TipPoses& message, int arm) noexcept {
   return Eigen::Vector3d::Map(message.position.data() + 3 * arm);
 }

@@ -34,6 +34,8 @@ safety::RobotVector postureOf(const PlanningReference& message,
 void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept;
 /// A sentence for people; empty for kNone.
 std::string_view describe(HoldReason reason) noexcept;
+/// "nobody", "planning", "teleoperation", "CRTK", "joints".
+std::string_view describe(Source source) noexcept;
 /// Position of an arm's tip, m, robot base frame.
 Eigen::Vector3d tipPosition(const TipPoses& message, int arm) noexcept;
 void setTip(int arm,

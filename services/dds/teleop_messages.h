@@ -25,10 +25,10 @@ struct TeleopInput {
   std::uint64_t control_session = 0;
   std::uint64_t answers_control = 0;  ///< sequence of the last control/status seen: freshness on control's own clock
   std::int64_t stamp = 0;             ///< ns, when the device was read
-  std::uint8_t device = 0;            ///< planning::OperatorDevice
+  std::uint8_t device = 0;            ///< planning::teleoperation::Device
   std::uint8_t operator_present = 0;  ///< 1: the dead-man switch is held
   std::uint8_t clutch = 0;            ///< 1: the device moves freely, the robot stays
-  std::uint8_t mode = 0;              ///< planning::OperatorMode
+  std::uint8_t mode = 0;              ///< planning::teleoperation::Mode
   std::uint8_t arm = 0;               ///< that is driven
   std::uint8_t other_arm = 0;         ///< its partner; equal to arm: there is none
   std::uint8_t kind = 0;              ///< 1 velocity of the device, 2 pose of the device in its own frame
@@ -57,7 +57,7 @@ struct TeleopStatus {
   std::uint64_t sequence = 0;
   std::uint64_t answers_state = 0;
   std::int64_t stamp = 0;
-  std::uint8_t state = 0;  ///< planning::OperatorState
+  std::uint8_t state = 0;  ///< planning::teleoperation::State
   std::string reason;
   std::uint64_t client = 0;
   std::uint64_t answers_input = 0;

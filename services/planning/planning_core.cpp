@@ -12,6 +12,12 @@
 namespace tandem::service {
 namespace {
 
+/// Somebody moves the robot by hand.
+bool operated(const dds::ControlStatus& status) {
+  const auto source = static_cast<dds::Source>(status.source);
+  return source == dds::Source::kTeleoperation || source == dds::Source::kCrtk;
+}
+
 enum RequestKind : std::uint8_t { kStart = 1, kPause, kResume, kStop };
 
 dds::Reply reply(const dds::PlanningRequest& request, dds::ReplyCode code, std::string reason) {
@@ -124,6 +130,8 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
     return end("control restarted");
   if (status.lease_holder != commander_)
     return end("its commander gave up or lost the control lease");
+  if (operated(status))
+    return end("an operator has taken over");
   bool enabled = true;
   for (std::size_t k = 0; k < status.arm_count; ++k) {
     const auto state = static_cast<safety::OperatingState>(status.operating_state[k]);
@@ -235,6 +243,8 @@ std::string PlanningCore::unplanned(const dds::PlanningRequest& request) const {
 dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
   if (active())
     return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
+  if (operated(status_))
+    return reply(request, dds::ReplyCode::kBusy, "an operator moves the robot; release the dead-man switch first");
   planning::TrajectorySpec spec;
   try {
     spec = config::parseTrajectory(request.trajectory, "planning/request", {});  // names no files

@@ -99,6 +99,13 @@ std::vector<std::string> armNames(const config::Robot& robot) {
   return names;
 }
 
+std::vector<std::string> shortArmNames(const config::Robot& robot) {
+  std::vector<std::string> names = armNames(robot);
+  for (std::string& name : names)
+    name = name.starts_with("arm_") ? name.substr(4) : name;
+  return names;
+}
+
 int runService(int argc,
                char** argv,
                const std::string& name,

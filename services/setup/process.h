@@ -68,5 +68,7 @@ std::uint64_t randomIdentity();
 
 /// The names of a robot's arms, in its order.
 std::vector<std::string> armNames(const config::Robot& robot);
+/// The same for words about limits, as in `tandem solve`: "a" for "arm_a".
+std::vector<std::string> shortArmNames(const config::Robot& robot);
 
 }  // namespace tandem::service

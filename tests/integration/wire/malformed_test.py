@@ -17,7 +17,7 @@ CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms
 READ_BY = {
     "tandem-sim": ["actuation/command", "sim/request", "stop"],
     "tandem-control": ["actuation/state", "planning/reference", "control/request", "stop", "arm_a/state_command",
-                       "arm_b/state_command"],
+                       "arm_b/state_command", "teleop/input", "arm_a/servo_cp", "arm_b/move_jp"],
     "tandem-planning": ["actuation/state", "control/status", "planning/request", "planning/compute"],
 }
 

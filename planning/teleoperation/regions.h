@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Where tips may not go, and along what they are led: virtual fixtures. All in the robot base frame, m. */
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace tandem::planning::teleoperation {
+
+struct Sphere {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius = 0.0;
+};
+/** Everything behind a plane. */
+struct HalfSpace {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit vector out of the forbidden side
+};
+/** Axes as those of the base frame. */
+struct Box {
+  Eigen::Vector3d minimum = Eigen::Vector3d::Zero();
+  Eigen::Vector3d maximum = Eigen::Vector3d::Zero();
+};
+
+/** A convex region that no tip may enter. */
+struct ForbiddenRegion {
+  std::string name;
+  std::variant<Sphere, HalfSpace, Box> shape;
+};
+
+/// Distance of a point to the surface of a region, m; below zero inside. Convex along every straight line.
+double distance(const ForbiddenRegion& region, const Eigen::Vector3d& point) noexcept;
+/// Unit vector along which that distance grows fastest.
+Eigen::Vector3d outward(const ForbiddenRegion& region, const Eigen::Vector3d& point) noexcept;
+/// The smallest distance on the way from one point straight to another one, m.
+double nearestOnWay(const ForbiddenRegion& region, const Eigen::Vector3d& from, const Eigen::Vector3d& to) noexcept;
+
+/** A path that motion is led along: what leads away from it is weakened, what leads back to it is not. */
+struct Guidance {
+  std::vector<Eigen::Vector3d> points;  ///< of the polyline, two or more
+  double strength = 0.0;                ///< 0 nothing, 1 no motion away from the path
+  double radius = 0.0;                  ///< farther away than this, m, there is no guidance
+};
+
+/// The step d, m, from a place as guidance lets it through.
+Eigen::Vector3d guided(const Guidance& guidance, const Eigen::Vector3d& from, const Eigen::Vector3d& d) noexcept;
+
+}  // namespace tandem::planning::teleoperation

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/control/operator_publisher.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "control/conflict.h"
+
+namespace tandem::service {
+namespace {
+
+using planning::teleoperation::Limiter;
+using planning::teleoperation::Stage;
+
+}  // namespace
+
+OperatorPublisher::OperatorPublisher(dds::Bus& bus, const Setup& setup, const CrtkDesk& desk)
+    : setup_(setup), desk_(desk), operators_(bus.writer(dds::kTeleopStatus)), crtk_(bus.writer(dds::kCrtkStatus)) {}
+
+void OperatorPublisher::publish(const dds::ControlStatus& status,
+                                const OperatorMoment& operators,
+                                const CrtkMoment& crtk) {
+  ++sequence_;
+  operators_.write(statusOf(status, operators));
+  dds::CrtkStatus message;
+  message.session = setup_.session;
+  message.sequence = sequence_;
+  message.stamp = status.stamp;
+  desk_.fill(crtk, message);
+  crtk_.write(message);
+}
+
+std::string OperatorPublisher::limiterOf(const OperatorMoment::Stage& stage) const {
+  constexpr std::array<const char*, 6> kSides{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
+  const auto& guard = setup_.deployment.teleoperation.options.guard;
+  const auto index = static_cast<std::size_t>(stage.index);
+  switch (stage.limiter) {
+    case Limiter::kNone:
+      return "";
+    case Limiter::kForbiddenRegion:
+      return "forbidden region " + (index < guard.forbidden.size() ? guard.forbidden[index].name : "");
+    case Limiter::kGuidance:
+      return "guidance";
+    case Limiter::kWorkspace:
+      return std::string("workspace ") + kSides[std::min<std::size_t>(index, 5)];
+    case Limiter::kSpeed:
+      return fmt::format("max_speed {:.4g} mm/s", 1e3 * guard.max_speed);
+    case Limiter::kLeash:
+      return "the tip does not keep up";
+    case Limiter::kDeadband:
+      return "deadband";
+    case Limiter::kDeadMan:
+      return "dead-man switch";
+    case Limiter::kClutch:
+      return "clutch";
+    case Limiter::kScale:
+      return "scale";
+  }
+  return "unknown";
+}
+
+/// "tube 2 of arm_a against tube 1, ...", the heaviest first; empty where no limit is in the way.
+std::string OperatorPublisher::jointLimits(const dds::ControlStatus& status) const {
+  const std::vector<std::string> names = service::shortArmNames(setup_.robot);
+  std::string all;
+  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i) {
+    const control::NamedLimit limit{static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i],
+                                    status.limit_tube[i]};
+    all += (i == 0 ? "" : ", ") + control::describe(limit, names);
+  }
+  return all;
+}
+
+dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status, const OperatorMoment& moment) const {
+  dds::TeleopStatus m;
+  m.session = setup_.session;
+  m.sequence = sequence_;
+  m.answers_state = status.answers_state;
+  m.stamp = status.stamp;
+  m.state = static_cast<std::uint8_t>(moment.state);
+  m.reason = words(moment.reason);
+  m.client = moment.client;
+  m.answers_input = moment.answers_input;
+  m.device = moment.device;
+  m.operator_present = moment.operator_present;
+  m.clutch = moment.clutch;
+  m.mode = moment.mode;
+  m.arm = moment.arm;
+  m.other_arm = moment.other_arm;
+  m.frame = moment.frame;
+  m.scale = moment.scale;
+  m.input_age = moment.input_age;
+  m.latency = moment.latency;
+  m.input_rate = moment.input_rate;
+  m.accepted = moment.accepted;
+  m.refused = moment.refused;
+  m.late = moment.late;
+  m.refused_client = moment.refused_client;
+  m.refusal = words(moment.refusal);
+  m.tip_target = moment.tip_target;
+  if (moment.client == 0)
+    return m;
+  for (int s = 0; s < planning::teleoperation::kStages; ++s) {
+    const OperatorMoment::Stage& from = moment.stages[static_cast<std::size_t>(s)];
+    m.stages.push_back({std::string(planning::teleoperation::name(static_cast<Stage>(s))),
+                        static_cast<std::uint8_t>(from.input != from.output ? 1 : 0), limiterOf(from), from.input,
+                        from.output});
+  }
+  if (!moment.engaged)
+    return m;
+  m.wanted = moment.wanted;
+  m.target = moment.target;
+  m.position = moment.position;
+  // Those that are told by name; a filter and a frame are no limits.
+  for (const Stage stage : {Stage::kFixture, Stage::kWorkspace, Stage::kRate, Stage::kReach}) {
+    const std::string why = limiterOf(moment.stages[static_cast<std::size_t>(stage)]);
+    if (!why.empty())
+      m.limited_by += (m.limited_by.empty() ? "" : "; ") + why;
+  }
+  const std::string limits = status.limited != 0 ? jointLimits(status) : "";
+  if (!limits.empty())
+    m.limited_by += (m.limited_by.empty() ? "" : "; ") + limits;
+  m.clamped = m.limited_by.empty() ? 0 : 1;
+  m.tip_latency = moment.lag;
+  return m;
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Devices that an operator holds. */
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "planning/teleoperation/pipeline.h"
+
+namespace tandem::teleop {
+
+/** What a device says at one moment. Axes of the operator: x to the right, y up, z away from the operator. */
+struct Reading {
+  bool present = false;  ///< the dead-man switch is held
+  bool clutch = false;
+  bool pose = false;                                   ///< place and orientation count, otherwise the velocities
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();    ///< m/s
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();   ///< rad/s
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  std::uint32_t buttons = 0;
+  // Wishes, each told once.
+  int scale_steps = 0;     ///< up or down
+  bool next_mode = false;  ///< tip, pair, relative, ...
+  bool next_arm = false;
+  bool stop = false;  ///< stop the robot
+  bool end = false;   ///< that was all
+};
+
+/** A device is gone, or there is none; what() says which, and what to do. */
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/** One device. Used by one thread. */
+class Device {
+ public:
+  virtual ~Device() = default;
+  /// What it says now; does not wait. @param time  s since it was opened
+  /// @throw DeviceError where it is gone.
+  virtual Reading read(double time) = 0;
+  virtual planning::teleoperation::Device kind() const = 0;
+  /// For people: which one it is, and how it is held.
+  virtual std::string describe() const = 0;
+  /// Something holds the robot back, or no longer does.
+  virtual void showLimited(bool) {}
+};
+
+/// @param speed  of a fully deflected axis, m/s
+/// @throw DeviceError where there is none.
+std::unique_ptr<Device> openGamepad(double speed);
+std::unique_ptr<Device> openSpaceMouse(double speed);
+/// The keyboard of the terminal that this process has.
+std::unique_ptr<Device> openKeyboard(double speed);
+/// A CSV file, or an MCAP recording with teleop/input. @throw DeviceError that names file and line.
+std::unique_ptr<Device> openTrace(const std::string& file);
+
+}  // namespace tandem::teleop

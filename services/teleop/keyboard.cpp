@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The keyboard of a terminal: it says when a key is pressed, and again while it is held, but not when it is
+ * released. */
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <map>
+
+#include "services/teleop/device.h"
+
+namespace tandem::teleop {
+namespace {
+
+/// A key counts as held for so long after the terminal has told of it, s: longer than a terminal repeats (33 ms).
+constexpr double kHeld = 0.1;
+
+class Keyboard final : public Device {
+ public:
+  explicit Keyboard(double speed) : speed_(speed) {
+    if (tcgetattr(STDIN_FILENO, &before_) != 0)
+      throw DeviceError("keyboard: standard input is no terminal");
+    termios raw = before_;
+    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    raw.c_cc[VMIN] = 0;
+    raw.c_cc[VTIME] = 0;
+    tcsetattr(STDIN_FILENO, TCSANOW, &raw);
+  }
+  ~Keyboard() override { tcsetattr(STDIN_FILENO, TCSANOW, &before_); }
+
+  Reading read(double time) override {
+    static const std::map<char, Eigen::Vector3d> kMoves{{'d', {1, 0, 0}},  {'a', {-1, 0, 0}}, {'w', {0, 1, 0}},
+                                                        {'s', {0, -1, 0}}, {'r', {0, 0, 1}},  {'f', {0, 0, -1}}};
+    Reading reading;
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    char key = 0;
+    while (poll(&input, 1, 0) > 0) {
+      if (::read(STDIN_FILENO, &key, 1) <= 0)
+        throw DeviceError("keyboard: the terminal is gone");
+      if (const auto move = kMoves.find(key); move != kMoves.end()) {
+        until_ = time + kHeld;
+        direction_ = move->second;
+      }
+      reading.next_mode = reading.next_mode || key == 'm';
+      reading.next_arm = reading.next_arm || key == '\t';
+      reading.scale_steps += key == '+' ? 1 : key == '-' ? -1 : 0;
+      reading.stop = reading.stop || key == ' ';
+      reading.end = reading.end || key == 'q' || key == 4;
+    }
+    reading.present = time < until_ && !reading.stop;
+    if (reading.present)
+      reading.linear = speed_ * direction_;
+    return reading;
+  }
+
+  planning::teleoperation::Device kind() const override { return planning::teleoperation::Device::kKeyboard; }
+  std::string describe() const override {
+    return "keyboard: hold a and d for x, s and w for y, f and r for z; m mode, Tab arm, + and - scale, space stop, q "
+           "end";
+  }
+
+ private:
+  double speed_;
+  termios before_{};
+  Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();
+  double until_ = -1.0;
+};
+
+}  // namespace
+
+std::unique_ptr<Device> openKeyboard(double speed) { return std::make_unique<Keyboard>(speed); }
+
+}  // namespace tandem::teleop

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem-teleop: an operator's device moves the tips. It reads the device and says on teleop/input what it says;
+ * control does the rest, and answers on teleop/status. */
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <mutex>
+#include <numbers>
+
+#include "services/cli/arguments.h"
+#include "services/cli/client.h"
+#include "services/cli/role.h"
+#include "services/common/periodic_loop.h"
+#include "services/common/stop_signal.h"
+#include "services/teleop/device.h"
+
+using namespace tandem;
+using cli::Failure;
+using planning::teleoperation::Mode;
+using planning::teleoperation::State;
+
+namespace {
+
+struct Options {
+  std::string deployment = "teleop", device = "gamepad", file, mode = "pair", arm, other_arm;
+  std::vector<double> view;  ///< deg, about x, then y, then z of the base frame
+  double scale = 0.0, speed = 20.0, rate = 100.0;
+  bool enable = false, quiet = false;
+};
+
+std::unique_ptr<teleop::Device> open(const Options& options) {
+  const double speed = 1e-3 * options.speed;
+  if (!options.file.empty())
+    return teleop::openTrace(options.file);
+  if (options.device == "gamepad")
+    return teleop::openGamepad(speed);
+  if (options.device == "spacemouse")
+    return teleop::openSpaceMouse(speed);
+  if (options.device == "keyboard")
+    return teleop::openKeyboard(speed);
+  throw Failure(cli::kUsage, "device trace: expected --trace FILE");
+}
+
+std::uint8_t armIndex(const config::Robot& robot, const std::string& name, std::size_t otherwise) {
+  if (name.empty())
+    return static_cast<std::uint8_t>(std::min(otherwise, robot.arms.size() - 1));
+  std::string known;
+  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
+    if (robot.arms[k].name == name || robot.arms[k].name == "arm_" + name)
+      return static_cast<std::uint8_t>(k);
+    known += (known.empty() ? "" : ", ") + robot.arms[k].name;
+  }
+  throw Failure(cli::kUsage, "arm '" + name + "', expected one of " + known);
+}
+
+/** The two messages, and what the other threads hear. */
+class Session {
+ public:
+  Session(const Options& options, const config::Deployment& deployment, const config::Robot& robot)
+      : options_(options),
+        robot_(robot),
+        client_(deployment, {.status = [this](const dds::ControlStatus& s) { hear(s); }}),
+        inputs_(client_.bus().writer(dds::kTeleopInput)),
+        statuses_(client_.bus().reader(dds::kTeleopStatus, [this](const dds::TeleopStatus& s) { hear(s); })) {
+    input_.client = client_.id();
+    input_.arm = armIndex(robot, options.arm, 0);
+    input_.other_arm = armIndex(robot, options.other_arm, input_.arm == 0 ? 1 : 0);
+    input_.mode = static_cast<std::uint8_t>(options.mode == "tip"    ? Mode::kTip
+                                            : options.mode == "pair" ? Mode::kPair
+                                                                     : Mode::kRelative);
+    if (robot.arms.size() < 2 && input_.mode != static_cast<std::uint8_t>(Mode::kTip))
+      throw Failure(cli::kUsage, "mode " + options.mode + " needs two arms, and this robot has one; use --mode tip");
+    input_.scale = options.scale;
+    if (!options.view.empty()) {
+      constexpr double kDegree = std::numbers::pi / 180.0;
+      const Eigen::Quaterniond view(Eigen::AngleAxisd(kDegree * options.view[2], Eigen::Vector3d::UnitZ()) *
+                                    Eigen::AngleAxisd(kDegree * options.view[1], Eigen::Vector3d::UnitY()) *
+                                    Eigen::AngleAxisd(kDegree * options.view[0], Eigen::Vector3d::UnitX()));
+      input_.frame = 1;
+      Eigen::Vector4d::Map(input_.view.data()) = view.coeffs();
+    }
+  }
+
+  cli::Client& client() { return client_; }
+
+  /// Says what the device says.
+  void send(const teleop::Reading& reading, planning::teleoperation::Device kind) {
+    take(reading);
+    input_.device = static_cast<std::uint8_t>(kind);
+    input_.operator_present = reading.present ? 1 : 0;
+    input_.clutch = reading.clutch ? 1 : 0;
+    input_.kind = reading.pose ? 2 : 1;
+    Eigen::Vector3d::Map(input_.linear.data()) = reading.linear;
+    Eigen::Vector3d::Map(input_.angular.data()) = reading.angular;
+    Eigen::Vector3d::Map(input_.position.data()) = reading.position;
+    Eigen::Vector4d::Map(input_.orientation.data()) = reading.orientation.coeffs();
+    input_.buttons = reading.buttons;
+    ++input_.sequence;
+    input_.stamp = service::monotonicNow();
+    {
+      const std::lock_guard lock(mutex_);
+      input_.control_session = session_;
+      input_.answers_control = sequence_;
+    }
+    inputs_.write(input_);
+  }
+
+  dds::TeleopStatus status() const {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+
+  /// A line for people whenever something changes.
+  void tell() {
+    const dds::TeleopStatus s = status();
+    if (s.client != client_.id() && s.state != static_cast<std::uint8_t>(State::kRefused))
+      return;
+    std::string line(planning::teleoperation::name(static_cast<State>(s.state)));
+    line += ": " + std::string(planning::teleoperation::name(static_cast<Mode>(input_.mode))) + " of " +
+            robot_.arms[input_.arm].name;
+    if (!s.reason.empty())
+      line += "; " + s.reason;
+    if (!s.limited_by.empty())
+      line += "; limited by " + s.limited_by;
+    if (line != told_ && !options_.quiet)
+      std::cout << line << std::endl;
+    told_ = line;
+  }
+
+ private:
+  void take(const teleop::Reading& reading) {
+    const auto arms = static_cast<std::uint8_t>(robot_.arms.size());
+    if (reading.next_mode && arms > 1)
+      input_.mode = static_cast<std::uint8_t>(input_.mode % 3 + 1);
+    if (reading.next_arm && arms > 1)
+      std::swap(input_.arm, input_.other_arm);
+    if (reading.scale_steps != 0) {
+      const double from = input_.scale > 0.0 ? input_.scale : status().scale;
+      input_.scale = std::clamp(from * (reading.scale_steps > 0 ? 1.25 : 0.8), planning::teleoperation::kMinScale,
+                                planning::teleoperation::kMaxScale);
+    }
+    if (reading.stop)
+      client_.stop("the operator's device");
+  }
+  void hear(const dds::ControlStatus& s) {
+    const std::lock_guard lock(mutex_);
+    session_ = s.session;
+    sequence_ = s.sequence;
+  }
+  void hear(const dds::TeleopStatus& s) {
+    const std::lock_guard lock(mutex_);
+    status_ = s;
+  }
+
+  const Options& options_;
+  const config::Robot& robot_;
+  mutable std::mutex mutex_;
+  std::uint64_t session_ = 0, sequence_ = 0;
+  dds::TeleopStatus status_;
+  dds::TeleopInput input_;
+  std::string told_;
+  cli::Client client_;
+  dds::Writer<dds::TeleopInput> inputs_;
+  dds::Reader statuses_;
+};
+
+void expectEnabled(Session& session, const Options& options) {
+  const dds::ControlStatus status = session.client().snapshot().status;
+  for (std::size_t k = 0; k < status.arm_count; ++k) {
+    if (status.operating_state[k] == static_cast<std::uint8_t>(safety::OperatingState::kEnabled))
+      continue;
+    if (!options.enable)
+      throw Failure(cli::kFailure, "the arms are not ENABLED; add --enable");
+    return session.client().stateCommand("enable");
+  }
+}
+
+int run(const Options& options) {
+  service::StopSignal stop;
+  const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
+  const config::Robot robot = config::loadRobot(deployment.robot);
+  if (deployment.clock == config::ClockMode::kLockStep)
+    throw Failure(cli::kUsage,
+                  deployment.file.string() + ": clock: found lock_step, where nobody can drive; expected real_time");
+  const std::unique_ptr<teleop::Device> device = open(options);
+  Session session(options, deployment, robot);
+  session.client().interruptBy([&] { return stop.requested(); });
+  session.client().connect(10.0);
+  session.client().acquireLease();
+  expectEnabled(session, options);
+  if (!options.quiet)
+    std::cout << device->describe() << std::endl;
+  const std::int64_t start = service::monotonicNow();
+  while (!stop.requested()) {
+    const teleop::Reading reading = device->read(1e-9 * static_cast<double>(service::monotonicNow() - start));
+    session.send(reading, device->kind());
+    session.tell();
+    device->showLimited(session.status().clamped != 0);
+    const dds::ControlStatus status = session.client().snapshot().status;
+    if (status.lease_holder != session.client().id())
+      throw Failure(cli::kFailure, "the control lease is lost");
+    if (reading.end)
+      break;
+    stop.waitFor(1.0 / options.rate);
+  }
+  session.client().interruptBy({});
+  // Let go first: who ends while the robot moves for it loses the lease in motion.
+  session.client().waitFor(1.0, [&](const cli::Snapshot& s) {
+    session.send({}, device->kind());
+    return s.status.source != static_cast<std::uint8_t>(dds::Source::kTeleoperation);
+  });
+  if (options.enable)
+    session.client().stateCommand("disable");
+  session.client().releaseLease();
+  return cli::kOk;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("An operator's device moves the tips of a running robot.", "tandem-teleop");
+  Options options;
+  int exit_code = cli::kOk;
+  cli::addRoleOption(app);
+  app.add_option("-d,--deployment", options.deployment, "deployment file or preset")->capture_default_str();
+  app.add_option("--device", options.device, "gamepad, spacemouse, keyboard or trace")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"gamepad", "spacemouse", "keyboard", "trace"}));
+  app.add_option("--trace", options.file, "motion from a file instead: CSV, or an MCAP recording with teleop/input");
+  app.add_option("--mode", options.mode, "tip, pair (the relative position is kept) or relative (it is moved)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"tip", "pair", "relative"}));
+  app.add_option("--arm", options.arm, "the arm that is driven (default: the first one)");
+  app.add_option("--other-arm", options.other_arm, "its partner (default: the second one, or the first)");
+  app.add_option("--view", options.view, "deg: rotations about x, y and z from the device's axes to the base frame's")
+      ->expected(3);
+  app.add_option("--scale", options.scale, "of the motion (default: the deployment's)")
+      ->check(CLI::Range(planning::teleoperation::kMinScale, planning::teleoperation::kMaxScale));
+  app.add_option("--speed", options.speed, "mm/s before scaling of a fully deflected axis")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.add_option("--rate", options.rate, "readings a second")->capture_default_str()->check(CLI::Range(20.0, 1000.0));
+  app.add_flag("--enable", options.enable, "enable the arms, and disable them in the end");
+  app.add_flag("--quiet", options.quiet, "say nothing but errors");
+  app.footer("The robot moves only while the device's dead-man switch is held. docs/teleoperation.md has the devices.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? cli::kOk : cli::kUsage;
+  }
+  cli::guarded(exit_code, [&] {
+    try {
+      return run(options);
+    } catch (const teleop::DeviceError& error) {
+      throw Failure(cli::kFailure, error.what());
+    }
+  });
+  return exit_code;
+}

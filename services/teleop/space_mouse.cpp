@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file SpaceMouse and its like through spacenavd. */
+#include <spnav.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+
+#include "services/teleop/device.h"
+
+namespace tandem::teleop {
+namespace {
+
+constexpr double kFull = 350.0;   ///< what the daemon says of a fully deflected axis
+constexpr double kTurning = 0.5;  ///< of a fully turned one, rad/s
+constexpr double kMostEvents = 1000;
+
+class SpaceMouse final : public Device {
+ public:
+  explicit SpaceMouse(double speed) : speed_(speed) {
+    if (spnav_open() == -1)
+      throw DeviceError("SpaceMouse: no daemon answers; expected spacenavd to run (apt install spacenavd)");
+  }
+  ~SpaceMouse() override { spnav_close(); }
+
+  Reading read(double) override {
+    Reading reading;
+    // A button that was held when the daemon went would be held for ever: libspnav does not tell of the end.
+    char byte = 0;
+    if (recv(spnav_fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
+      throw DeviceError("SpaceMouse: spacenavd is gone");
+    spnav_event event;
+    for (int i = 0; i < kMostEvents && spnav_poll_event(&event) != 0; ++i) {
+      if (event.type == SPNAV_EVENT_MOTION) {
+        // The daemon's y is up and its z toward the operator, as ours.
+        const auto& m = event.motion;
+        linear_ = speed_ / kFull * Eigen::Vector3d(m.x, m.y, m.z);
+        angular_ = kTurning / kFull * Eigen::Vector3d(m.rx, m.ry, m.rz);
+      } else if (event.type == SPNAV_EVENT_DEV && event.dev.op == SPNAV_DEV_RM) {
+        throw DeviceError("SpaceMouse: it is unplugged");
+      } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum < 32) {
+        const std::uint32_t bit = 1U << event.button.bnum;
+        buttons_ = event.button.press != 0 ? buttons_ | bit : buttons_ & ~bit;
+        if (event.button.press != 0) {
+          reading.next_mode = reading.next_mode || event.button.bnum == 2;
+          reading.next_arm = reading.next_arm || event.button.bnum == 3;
+        }
+      }
+    }
+    reading.linear = linear_.cwiseMax(-speed_).cwiseMin(speed_);
+    reading.angular = angular_;
+    reading.buttons = buttons_;
+    reading.present = (buttons_ & 1U) != 0;
+    reading.clutch = (buttons_ & 2U) != 0;
+    return reading;
+  }
+
+  planning::teleoperation::Device kind() const override { return planning::teleoperation::Device::kSpaceMouse; }
+  std::string describe() const override {
+    return "SpaceMouse: hold button 1 to move; button 2 clutch, button 3 mode, button 4 arm";
+  }
+
+ private:
+  double speed_;
+  Eigen::Vector3d linear_ = Eigen::Vector3d::Zero(), angular_ = Eigen::Vector3d::Zero();
+  std::uint32_t buttons_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Device> openSpaceMouse(double speed) { return std::make_unique<SpaceMouse>(speed); }
+
+}  // namespace tandem::teleop

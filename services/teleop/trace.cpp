@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Recorded motion of a device: CSV files, and MCAP recordings with teleop/input. */
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <vector>
+
+#include "recording/reader.h"
+#include "services/dds/raw.h"
+#include "services/dds/topics.h"
+#include "services/teleop/device.h"
+
+namespace tandem::teleop {
+namespace {
+
+struct Line {
+  double time = 0.0;  ///< s since the first one
+  Reading reading;
+};
+
+[[noreturn]] void fail(const std::string& file, int line, const std::string& what) {
+  throw DeviceError(file + ":" + std::to_string(line) + ": " + what);
+}
+
+std::vector<std::string> fieldsOf(const std::string& text) {
+  std::vector<std::string> fields{""};
+  for (const char c : text) {
+    if (c == ',')
+      fields.emplace_back();
+    else if (c != ' ' && c != '\r')
+      fields.back() += c;
+  }
+  return fields;
+}
+
+double numberOf(const std::string& file, int line, const std::string& column, const std::string& text) {
+  double value = 0.0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    fail(file, line, column + ": found '" + text + "', expected a finite number");
+  return value;
+}
+
+const std::vector<std::string> kVelocity{"vx_mm_per_s", "vy_mm_per_s", "vz_mm_per_s"};
+const std::vector<std::string> kPlace{"x_mm", "y_mm", "z_mm"};
+
+std::vector<Line> readCsv(const std::string& file) {
+  std::ifstream stream(file);
+  std::string text;
+  if (!stream || !std::getline(stream, text))
+    throw DeviceError(file + ": cannot be read, or is empty");
+  const std::vector<std::string> columns = fieldsOf(text);
+  const auto has = [&](const std::string& name) {
+    return std::find(columns.begin(), columns.end(), name) != columns.end();
+  };
+  const bool pose = has(kPlace[0]);
+  for (const std::string& column : columns) {
+    const auto among = [&](const std::vector<std::string>& names) {
+      return std::find(names.begin(), names.end(), column) != names.end();
+    };
+    if (!among({"time_s", "present", "clutch"}) && !among(pose ? kPlace : kVelocity))
+      fail(file, 1,
+           "found column '" + column +
+               "', expected time_s, present, clutch, and either vx_mm_per_s, "
+               "vy_mm_per_s, vz_mm_per_s or x_mm, y_mm, z_mm");
+  }
+  for (const std::string& name : {std::string("time_s"), (pose ? kPlace : kVelocity)[0]}) {
+    if (!has(name))
+      fail(file, 1, "no column '" + name + "'");
+  }
+  std::vector<Line> lines;
+  for (int number = 2; std::getline(stream, text); ++number) {
+    if (text.empty() || text[0] == '#')
+      continue;
+    const std::vector<std::string> fields = fieldsOf(text);
+    if (fields.size() != columns.size())
+      fail(file, number,
+           "found " + std::to_string(fields.size()) + " fields, expected " + std::to_string(columns.size()));
+    std::map<std::string, double> values;
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      values[columns[i]] = numberOf(file, number, columns[i], fields[i]);
+    Line line{values["time_s"], {}};
+    line.reading.present = !has("present") || values["present"] != 0.0;
+    line.reading.clutch = values["clutch"] != 0.0;
+    line.reading.pose = pose;
+    const std::vector<std::string>& names = pose ? kPlace : kVelocity;
+    (pose ? line.reading.position : line.reading.linear) =
+        1e-3 * Eigen::Vector3d(values[names[0]], values[names[1]], values[names[2]]);
+    if (!lines.empty() && line.time < lines.back().time)
+      fail(file, number, "time_s: found " + std::to_string(line.time) + ", expected no less than in the line before");
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+std::vector<Line> readRecording(const std::string& file) {
+  recording::Reader reader(file);
+  std::vector<Line> lines;
+  recording::Selection selection;
+  const std::string ending = std::string("/") + dds::kTeleopInput.name;
+  selection.channel = [&](const recording::Channel& channel) { return channel.topic.ends_with(ending); };
+  std::uint64_t start = 0;
+  reader.forEach(selection, [&](const recording::Channel&, const recording::Message& message) {
+    const auto input = dds::decode<dds::TeleopInput>(message.data);
+    if (!input)
+      return true;  // a damaged one
+    if (lines.empty())
+      start = message.log_time;
+    Line line{1e-9 * static_cast<double>(message.log_time - start), {}};
+    Reading& r = line.reading;
+    r.present = input->operator_present != 0;
+    r.clutch = input->clutch != 0;
+    r.pose = input->kind == 2;
+    r.linear = Eigen::Vector3d::Map(input->linear.data());
+    r.angular = Eigen::Vector3d::Map(input->angular.data());
+    r.position = Eigen::Vector3d::Map(input->position.data());
+    r.orientation.coeffs() = Eigen::Vector4d::Map(input->orientation.data());
+    r.buttons = input->buttons;
+    lines.push_back(line);
+    return true;
+  });
+  return lines;
+}
+
+class Trace final : public Device {
+ public:
+  explicit Trace(const std::string& file) : file_(file) {
+    try {
+      lines_ = file.ends_with(".mcap") ? readRecording(file) : readCsv(file);
+    } catch (const recording::Error& error) {
+      throw DeviceError(error.what());
+    }
+    if (lines_.empty())
+      throw DeviceError(file + ": no line of motion in it");
+  }
+
+  /// The last line whose time has come. One moment with the switch released comes first, and last.
+  Reading read(double time) override {
+    const double at = time - kBefore + lines_.front().time;
+    if (time < kBefore)
+      return {};
+    while (next_ < lines_.size() && lines_[next_].time <= at)
+      ++next_;
+    if (next_ == lines_.size() && at > lines_.back().time + kBehind) {
+      Reading last;
+      last.end = true;
+      return last;
+    }
+    return lines_[next_ == 0 ? 0 : next_ - 1].reading;
+  }
+
+  planning::teleoperation::Device kind() const override { return planning::teleoperation::Device::kTrace; }
+  std::string describe() const override {
+    return file_ + ": " + std::to_string(lines_.size()) + " lines, " +
+           std::to_string(lines_.back().time - lines_.front().time) + " s";
+  }
+
+ private:
+  static constexpr double kBefore = 0.3, kBehind = 0.1;  // s
+  std::string file_;
+  std::vector<Line> lines_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Device> openTrace(const std::string& file) { return std::make_unique<Trace>(file); }
+
+}  // namespace tandem::teleop

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Operators and CRTK clients in front of the real processes: `tandem up`, `tandem teleop` with recorded motion, and a client
+on Cyclone DDS."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
+import system  # noqa: E402
+import tubes  # noqa: E402
+
+CYCLONE = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
+<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
+<MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer Address="127.0.0.1"/></Peers></Discovery>
+<Internal><GenerateKeyhash>true</GenerateKeyhash></Internal></Domain></CycloneDDS>"""
+# Function is tested here, on any machine, however busy; the budgets are tested on a clock of the tests' own (Operator.*).
+BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, teleoperation_ms: 400, lease_ms: 3000}"
+MEASURED_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 3000}"
+
+
+class Teleoperation(system.SystemTest):
+    def begin(self, teleoperation="{}", budgets=BUDGETS):
+        self.system = self.start("teleop", budgets=budgets, teleoperation=teleoperation)
+
+    def trace(self, name, *phases):
+        """A CSV file: each phase is (seconds, present, velocity in mm/s)."""
+        lines, at = ["time_s,present,vx_mm_per_s,vy_mm_per_s,vz_mm_per_s"], 0.0
+        for seconds, present, velocity in phases:
+            lines.append(",".join(map(str, [at, present, *velocity])))
+            at += seconds
+            lines.append(",".join(map(str, [at - 1e-3, present, *velocity])))
+        path = self.folder / f"{name}.csv"
+        path.write_text("\n".join(lines) + "\n")
+        return path
+
+    def teleop(self, trace, *words):
+        process = subprocess.Popen([system.executable(), "teleop", "--deployment", str(self.system.path), "--trace",
+                                    str(trace), "--enable", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True, start_new_session=True)
+        self.addCleanup(system.reap, process)
+        return process
+
+    def tips(self):
+        return [tubes.position(tubes.transform(q, arm)) for q, arm in zip(self.system.joints(), "ab")]
+
+    def until_moving(self, process):
+        first = self.system.joints()
+
+        def moving():
+            if process.poll() is not None:
+                raise AssertionError(f"teleop ended early: {process.communicate()}")
+            return self.system.joints() != first
+
+        system.until(moving, 20, "the arms move")
+
+    def standstill(self, since_ns):
+        """s from then to the first state after which no joint moved; stamps are of the same clock."""
+        last, at = self.system.status(), None
+        still = 0
+        while still < 10:
+            now = self.system.status()
+            if [a["joints"] for a in now["arms"]] == [a["joints"] for a in last["arms"]]:
+                still += 1
+                at = at or last["stamps_ns"]["state"]
+            else:
+                still, at = 0, None
+            last = now
+            self.assertLess(time.monotonic_ns() - since_ns, 20e9, "it does not stop")
+        return max(0.0, 1e-9 * (at - since_ns))
+
+    def test_a_recorded_hand_drives_the_pair(self):
+        self.begin()
+        before = self.tips()
+        process = self.teleop(self.trace("pair", (0.3, 0, (0, 0, 0)), (2.0, 1, (0, 8, 0)), (0.5, 1, (0, 0, 0))),
+                              "--mode", "pair", "--scale", "0.5")
+        worst = 0.0
+        while process.poll() is None:
+            tips = self.tips()
+            relative = tubes.minus(tubes.minus(tips[0], tips[1]), tubes.minus(before[0], before[1]))
+            worst = max(worst, tubes.norm(relative))
+        told = process.communicate()
+        self.assertEqual(process.returncode, 0, told)
+        self.assertIn("following: pair of arm_a", told[0])
+        moved = tubes.minus(self.tips()[0], before[0])
+        # 8 mm/s less the deadband, halved, for 2 s.
+        self.assertAlmostEqual(moved[1], 7.5e-3, delta=1.2e-3)
+        self.assertLess(tubes.norm([moved[0], moved[2]]), 0.5e-3)
+        self.assertLess(worst, 0.5e-3, "the relative position is kept")
+        self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
+        # Planning goes on from here.
+        self.assert_ok(self.system.robot("run", self.trajectory("after", [0, -2, 0], points=3, max_iterations=500)))
+
+    def test_a_device_that_dies_or_hangs_stops_the_robot(self):
+        self.begin(budgets=MEASURED_BUDGETS)
+        long = self.trace("long", (0.3, 0, (0, 0, 0)), (3.0, 1, (0, 6, 0)), (3.0, 1, (0, -6, 0)), (3.0, 1, (0, 6, 0)),
+                          (3.0, 1, (0, -6, 0)))
+        for how in (signal.SIGSTOP, signal.SIGKILL):
+            process = self.teleop(long, "--rate", "100")
+            self.until_moving(process)
+            sent = time.monotonic_ns()
+            os.killpg(process.pid, how)
+            seconds = self.standstill(sent)
+            print(f"  {how.name}: the robot stood {1e3 * seconds:.0f} ms after it", flush=True)
+            # 100 ms, two control periods, the ramp of 50 ms, a look every 50 ms, and a machine that others use.
+            self.assertLess(seconds, 0.1 + 0.04 + 0.05 + 0.05 + 0.25)
+            if how == signal.SIGSTOP:
+                os.killpg(process.pid, signal.SIGCONT)  # it wakes up: nothing moves without the lease or a new grip
+                self.system.assert_still(self, looks=5)
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            system.until(self.lease_free, 10, "the lease is lost")
+
+    def lease_free(self):
+        return self.system.status()["lease_holder"] == 0
+
+    def test_one_commander_at_a_time(self):
+        self.begin()
+        long = self.trace("long", (0.3, 0, (0, 0, 0)), (6.0, 1, (0, 2, 0)))
+        first = self.teleop(long)
+        self.until_moving(first)
+        self.assertEqual(self.system.status()["source"], "teleoperation")
+        second = self.teleop(long)
+        told = second.communicate(timeout=60)
+        self.assertEqual(second.returncode, 1, told)
+        self.assertIn("another client holds the control lease", told[1])
+        self.assert_refused(self.system.robot("run", self.long_line()), "lease")
+
+    def test_a_forbidden_region_is_not_entered(self):
+        self.begin()
+        before = self.tips()
+        wall = before[0][1] + 0.004
+        self.system.close()
+        self.begin("{scale: 1, forbidden: [{name: wall, half_space: {point_m: [0, %.9f, 0], normal: [0, -1, 0]}}]}" % wall)
+        process = self.teleop(self.trace("push", (0.3, 0, (0, 0, 0)), (3.0, 1, (0, 15, 0))), "--mode", "tip")
+        farthest = -1.0
+        while process.poll() is None:
+            farthest = max(farthest, self.tips()[0][1])
+        told = process.communicate()
+        self.assertEqual(process.returncode, 0, told)
+        self.assertIn("forbidden region wall", told[0])
+        self.assertLess(farthest, wall)
+        self.assertGreater(farthest, wall - 0.0025, "it was tried")
+
+    def test_a_client_on_cyclone_reads_and_is_obeyed(self):
+        self.begin()
+        text = self.system.path.read_text()
+        keys = dict(line.split(": ", 1) for line in text.splitlines() if line.startswith(("domain:", "prefix:")))
+        before = self.tips()
+        peer = pathlib.Path(system.executable()).parents[1] / "tests" / "crtk_peer"
+        answer = subprocess.run([peer, keys["domain"], keys["prefix"], "100", "0.05"], capture_output=True, text=True,
+                                timeout=90, check=False, env={**os.environ, "CYCLONEDDS_URI": CYCLONE})
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        told = json.loads(answer.stdout)
+        self.assertAlmostEqual(told["asked"], 5e-3, delta=1e-9)
+        self.assertAlmostEqual(told["moved"], 5e-3, delta=0.6e-3)
+        self.assertEqual(told["joint_count"], 6)
+        self.assertGreater(told["cycles_by_crtk"], 50)
+        self.assertGreater(told["status"], 0)
+        # measured_cp is what an independent model says of the joints.
+        self.assertAlmostEqual(self.tips()[0][1] - before[0][1], told["moved"], delta=0.3e-3)
+        self.assertEqual(self.system.status()["lease_holder"], 0)
+
+
+if __name__ == "__main__":
+    system.main()
