@@ -12,7 +12,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     await enable();
     await me().tab("teleoperate");
     if ((await page().getAttribute("#teleop-on", "aria-pressed")) !== "true") await me().press("#teleop-on");
-    await me().text("#teleop-held", /ready: hold to move/);
+    await me().text("#teleop-held", /^○ (ready|released)/);
     await page().focus("#view");
   }
   async function hold(key) {

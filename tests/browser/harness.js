@@ -7,6 +7,7 @@ const path = require("node:path");
 const readline = require("node:readline");
 const { chromium } = require("playwright-core");
 
+const kStill = 1e-6; // m or rad
 const kPatience = 30000; // ms, for anything that is to happen; a busy machine takes its time
 
 const monotonic = () => Number(process.hrtime.bigint()) / 1e6; // ms, the clock of the robot's stamps
@@ -49,9 +50,12 @@ class Robot {
     readline.createInterface({ input: this.process.stdout }).on("line", (line) => this.heard(JSON.parse(line)));
   }
   heard(status) {
-    const joints = JSON.stringify(status.arms.map((arm) => arm.joints));
-    if (joints !== this.joints) this.changed = status.stamps_ns.state / 1e6;
-    this.joints = joints;
+    const joints = status.arms.flatMap((arm) => arm.joints);
+    // Where a loop holds a point its joints go on changing by rounding.
+    if (!this.joints?.every((q, k) => Math.abs(q - joints[k]) < kStill)) {
+      this.changed = status.stamps_ns.state / 1e6;
+      this.joints = joints;
+    }
     this.last = status;
     for (const wake of [...this.waiting]) wake();
   }

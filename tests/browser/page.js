@@ -144,19 +144,20 @@ const scenes = {
   },
 
   async "the keyboard alone reaches everything, in order, with names"() {
-    await me.page.evaluate(() => document.activeElement?.blur());
-    const order = [];
-    for (let k = 0; k < 80; ++k) {
+    await me.page.focus("#take");
+    const order = ["take"];
+    for (let k = 0; k < 100; ++k) {
       await me.page.keyboard.press("Tab");
       const at = await me.page.evaluate(() => {
         const e = document.activeElement;
+        if (e === document.body) return null; // the browser's own controls would come now
         const style = getComputedStyle(e);
         const name = e.getAttribute("aria-label") || e.textContent?.trim() || e.labels?.[0]?.textContent || "";
         return { id: e.id || name, name, visible: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2 };
       });
-      if (order.includes(at.id) && at.id === order[0]) break;
-      assert.ok(at.name !== "" || at.id === "", `${at.id} has no name`);
-      assert.ok(at.visible || at.id === "", `one does not see that ${at.id} has the focus`);
+      if (at === null || at.id === order[0]) break;
+      assert.notStrictEqual(at.name, "", `${at.id} has no name`);
+      assert.ok(at.visible, `one does not see that ${at.id} has the focus`);
       order.push(at.id);
     }
     const wanted = ["take", "stop", "view", "tab-operate", "enable", "disable", "trajectory", "run-start"];
@@ -192,14 +193,13 @@ const scenes = {
     await shot("console-no-link");
     await robot.until("fall into FAULT for want of a commander", (s) => s.arms.every((arm) => /lease_lost/.test(arm.faults)));
     console.log(`    the arms stood ${(await robot.stands("without a server", since)).toFixed(0)} ms after the server was killed`);
+    const back = monotonic();
     await server.start();
     await me.state("#link", "live");
-    await me.text("#lease", /Control: (free|unknown)/);
     await me.text('[data-fault="arm_a"]', /lease_lost: whoever commanded fell silent/);
-    const joints = JSON.stringify((await robot.until("be there", () => true)).arms.map((arm) => arm.joints));
     await me.text("#lease", /Control: free/);
     await robot.stands("after the server is back", monotonic());
-    assert.strictEqual(JSON.stringify(robot.last.arms.map((arm) => arm.joints)), joints, "a joint moved after the link was back");
+    assert.ok(robot.changed < back, "a joint moved after the link was back");
     await enable(); // and the operator goes on from there
   },
 };
@@ -221,7 +221,10 @@ async function main() {
     } catch (error) {
       failed += 1;
       console.log(`  BAD ${name}: ${error.stack}`);
-      await shot(`bad-${failed}`).catch(() => {});
+      for (const [k, page] of browser.contexts().flatMap((context) => context.pages()).entries()) {
+        console.log(`      page ${k + 1} says: ${await page.textContent(".messages").catch(() => "nothing")}`);
+        await page.screenshot({ path: path.join(setting.artifacts, `bad-${k + 1}.png`) }).catch(() => {});
+      }
       break; // what comes after builds upon it
     }
   }

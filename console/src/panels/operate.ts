@@ -72,14 +72,18 @@ export class Operate implements Panel {
     const { world, robot } = this.c;
     const status = world.controlStatus();
     const hal = world.halStatus();
-    robot.arms.forEach((arm, k) => {
-      const box = this.faults[k]!;
-      const mask = (status?.faults[k] ?? 0) | (hal?.faults[k] ?? 0);
-      setShown(box, mask !== 0);
-      const words = mask === 0 ? "" : faultsOf(mask).map((f) => `${f.name}: ${f.meaning}. ${f.remedy}`).join("\n");
+    const words = robot.arms.map((arm, k) => {
+      const faults = faultsOf((status?.faults[k] ?? 0) | (hal?.faults[k] ?? 0));
       const record = hal ? driveRecord(hal, k, arm.joints.length) : "";
-      const text = mask === 0 ? "" : `✕ Arm ${shortName(arm.name)}: ${words}${record ? `\nDrives: ${record}` : ""}`;
-      setText(box, text);
+      const more = record !== "" && record !== faults.map((f) => f.name).join(", ") ? `\nDrives: ${record}` : "";
+      return faults.map((f) => `${f.name}: ${f.meaning}. ${f.remedy}`).join("\n") + more;
+    });
+    words.forEach((text, k) => {
+      // What is the same for several arms is said once, at the first of them.
+      const shown = text !== "" && words.indexOf(text) === k;
+      setShown(this.faults[k]!, shown);
+      const whose = robot.arms.filter((_, j) => words[j] === text).map((arm) => shortName(arm.name));
+      setText(this.faults[k]!, shown ? `✕ Arm ${whose.join(", ")}: ${text}` : "");
     });
     const waits = (status?.hold ?? 0) !== 0;
     setShown(this.hold, waits);

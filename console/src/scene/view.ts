@@ -112,7 +112,7 @@ export class View {
     const extent = Math.max(0.08, tips.distanceTo(this.middle));
     // What is long lies across the screen.
     const half = Math.atan(Math.tan((0.5 * this.camera.fov * Math.PI) / 180) * Math.max(1, this.camera.aspect));
-    const far = ((0.5 * extent) / Math.tan(half)) * 1.6;
+    const far = ((0.5 * extent) / Math.tan(half)) * 1.3;
     const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
       this.controls.target.copy(target);
       this.camera.position.copy(target).addScaledVector(direction.normalize(), distance);
