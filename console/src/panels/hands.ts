@@ -8,6 +8,8 @@ import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
 import { action, card, h, millimetres, setAttribute, setClass, setText, setUsable } from "./dom";
 
+/** Stages whose results are velocities of the device; those of the others are places. */
+const kVelocities = ["deadband", "dead_man", "clutch", "frame", "scale"];
 const kStates = ["nobody sends", "refused", "released", "clutched", "following", "stopped: let go and hold again"];
 
 export class Hands implements Panel {
@@ -93,7 +95,8 @@ export class Hands implements Panel {
     if (this.c.world.teleop.count === this.shown) return;
     this.shown = this.c.world.teleop.count;
     const rows = teleop.stages.map((stage) => {
-      const digits = (v: Float64Array): string => [...v].map((x) => millimetres(x, 1)).join(" ");
+      const unit = kVelocities.includes(stage.name) ? "mm/s" : "mm";
+      const digits = (v: Float64Array): string => `${[...v].map((x) => millimetres(x, 1)).join("  ")} ${unit}`;
       const row = h("li", { class: stage.active ? "active" : "" }, h("b", {}, stage.name), h("span", {}, digits(stage.output)));
       if (stage.limited_by) row.append(h("em", {}, stage.limited_by));
       return row;

@@ -63,7 +63,9 @@ export class Run implements Panel {
       this.progress,
       plan && plan.trajectory_id !== 0
         ? `${kPhases[phase] ?? "unknown"} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
-        : "no trajectory yet",
+        : plan
+          ? "no trajectory yet"
+          : "not known",
     );
     const errors = status ? [...status.task_error.slice(0, status.task_count)] : [];
     setText(this.errors, errors.length > 0 ? `error ${errors.map((e) => millimetres(e, 3)).join(" / ")} mm` : "");
