@@ -39,7 +39,7 @@ void pass(benchmark::State& state, bool tracking, const Call& call) {
   std::mt19937 engine(kSeed);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   std::vector<Eigen::Matrix<double, kNumbers, 1>> cases(kCases);
-  Eigen::Matrix<double, kNumbers, 1> from, to;
+  Eigen::Matrix<double, kNumbers, 1> from = Eigen::Matrix<double, kNumbers, 1>::Zero(), to = from;
   const auto draw = [&] { return Eigen::Matrix<double, kNumbers, 1>::NullaryExpr([&] { return any(engine); }).eval(); };
   for (int k = 0; k < kCases; ++k) {
     if (k % kPathLength == 0) {

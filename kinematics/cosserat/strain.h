@@ -20,10 +20,12 @@ struct SectionLaw {
   Eigen::Matrix<double, 3, kMaxActuators> by_input = Eigen::Matrix<double, 3, kMaxActuators>::Zero();
 };
 
-/** Strains of a cross-section and how they follow what acts on it; vectors in the rod's frame. */
+/** Strains of a cross-section and how they follow what acts on it; vectors in the rod's frame. The answer for a load is
+ * where the search for the next one begins, carried on by the compliance. */
 struct Strain {
   Eigen::Vector3d u = Eigen::Vector3d::Zero();   ///< kappa
   Eigen::Vector3d v = Eigen::Vector3d::UnitZ();  ///< nu
+  Vector6 load = Vector6::Zero();                ///< (m, n) that they answer
   Matrix6 compliance = Matrix6::Zero();          ///< (u, v) by (m, n)
   Eigen::Matrix<double, 6, kMaxActuators> by_input = Eigen::Matrix<double, 6, kMaxActuators>::Zero();
 };
@@ -32,7 +34,7 @@ struct Strain {
  *    K_me (u - u0) + sum tau_i r_i x w_i/|w_i| = m,   K_ne (v - e_z) + sum tau_i w_i/|w_i| = n,   w_i = v + u x r_i:
  * equations (12.c, d) with the tendons of Rucker and Webster 2011, whose tension acts along the tendon. The left sides
  * are the gradient of a convex function, so there is one answer.
- * @param strain  u and v are where Newton's method begins  @return false if it does not converge */
+ * @param strain  the answer for a load nearby, or strains with no compliance  @return false if it does not converge */
 bool solveStrain(const SectionLaw& law, const Eigen::Vector3d& m, const Eigen::Vector3d& n, Strain& strain) noexcept;
 
 }  // namespace tandem::kinematics::cosserat

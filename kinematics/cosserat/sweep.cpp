@@ -134,8 +134,8 @@ class Integration {
       }
     }
     section_start_ = s_;
+    strain_ = Strain();
     strain_.u = law_.curvature;
-    strain_.v = Vector3d::UnitZ();
   }
 
   bool strainAt(const State<kColumns>& y, const Vector3d& n) {

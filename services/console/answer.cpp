@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -46,6 +47,15 @@ Answer answerPage(Context& context, const Request& request) {
 }
 
 }  // namespace
+
+std::optional<double> rateOf(std::string_view query) {
+  const std::string text(parameterOf(query, "rate"));
+  if (text.empty())
+    return 0.0;
+  char* end = nullptr;
+  const double rate = std::strtod(text.c_str(), &end);
+  return *end == '\0' && rate >= 0.1 && rate <= 1000.0 ? std::optional(rate) : std::nullopt;
+}
 
 Answer refuse(Context& context, int status, const std::string& why) {
   if (status != 404)

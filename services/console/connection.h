@@ -54,8 +54,9 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
  public:
   using Header = http::request<http::empty_body>;
 
-  WebSocket(Stream stream, Context& context, Counted counted, dds::Role role)
-      : socket_(std::move(stream)), context_(context), counted_(std::move(counted)), role_(role) {}
+  /// @param rate  most samples a second of a best-effort topic; 0: all
+  WebSocket(Stream stream, Context& context, Counted counted, dds::Role role, double rate)
+      : socket_(std::move(stream)), context_(context), counted_(std::move(counted)), role_(role), rate_(rate) {}
 
   void start(const Header& request, std::string_view subprotocol) {
     report_.address = addressOf(beast::get_lowest_layer(socket_));
@@ -115,12 +116,13 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
     // A client that does not read shall not have seconds of old samples in the kernel.
     Failed ignored;
     beast::get_lowest_layer(socket_).socket().set_option(net::socket_base::send_buffer_size(256 * 1024), ignored);
-    client_ = std::make_shared<Client>(role_, [weak = this->weak_from_this(), executor = socket_.get_executor()] {
-      net::post(executor, [weak] {
-        if (const auto self = weak.lock())
-          self->writeNext();
-      });
-    });
+    client_ =
+        std::make_shared<Client>(role_, rate_, [weak = this->weak_from_this(), executor = socket_.get_executor()] {
+          net::post(executor, [weak] {
+            if (const auto self = weak.lock())
+              self->writeNext();
+          });
+        });
     context_.sessions.insert(this->shared_from_this());
     context_.hub.join(client_);
     read();
@@ -182,6 +184,7 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
   Context& context_;
   Counted counted_;
   dds::Role role_;
+  double rate_;
   std::shared_ptr<Client> client_;
   beast::flat_buffer incoming_;
   Outgoing current_;
@@ -257,8 +260,11 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
                          "Sec-WebSocket-Protocol: expected " + std::string(kSubprotocols[0]) + " or " +
                              std::string(kSubprotocols[1])),
                   false);
+    const auto rate = rateOf(request.query);
+    if (!rate)
+      return send(refuse(context_, 400, "rate: expected a number from 0.1 to 1000, samples a second"), false);
     const auto socket =
-        std::make_shared<WebSocket<Stream>>(std::move(stream_), context_, std::move(counted_), *verdict.role);
+        std::make_shared<WebSocket<Stream>>(std::move(stream_), context_, std::move(counted_), *verdict.role, *rate);
     socket->start(message, *subprotocol);
   }
 

@@ -50,6 +50,8 @@ struct Answer {
 
 /// What a request that is no WebSocket's gets.
 Answer answer(Context& context, const Request& request);
+/// What a query says of the rate; 0 where it says nothing, nothing where it is wrong.
+std::optional<double> rateOf(std::string_view query);
 /// Words of a refusal, as JSON.
 Answer refuse(Context& context, int status, const std::string& why);
 

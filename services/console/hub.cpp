@@ -79,7 +79,12 @@ void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   if (line.subscribers.empty() && !line.latched)
     return;
   const auto payload = std::make_shared<const std::string>(bytes);
-  for (const Subscriber& subscriber : line.subscribers) {
+  for (Subscriber& subscriber : line.subscribers) {
+    const std::uint64_t interval = line.may_lose ? subscriber.client->interval_ : 0;
+    // A clock that was set back holds nothing up.
+    if (now < subscriber.due && subscriber.due - now <= interval)
+      continue;
+    subscriber.due = std::max(subscriber.due, now > interval ? now - interval : 0) + interval;
     if (subscriber.client->queue().push(channel, line.may_lose,
                                         {false, messageHeader(subscriber.subscription, now), payload}))
       subscriber.client->wake_();
@@ -124,8 +129,14 @@ void Hub::subscribe(const std::shared_ptr<Client>& client, std::uint32_t subscri
         client->queue().push(channel, line.may_lose, {false, messageHeader(subscription, line.last_time), line.last}))
       client->wake_();
   }
-  if (!line.open)
+  if (line.open)
+    return;
+  try {
     open(channel);
+  } catch (const std::exception& error) {
+    unsubscribe(client, subscription);
+    client->note(StatusLevel::kError, line.name + ": " + error.what(), id);
+  }
 }
 
 void Hub::detach(const std::shared_ptr<Client>& client, std::uint32_t channel) {

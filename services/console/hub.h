@@ -22,8 +22,10 @@ namespace tandem::console {
 /** One client, as the hub sees it. */
 class Client {
  public:
+  /// @param rate  most samples a second of a best-effort topic; 0: all
   /// @param wake  called on any thread when the queue holds something after it was empty
-  Client(dds::Role role, std::function<void()> wake) : role_(role), wake_(std::move(wake)) {}
+  Client(dds::Role role, double rate, std::function<void()> wake)
+      : role_(role), interval_(rate > 0.0 ? static_cast<std::uint64_t>(1e9 / rate) : 0), wake_(std::move(wake)) {}
 
   dds::Role role() const { return role_; }
   ClientQueue& queue() { return queue_; }
@@ -35,6 +37,7 @@ class Client {
  private:
   friend class Hub;
   dds::Role role_;
+  std::uint64_t interval_;  ///< ns
   std::function<void()> wake_;
   ClientQueue queue_;
   std::map<std::uint32_t, std::uint32_t> channels_;       ///< channel by subscription
@@ -72,6 +75,7 @@ class Hub {
   struct Subscriber {
     std::uint32_t subscription;
     std::shared_ptr<Client> client;
+    std::uint64_t due = 0;  ///< before that no sample of a topic that may lose some, ns
   };
   /** One topic. */
   struct Line {

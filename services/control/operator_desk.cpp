@@ -109,7 +109,8 @@ OperatorReason OperatorDesk::judge(const dds::TeleopInput& input) const noexcept
 
 void OperatorDesk::take(const dds::TeleopInput& input, const Context& context) noexcept {
   OperatorReason refusal = OperatorReason::kNone;
-  const bool commander = input.client != 0 && input.client == context.lease_holder;
+  const bool nobody = input.client == 0 || input.client == dds::kCrtkClient;
+  const bool commander = !nobody && input.client == context.lease_holder;
   if (lock_step_) {
     refusal = OperatorReason::kLockStep;
   } else if (!commander) {

@@ -94,6 +94,8 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
   };
   if (request.client == 0)
     return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
+  if (request.client == dds::kCrtkClient)
+    return refused(dds::ReplyCode::kMalformed, "client: found 2^64 - 1, which stands for CRTK clients");
   if (request.arm != dds::kAllArms) {
     if (request.arm >= arm_names_.size()) {
       return refused(dds::ReplyCode::kMalformed, "arm: found " + std::to_string(request.arm) + ", expected below " +

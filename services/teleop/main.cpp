@@ -6,6 +6,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "safety/operating_state.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
 #include "services/cli/role.h"
@@ -174,6 +175,23 @@ void expectEnabled(Session& session, const Options& options) {
   }
 }
 
+/// Until the device or somebody ends it.
+void drive(Session& session, teleop::Device& device, const Options& options, const service::StopSignal& stop) {
+  const std::int64_t start = service::monotonicNow();
+  while (!stop.requested()) {
+    const teleop::Reading reading = device.read(1e-9 * static_cast<double>(service::monotonicNow() - start));
+    session.send(reading, device.kind());
+    session.tell();
+    device.showLimited(session.status().clamped != 0);
+    const dds::ControlStatus status = session.client().snapshot().status;
+    if (status.lease_holder != session.client().id())
+      throw Failure(cli::kFailure, "the control lease is lost");
+    if (reading.end)
+      return;
+    stop.waitFor(1.0 / options.rate);
+  }
+}
+
 int run(const Options& options) {
   service::StopSignal stop;
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
@@ -189,18 +207,11 @@ int run(const Options& options) {
   expectEnabled(session, options);
   if (!options.quiet)
     std::cout << device->describe() << std::endl;
-  const std::int64_t start = service::monotonicNow();
-  while (!stop.requested()) {
-    const teleop::Reading reading = device->read(1e-9 * static_cast<double>(service::monotonicNow() - start));
-    session.send(reading, device->kind());
-    session.tell();
-    device->showLimited(session.status().clamped != 0);
-    const dds::ControlStatus status = session.client().snapshot().status;
-    if (status.lease_holder != session.client().id())
-      throw Failure(cli::kFailure, "the control lease is lost");
-    if (reading.end)
-      break;
-    stop.waitFor(1.0 / options.rate);
+  try {
+    drive(session, *device, options, stop);
+  } catch (...) {
+    session.send({}, device->kind());  // at once, rather than by silence
+    throw;
   }
   session.client().interruptBy({});
   // Let go first: who ends while the robot moves for it loses the lease in motion.

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file SpaceMouse and its like through spacenavd. */
-#include <spnav.h>
 #include <sys/socket.h>
 
 #include <algorithm>
 
 #include "services/teleop/device.h"
+// Behind Eigen: it includes Xlib.h, whose macros are names of Eigen's.
+#include <spnav.h>
 
 namespace tandem::teleop {
 namespace {

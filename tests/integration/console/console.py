@@ -38,6 +38,9 @@ class ConsoleTest(system.SystemTest):
     def stats(self, tls=None, **headers):
         return wire.api(self.port, "stats", tls, **headers)
 
+    def channel(self, peer, name):
+        return peer.channels[f"/{self.prefix}/{name}"]
+
     def client(self, *topics, **options):
         peer = wire.WebSocket(self.port, **options)
         self.addCleanup(peer.close)

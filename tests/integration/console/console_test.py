@@ -80,8 +80,25 @@ class Crowd(ConsoleTest):
         dropped = [client["dropped"] for client in stats["clients"]]
         print("left out:", dropped, flush=True)
 
-    def test_the_server_takes_its_leave(self):
+    def rates(self):
+        """Ten samples a second of what comes 500 times; all of what is reliable."""
+        peer = self.client("actuation/state", "arm_a/measured_js", query="?rate=10")
+        times = {self.channel(peer, name): [] for name in ("actuation/state", "arm_a/measured_js")}
+        while min(map(len, times.values())) < 15:
+            opcode, payload = peer.frame()
+            if opcode == 2:
+                times[struct.unpack_from("<I", payload, 1)[0]].append(struct.unpack_from("<Q", payload, 5)[0] / 1e9)
+        states, joints = times.values()
+        self.assertGreater(states[-1] - states[1], 0.09 * (len(states) - 2))
+        self.assertLess(min(b - a for a, b in zip(joints, joints[1:])), 0.09, "20 a second")
+        for wrong in ("0", "-1", "1e9", "fast", "10x"):
+            with self.assertRaises(wire.Refused) as refused:
+                wire.WebSocket(self.port, query=f"?rate={wrong}")
+            self.assertEqual(refused.exception.status, 400)
+
+    def test_rates_and_leave(self):
         robot = self.start_robot()
+        self.rates()
         peer = self.client("control/status")
         os.kill(robot.pids["console"], signal.SIGTERM)
         frames = []
@@ -115,7 +132,7 @@ class Hostile(ConsoleTest):
         # It still serves who is right.
         peer = self.client("control/status", "control/reply")
         peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
-        answer = struct.pack("<BI", 1, peer.channels[f"/{self.prefix}/control/reply"])
+        answer = struct.pack("<BI", 1, self.channel(peer, "control/reply"))
         while not peer.frame()[1].startswith(answer):
             pass
         self.assert_unharmed(1)

@@ -32,7 +32,7 @@ static dds_entity_t checked(dds_entity_t entity, const char* what) {
 static dds_entity_t topic(const dds_topic_descriptor_t* generated, const char* type, const char* name) {
   dds_topic_descriptor_t* named = malloc(sizeof(*named));  // for as long as the process lives
   char full[200];
-  *named = *generated;
+  memcpy(named, generated, sizeof(*named));  // some of its members are const
   named->m_typename = (char*)type;
   snprintf(full, sizeof(full), "rt/%s/%s", prefix, name);
   return checked(dds_create_topic(participant, named, full, NULL, NULL), name);

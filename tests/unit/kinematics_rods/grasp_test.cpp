@@ -225,7 +225,8 @@ TEST(Grasp, ContactForcesAnswerAWrenchAndPressTheObject) {
     const Scene scene(random, random.integer(2, 4), type);
     const Grasp grasp(scene.contacts, Scene::kLength);
     const GraspState state = scene.state(grasp);
-    EXPECT_LT((state.by_object.transpose() * state.internal_forces).norm(), 1e-12);
+    const Eigen::MatrixXd unbalanced = state.by_object.transpose() * state.internal_forces;
+    EXPECT_LT(unbalanced.norm(), 1e-12);
     Twist wrench, left;
     wrench << anyVector(random, 1.0), anyVector(random, 0.02);
     const ContactVector force = grasp.contactForces(state, wrench, 0.0, left);
