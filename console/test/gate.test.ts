@@ -81,7 +81,10 @@ test("random events: held means pressed while allowed, and every change is told"
       gate.allow(condition, good);
     }
     const right = told === gate.held && (!gate.held || (bad.size === 0 && down.has(gate.source!)));
-    if (!right) throw new Error(`event ${event}: held ${gate.held}, told ${told}, forbidden by ${[...bad].join()}, down ${[...down].join()}`);
+    if (!right)
+      throw new Error(
+        `event ${event}: held ${gate.held}, told ${told}, forbidden by ${[...bad].join()}, down ${[...down].join()}`,
+      );
     held += gate.held ? 1 : 0;
   }
   expect(held).toBeGreaterThan(100); // or it would say nothing
@@ -98,7 +101,10 @@ test("keys: opposite ones cancel, diagonals are no faster", () => {
 });
 
 test("sticks: bounded, and nothing that is not a number goes through", () => {
-  const pad = { axes: [1, -1, 0, 7], buttons: Array.from({ length: 17 }, (_, k) => ({ pressed: k === Button.hold, value: 0 })) };
+  const pad = {
+    axes: [1, -1, 0, 7],
+    buttons: Array.from({ length: 17 }, (_, k) => ({ pressed: k === Button.hold, value: 0 })),
+  };
   expect(stickVelocity(pad)).toEqual([kFullSpeed, kFullSpeed, kFullSpeed]);
   expect(stickVelocity({ axes: [NaN], buttons: [] }).map(Math.abs)).toEqual([0, 0, 0]);
   expect(pressed(pad, Button.hold)).toBe(true);
