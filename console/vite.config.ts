@@ -24,5 +24,5 @@ export default defineConfig({
       "/ws": { target: server.replace("http", "ws"), ws: true, rewrite: () => "/" },
     },
   },
-  test: { include: ["test/**/*.test.ts"] },
+  test: { include: ["test/**/*.test.ts"], testTimeout: 120_000 }, // a busy machine takes its time
 });

@@ -56,8 +56,11 @@ export class App {
     world.taps.status.push((status) => commander.heard(status));
 
     const place = h("div.view", {
-      tabindex: "0", role: "application", id: "view",
-      "aria-label": "The arms in 3D. While teleoperation is on, hold arrow keys, Page Up or Page Down to move the driven tip; letting go stops it.",
+      tabindex: "0",
+      role: "application",
+      id: "view",
+      "aria-label":
+        "The arms in 3D. While teleoperation is on, hold arrow keys, Page Up or Page Down to move the driven tip; letting go stops it.",
     });
     this.view = new View(place, robot);
     this.drawing = new Drawing(this.c, this.view);
@@ -74,14 +77,17 @@ export class App {
     const header = new Header(this.c, this.stop);
     const bars = new Bars(this.c);
     place.append(this.hud.element);
-    const side = h("aside.side", {},
+    const side = h(
+      "aside.side",
+      {},
       tabs([
         ["Operate", h("div", {}, operate.element, run.element)],
         ["Method", method.element],
         ["Teleoperate", hands.element],
         ["Health", this.health.element],
       ]),
-      messages.element);
+      messages.element,
+    );
     root.replaceChildren(header.element, h("main", {}, place, side), h("footer", {}, bars.element, charts.element));
     this.panels = [header, operate, run, method, hands, bars, charts, this.hud, this.health];
     clock.start();
@@ -101,7 +107,8 @@ export class App {
       this.c.commander.disconnected();
       this.c.messages.add("bad", `The link is down: ${reason}`);
     }
-    if (state === "open") this.c.messages.add("info", "Connected to the server; nothing moves until somebody takes control");
+    if (state === "open")
+      this.c.messages.add("info", "Connected to the server; nothing moves until somebody takes control");
   }
 
   private frame(): void {

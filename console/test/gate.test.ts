@@ -63,6 +63,7 @@ test("random events: held means pressed while allowed, and every change is told"
   const random = seeded();
   let told = false;
   const gate = open((held) => (told = held));
+  let held = 0;
   const bad = new Set<Condition>();
   const down = new Set<string>();
   for (let event = 0; event < 20_000; ++event) {
@@ -71,9 +72,7 @@ test("random events: held means pressed while allowed, and every change is told"
       const isDown = random() < 0.5;
       if (isDown) down.add(source);
       else down.delete(source);
-      const before = gate.held;
       gate.update(source, isDown);
-      if (!before && gate.held) expect(gate.source).toBe(source);
     } else {
       const condition = conditions[Math.floor(conditions.length * random())]!;
       const good = random() < 0.8;
@@ -81,12 +80,14 @@ test("random events: held means pressed while allowed, and every change is told"
       else bad.add(condition);
       gate.allow(condition, good);
     }
-    expect(told).toBe(gate.held);
-    if (gate.held) {
-      expect(bad.size).toBe(0);
-      expect(down.has(gate.source!)).toBe(true);
-    }
+    const right = told === gate.held && (!gate.held || (bad.size === 0 && down.has(gate.source!)));
+    if (!right)
+      throw new Error(
+        `event ${event}: held ${gate.held}, told ${told}, forbidden by ${[...bad].join()}, down ${[...down].join()}`,
+      );
+    held += gate.held ? 1 : 0;
   }
+  expect(held).toBeGreaterThan(100); // or it would say nothing
 });
 
 test("keys: opposite ones cancel, diagonals are no faster", () => {
@@ -100,7 +101,10 @@ test("keys: opposite ones cancel, diagonals are no faster", () => {
 });
 
 test("sticks: bounded, and nothing that is not a number goes through", () => {
-  const pad = { axes: [1, -1, 0, 7], buttons: Array.from({ length: 17 }, (_, k) => ({ pressed: k === Button.hold, value: 0 })) };
+  const pad = {
+    axes: [1, -1, 0, 7],
+    buttons: Array.from({ length: 17 }, (_, k) => ({ pressed: k === Button.hold, value: 0 })),
+  };
   expect(stickVelocity(pad)).toEqual([kFullSpeed, kFullSpeed, kFullSpeed]);
   expect(stickVelocity({ axes: [NaN], buttons: [] }).map(Math.abs)).toEqual([0, 0, 0]);
   expect(pressed(pad, Button.hold)).toBe(true);

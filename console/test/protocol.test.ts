@@ -43,7 +43,10 @@ test("what the page sends is what the protocol says", () => {
   const frame = new Uint8Array(publishFrame(9, Uint8Array.of(5, 6)));
   expect([...frame]).toEqual([1, 9, 0, 0, 0, 5, 6]);
   expect(JSON.parse(subscribeText(3, 4))).toEqual({ op: "subscribe", subscriptions: [{ id: 3, channelId: 4 }] });
-  expect(JSON.parse(advertiseText(1, "/t", "a/msg/B", "uint8 x")).channels[0]).toMatchObject({ encoding: "cdr", schemaEncoding: "ros2msg" });
+  expect(JSON.parse(advertiseText(1, "/t", "a/msg/B", "uint8 x")).channels[0]).toMatchObject({
+    encoding: "cdr",
+    schemaEncoding: "ros2msg",
+  });
 });
 
 test.each(messages.map((m) => [m.topic, m] as const))("%s: every member survives the wire", (_, { schema }) => {
@@ -60,7 +63,9 @@ test.each(messages.map((m) => [m.topic, m] as const))("%s: every member survives
         if (field.type === "uint64" || field.type === "int64") return BigInt(Math.floor(random() * 2 ** 52));
         return field.type.startsWith("float") ? random() : Math.floor(256 * random());
       };
-      message[field.name] = field.isArray ? Float64Array.from({ length: field.arrayLength! }, () => one() as number) : one();
+      message[field.name] = field.isArray
+        ? Float64Array.from({ length: field.arrayLength! }, () => one() as number)
+        : one();
     }
     expect(reader.readMessage(writer.writeMessage(message))).toEqual(message);
   }

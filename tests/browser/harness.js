@@ -8,7 +8,7 @@ const readline = require("node:readline");
 const { chromium } = require("playwright-core");
 
 const kStill = 1e-6; // m or rad
-const kPatience = 30000; // ms, for anything that is to happen; a busy machine takes its time
+const kPatience = 60000; // ms, for anything that is to happen; a busy machine takes its time
 
 const monotonic = () => Number(process.hrtime.bigint()) / 1e6; // ms, the clock of the robot's stamps
 
@@ -20,8 +20,11 @@ class Server {
   }
   async start() {
     const { bin, deployment, port, page } = this.setting;
-    this.process = spawn(path.join(bin, "tandem-console"), ["--deployment", deployment, "--port", String(port), "--page", page, "--log", "warn"],
-      { stdio: ["ignore", "inherit", "inherit"] });
+    this.process = spawn(
+      path.join(bin, "tandem-console"),
+      ["--deployment", deployment, "--port", String(port), "--page", page, "--log", "warn"],
+      { stdio: ["ignore", "inherit", "inherit"] },
+    );
     this.ended = new Promise((resolve) => this.process.once("exit", resolve));
     const end = monotonic() + kPatience;
     while (monotonic() < end) {
@@ -43,7 +46,9 @@ class Robot {
   constructor({ bin, deployment }) {
     this.tandem = path.join(bin, "tandem");
     this.deployment = deployment;
-    this.process = spawn(this.tandem, ["status", deployment, "--json", "--follow"], { stdio: ["ignore", "pipe", "inherit"] });
+    this.process = spawn(this.tandem, ["status", deployment, "--json", "--follow"], {
+      stdio: ["ignore", "pipe", "inherit"],
+    });
     this.last = null;
     this.changed = 0; // ms: stamp of the state in which a joint was last elsewhere than before
     this.waiting = new Set();
@@ -94,7 +99,10 @@ class Robot {
   }
   /** A command by `tandem robot`, as somebody else would give it. */
   command(...words) {
-    return spawnSync(this.tandem, ["robot", "--deployment", this.deployment, ...words], { encoding: "utf8", timeout: kPatience });
+    return spawnSync(this.tandem, ["robot", "--deployment", this.deployment, ...words], {
+      encoding: "utf8",
+      timeout: kPatience,
+    });
   }
 }
 
@@ -119,7 +127,10 @@ class Operator {
     page.on("pageerror", (error) => this.complaints.push(`error: ${error.stack}`));
     page.on("console", (message) => {
       // A browser reports by itself that a socket could not be opened: that is what the page is tested to bear.
-      if (["error", "warning"].includes(message.type()) && !/WebSocket connection|GPU stall|GL Driver/.test(message.text()))
+      if (
+        ["error", "warning"].includes(message.type()) &&
+        !/WebSocket connection|GPU stall|GL Driver/.test(message.text())
+      )
         this.complaints.push(`${message.type()}: ${message.text()}`);
     });
     page.on("request", (request) => {
@@ -137,7 +148,9 @@ class Operator {
   }
   async text(selector, pattern) {
     await this.page.waitForFunction(
-      ([where, source]) => new RegExp(source).test(document.querySelector(where)?.textContent ?? ""), [selector, pattern.source]);
+      ([where, source]) => new RegExp(source).test(document.querySelector(where)?.textContent ?? ""),
+      [selector, pattern.source],
+    );
     return this.page.textContent(selector);
   }
   /** Clicks what can be used; waits until it can. */

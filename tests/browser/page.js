@@ -39,14 +39,17 @@ async function run() {
   await me.text("#progress", /running/);
   await robot.moves("a trajectory runs");
 }
-const stoppedByRequest = (s) => s.arms.every((arm) => arm.operating_state === "FAULT" && /stop_requested/.test(arm.faults));
+const stoppedByRequest = (s) =>
+  s.arms.every((arm) => arm.operating_state === "FAULT" && /stop_requested/.test(arm.faults));
 
 async function afterStop(how, since) {
   await robot.until(`stop after ${how}`, stoppedByRequest);
   const standing = await robot.stands(`after ${how}`, since);
   const note = await me.text("#stop-note", /confirmed after \d+ ms/);
   await me.text('[data-fault="arm_a"]', /stop_requested: somebody pressed stop\. When it is safe/);
-  console.log(`    ${how}: ${note.trim()}; the last joint moved ${standing.toFixed(0)} ms after the press, as seen every 100 ms`);
+  console.log(
+    `    ${how}: ${note.trim()}; the last joint moved ${standing.toFixed(0)} ms after the press, as seen every 100 ms`,
+  );
   assert.ok(standing < 2000, `${how}: joints moved for ${standing} ms`);
 }
 
@@ -62,7 +65,10 @@ const scenes = {
     for (const camera of ["2", "3", "4", "5", "6", "1"]) {
       const before = await me.scene();
       await me.page.click(`[data-camera="${camera}"]`);
-      await me.waitForScene(`camera ${camera} shows something else`, (s) => differing(s, before) > 100 && s.blue + s.orange > 50);
+      await me.waitForScene(
+        `camera ${camera} shows something else`,
+        (s) => differing(s, before) > 100 && s.blue + s.orange > 50,
+      );
     }
   },
 
@@ -90,7 +96,9 @@ const scenes = {
     await robot.moves("further");
     await me.waitForScene("the picture changes", (s) => differing(s, before) > 20);
     assert.notStrictEqual(await bar(), bars, "the bars of the actuators stand still");
-    await me.page.waitForFunction(() => [...document.querySelectorAll(".bar .free")].some((f) => f.style.width !== "100.00%" && f.style.width !== ""));
+    await me.page.waitForFunction(() =>
+      [...document.querySelectorAll(".bar .free")].some((f) => f.style.width !== "100.00%" && f.style.width !== ""),
+    );
     await me.text("#errors", /error [\d.]+ \/ [\d.]+ mm/);
     await shot("console-experiment");
     await me.press("#run-pause");
@@ -153,7 +161,11 @@ const scenes = {
         if (e === document.body) return null; // the browser's own controls would come now
         const style = getComputedStyle(e);
         const name = e.getAttribute("aria-label") || e.textContent?.trim() || e.labels?.[0]?.textContent || "";
-        return { id: e.id || name, name, visible: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2 };
+        return {
+          id: e.id || name,
+          name,
+          visible: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2,
+        };
       });
       if (at === null || at.id === order[0]) break;
       assert.notStrictEqual(at.name, "", `${at.id} has no name`);
@@ -162,8 +174,15 @@ const scenes = {
     }
     const wanted = ["take", "stop", "view", "tab-operate", "enable", "disable", "trajectory", "run-start"];
     const places = wanted.map((id) => order.indexOf(id));
-    assert.ok(places.every((p) => p >= 0), `not reached by Tab: ${wanted.filter((_, k) => places[k] < 0)}`);
-    assert.deepStrictEqual(places, [...places].sort((a, b) => a - b), "the order of the focus");
+    assert.ok(
+      places.every((p) => p >= 0),
+      `not reached by Tab: ${wanted.filter((_, k) => places[k] < 0)}`,
+    );
+    assert.deepStrictEqual(
+      places,
+      [...places].sort((a, b) => a - b),
+      "the order of the focus",
+    );
     await me.page.focus("#tab-operate");
     await me.page.keyboard.press("ArrowRight");
     assert.strictEqual(await me.page.evaluate(() => document.activeElement.id), "tab-method");
@@ -191,8 +210,12 @@ const scenes = {
     await me.text("#curtain", /No connection to the server/);
     assert.strictEqual(await me.page.getAttribute("#enable", "aria-disabled"), "true");
     await shot("console-no-link");
-    await robot.until("fall into FAULT for want of a commander", (s) => s.arms.every((arm) => /lease_lost/.test(arm.faults)));
-    console.log(`    the arms stood ${(await robot.stands("without a server", since)).toFixed(0)} ms after the server was killed`);
+    await robot.until("fall into FAULT for want of a commander", (s) =>
+      s.arms.every((arm) => /lease_lost/.test(arm.faults)),
+    );
+    console.log(
+      `    the arms stood ${(await robot.stands("without a server", since)).toFixed(0)} ms after the server was killed`,
+    );
     const back = monotonic();
     await server.start();
     await me.state("#link", "live");
@@ -211,7 +234,10 @@ async function main() {
   browser = await Operator.launch(setting);
   me = await Operator.open(browser, server.url);
   let failed = 0;
-  for (const [name, scene] of Object.entries({ ...scenes, ...require("./hands.js")({ robot: () => robot, me: () => me, enable, shot, setting }) })) {
+  for (const [name, scene] of Object.entries({
+    ...scenes,
+    ...require("./hands.js")({ robot: () => robot, me: () => me, enable, shot, setting }),
+  })) {
     if (only.length > 0 && !only.some((word) => name.includes(word))) continue;
     const from = monotonic();
     try {
@@ -221,7 +247,10 @@ async function main() {
     } catch (error) {
       failed += 1;
       console.log(`  BAD ${name}: ${error.stack}`);
-      for (const [k, page] of browser.contexts().flatMap((context) => context.pages()).entries()) {
+      for (const [k, page] of browser
+        .contexts()
+        .flatMap((context) => context.pages())
+        .entries()) {
         console.log(`      page ${k + 1} says: ${await page.textContent(".messages").catch(() => "nothing")}`);
         await page.screenshot({ path: path.join(setting.artifacts, `bad-${k + 1}.png`) }).catch(() => {});
       }

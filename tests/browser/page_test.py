@@ -30,15 +30,16 @@ class Page(system.SystemTest):
         # default budgets; here the page is what is tested.
         path = system.deployment(self.folder, "laptop", budgets="{lease_ms: 3000, age_periods: 10, "
                                  "planning_reference_ms: 1000, teleoperation_ms: 500}")
-        lines = [line for line in path.read_text().splitlines() if not ("executable: tandem-recorder" in line or "executable: tandem-console" in line)]
+        others = ("executable: tandem-recorder", "executable: tandem-console")
+        lines = [line for line in path.read_text().splitlines() if not any(other in line for other in others)]
         path.write_text("\n".join(lines) + "\n")
         robot = system.System(path)
         self.addCleanup(robot.close)
-        setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path), "port": free_port(),
-                   "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
+        setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path),
+                   "port": free_port(), "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
                    "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
-        operator = subprocess.run(["node", str(HERE / "page.js"), json.dumps(setting), *os.environ.get("TANDEM_SCENES", "").split()],
-                                  timeout=360, check=False)
+        scenes = os.environ.get("TANDEM_SCENES", "").split()
+        operator = subprocess.run(["node", str(HERE / "page.js"), json.dumps(setting), *scenes], timeout=360, check=False)
         self.assertEqual(operator.returncode, 0, f"the operator was not content; screenshots are in {artifacts}")
 
 

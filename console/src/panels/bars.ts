@@ -36,8 +36,12 @@ export class Bars implements Panel {
     const arms = c.robot.arms.map((arm, k) => {
       const reach = Math.min(...arm.joints.map((joint, j) => (isTranslation(arm, j) ? (joint.lower ?? 0) : 0)));
       const rows = arm.joints.map((joint, j) => this.makeBar(k, j, joint, reach));
-      return h("div.actuators", { role: "group", "aria-label": `Actuators of arm ${shortName(arm.name)}` },
-        h("h2", {}, `Arm ${shortName(arm.name)}`), ...rows);
+      return h(
+        "div.actuators",
+        { role: "group", "aria-label": `Actuators of arm ${shortName(arm.name)}` },
+        h("h2", {}, `Arm ${shortName(arm.name)}`),
+        ...rows,
+      );
     });
     this.element = h("section.bars", { "aria-label": "Actuators and their moving limits" }, ...arms);
     for (const event of ["blur", "pagehide"]) window.addEventListener(event, () => this.end());
@@ -59,7 +63,13 @@ export class Bars implements Panel {
     const bar: Bar = { arm, joint, translation, range, row: h("div.bar"), free, value, setpoint, text, jogs: [] };
     bar.jogs = [-1, 1].map((sign) => this.jogButton(bar, sign, said));
     bar.row.title = said;
-    bar.row.append(h("span.name", {}, name), bar.jogs[0]!, h("div.track", {}, free, setpoint, value), bar.jogs[1]!, text);
+    bar.row.append(
+      h("span.name", {}, name),
+      bar.jogs[0]!,
+      h("div.track", {}, free, setpoint, value),
+      bar.jogs[1]!,
+      text,
+    );
     this.bars.push(bar);
     return bar.row;
   }
@@ -71,14 +81,20 @@ export class Bars implements Panel {
     const begin = (): void => this.begin(bar, sign);
     const end = (): void => this.end();
     button.addEventListener("pointerdown", begin);
-    button.addEventListener("keydown", (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin());
-    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"]) button.addEventListener(name, end);
+    button.addEventListener(
+      "keydown",
+      (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin(),
+    );
+    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"])
+      button.addEventListener(name, end);
     return button;
   }
 
   private why(now: number): string {
     const status = this.c.world.controlStatus();
-    const enabled = status ? [...status.operating_state.slice(0, status.arm_count)].every((s) => stateName(s) === "ENABLED") : false;
+    const enabled = status
+      ? [...status.operating_state.slice(0, status.arm_count)].every((s) => stateName(s) === "ENABLED")
+      : false;
     return whyNotMove(this.c, now) || (enabled ? "" : "The arms have to be ENABLED.");
   }
 
@@ -86,7 +102,8 @@ export class Bars implements Panel {
     if (this.jogging || this.why(performance.now()) !== "") return;
     const { robot, commander } = this.c;
     const joints = robot.arms[bar.arm]!.joints.map((_, j) =>
-      j !== bar.joint ? 0 : sign * (bar.translation ? kJogTranslation : kJogRotation));
+      j !== bar.joint ? 0 : sign * (bar.translation ? kJogTranslation : kJogRotation),
+    );
     const ask = async (): Promise<void> => {
       if (this.why(performance.now()) !== "") return this.end();
       const answer = await commander.jog(bar.arm, joints);

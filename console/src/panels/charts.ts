@@ -42,8 +42,18 @@ export class Charts implements Panel {
     this.charts = [
       { title: "task error, mm", series: ["1st", "2nd"], least: 0, values: (s) => tasks(s, s.task_error, 1e3) },
       { title: "task scale", series: ["1st", "2nd"], least: 0, most: 1.05, values: (s) => tasks(s, s.task_scale, 1) },
-      { title: "solver, ms", series: ["solve", "cycle"], least: 0, values: (s) => [1e3 * s.solve_time, 1e3 * s.cycle_time] },
-      { title: "period off by, ms", series: ["mean", "worst"], least: 0, values: (s) => [this.jitter(s), 1e3 * s.jitter_max] },
+      {
+        title: "solver, ms",
+        series: ["solve", "cycle"],
+        least: 0,
+        values: (s) => [1e3 * s.solve_time, 1e3 * s.cycle_time],
+      },
+      {
+        title: "period off by, ms",
+        series: ["mean", "worst"],
+        least: 0,
+        values: (s) => [this.jitter(s), 1e3 * s.jitter_max],
+      },
       { title: "round trip, ms", series: ["page to control"], least: 0, span: 5, values: () => [this.roundTrip] },
     ];
     for (const chart of this.charts) this.make(chart);
@@ -58,13 +68,19 @@ export class Charts implements Panel {
   /** How far the cycles since the last sample were from the period, by control's own clock. */
   private jitter(status: ControlStatus): number | null {
     const cycles = this.last ? Number(status.sequence - this.last.sequence) : 0;
-    const off = cycles > 0 ? Math.abs(Number(status.stamp - this.last!.stamp) / cycles / 1e6 - 1e3 * status.period) : null;
+    const off =
+      cycles > 0 ? Math.abs(Number(status.stamp - this.last!.stamp) / cycles / 1e6 - 1e3 * status.period) : null;
     this.last = { sequence: status.sequence, stamp: status.stamp };
     return off;
   }
 
   private make(chart: Chart): void {
-    const axis = { stroke: kInk, grid: { stroke: "#1c2732", width: 1 }, ticks: { show: false }, font: "10px system-ui" };
+    const axis = {
+      stroke: kInk,
+      grid: { stroke: "#1c2732", width: 1 },
+      ticks: { show: false },
+      font: "10px system-ui",
+    };
     const place = h("div.chart", { role: "img", "aria-label": chart.title });
     this.element.append(place);
     const data: (number | null)[][] = [[], ...chart.series.map(() => [])];
@@ -72,33 +88,58 @@ export class Charts implements Panel {
     this.plots.push(
       new uPlot(
         {
-          title: chart.title, width: 160, height: 120, pxAlign: false,
+          title: chart.title,
+          width: 160,
+          height: 120,
+          pxAlign: false,
           cursor: { show: false },
           legend: { show: false },
           padding: [2, 6, 0, 0],
           scales: {
             x: { time: false, range: (_u, _min, max) => [max - kWindow, max] },
-            y: { range: (_u, _min, max) => [chart.least, chart.most ?? Math.max(1.15 * (max ?? 0), chart.span ?? 0.1)] },
+            y: {
+              range: (_u, _min, max) => [chart.least, chart.most ?? Math.max(1.15 * (max ?? 0), chart.span ?? 0.1)],
+            },
           },
           axes: [
-            { ...axis, size: 18, space: 60, values: (u, splits) => splits.map((v) => `${(v - (u.scales["x"]?.max ?? 0)).toFixed(0)} s`) },
-            { ...axis, size: 42, space: 22, values: (_u, splits) => splits.map((v) => Number(v.toPrecision(3)).toString()) },
+            {
+              ...axis,
+              size: 18,
+              space: 60,
+              values: (u, splits) => splits.map((v) => `${(v - (u.scales["x"]?.max ?? 0)).toFixed(0)} s`),
+            },
+            {
+              ...axis,
+              size: 42,
+              space: 22,
+              values: (_u, splits) => splits.map((v) => Number(v.toPrecision(3)).toString()),
+            },
           ],
           series: [
             {},
             ...chart.series.map((name, k) => ({
-              label: name, stroke: kLines[k]!, width: 1.4, dash: kDashes[k]!, points: { show: false }, spanGaps: false,
+              label: name,
+              stroke: kLines[k]!,
+              width: 1.4,
+              dash: kDashes[k]!,
+              points: { show: false },
+              spanGaps: false,
             })),
           ],
         },
-        data as uPlot.AlignedData, place,
+        data as uPlot.AlignedData,
+        place,
       ),
     );
-    const key = h("div.key", {}, ...chart.series.map((name, k) => {
-      const entry = h("span", {}, `${["—", "╌"][k] ?? "—"} ${name}`);
-      entry.style.color = kLines[k]!;
-      return entry;
-    }));
+    const key = h(
+      "div.key",
+      {},
+      ...chart.series.map((name, k) => {
+        const entry = h("span", {}, `${["—", "╌"][k] ?? "—"} ${name}`);
+        entry.style.color = kLines[k]!;
+        return entry;
+      }),
+    );
     if (chart.series.length > 1) place.append(key);
   }
 

@@ -6,7 +6,9 @@ type Attributes = Record<string, string | boolean | ((event: never) => void) | u
 
 /** h("button.big", {type: "button", onclick: f}, "text") */
 export function h<K extends keyof HTMLElementTagNameMap>(
-  tag: K | `${K}.${string}`, attributes: Attributes = {}, ...children: Child[]
+  tag: K | `${K}.${string}`,
+  attributes: Attributes = {},
+  ...children: Child[]
 ): HTMLElementTagNameMap[K] {
   const [name, ...classes] = tag.split(".");
   const element = document.createElement(name as K);

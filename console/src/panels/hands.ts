@@ -8,6 +8,8 @@ import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
 import { action, card, h, millimetres, setAttribute, setClass, setText, setUsable } from "./dom";
 
+/** Stages whose results are velocities of the device; those of the others are places. */
+const kVelocities = ["deadband", "dead_man", "clutch", "frame", "scale"];
 const kStates = ["nobody sends", "refused", "released", "clutched", "following", "stopped: let go and hold again"];
 
 export class Hands implements Panel {
@@ -20,16 +22,29 @@ export class Hands implements Panel {
   private readonly stages = h("ol.stages", { "aria-label": "From the hand to the robot, stage by stage" });
   private readonly mode = h("select", { id: "teleop-mode", "aria-label": "What is driven" });
   private readonly driven = h("select", { id: "teleop-arm", "aria-label": "Driven arm" });
-  private readonly scale = h("input", { type: "range", id: "teleop-scale", min: "0.05", max: "1", step: "0.05", "aria-label": "Scale of the motion" });
+  private readonly scale = h("input", {
+    type: "range",
+    id: "teleop-scale",
+    min: "0.05",
+    max: "1",
+    step: "0.05",
+    "aria-label": "Scale of the motion",
+  });
   private readonly scaleText = h("output");
   private shown = -1;
 
   constructor(private readonly c: Context) {
     const { pilot, robot } = c;
-    this.arm = action("Teleoperation on", "Listen to keys, pointer and gamepad. Nothing moves until something is held.", () => pilot.arm(!pilot.armed), "go");
+    this.arm = action(
+      "Teleoperation on",
+      "Listen to keys, pointer and gamepad. Nothing moves until something is held.",
+      () => pilot.arm(!pilot.armed),
+      "go",
+    );
     this.arm.id = "teleop-on";
     const modes: [number, string][] = [[Mode.tip, "tip; the other one stays"]];
-    if (robot.arms.length > 1) modes.unshift([Mode.pair, "tip; relative position kept"], [Mode.relative, "relative position; other tip stays"]);
+    if (robot.arms.length > 1)
+      modes.unshift([Mode.pair, "tip; relative position kept"], [Mode.relative, "relative position; other tip stays"]);
     this.mode.append(...modes.map(([value, text]) => h("option", { value: String(value) }, text)));
     this.mode.value = String(pilot.choice.mode);
     this.driven.append(...robot.arms.map((arm, k) => h("option", { value: String(k) }, `arm ${shortName(arm.name)}`)));
@@ -47,9 +62,15 @@ export class Hands implements Panel {
       h("div.row", {}, this.arm, this.lamp),
       h("div.row", {}, this.driven, this.mode),
       h("label.parameter", {}, h("span", {}, "scale"), this.scale, this.scaleText),
-      this.state, this.clamped, this.numbers, this.stages,
-      h("p.fine", {},
-        "Hold to move, let go to stop. In the 3D view: arrows, PageUp and PageDown (or WASD, Q, E); C is the clutch. Drag the driven tip with the pointer, wheel for depth. Gamepad: hold RB or RT, sticks move, LB is the clutch, Back stops."),
+      this.state,
+      this.clamped,
+      this.numbers,
+      this.stages,
+      h(
+        "p.fine",
+        {},
+        "Hold to move, let go to stop. In the 3D view: arrows, PageUp and PageDown (or WASD, Q, E); C is the clutch. Drag the driven tip with the pointer, wheel for depth. Gamepad: hold RB or RT, sticks move, LB is the clutch, Back stops.",
+      ),
     );
   }
 
@@ -67,7 +88,8 @@ export class Hands implements Panel {
     setAttribute(this.lamp, "data-held", gate.held ? "yes" : "no");
     let lamp = "○ off";
     if (gate.held) lamp = `● held: ${gate.source}`;
-    else if (pilot.armed) lamp = gate.obstacle ? `◌ ${gate.obstacle}` : gate.cut ? `○ released: ${gate.cut}` : "○ ready: hold to move";
+    else if (pilot.armed)
+      lamp = gate.obstacle ? `◌ ${gate.obstacle}` : gate.cut ? `○ released: ${gate.cut}` : "○ ready: hold to move";
     setText(this.lamp, lamp);
     setText(this.scaleText, Number(this.scale.value).toFixed(2));
     this.updateStatus(world.teleop.value<TeleopStatus>(), now);
@@ -82,7 +104,10 @@ export class Hands implements Panel {
     }
     const mine = teleop.client === this.c.commander.client;
     const others = teleop.client !== 0n && !mine ? " (another client)" : "";
-    setText(this.state, `${kStates[teleop.state] ?? "unknown"}${others}${teleop.reason ? `: ${teleop.reason}` : ""}${fresh ? "" : " · old"}`);
+    setText(
+      this.state,
+      `${kStates[teleop.state] ?? "unknown"}${others}${teleop.reason ? `: ${teleop.reason}` : ""}${fresh ? "" : " · old"}`,
+    );
     setAttribute(this.state, "data-state", String(teleop.state));
     this.clamped.hidden = teleop.clamped === 0;
     setText(this.clamped, teleop.clamped ? `Clamped by ${teleop.limited_by || "a limit that is not named"}` : "");
@@ -93,12 +118,17 @@ export class Hands implements Panel {
     if (this.c.world.teleop.count === this.shown) return;
     this.shown = this.c.world.teleop.count;
     const rows = teleop.stages.map((stage) => {
-      const digits = (v: Float64Array): string => [...v].map((x) => millimetres(x, 1)).join(" ");
-      const row = h("li", { class: stage.active ? "active" : "" }, h("b", {}, stage.name), h("span", {}, digits(stage.output)));
+      const unit = kVelocities.includes(stage.name) ? "mm/s" : "mm";
+      const digits = (v: Float64Array): string => `${[...v].map((x) => millimetres(x, 1)).join("  ")} ${unit}`;
+      const row = h(
+        "li",
+        { class: stage.active ? "active" : "" },
+        h("b", {}, stage.name),
+        h("span", {}, digits(stage.output)),
+      );
       if (stage.limited_by) row.append(h("em", {}, stage.limited_by));
       return row;
     });
     this.stages.replaceChildren(...rows);
   }
 }
-

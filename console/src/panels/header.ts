@@ -22,10 +22,16 @@ export class Header implements Panel {
     stop: StopKey,
   ) {
     this.arms = c.robot.arms.map((arm) => h("span.arm", { "data-arm": arm.name }));
-    this.take = action("Take control", "Acquire the control lease: one client at a time may command", () => void this.toggle(), "take");
+    this.take = action(
+      "Take control",
+      "Acquire the control lease: one client at a time may command",
+      () => void this.toggle(),
+      "take",
+    );
     this.take.id = "take";
     this.element = h(
-      "header.top", {},
+      "header.top",
+      {},
       h("div.brand", {}, h("strong", {}, "Tandem"), h("span", {}, `${c.robot.robot} · ${c.robot.deployment}`)),
       this.link,
       h("div.arms", { role: "group", "aria-label": "State of the arms" }, ...this.arms),
@@ -67,7 +73,10 @@ export class Header implements Panel {
     this.arms.forEach((element, k) => {
       const state = status?.operating_state[k] ?? -1;
       const more = [status?.homed[k] ? "homed" : "", status?.busy[k] ? "busy" : ""].filter((word) => word !== "");
-      setText(element, `${shortName(this.c.robot.arms[k]!.name)} ${stateGlyph(state)} ${stateName(state)}${more.map((m) => ` · ${m}`).join("")}`);
+      setText(
+        element,
+        `${shortName(this.c.robot.arms[k]!.name)} ${stateGlyph(state)} ${stateName(state)}${more.map((m) => ` · ${m}`).join("")}`,
+      );
       setAttribute(element, "data-state", stateName(state));
       setAttribute(element, "title", stateMeaning(state));
       setClass(element, "stale", !live);

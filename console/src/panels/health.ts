@@ -17,8 +17,13 @@ export class Health implements Panel {
   private kilobytes = 0;
 
   constructor(private readonly c: Context) {
-    this.element = h("div", {},
-      card("Loop", this.loop), card("Guards of the drives", this.guards), card("Services", this.services));
+    this.element = h(
+      "div",
+      {},
+      card("Loop", this.loop),
+      card("Guards of the drives", this.guards),
+      card("Services", this.services),
+    );
     c.world.taps.diagnostics.push((array) => {
       for (const { name, level, message } of array.status) this.service(name, level, message);
     });
@@ -60,14 +65,22 @@ export class Health implements Panel {
       this.fact(this.loop, "cycles", `${status.cycles}, ${status.overruns} overruns`);
       this.fact(this.loop, "latest wake-up", `${(1e3 * status.jitter_max).toFixed(3)} ms late`);
       this.fact(this.loop, "longest cycle", `${(1e3 * status.cycle_time_max).toFixed(3)} ms`);
-      this.fact(this.loop, "model", `${status.model === 1 ? "compliant" : "rigid"}, feedback ${status.feedback === 1 ? "sensor" : "model"}`);
+      this.fact(
+        this.loop,
+        "model",
+        `${status.model === 1 ? "compliant" : "rigid"}, feedback ${status.feedback === 1 ? "sensor" : "model"}`,
+      );
       this.fact(this.loop, "snaps", [...status.snaps.slice(0, status.arm_count)].join(" / "));
     }
     this.fact(this.loop, "this page hears", `${this.kilobytes.toFixed(0)} kB/s`);
     if (hal) {
       kGuards.forEach((name, k) => {
         const count = hal.guard_count[k] ?? 0n;
-        this.fact(this.guards, name, count === 0n ? "0" : `${count}, at most ${Number((hal.guard_largest[k] ?? 0).toPrecision(3))}`);
+        this.fact(
+          this.guards,
+          name,
+          count === 0n ? "0" : `${count}, at most ${Number((hal.guard_largest[k] ?? 0).toPrecision(3))}`,
+        );
       });
     }
     for (const { row, at } of this.known.values()) {

@@ -19,7 +19,14 @@ export class Messages {
     }
     this.last = text;
     this.element.prepend(
-      h("li", { class: level }, h("time", {}, time), h("span.glyph", { "aria-hidden": "true" }, kGlyph[level]), h("span", {}, text), h("span.times")),
+      h(
+        "li",
+        { class: level },
+        h("time", {}, time),
+        h("span.glyph", { "aria-hidden": "true" }, kGlyph[level]),
+        h("span", {}, text),
+        h("span.times"),
+      ),
     );
     while (this.element.childElementCount > kMost) this.element.lastElementChild!.remove();
   }

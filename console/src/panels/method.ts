@@ -35,14 +35,22 @@ export class MethodPanel implements Panel {
 
   constructor(private readonly c: Context) {
     this.options = c.robot.control.methods.map((name) => {
-      const button = action(name, kWords[name] ?? "", () => void order(c, `Method ${name}`, c.commander.method(name)), "option");
+      const button = action(
+        name,
+        kWords[name] ?? "",
+        () => void order(c, `Method ${name}`, c.commander.method(name)),
+        "option",
+      );
       button.setAttribute("role", "radio");
       button.dataset["method"] = name;
       button.append(h("small", {}, kWords[name] ?? ""));
       return [button, name];
     });
     for (const name of c.robot.control.bounds) this.bounds.append(h("option", { value: name }, name));
-    this.bounds.addEventListener("change", () => void order(c, `Bounds ${this.bounds.value}`, c.commander.parameter("bounds", this.bounds.value)));
+    this.bounds.addEventListener(
+      "change",
+      () => void order(c, `Bounds ${this.bounds.value}`, c.commander.parameter("bounds", this.bounds.value)),
+    );
     this.apply = action("Apply", "Send the values that differ from those in force", () => void this.send());
     this.apply.id = "apply";
     this.element = card(
@@ -52,7 +60,11 @@ export class MethodPanel implements Panel {
       h("label.parameter", {}, h("span", {}, "bounds on velocities"), this.bounds),
       this.table,
       h("div.row", {}, this.apply),
-      h("p.fine", {}, "Values start as configured; those that this page has set are marked. What other clients set is not told."),
+      h(
+        "p.fine",
+        {},
+        "Values start as configured; those that this page has set are marked. What other clients set is not told.",
+      ),
     );
   }
 
@@ -65,7 +77,9 @@ export class MethodPanel implements Panel {
       input.addEventListener("keydown", (event) => event.key === "Enter" && void this.send());
       return { name, input, configured: value };
     });
-    this.table.replaceChildren(...this.rows.map(({ name, input }) => h("label.parameter", {}, h("span", {}, name), input)));
+    this.table.replaceChildren(
+      ...this.rows.map(({ name, input }) => h("label.parameter", {}, h("span", {}, name), input)),
+    );
   }
 
   private inForce(row: Row): number {
@@ -77,7 +91,8 @@ export class MethodPanel implements Panel {
       const text = row.input.value.trim();
       if (Number(text) === this.inForce(row)) continue;
       // Control judges the number, and says what it expected.
-      if (await order(this.c, `${row.name} = ${text}`, this.c.commander.parameter(row.name, text))) this.changed.set(row.name, Number(text));
+      if (await order(this.c, `${row.name} = ${text}`, this.c.commander.parameter(row.name, text)))
+        this.changed.set(row.name, Number(text));
     }
   }
 
@@ -102,7 +117,9 @@ export class MethodPanel implements Panel {
     }
     setText(
       this.solver,
-      status ? `${solveStatus(status.solve_status)} · ${status.iterations} iterations · ${(1e3 * status.solve_time).toFixed(3)} ms` : "",
+      status
+        ? `${solveStatus(status.solve_status)} · ${status.iterations} iterations · ${(1e3 * status.solve_time).toFixed(3)} ms`
+        : "",
     );
   }
 }

@@ -30,11 +30,17 @@ export class Operate implements Panel {
       button("Resume", "resume", "From PAUSED back to ENABLED"),
       button("Disable", "disable", "Power off; clears faults whose cause is gone"),
     ];
-    this.home = action("Move home", "Move all arms to the home of the robot file", () => void order(c, "Move home", c.commander.home()));
+    this.home = action(
+      "Move home",
+      "Move all arms to the home of the robot file",
+      () => void order(c, "Move home", c.commander.home()),
+    );
     this.home.id = "home";
     this.reference = this.holdButton();
     this.element = card(
-      "Arms", ...this.faults, this.hold,
+      "Arms",
+      ...this.faults,
+      this.hold,
       h("div.row", {}, ...this.commands.map(([element]) => element)),
       h("div.row", {}, this.home, this.reference),
     );
@@ -42,7 +48,11 @@ export class Operate implements Panel {
 
   /** Homing runs of the drives go on while it is held. */
   private holdButton(): HTMLButtonElement {
-    const element = action("Hold to reference drives", "Homing runs of drives without absolute encoders, as long as this is held", () => {});
+    const element = action(
+      "Hold to reference drives",
+      "Homing runs of drives without absolute encoders, as long as this is held",
+      () => {},
+    );
     const begin = (): void => {
       if (element.getAttribute("aria-disabled") === "true" || this.homing !== undefined) return;
       const ask = async (): Promise<void> => {
@@ -61,8 +71,12 @@ export class Operate implements Panel {
       this.homing = undefined;
     };
     element.addEventListener("pointerdown", begin);
-    element.addEventListener("keydown", (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin());
-    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"]) element.addEventListener(name, end);
+    element.addEventListener(
+      "keydown",
+      (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin(),
+    );
+    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"])
+      element.addEventListener(name, end);
     window.addEventListener("blur", end);
     document.addEventListener("visibilitychange", end);
     return element;
@@ -87,7 +101,11 @@ export class Operate implements Panel {
     });
     const waits = (status?.hold ?? 0) !== 0;
     setShown(this.hold, waits);
-    if (waits && status) setText(this.hold, `The trajectory is held: ${holdReason(status.hold)} (${(1000 * status.tip_age).toFixed(0)} ms)`);
+    if (waits && status)
+      setText(
+        this.hold,
+        `The trajectory is held: ${holdReason(status.hold)} (${(1000 * status.tip_age).toFixed(0)} ms)`,
+      );
     this.updateButtons(now);
   }
 
@@ -101,7 +119,10 @@ export class Operate implements Panel {
       const why = gives ? whyNotMove(this.c, now) : whyNotCommand(this.c, now);
       const refusing = states.findIndex((state) => !accepts(state, command));
       const state = states[refusing] ?? 0;
-      const table = refusing < 0 ? "" : `Arm ${shortName(this.c.robot.arms[refusing]!.name)} is ${stateGlyph(state)} ${stateName(state)}.`;
+      const table =
+        refusing < 0
+          ? ""
+          : `Arm ${shortName(this.c.robot.arms[refusing]!.name)} is ${stateGlyph(state)} ${stateName(state)}.`;
       setUsable(element, why || table);
       setAttribute(element, "data-next", why === "" && table === "" ? "yes" : "no");
     }

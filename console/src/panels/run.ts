@@ -11,7 +11,12 @@ import { action, card, h, millimetres, setAttribute, setShown, setText, setUsabl
 export class Run implements Panel {
   readonly element: HTMLElement;
   private readonly choice = h("select", { id: "trajectory", "aria-label": "Trajectory" });
-  private readonly text = h("textarea", { id: "trajectory-text", rows: "6", spellcheck: "false", "aria-label": "The trajectory as YAML" });
+  private readonly text = h("textarea", {
+    id: "trajectory-text",
+    rows: "6",
+    spellcheck: "false",
+    "aria-label": "The trajectory as YAML",
+  });
   private readonly bar = h("progress", { max: "1", value: "0", "aria-label": "Progress of the trajectory" });
   private readonly progress = h("output.progress", { id: "progress", "aria-live": "off" }, "no trajectory");
   private readonly errors = h("output", { id: "errors" });
@@ -24,17 +29,36 @@ export class Run implements Panel {
 
   constructor(private readonly c: Context) {
     const { commander } = c;
-    this.start = action("Start", "Follow this trajectory from where the arms are", () => void order(c, "Start", commander.start(this.text.value)), "go");
-    this.pause = action("Pause", "Hold on this point", () => void order(c, "Pausing the trajectory", commander.pauseTrajectory()));
-    this.resume = action("Go on", "Go on with the trajectory", () => void order(c, "Going on", commander.resumeTrajectory()));
-    this.stop = action("End", "End the trajectory; the arms stay ENABLED", () => void order(c, "Ending the trajectory", commander.stopTrajectory()));
+    this.start = action(
+      "Start",
+      "Follow this trajectory from where the arms are",
+      () => void order(c, "Start", commander.start(this.text.value)),
+      "go",
+    );
+    this.pause = action(
+      "Pause",
+      "Hold on this point",
+      () => void order(c, "Pausing the trajectory", commander.pauseTrajectory()),
+    );
+    this.resume = action(
+      "Go on",
+      "Go on with the trajectory",
+      () => void order(c, "Going on", commander.resumeTrajectory()),
+    );
+    this.stop = action(
+      "End",
+      "End the trajectory; the arms stay ENABLED",
+      () => void order(c, "Ending the trajectory", commander.stopTrajectory()),
+    );
     [this.start.id, this.pause.id, this.resume.id, this.stop.id] = ["run-start", "run-pause", "run-resume", "run-end"];
     this.choice.addEventListener("change", () => this.show());
     this.element = card(
       "Trajectory",
       h("div.row", {}, this.choice, this.start),
       h("details", {}, h("summary", {}, "As YAML, to be changed before the start"), this.text),
-      this.bar, h("div.line", {}, this.progress, this.errors), this.limits,
+      this.bar,
+      h("div.line", {}, this.progress, this.errors),
+      this.limits,
       h("div.row", {}, this.pause, this.resume, this.stop),
     );
     void this.load();
@@ -63,11 +87,18 @@ export class Run implements Panel {
       this.progress,
       plan && plan.trajectory_id !== 0
         ? `${kPhases[phase] ?? "unknown"} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
-        : "no trajectory yet",
+        : plan
+          ? "no trajectory yet"
+          : "not known",
     );
     const errors = status ? [...status.task_error.slice(0, status.task_count)] : [];
     setText(this.errors, errors.length > 0 ? `error ${errors.map((e) => millimetres(e, 3)).join(" / ")} mm` : "");
-    const limits = status ? limitsInTheWay(status, this.c.robot.arms.map((arm) => arm.name)) : "";
+    const limits = status
+      ? limitsInTheWay(
+          status,
+          this.c.robot.arms.map((arm) => arm.name),
+        )
+      : "";
     setText(this.limits, limits);
     setShown(this.limits, limits !== "");
 

@@ -11,7 +11,11 @@ const kAgain = 100; // ms between repetitions until it is confirmed
 export class StopKey {
   readonly element: HTMLElement;
   private readonly button: HTMLButtonElement;
-  private readonly note = h("output.note", { "aria-live": "assertive", id: "stop-note" }, "soft stop – not an emergency stop");
+  private readonly note = h(
+    "output.note",
+    { "aria-live": "assertive", id: "stop-note" },
+    "soft stop – not an emergency stop",
+  );
   private since = -1;
   private again = 0;
   /** From the last press to its confirmation, ms. */
@@ -24,15 +28,21 @@ export class StopKey {
     this.button = h(
       "button.stop",
       {
-        type: "button", id: "stop", accesskey: "s", "aria-describedby": "stop-note",
+        type: "button",
+        id: "stop",
+        accesskey: "s",
+        "aria-describedby": "stop-note",
         onpointerdown: () => this.press("stop button"), // at the touch, not when it is let go
         onclick: (event: MouseEvent) => event.detail === 0 && this.press("stop button"), // Enter and Space
       },
-      "STOP", h("kbd", {}, "Esc"),
+      "STOP",
+      h("kbd", {}, "Esc"),
     );
     this.element = h("div.stopping", {}, this.button, this.note);
     // Captured at the window: no dialogue, field or panel can swallow it.
-    window.addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && this.press("Esc"), { capture: true });
+    window.addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && this.press("Esc"), {
+      capture: true,
+    });
     c.world.taps.status.push(() => this.confirm());
   }
 
@@ -43,7 +53,10 @@ export class StopKey {
     this.took = -1;
     const sent = this.c.commander.stop(`operator's page: ${by}`);
     setAttribute(this.button, "data-state", sent ? "sent" : "failed");
-    setText(this.note, sent ? "stop sent, waiting for the robot…" : "NOT SENT: no connection. Use the hardware emergency stop.");
+    setText(
+      this.note,
+      sent ? "stop sent, waiting for the robot…" : "NOT SENT: no connection. Use the hardware emergency stop.",
+    );
     this.c.messages.add("bad", sent ? `Stop (${by})` : `Stop (${by}) could not be sent: there is no connection`);
     if (!sent) this.since = -1;
   }

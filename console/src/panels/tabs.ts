@@ -4,9 +4,15 @@ import { h } from "./dom";
 
 export function tabs(entries: readonly [string, HTMLElement][]): HTMLElement {
   const buttons = entries.map(([title], k) =>
-    h("button", { type: "button", role: "tab", id: `tab-${title.toLowerCase()}`, "aria-controls": `panel-${k}` }, title));
+    h(
+      "button",
+      { type: "button", role: "tab", id: `tab-${title.toLowerCase()}`, "aria-controls": `panel-${k}` },
+      title,
+    ),
+  );
   const panels = entries.map(([title, content], k) =>
-    h("div.panel", { role: "tabpanel", id: `panel-${k}`, "aria-labelledby": `tab-${title.toLowerCase()}` }, content));
+    h("div.panel", { role: "tabpanel", id: `panel-${k}`, "aria-labelledby": `tab-${title.toLowerCase()}` }, content),
+  );
   const show = (index: number, focus: boolean): void => {
     buttons.forEach((button, k) => {
       button.setAttribute("aria-selected", k === index ? "true" : "false");

@@ -52,7 +52,10 @@ export class ArmView {
     const trailGeometry = new THREE.BufferGeometry();
     trailGeometry.setAttribute("position", attribute(this.trailPoints));
     trailGeometry.setDrawRange(0, 0);
-    this.trail = new THREE.Line(trailGeometry, new THREE.LineBasicMaterial({ color: armColor(index), transparent: true, opacity: 0.75 }));
+    this.trail = new THREE.Line(
+      trailGeometry,
+      new THREE.LineBasicMaterial({ color: armColor(index), transparent: true, opacity: 0.75 }),
+    );
     this.trail.frustumCulled = false;
     const letter = label(name, armColor(index));
     letter.position.fromArray(arm.base.position).add(new THREE.Vector3(0, 0, -0.012));
@@ -101,7 +104,10 @@ export class ArmView {
   private extendTrail(): void {
     const last = 3 * (this.trailCount - 1);
     const t = this.trailPoints;
-    if (this.trailCount > 0 && Math.hypot(t[last]! - this.tip.x, t[last + 1]! - this.tip.y, t[last + 2]! - this.tip.z) < kTrailStep)
+    if (
+      this.trailCount > 0 &&
+      Math.hypot(t[last]! - this.tip.x, t[last + 1]! - this.tip.y, t[last + 2]! - this.tip.z) < kTrailStep
+    )
       return;
     if (this.trailCount === kTrail) {
       // The older half goes, so that points are moved once in two thousand times.

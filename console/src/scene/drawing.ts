@@ -89,6 +89,8 @@ export class Drawing {
   /** Where the driven tip would be without limits. */
   private ghost(teleop: TeleopStatus, goals: number[][]): THREE.Vector3 {
     const goal = goals[teleop.arm]!;
-    return new THREE.Vector3(...[0, 1, 2].map((k) => goal[k]! + teleop.wanted[k]! - teleop.target[k]!) as [number, number, number]);
+    return new THREE.Vector3(
+      ...([0, 1, 2].map((k) => goal[k]! + teleop.wanted[k]! - teleop.target[k]!) as [number, number, number]),
+    );
   }
 }

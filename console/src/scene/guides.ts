@@ -47,17 +47,23 @@ export class Guides {
   private readonly targets: THREE.Mesh[] = [];
   private readonly relativeNow = new Segments(kMostPairs, new THREE.LineBasicMaterial({ color: "#ffffff" }));
   private readonly relativeWanted = new Segments(
-    kMostPairs, new THREE.LineDashedMaterial({ color: kGoal, dashSize: 0.003, gapSize: 0.002 }));
+    kMostPairs,
+    new THREE.LineDashedMaterial({ color: kGoal, dashSize: 0.003, gapSize: 0.002 }),
+  );
   private readonly near = new Segments(kMostPairs, new THREE.LineBasicMaterial({ color: kNear }));
   private readonly path: THREE.Line;
   private readonly pathPoints = new Float32Array(3 * kMostPath);
   private readonly ghost = new THREE.Mesh(
-    new THREE.OctahedronGeometry(0.003), new THREE.MeshBasicMaterial({ color: kClamped, wireframe: true }));
+    new THREE.OctahedronGeometry(0.003),
+    new THREE.MeshBasicMaterial({ color: kClamped, wireframe: true }),
+  );
 
   constructor(arms: number) {
     for (let k = 0; k < arms; ++k) {
       const target = new THREE.Mesh(
-        new THREE.SphereGeometry(0.0025, 16, 12), new THREE.MeshBasicMaterial({ color: kGoal, wireframe: true }));
+        new THREE.SphereGeometry(0.0025, 16, 12),
+        new THREE.MeshBasicMaterial({ color: kGoal, wireframe: true }),
+      );
       target.visible = false;
       this.targets.push(target);
       this.group.add(target);
@@ -65,7 +71,10 @@ export class Guides {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(this.pathPoints, 3));
     geometry.setDrawRange(0, 0);
-    this.path = new THREE.Line(geometry, new THREE.LineDashedMaterial({ color: kGoal, dashSize: 0.002, gapSize: 0.0015 }));
+    this.path = new THREE.Line(
+      geometry,
+      new THREE.LineDashedMaterial({ color: kGoal, dashSize: 0.002, gapSize: 0.0015 }),
+    );
     this.path.frustumCulled = false;
     this.ghost.visible = false;
     this.group.add(this.ghost, this.path, this.relativeNow.object, this.relativeWanted.object, this.near.object);
@@ -100,7 +109,13 @@ export class Guides {
   }
 
   /** Targets of the hand that drives. @param ghost where it would go without limits; null where that is the target. */
-  setHand(goals: number[][], tips: readonly (THREE.Vector3 | null)[], arm: number, other: number, ghost: THREE.Vector3 | null): void {
+  setHand(
+    goals: number[][],
+    tips: readonly (THREE.Vector3 | null)[],
+    arm: number,
+    other: number,
+    ghost: THREE.Vector3 | null,
+  ): void {
     this.relativeNow.begin();
     this.relativeWanted.begin();
     const [to, from] = [tips[arm], tips[other]];

@@ -125,7 +125,14 @@ export interface TubeLook {
 
 /** Where another tube begins to be the outermost one the ring is there twice: the step and the colours are sharp.
  * Rings beyond the capacity are left out. @returns how many rings were written. */
-export function sweep(from: Backbone, frames: Frames, look: TubeLook, scale: number, sides: number, mesh: Mesh): number {
+export function sweep(
+  from: Backbone,
+  frames: Frames,
+  look: TubeLook,
+  scale: number,
+  sides: number,
+  mesh: Mesh,
+): number {
   const count = Math.min(from.tubes.length, Math.floor(from.points.length / 3), Math.floor(frames.normal.length / 3));
   const capacity = mesh.position.length / 3 / (sides + 1);
   let rings = 0;
@@ -142,7 +149,15 @@ export function sweep(from: Backbone, frames: Frames, look: TubeLook, scale: num
 }
 
 function writeRing(
-  from: Backbone, frames: Frames, look: TubeLook, scale: number, sides: number, mesh: Mesh, ring: number, i: number, like: number,
+  from: Backbone,
+  frames: Frames,
+  look: TubeLook,
+  scale: number,
+  sides: number,
+  mesh: Mesh,
+  ring: number,
+  i: number,
+  like: number,
 ): void {
   const tube = Math.max(1, from.tubes[like]!) - 1;
   const color = look.colors[Math.min(tube, look.colors.length - 1)]!;

@@ -40,7 +40,9 @@ export class View {
     // Kept, so that a screenshot of the page has the scene in it.
     this.software = drawnInSoftware();
     this.renderer = new THREE.WebGLRenderer({
-      antialias: !this.software, preserveDrawingBuffer: true, powerPreference: "high-performance",
+      antialias: !this.software,
+      preserveDrawingBuffer: true,
+      powerPreference: "high-performance",
     });
     this.renderer.setPixelRatio(this.software ? 1 : Math.min(window.devicePixelRatio, 2));
     const canvas = this.renderer.domElement;
@@ -78,7 +80,9 @@ export class View {
     if (robot.port) {
       const { frame, radius } = robot.port;
       const port = new THREE.Mesh(
-        new THREE.TorusGeometry(radius, 0.0008, 8, 64), new THREE.MeshStandardMaterial({ color: "#9aa7b5", roughness: 0.5 }));
+        new THREE.TorusGeometry(radius, 0.0008, 8, 64),
+        new THREE.MeshStandardMaterial({ color: "#9aa7b5", roughness: 0.5 }),
+      );
       port.position.fromArray(frame.position);
       port.quaternion.fromArray(frame.orientation);
       this.scene.add(port);
@@ -95,7 +99,10 @@ export class View {
       const at = from.clone().addScaledVector(this.into, 0.01 * tick);
       points.push(at, at.clone().addScaledVector(this.up, tick % 5 === 0 ? 0.006 : 0.0025));
     }
-    return new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: "#4a5c6e" }));
+    return new THREE.LineSegments(
+      new THREE.BufferGeometry().setFromPoints(points),
+      new THREE.LineBasicMaterial({ color: "#4a5c6e" }),
+    );
   }
 
   /** Where the action is: the middle of the tips, or of where they can be. */
@@ -120,7 +127,11 @@ export class View {
     this.camera.up.copy(this.up);
     switch (preset) {
       case "home":
-        from(side.clone().multiplyScalar(-1).addScaledVector(this.up, 0.55).addScaledVector(this.into, -0.35), far, centre);
+        from(
+          side.clone().multiplyScalar(-1).addScaledVector(this.up, 0.55).addScaledVector(this.into, -0.35),
+          far,
+          centre,
+        );
         break;
       case "front":
         from(this.into.clone(), 0.16, tips);
@@ -138,7 +149,10 @@ export class View {
       case "endoscope":
         // From between the bases along the way in, as a camera in the port would see it.
         this.controls.target.copy(tips);
-        this.camera.position.copy(this.middle).addScaledVector(this.up, 0.012).addScaledVector(this.into, 0.3 * extent);
+        this.camera.position
+          .copy(this.middle)
+          .addScaledVector(this.up, 0.012)
+          .addScaledVector(this.into, 0.3 * extent);
         break;
     }
     this.controls.update();
@@ -189,9 +203,14 @@ export class View {
   onPlane(x: number, y: number, through: THREE.Vector3): THREE.Vector3 | null {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(
-      new THREE.Vector2((2 * x) / this.place.clientWidth - 1, 1 - (2 * y) / this.place.clientHeight), this.camera);
+      new THREE.Vector2((2 * x) / this.place.clientWidth - 1, 1 - (2 * y) / this.place.clientHeight),
+      this.camera,
+    );
     const facing = this.camera.getWorldDirection(new THREE.Vector3());
-    return ray.ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(facing, through), new THREE.Vector3());
+    return ray.ray.intersectPlane(
+      new THREE.Plane().setFromNormalAndCoplanarPoint(facing, through),
+      new THREE.Vector3(),
+    );
   }
 }
 

@@ -27,7 +27,8 @@ export class Clock {
   }
   private ask(): void {
     this.request += 1n;
-    if (!this.link.publish(`/${this.robot.prefix}/clock/request`, { client: this.client, request: this.request })) return;
+    if (!this.link.publish(`/${this.robot.prefix}/clock/request`, { client: this.client, request: this.request }))
+      return;
     this.asked.set(this.request, performance.now());
     this.asked.delete(this.request - BigInt(kForget));
   }

@@ -57,7 +57,13 @@ export class Commander {
     for (const [request, waiting] of [...this.pending]) {
       clearTimeout(waiting.timer);
       this.pending.delete(request);
-      waiting.settle({ accepted: false, code: 8, reason: "the connection was lost before the answer came", value: 0, took: 0 });
+      waiting.settle({
+        accepted: false,
+        code: 8,
+        reason: "the connection was lost before the answer came",
+        value: 0,
+        took: 0,
+      });
     }
     if (this.holds) this.drop("the connection was lost; nothing is moved by this page any more");
     this.client = randomIdentity();
@@ -65,7 +71,11 @@ export class Commander {
 
   /** What control says of the lease counts, not what we believe. */
   heard(status: ControlStatus): void {
-    if (this.holds && status.lease_holder !== this.client && performance.now() - this.acquiredAt > 1000 * this.robot.budgets.lease)
+    if (
+      this.holds &&
+      status.lease_holder !== this.client &&
+      performance.now() - this.acquiredAt > 1000 * this.robot.budgets.lease
+    )
       this.drop(status.lease_holder === 0n ? "the lease has expired" : "another client holds the lease now");
   }
   private acquiredAt = 0;
@@ -95,7 +105,11 @@ export class Commander {
     return answer;
   }
   private keep(): void {
-    this.link.publish(this.topic("control/request"), { ...emptyControl, client: this.client, kind: ControlKind.keepLease });
+    this.link.publish(this.topic("control/request"), {
+      ...emptyControl,
+      client: this.client,
+      kind: ControlKind.keepLease,
+    });
   }
 
   state(command: string, arm = kAllArms): Promise<Answer> {

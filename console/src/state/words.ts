@@ -14,22 +14,71 @@ const kClear = "Disable to clear it, then enable.";
 /** By the bit of safety::Fault. */
 export const kFaults: readonly FaultWords[] = [
   { name: "not_finite", meaning: "a command held a number that is not finite", remedy: kClear },
-  { name: "stale_command", meaning: "a command answered a state that is too old", remedy: `Check the load of the machine and the network. ${kClear}` },
-  { name: "out_of_sequence", meaning: "commands repeated or came from another session", remedy: `Make sure that one tandem-control runs. ${kClear}` },
+  {
+    name: "stale_command",
+    meaning: "a command answered a state that is too old",
+    remedy: `Check the load of the machine and the network. ${kClear}`,
+  },
+  {
+    name: "out_of_sequence",
+    meaning: "commands repeated or came from another session",
+    remedy: `Make sure that one tandem-control runs. ${kClear}`,
+  },
   { name: "step_too_large", meaning: "a setpoint lay farther from the last one than allowed", remedy: kClear },
-  { name: "unknown_arm", meaning: "a command was for another number of arms", remedy: "Start all processes with the same robot file." },
-  { name: "command_timeout", meaning: "the drives got no command within their budget", remedy: `Is tandem-control running? ${kClear}` },
-  { name: "state_timeout", meaning: "control got no fresh state", remedy: `Is tandem-sim or tandem-hal running? ${kClear}` },
-  { name: "reference_timeout", meaning: "planning fell silent while it was followed", remedy: `Is tandem-planning running? ${kClear}` },
-  { name: "sensor", meaning: "a joint is not measured", remedy: "Check the encoder and its cable; disable when the reading is good again." },
-  { name: "drive", meaning: "a drive failed or its joint does not follow", remedy: "Look for what blocks the joint, check the drive; then disable and enable." },
-  { name: "stop_requested", meaning: "somebody pressed stop", remedy: "When it is safe to go on: take control, disable, then enable." },
-  { name: "lease_lost", meaning: "whoever commanded fell silent while an arm moved", remedy: `Take control. ${kClear}` },
-  { name: "solver", meaning: "there is no answer for these joints", remedy: "Move the joints by hand (jog) or choose another method, after disable and enable." },
+  {
+    name: "unknown_arm",
+    meaning: "a command was for another number of arms",
+    remedy: "Start all processes with the same robot file.",
+  },
+  {
+    name: "command_timeout",
+    meaning: "the drives got no command within their budget",
+    remedy: `Is tandem-control running? ${kClear}`,
+  },
+  {
+    name: "state_timeout",
+    meaning: "control got no fresh state",
+    remedy: `Is tandem-sim or tandem-hal running? ${kClear}`,
+  },
+  {
+    name: "reference_timeout",
+    meaning: "planning fell silent while it was followed",
+    remedy: `Is tandem-planning running? ${kClear}`,
+  },
+  {
+    name: "sensor",
+    meaning: "a joint is not measured",
+    remedy: "Check the encoder and its cable; disable when the reading is good again.",
+  },
+  {
+    name: "drive",
+    meaning: "a drive failed or its joint does not follow",
+    remedy: "Look for what blocks the joint, check the drive; then disable and enable.",
+  },
+  {
+    name: "stop_requested",
+    meaning: "somebody pressed stop",
+    remedy: "When it is safe to go on: take control, disable, then enable.",
+  },
+  {
+    name: "lease_lost",
+    meaning: "whoever commanded fell silent while an arm moved",
+    remedy: `Take control. ${kClear}`,
+  },
+  {
+    name: "solver",
+    meaning: "there is no answer for these joints",
+    remedy: "Move the joints by hand (jog) or choose another method, after disable and enable.",
+  },
 ];
 
 const kStates = ["DISABLED", "ENABLED", "PAUSED", "FAULT"];
-const kStateMeaning = ["no power; nothing moves", "power on; may move", "power on; holds still", "stopped, power removed; latched"];
+const kStateMeaning = [
+  "no power; nothing moves",
+  "power on; may move",
+  "power on; holds still",
+  "stopped, power removed; latched",
+];
 
 export const stateName = (state: number): string => kStates[state] ?? "UNKNOWN";
 export const stateMeaning = (state: number): string => kStateMeaning[state] ?? "";
@@ -67,7 +116,9 @@ const number = (value: number): string => Number(value.toPrecision(4)).toString(
 export function driveRecord(hal: HalStatus, arm: number, jointCount: number): string {
   const mask = hal.first_fault[arm] ?? 0;
   if (mask === 0) return "";
-  let text = faultsOf(mask).map((f) => f.name).join(", ");
+  let text = faultsOf(mask)
+    .map((f) => f.name)
+    .join(", ");
   const cause = kCauses[hal.fault_cause[arm] ?? 0];
   if (cause) text += ` (${cause})`;
   const joint = hal.fault_joint[arm] ?? kNoJoint;
@@ -122,16 +173,28 @@ export function limitsInTheWay(status: ControlStatus, arms: readonly string[]): 
 
 /** By dds::HoldReason. */
 export const holdReason = (hold: number): string =>
-  ["", "no tip has been measured yet", "the last measurement of a tip is too old", "a tip is not seen by its tracker"][hold] ??
-  "for a reason that this page does not know";
+  ["", "no tip has been measured yet", "the last measurement of a tip is too old", "a tip is not seen by its tracker"][
+    hold
+  ] ?? "for a reason that this page does not know";
 
 /** By control::SolveStatus. */
 export const solveStatus = (status: number): string =>
-  ["solved", "infeasible: nearest velocity", "out of iterations: stands", "not finite: stands", "gave up: stands"][status] ??
-  "unknown";
+  ["solved", "infeasible: nearest velocity", "out of iterations: stands", "not finite: stands", "gave up: stands"][
+    status
+  ] ?? "unknown";
 
 /** The guards of the gate that stop an arm come first, those that hold joints back last. */
-export const kGuards = ["finite", "fresh", "sequence", "step", "known_arm", "position", "coupled_row", "velocity", "slew"];
+export const kGuards = [
+  "finite",
+  "fresh",
+  "sequence",
+  "step",
+  "known_arm",
+  "position",
+  "coupled_row",
+  "velocity",
+  "slew",
+];
 
 export type StateCommand = "enable" | "disable" | "pause" | "resume";
 

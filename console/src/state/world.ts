@@ -2,7 +2,16 @@
 /** Everything the page hears, topic by topic, and how old it is. */
 import type { Link, Slot } from "../wire/link";
 import type {
-  ActuationLimits, Clearances, ControlStatus, DiagnosticArray, HalStatus, JointState, Path, PlanningReference, PoseStamped, Shape,
+  ActuationLimits,
+  Clearances,
+  ControlStatus,
+  DiagnosticArray,
+  HalStatus,
+  JointState,
+  Path,
+  PlanningReference,
+  PoseStamped,
+  Shape,
 } from "../wire/messages";
 import { isStale } from "./age";
 import type { Robot } from "./robot";

@@ -81,12 +81,16 @@ export class Devices {
   private watchPointer(place: HTMLElement): void {
     // Captured, before the camera's controls see it.
     place.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
-    place.addEventListener("pointermove", (event) => {
-      if (this.pointer?.id !== event.pointerId) return;
-      event.stopPropagation();
-      const box = place.getBoundingClientRect();
-      this.pointer = { id: event.pointerId, x: event.clientX - box.left, y: event.clientY - box.top };
-    }, { capture: true });
+    place.addEventListener(
+      "pointermove",
+      (event) => {
+        if (this.pointer?.id !== event.pointerId) return;
+        event.stopPropagation();
+        const box = place.getBoundingClientRect();
+        this.pointer = { id: event.pointerId, x: event.clientX - box.left, y: event.clientY - box.top };
+      },
+      { capture: true },
+    );
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const) {
       place.addEventListener(end, (event) => {
         if (this.pointer?.id !== event.pointerId) return;
@@ -95,12 +99,16 @@ export class Devices {
         this.pilot.gate.update("pointer", false);
       });
     }
-    place.addEventListener("wheel", (event) => {
-      if (!this.pointer) return;
-      event.preventDefault();
-      event.stopPropagation();
-      this.depth -= kWheel * event.deltaY;
-    }, { capture: true, passive: false });
+    place.addEventListener(
+      "wheel",
+      (event) => {
+        if (!this.pointer) return;
+        event.preventDefault();
+        event.stopPropagation();
+        this.depth -= kWheel * event.deltaY;
+      },
+      { capture: true, passive: false },
+    );
   }
 
   private grab(event: PointerEvent): void {

@@ -36,7 +36,8 @@ export class InputGate {
   }
   /** Why nothing could be held now; empty where it could. */
   get obstacle(): string {
-    for (const condition of Object.keys(kConditions) as Condition[]) if (this.bad.has(condition)) return kConditions[condition];
+    for (const condition of Object.keys(kConditions) as Condition[])
+      if (this.bad.has(condition)) return kConditions[condition];
     return "";
   }
 

@@ -25,9 +25,7 @@ export interface Choice {
 }
 
 /** What a device says when it is asked. */
-export type Reading =
-  | { device: number; velocity: Vector; buttons?: number }
-  | { device: number; position: Vector };
+export type Reading = { device: number; velocity: Vector; buttons?: number } | { device: number; position: Vector };
 
 export class Pilot {
   readonly gate: InputGate;
