@@ -9,6 +9,7 @@
 #include <limits>
 #include <string>
 
+#include "bench/cooperative.h"
 #include "bench/enroll.h"
 #include "bench/joint_paths.h"
 #include "bench/percentiles.h"
@@ -145,6 +146,7 @@ void enrollAll() {
       }
     }
   }
+  enrollCooperative();
 }
 
 }  // namespace tandem::bench

@@ -128,6 +128,19 @@ struct BlackBox {
   std::vector<std::string> topics{"*"};  ///< below the prefix; * stands for any text
 };
 
+/** Where tandem-console serves browsers and tools, and whom. */
+struct Console {
+  std::string address = "127.0.0.1";       ///< IPv4 that it is bound to; one that others reach needs all of the below
+  int port = 8765;                         ///< TCP, of HTTP and WebSocket
+  std::filesystem::path certificate, key;  ///< PEM, of TLS; empty: none
+  std::filesystem::path operator_token;    ///< file; whoever shows its text may command; empty: everybody may
+  std::filesystem::path viewer_token;      ///< file; whoever shows its text may look and stop; empty: nobody else
+  std::vector<std::string> origins;        ///< of pages of others that may connect: "https://tools.example:8080"
+
+  bool loopback() const { return address.starts_with("127."); }
+  bool tls() const { return !certificate.empty(); }
+};
+
 /** CRTK commands of clients that know no lease. */
 struct Crtk {
   bool by_arrival = false;         ///< age: how much later than the quickest of its stream; otherwise by wall clocks
@@ -178,6 +191,7 @@ struct Deployment {
   sim::PlantOptions plant;               ///< of the simulated robot
   Teleoperation teleoperation;
   BlackBox black_box;
+  Console console;
   std::vector<Process> processes;
   std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default
   std::filesystem::path file;
@@ -218,6 +232,13 @@ struct Summary {
   std::vector<std::string> warnings;
 };
 Summary validate(const std::filesystem::path& file);
+
+/// All presets of a kind, by name; of two with the same name the one that findFile() finds.
+std::vector<std::filesystem::path> presets(const std::string& kind);
+
+/// A folder or file of what is installed beside the executable (../share/tandem/INSTALLED) or, from a build tree, lies
+/// in it or its source tree (SOURCE). Empty where there is none.
+std::filesystem::path findShared(const std::string& installed, const std::vector<std::string>& in_trees);
 
 /** Finds a preset by bare name ("ark2024"): as a path if it is one, else in the folders given by TANDEM_CONFIG_PATH
  * (colon-separated), else beside the executable or module (../share/tandem), else, from a build tree, in its source

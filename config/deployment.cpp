@@ -135,6 +135,35 @@ BlackBox readBlackBox(const Map& map, const std::filesystem::path& file) {
   return box;
 }
 
+/// The files are not looked at here: only the host that the console runs on needs them.
+Console readConsole(const Map& map, const std::filesystem::path& file) {
+  Console console;
+  console.address = map.text("address");
+  console.port = map.integer("port");
+  const auto path = [&](const char* key) {
+    return map.has(key) ? (std::filesystem::absolute(file).parent_path() / map.text(key)).lexically_normal()
+                        : std::filesystem::path();
+  };
+  console.certificate = path("certificate");
+  console.key = path("key");
+  console.operator_token = path("operator_token");
+  console.viewer_token = path("viewer_token");
+  if (map.has("origins"))
+    console.origins = map.texts("origins");
+  if (map.has("certificate") != map.has("key"))
+    map.fail(map.has("key") ? "key" : "certificate", "found one of certificate and key; expected both, or none");
+  if (!console.viewer_token.empty() && console.operator_token.empty())
+    map.fail("viewer_token", "found without operator_token, by which everybody commands; expected both");
+  if (console.loopback())
+    return console;
+  const std::string who = "found " + console.address + ", which other machines reach, ";
+  if (!console.tls())
+    map.fail("address", who + "without TLS; expected certificate and key");
+  if (console.operator_token.empty())
+    map.fail("address", who + "without tokens; expected operator_token");
+  return console;
+}
+
 void readTiming(const Map& map, Deployment& deployment) {
   deployment.clock = map.text("clock") == "lock_step" ? ClockMode::kLockStep : ClockMode::kRealTime;
   deployment.control_period = map.number("control_period");
@@ -201,6 +230,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   readFeedback(map, deployment);
   deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
   deployment.black_box = readBlackBox(map.map("black_box"), file);
+  deployment.console = readConsole(map.map("console"), file);
   deployment.hosts = readHosts(map);
   deployment.security = readSecurity(map, file);
   deployment.discovery = readDiscovery(map, deployment);

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <set>
+#include <map>
 
 #include "config/file_tables.h"
 #include "config/loaders.h"
@@ -14,6 +14,8 @@ namespace tandem::config {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kLevels = 4;  // that a build tree's executables may lie below its cache
 
 void addListed(std::vector<fs::path>& folders, const char* list) {
   const std::string text = list ? list : "";
@@ -44,7 +46,7 @@ void addBeside(std::vector<fs::path>& folders, const fs::path& binary) {
     folders.emplace_back("/etc/tandem");
   folders.push_back(folder / "../share/tandem");
   // build/bin, build/tests, build/preset/bin: the cache is not far above.
-  for (int level = 0; level < 4 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
+  for (int level = 0; level < kLevels && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
     const fs::path source = sourceOf(folder);
     if (!source.empty())
       folders.push_back(source / "config/presets");
@@ -84,18 +86,25 @@ std::vector<std::string> foldersOf(const std::string& kind) {
   return all;
 }
 
-std::string presetNames(const std::string& kind) {
-  std::set<std::string> names;
+std::map<std::string, fs::path> presetFiles(const std::string& kind) {
+  std::map<std::string, fs::path> files;
   for (const fs::path& folder : searchFolders()) {
     for (const std::string& sub : foldersOf(kind)) {
       std::error_code error;
       for (fs::directory_iterator entry(folder / sub, error), end; !error && entry != end; entry.increment(error)) {
         if (entry->path().extension() == ".yaml")
-          names.insert(entry->path().stem().string());
+          files.emplace(entry->path().stem().string(), entry->path().lexically_normal());
       }
     }
   }
-  return names.empty() ? "none found" : join({names.begin(), names.end()});
+  return files;
+}
+
+std::string presetNames(const std::string& kind) {
+  std::vector<std::string> names;
+  for (const auto& [name, file] : presetFiles(kind))
+    names.push_back(name);
+  return names.empty() ? "none found" : join(names);
 }
 
 bool isFile(const fs::path& path) {
@@ -132,6 +141,30 @@ fs::path findPreset(const std::string& name, const std::string& kind) {
 
 fs::path findFile(const std::string& name_or_path, const std::string& kind) {
   return isFile(name_or_path) ? fs::path(name_or_path) : findPreset(name_or_path, kind);
+}
+
+std::vector<fs::path> presets(const std::string& kind) {
+  std::vector<fs::path> files;
+  for (const auto& [name, file] : presetFiles(kind))
+    files.push_back(file);
+  return files;
+}
+
+fs::path findShared(const std::string& installed, const std::vector<std::string>& in_trees) {
+  std::error_code ignored;
+  fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  if (const fs::path beside = (folder / "../share/tandem" / installed).lexically_normal(); fs::exists(beside, ignored))
+    return beside;
+  for (int level = 0; level < kLevels && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
+    const fs::path source = sourceOf(folder);
+    for (const std::string& name : source.empty() ? std::vector<std::string>{} : in_trees) {
+      for (const fs::path& tree : {folder, source}) {
+        if (fs::exists(tree / name, ignored))
+          return tree / name;
+      }
+    }
+  }
+  return {};
 }
 
 fs::path robotPath(const Map& map, const fs::path& file) { return companionPath(map, "robot", file); }

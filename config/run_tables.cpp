@@ -8,7 +8,7 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
-const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"};
+const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns"};
 constexpr const char* kIpv4 =
     "^((25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])\\.){3}(25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])$";
 constexpr int kMostEntries = 1000;
@@ -171,6 +171,31 @@ const Mapping& blackBoxTable() {
   return table;
 }
 
+const Mapping& consoleTable() {
+  const Console defaults;
+  static const Mapping table{
+      "console",
+      "Where tandem-console serves browsers and tools, and whom (docs/foxglove.md). An address that others reach needs TLS "
+      "and an operator_token.",
+      {
+          text("address", "that it is bound to").matching(kIpv4, "an IPv4 address").defaultsTo(defaults.address),
+          integer("port", "TCP port of HTTP and WebSocket").within(1, 65535).defaultsTo(defaults.port),
+          text("certificate", "file of the TLS certificate and its chain, PEM, relative to the folder of this file")
+              .defaultNote("no TLS"),
+          text("key", "file of its private key, PEM, relative likewise").defaultNote("no TLS"),
+          text("operator_token", "file with a text; whoever shows it may command")
+              .defaultNote("none: everybody on this machine may command"),
+          text("viewer_token", "file with a text; whoever shows it may look, and stop")
+              .defaultNote("none: nobody but operators"),
+          text("origins", "of pages of others that may connect, as browsers name them")
+              .matching("^https?://[A-Za-z0-9.-]+(:[0-9]+)?$", "SCHEME://HOST or SCHEME://HOST:PORT")
+              .list(1, 50)
+              .unique()
+              .defaultNote("none but its own page"),
+      }};
+  return table;
+}
+
 const Mapping& discoveryTable() {
   static const Mapping table{
       "discovery",
@@ -297,6 +322,7 @@ const Mapping& deploymentTable() {
           mapping("teleoperation", teleoperationTable(), "operators' devices and CRTK clients")
               .defaultNote("all defaults"),
           mapping("black_box", blackBoxTable(), "what tandem-recorder keeps for the case of a fault"),
+          mapping("console", consoleTable(), "where tandem-console serves browsers and tools, and whom"),
           mapping("processes", processTable(), "what `tandem up` starts").required().list(1, 32),
       }};
   return table;

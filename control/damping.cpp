@@ -5,16 +5,19 @@
 
 namespace tandem::control {
 
-void dampSingularDirections(const TaskGram& plain, double threshold, TaskGram& gram) noexcept {
+int dampSingularDirections(const TaskGram& plain, double threshold, TaskGram& gram) noexcept {
   const Eigen::SelfAdjointEigenSolver<TaskGram> eigen(plain);
   const double limit = threshold * threshold;
+  int singular = 0;
   for (Eigen::Index i = 0; i < plain.rows(); ++i) {
     const double square = std::max(0.0, eigen.eigenvalues()[i]);  // sigma_i^2, ascending
     if (!(square < limit))
       break;
     const TaskVector direction = eigen.eigenvectors().col(i);
+    ++singular;
     gram += (1.0 - square / limit) * 0.25 * limit * direction.lazyProduct(direction.transpose());
   }
+  return singular;
 }
 
 }  // namespace tandem::control

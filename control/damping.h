@@ -19,7 +19,8 @@ using TaskGram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Co
  * largest where the direction is lost; only singular directions are damped, as by Maciejewski & Klein (1988). With
  * G = A_0 A_0^T the damped inverse A_0^T (G + ...)^-1 has no gain above 2 / (sqrt(3) threshold): the trust region of a
  * step. Above the threshold G stays what it is, to the last digit.
- * @param plain  A_0 A_0^T: the task's Jacobian weighted without regard to limits */
-void dampSingularDirections(const TaskGram& plain, double threshold, TaskGram& gram) noexcept;
+ * @param plain  A_0 A_0^T: the task's Jacobian weighted without regard to limits
+ * @return how many directions are below the threshold */
+int dampSingularDirections(const TaskGram& plain, double threshold, TaskGram& gram) noexcept;
 
 }  // namespace tandem::control

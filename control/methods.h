@@ -13,5 +13,6 @@ std::unique_ptr<Resolver> makeNspwln(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeNspwlnJoint(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeNspqp(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeSnsqp(const MethodParameters& parameters);
+std::unique_ptr<Resolver> makeSns(const MethodParameters& parameters);
 
 }  // namespace tandem::control

@@ -15,8 +15,9 @@ enum class Method {
   kNspwlnJoint,  ///< the corrected law: one weighted inverse over all joints
   kNspqp,        ///< (7), null-space projection as a constrained QP
   kSnsqp,        ///< (8), saturation in the null space as a sequence of constrained QPs
+  kSns,          ///< its analytic form, Flacco et al. 2015, algorithm 4
 };
-inline constexpr int kMethodCount = 5;
+inline constexpr int kMethodCount = 6;
 
 /** Who solves the quadratic programmes. */
 enum class Backend { kActiveSet, kIpopt };

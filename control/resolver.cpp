@@ -170,6 +170,8 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
       return makeNspqp(p);
     case Method::kSnsqp:
       return makeSnsqp(p);
+    case Method::kSns:
+      return makeSns(p);
   }
   throw std::invalid_argument("unknown method");
 }

@@ -15,6 +15,7 @@ Installs the Debian packages that are missing, builds the benchmarks, runs them 
   bench_control     one quadratic programme and one control step, beside Ipopt in the same run
   bench_hal         one cycle of the HAL, two arms on two buses, beside what its frames take on a wire of 1 Mbit/s
   bench_security    a round trip from state to command between two participants, secured beside plain
+  instructions.py   instructions per call, counted by callgrind, against bench/instructions.json: more than 5 % above is an error
   bench_round_trip  state to control to command over DDS, beside a bare Fast DDS ping-pong of messages of the same size
 
 Percentiles are over the cases (10,000 joint vectors, 2,000 programmes or steps, 5,000 cycles; fewer for the slow
@@ -97,7 +98,7 @@ while (($# > 0)); do
 done
 
 if $install; then install_packages; else report_packages; fi
-build release bench_kinematics bench_control bench_hal bench_round_trip bench_security services/all
+build release bench_kinematics bench_control bench_hal bench_round_trip bench_security bench_instructions services/all
 mkdir -p "$output"
 for program in bench_kinematics bench_control bench_hal bench_round_trip bench_security; do
   say "running $program"
@@ -107,3 +108,5 @@ for program in bench_kinematics bench_control bench_hal bench_round_trip bench_s
   say "results in $output/$program.json"
   table "$output/$program.json"
 done
+say "counting instructions"
+/usr/bin/python3 "$root/bench/instructions.py" "$root/build/release/bin/bench_instructions" --output "$output/instructions.json"

@@ -2,150 +2,13 @@
 #include "experiments/closed_loop.h"
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
 #include <stdexcept>
 
+#include "experiments/simulated_robot.h"
 #include "planning/follower.h"
-#include "sim/plant_tips.h"
-#include "sim/simulated_drives.h"
-#include "sim/tip_tracker.h"
 
 namespace tandem::experiments {
 namespace {
-
-/** The simulated robot of one run, enabled. */
-class Plant {
- public:
-  Plant(const config::Robot& robot,
-        const RobotModel& model,
-        const std::vector<Eigen::VectorXd>& start,
-        const LoopOptions& options)
-      : model_(model),
-        period_(options.control_period),
-        drives_(makeDrives(robot, start, options)),
-        tips_(armsOf(robot), options.plant) {
-    sim::Command enable = next();
-    enable.request.fill(safety::DriveRequest::kEnable);
-    send(enable);
-    for (int k = 0; k < model_.armCount(); ++k) {
-      if (drives_.state(k) != safety::OperatingState::kEnabled)
-        throw std::runtime_error("an arm cannot be enabled");
-    }
-    updateTips();
-    if (options.plant.tracker.present) {
-      tracker_.emplace(model_.armCount(), options.plant.tracker, options.plant.seed);
-      tracker_->restart(tips_, time_, drives_.answersCommand());
-      listen();
-    }
-  }
-
-  /// What the encoders read.
-  safety::RobotVector position() const {
-    return stacked([this](int k) { return drives_.position(k); });
-  }
-  safety::RobotVector setpoint() const {
-    return stacked([this](int k) { return drives_.setpoint(k); });
-  }
-  const sim::PlantTips& tips() const { return tips_; }
-  const planning::MeasuredTips& measuredTips() const { return measured_; }
-  std::int64_t time() const { return time_; }
-
-  /// Interventions of the limit guards and refusals so far.
-  std::uint64_t gateActions() const {
-    std::uint64_t sum = 0;
-    for (int g = 0; g < safety::kGuardCount; ++g)
-      sum += drives_.guards()[static_cast<safety::Guard>(g)].count;
-    return sum;
-  }
-
-  void move(const safety::RobotVector& velocity, bool moving) {
-    sim::Command command = next();
-    for (int k = 0; k < model_.armCount(); ++k) {
-      command.moving[static_cast<std::size_t>(k)] = moving;
-      for (int j = 0; j < model_.size(k); ++j) {
-        const auto i = static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j);
-        command.velocity[i] = moving ? velocity[model_.offset(k) + j] : 0.0;
-        command.position[i] = drives_.setpoint(k)[j] + period_ * command.velocity[i];
-      }
-    }
-    send(command);
-    time_ += static_cast<std::int64_t>(std::llround(1e9 * period_));
-    drives_.advance(time_);
-    updateTips();
-    if (tracker_) {
-      tracker_->step(tips_, time_, drives_.answersCommand());
-      listen();
-    }
-  }
-
- private:
-  static std::vector<kinematics::ConcentricTubeArm> armsOf(const config::Robot& robot) {
-    std::vector<kinematics::ConcentricTubeArm> arms;
-    for (const config::Arm& arm : robot.arms)
-      arms.push_back(arm.model);
-    return arms;
-  }
-
-  static sim::SimulatedDrives makeDrives(const config::Robot& robot,
-                                         const std::vector<Eigen::VectorXd>& start,
-                                         const LoopOptions& loop) {
-    std::vector<safety::ArmLimits> limits;
-    for (const config::Arm& arm : robot.arms)
-      limits.push_back(arm.limits);
-    sim::SimulatedDrivesOptions options;
-    options.control_period = loop.control_period;
-    options.lock_step = true;
-    options.mechanics = loop.plant.mechanics;
-    options.encoders = loop.plant.encoders;
-    options.seed = loop.plant.seed;
-    return {limits, {start.begin(), start.end()}, options};
-  }
-
-  template <class OfArm>
-  safety::RobotVector stacked(OfArm of_arm) const {
-    safety::RobotVector q(model_.jointCount());
-    for (int k = 0; k < model_.armCount(); ++k)
-      q.segment(model_.offset(k), model_.size(k)) = of_arm(k);
-    return q;
-  }
-
-  void updateTips() {
-    for (int k = 0; k < model_.armCount(); ++k) {
-      tips_.update(k, drives_.plant(k).tubes());
-      if (!tips_.valid(k))
-        throw std::runtime_error("the plant: " + std::string(kinematics::describe(tips_.status(k))));
-    }
-  }
-
-  void listen() {
-    const sim::TipMeasurement& latest = tracker_->latest();
-    for (int k = 0; k < model_.armCount(); ++k) {
-      const auto i = static_cast<std::size_t>(k);
-      measured_.take(k, latest.valid[i], latest.position[i], latest.stamp, latest.mark);
-    }
-  }
-
-  sim::Command next() {
-    sim::Command command;
-    command.head = {1, ++sequence_, 0.0, model_.armCount()};
-    return command;
-  }
-
-  void send(const sim::Command& command) {
-    if (!drives_.command(command, time_))
-      throw std::runtime_error("the gate refused a command");
-  }
-
-  const RobotModel& model_;
-  double period_;
-  sim::SimulatedDrives drives_;
-  sim::PlantTips tips_;
-  std::optional<sim::TipTracker> tracker_;
-  planning::MeasuredTips measured_;
-  std::uint64_t sequence_ = 0;
-  std::int64_t time_ = 0;
-};
 
 /** Control of one run: which tips it believes, and its step. */
 class Controller {
@@ -154,7 +17,7 @@ class Controller {
       : options_(options), tracker_(make(robot, model, method, options)) {}
 
   /// What planning judges the state with, as it does in its own process: tip, and tip less the other one's.
-  std::pair<Eigen::Vector3d, Eigen::Vector3d> see(const Plant& plant, int arm, int other) {
+  std::pair<Eigen::Vector3d, Eigen::Vector3d> see(const SimulatedRobot& plant, int arm, int other) {
     if (!tracker_.computeTips(plant.position(), track_))
       throw std::runtime_error(std::string(kinematics::describe(track_.model)));
     const auto tip = [&](int k) -> Eigen::Vector3d {
@@ -165,7 +28,7 @@ class Controller {
   }
 
   /// @return whether the arms shall move.
-  bool step(const Plant& plant, const planning::Reference& reference) {
+  bool step(const SimulatedRobot& plant, const planning::Reference& reference) {
     const safety::RobotVector q = plant.position(), setpoint = plant.setpoint();
     if (sensor() && tooOld(plant, reference)) {
       tracker_.hold(q, setpoint, planning::TrackStatus::kSensor, track_);
@@ -189,7 +52,7 @@ class Controller {
   }
 
   bool sensor() const { return options_.feedback == planning::Feedback::kSensor; }
-  bool tooOld(const Plant& plant, const planning::Reference& reference) const {
+  bool tooOld(const SimulatedRobot& plant, const planning::Reference& reference) const {
     bool old = false;
     planning::forEachArm(reference, [&](int k) {
       const auto& tip = plant.measuredTips().arm[static_cast<std::size_t>(k)];
@@ -246,7 +109,7 @@ RunRecord runOffline(const config::Robot& robot,
                      const std::function<void(int, int)>& progress) {
   if (options.feedback == planning::Feedback::kSensor && !options.plant.tracker.present)
     throw std::runtime_error("feedback: sensor needs a tip tracker, plant.tracker");
-  Plant plant(robot, model, plan.start, options);
+  SimulatedRobot plant(robot, model, plan.start, options);
   Controller controller(robot, model, plan.key.method, options);
   planning::Follower follower(options.control_period);
   RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);

@@ -5,8 +5,7 @@
 
 #include <functional>
 
-#include "experiments/run_record.h"
-#include "planning/reference_tracker.h"
+#include "experiments/simulated_robot.h"
 
 namespace tandem::experiments {
 
@@ -15,15 +14,6 @@ struct RunPlan {
   RunKey key;
   planning::TrajectorySpec trajectory;
   std::vector<Eigen::VectorXd> start;
-};
-
-/** How the loop is closed. */
-struct LoopOptions {
-  double control_period = 0.1;  ///< T, s
-  planning::Gains gains;
-  planning::Feedback feedback = planning::Feedback::kModel;
-  sim::PlantOptions plant;
-  safety::Budgets budgets;
 };
 
 /// Those of a deployment, with the gains of the experiment.

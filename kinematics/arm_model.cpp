@@ -19,7 +19,7 @@ std::string_view describe(ModelStatus status) {
     case ModelStatus::kNotFinite:
       return "a joint or a load is not a finite number";
     case ModelStatus::kNotExtended:
-      return "tube 1 ends at or behind the entry point";
+      return "tube 1 ends at or behind the entry point, or a rod has no length";
     case ModelStatus::kProtruded:
       return "a tube's proximal end stands in front of the entry point (beta > 0)";
     case ModelStatus::kInnerInside:
@@ -28,6 +28,10 @@ std::string_view describe(ModelStatus status) {
       return "no equilibrium was found";
     case ModelStatus::kCarriesNoLoad:
       return "the rigid model carries no load, use the compliant one";
+    case ModelStatus::kDistalInside:
+      return "the bending end is not wholly in front of the entry point, insertion is below zero";
+    case ModelStatus::kTendonPushes:
+      return "a tendon's tension is below zero";
   }
   return "unknown";
 }

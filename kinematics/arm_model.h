@@ -34,6 +34,8 @@ enum class ModelStatus {
   kInnerInside,    ///< an outer tube ends ahead of an inner one: equation (1), distal side
   kNotConverged,   ///< no equilibrium was found within the bounded number of iterations
   kCarriesNoLoad,  ///< a wrench was given to a model that does not deform
+  kDistalInside,   ///< a catheter's bending end is not wholly in front of the entry point
+  kTendonPushes,   ///< a tendon's tension below zero
 };
 std::string_view describe(ModelStatus status);
 

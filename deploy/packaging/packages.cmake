@@ -19,7 +19,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
-set(CPACK_COMPONENTS_ALL robot)
+set(CPACK_COMPONENTS_ALL robot python)
 
 set(CPACK_DEBIAN_ROBOT_PACKAGE_NAME tandem-robot)
 set(CPACK_COMPONENT_ROBOT_DESCRIPTION
@@ -32,6 +32,16 @@ set(CPACK_DEBIAN_ROBOT_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_DEPENDS adduser)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_RECOMMENDS "systemd | systemd-sysv, can-utils, python3-numpy, python3-matplotlib")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tandem)
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+    "models and control of cooperating continuum robots for Python
+The module tandem: kinematics, redundancy resolution, simulation, planning and
+recordings of Tandem, on numpy arrays.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy, tandem-robot")
 
 set(scripts ${PROJECT_SOURCE_DIR}/deploy/packaging/robot)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm ${scripts}/conffiles)

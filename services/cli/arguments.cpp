@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/cli/arguments.h"
 
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 
@@ -44,12 +43,8 @@ std::string statusField(std::string text) {
 }
 
 std::string shareFile(const std::string& relative) {
-  namespace fs = std::filesystem;
-  const fs::path bin = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const fs::path& root : {bin / "../share/tandem", bin / "../../.."}) {
-    if (fs::exists(root / relative))
-      return fs::weakly_canonical(root / relative).string();
-  }
+  if (const auto found = config::findShared(relative, {relative}); !found.empty())
+    return found.string();
   throw Failure(kFailure, relative + ": not found beside the executable; is the installation complete?");
 }
 

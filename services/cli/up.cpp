@@ -7,6 +7,7 @@
 
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
+#include "services/cli/console.h"
 #include "services/cli/supervisor.h"
 #include "services/common/stop_signal.h"
 #include "services/setup/process.h"
@@ -131,6 +132,10 @@ int run(const Options& options) {
   if (meet(options, deployment, host, client, [&] { return dead || stop.requested(); }))
     tell(options, "ready", "ready after " + std::to_string(since(start)) + " s; Ctrl-C stops everything",
          {{"seconds", since(start)}});
+  for (const config::Process& process : deployment.processes) {
+    if (process.executable == "tandem-console" && process.host == host)
+      tell(options, "console", "console: " + consoleUrl(deployment.console, deployment.console.port));
+  }
   while (!dead && !stop.requested() && (options.seconds <= 0.0 || since(start) < options.seconds)) {
     stop.waitFor(0.01);
     dead = fatalDeath(options, supervisor);

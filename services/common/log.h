@@ -21,6 +21,10 @@ namespace tandem::service {
  * @throw std::invalid_argument for an unknown level. */
 void startLog(const std::string& service, const std::string& level = "");
 
+/// Sends the lines to one more place, besides stderr, from the thread of the log; any thread may add or remove one.
+void addLogSink(const spdlog::sink_ptr& sink);
+void removeLogSink(const spdlog::sink_ptr& sink);
+
 /// Writes what is pending and ends the log's thread. Call it before main() ends.
 void stopLog();
 

@@ -5,10 +5,20 @@
 
 #include <algorithm>
 
+#include "services/common/log.h"
+
 namespace tandem::service {
 
 Diagnostics::Diagnostics(dds::Bus& bus, std::string service, std::string robot)
-    : bus_(bus), service_(std::move(service)), robot_(std::move(robot)), writer_(bus.writer(dds::kDiagnostics)) {}
+    : bus_(bus),
+      service_(std::move(service)),
+      robot_(std::move(robot)),
+      writer_(bus.writer(dds::kDiagnostics)),
+      log_(std::make_shared<LogTopic>(bus, "tandem-" + service_)) {
+  addLogSink(log_);
+}
+
+Diagnostics::~Diagnostics() { removeLogSink(log_); }
 
 void Diagnostics::publish(std::int64_t now,
                           std::int64_t stamp,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What every service says of itself on the topic `diagnostics`, once a second. */
+/** @file What every service says of itself: on the topic `diagnostics`, once a second, and its log on /rosout. */
 #pragma once
 
 #include <string>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "services/dds/bus.h"
+#include "services/setup/log_topic.h"
 
 namespace tandem::service {
 
@@ -20,6 +21,9 @@ class Diagnostics {
   enum class Level : std::uint8_t { kOk = 0, kWarn = 1, kError = 2 };
 
   Diagnostics(dds::Bus& bus, std::string service, std::string robot);
+  ~Diagnostics();
+  Diagnostics(const Diagnostics&) = delete;
+  Diagnostics& operator=(const Diagnostics&) = delete;
 
   /// Adds what the bus has dropped as malformed, by topic; new ones are a warning at least, and are logged.
   /// @param now  ns, for the rate; @param stamp  of the message
@@ -33,6 +37,7 @@ class Diagnostics {
   dds::Bus& bus_;
   std::string service_, robot_;
   dds::Writer<dds::DiagnosticArray> writer_;
+  std::shared_ptr<LogTopic> log_;  ///< as long as this lives
   std::int64_t last_ = 0;
   std::uint64_t dropped_ = 0;  ///< samples, told of in the log
   Level last_level_ = Level::kOk;

@@ -110,11 +110,14 @@ int runService(int argc,
                char** argv,
                const std::string& name,
                const std::string& description,
-               const std::function<void(const Setup&, StopSignal& stop)>& body) {
+               const std::function<void(const Setup&, StopSignal& stop)>& body,
+               const std::function<void(CLI::App&)>& more_options) {
   CLI::App app(description, "tandem-" + name);
   std::string deployment = "laptop", level;
   app.add_option("-d,--deployment", deployment, "deployment file, or the name of a preset")->capture_default_str();
   app.add_option("--log", level, "trace, debug, info, warn, error or off (default: TANDEM_LOG, else info)");
+  if (more_options)
+    more_options(app);
   app.footer("Started by hand only for debugging; `tandem up` starts all processes of a deployment.");
   try {
     app.parse(argc, argv);

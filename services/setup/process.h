@@ -13,6 +13,10 @@
 #include "services/common/stop_signal.h"
 #include "services/dds/bus.h"
 
+namespace CLI {
+class App;
+}
+
 namespace tandem::service {
 
 /** What a service knows once it has started. */
@@ -27,12 +31,14 @@ struct Setup {
 /** Runs a service's main: parses `--deployment FILE [--log LEVEL]`, loads the files, starts the log, calls `body`,
  * which beats setup.heartbeat with every round of its loop and returns when `stop` is requested. Errors are printed as
  * FILE:LINE:COLUMN: KEY: MESSAGE.
+ * @param more_options  adds those that this service alone has
  * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file. */
 int runService(int argc,
                char** argv,
                const std::string& name,
                const std::string& description,
-               const std::function<void(const Setup&, StopSignal& stop)>& body);
+               const std::function<void(const Setup&, StopSignal& stop)>& body,
+               const std::function<void(CLI::App&)>& more_options = {});
 
 /// Which host of the deployment this machine is, by its addresses. For deployments with hosts.
 /// @throw std::invalid_argument where it is none of them.

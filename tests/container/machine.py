@@ -58,6 +58,7 @@ class Boot:
                   {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"},
                   f"{realtime}budgets: {SLOW_BUDGETS}\n")
         self.leave_out(etc / "deployments/boot.yaml", "recorder", 1)  # it takes a third of the one processor
+        self.leave_out(etc / "deployments/boot.yaml", "console", 1)
         self.prepare_drives(share, etc, realtime)
         (etc / "deployments/wrong.yaml").write_text("tandem: deployment/1\nname: wrong\nrobot: nowhere\n")
         wanted = self.root / "etc/systemd/system/multi-user.target.wants"
@@ -83,6 +84,7 @@ class Boot:
                   {"name": "bench", "robot": "ark2024", "hardware": "bench", "budgets": SLOW_BUDGETS}, realtime)
         # Here the drives are no processes of the deployment.
         self.leave_out(target, "drives-[ab]", 2)
+        self.leave_out(target, "console", 1)
 
     @staticmethod
     def leave_out(target, name, times):

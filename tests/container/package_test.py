@@ -13,7 +13,7 @@ import roots
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
 # Of 100, as systemd-analyze rates what a unit could still do. The HAL has CAN, and may restart a controller.
-EXPOSURE = {"discovery": 18, "hal": 23, "sim": 18, "control": 18, "planning": 18, "recorder": 18}
+EXPOSURE = {"discovery": 18, "hal": 23, "sim": 18, "control": 18, "planning": 18, "recorder": 18, "console": 18}
 
 
 class Packages(unittest.TestCase):
@@ -27,7 +27,7 @@ class Packages(unittest.TestCase):
         self.root.inside("apt-get", "-q", "update", timeout=300)
         self.root.install("systemd", "systemd-sysv", "iproute2", "kmod")
         before, users = self.root.files(), self.users()
-        for step in (self.install, self.experiment, self.units, self.boot, self.purge):
+        for step in (self.install, self.experiment, self.module, self.units, self.boot, self.purge):
             began = time.monotonic()
             step()
             print(f"{step.__name__}: {time.monotonic() - began:.1f} s", flush=True)
@@ -49,10 +49,16 @@ class Packages(unittest.TestCase):
         for method in ("nspwln", "nspwln-joint", "nspqp", "snsqp"):
             self.assertRegex(output, rf"\b{method}\b.*\b300/300\b")
 
+    def module(self):
+        """The Python module answers with presets and library from packages alone."""
+        output = self.root.inside("python3", "-c", "import tandem; arm = tandem.Robot.load('ark2024').arm('a', model='compliant'); "
+                                  "print(arm.forward(arm.sample(10)).shape)")
+        self.assertEqual(output.strip(), "(10, 4, 4)")
+
     def units(self):
         """Nothing that systemd would complain about, and nothing of the machine that the services do not need."""
         self.assertEqual(self.root.inside("tandem", "units", "laptop").split(),
-                         [f"tandem-{name}@laptop.service" for name in ("sim", "control", "planning", "recorder")])
+                         [f"tandem-{name}@laptop.service" for name in ("sim", "control", "planning", "recorder", "console")])
         names = [f"tandem-{name}@laptop.service" for name in EXPOSURE]
         output = self.root.inside("systemd-analyze", "verify", "--recursive-errors=yes", "tandem@laptop.target", *names)
         self.assertEqual(output, "")

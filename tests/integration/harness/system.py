@@ -83,11 +83,14 @@ def free_domain():
 
 
 def deployment(folder, preset, **changes):
-    """A copy of a preset in `folder`, with a domain and a prefix of its own and other keys changed or appended."""
+    """A copy of a preset in `folder`, with a domain and a prefix of its own and other keys changed or appended. There is
+    a console with the key `console` alone: its port is the machine's."""
     changes = {"robot": PRESETS / "robots" / "ark2024.yaml", "domain": free_domain(),
                "prefix": f"t{os.getpid()}", "black_box": f"{{directory: {folder}/black-box, memory_mb: 20}}",
                **changes}
     lines = (PRESETS / "deployments" / f"{preset}.yaml").read_text().splitlines()
+    if "console" not in changes:
+        lines = [line for line in lines if "tandem-console" not in line]
     for key, value in changes.items():
         kept = [line for line in lines if not line.startswith(f"{key}:")]
         lines = kept + [f"{key}: {value}"]

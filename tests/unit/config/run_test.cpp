@@ -237,6 +237,7 @@ processes:
   - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false, essential: false}
 black_box: {before_s: 20, after_ms: 1500, memory_mb: 64, directory: box, files: 3, topics: ["control/*", stop]}
 discovery: {server: 10.0.0.1, port: 11900}
+console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 )";
   // Those that exclude one another are in the file of another test.
   expectEveryKey(text + kHosts + "security: credentials", deploymentTable());
@@ -258,6 +259,13 @@ discovery: {server: 10.0.0.1, port: 11900}
   EXPECT_EQ(d.black_box.directory.filename(), "box");
   EXPECT_EQ(d.black_box.files, 3);
   EXPECT_EQ(d.black_box.topics, (std::vector<std::string>{"control/*", "stop"}));
+  EXPECT_EQ(d.console.address, "10.0.0.1");
+  EXPECT_EQ(d.console.port, 9000);
+  EXPECT_EQ(d.console.certificate.filename(), "c.pem");
+  EXPECT_EQ(d.console.key.filename(), "k.pem");
+  EXPECT_EQ(d.console.operator_token.filename(), "o");
+  EXPECT_EQ(d.console.viewer_token.filename(), "v");
+  EXPECT_EQ(d.console.origins, (std::vector<std::string>{"https://a.example:1"}));
   ASSERT_TRUE(d.discovery.has_value());
   EXPECT_EQ(d.discovery->address, "10.0.0.1");
   EXPECT_EQ(d.discovery->port, 11900);
@@ -317,6 +325,15 @@ TEST(Deployment, Refusals) {
       {"method: nspqp", "method: nspqp\nplant: {tube_errors: [{arm: arm_a, tube: 4}]}", "4}]}", 0,
        "plant.tube_errors[0].tube", "found 4, expected 1 to 3"},
       {"clock: real_time", "clock: lock_step\nfeedback: sensor", "sensor", 0, "feedback", "expected plant.tracker"},
+      {"method: nspqp", "method: nspqp\nconsole: {address: 0.0.0.0, operator_token: t}", "0.0.0.0", 0,
+       "console.address", "found 0.0.0.0, which other machines reach, without TLS; expected certificate and key"},
+      {"method: nspqp", "method: nspqp\nconsole: {address: 10.0.0.1, certificate: c, key: k}", "10.0.0.1", 0,
+       "console.address", "without tokens; expected operator_token"},
+      {"method: nspqp", "method: nspqp\nconsole: {certificate: c}", "c}", 0, "console.certificate", "expected both"},
+      {"method: nspqp", "method: nspqp\nconsole: {viewer_token: v}", "v}", 0, "console.viewer_token",
+       "found without operator_token"},
+      {"method: nspqp", "method: nspqp\nconsole: {origins: [tools.example]}", "tools.example", 0,
+       "console.origins[0]", "expected SCHEME://HOST"},
   };
   for (const Refusal& refusal : refusals)
     expectRefusalBesideRobot(good, refusal, load_file);

@@ -3,6 +3,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cstdio>
 
 #include "control/limit_weights.h"
 #include "control/resolver.h"
@@ -49,6 +52,77 @@ TEST(QpMethods, KeepLimitsAndOptimalityEverywhere) {
     }
     EXPECT_GT(solved, 200) << control::name(method);
   }
+}
+
+TEST(Sns, KeepsLimitsAndOrderAndIsWithinTheOptimum) {
+  const auto resolver = control::makeResolver(Method::kSns, {});
+  MethodParameters same;
+  same.snsqp_zeta = 1e-5;
+  same.snsqp_rotation_velocity = same.rotation_velocity;
+  const auto optimum = control::makeResolver(Method::kSnsqp, same);
+  for (const double speed : {kSpeed, 0.1}) {
+    ArkProblem ark;
+    control::Solution solution, best;
+    int compared = 0, reached = 0, full = 0;
+    for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 500; ++seed) {
+      SCOPED_TRACE(trace(seed));
+      Random random(seed);
+      if (!ark.setRandom(random, speed))
+        continue;
+      resolver->solve(ark.problem, solution);
+      optimum->solve(ark.problem, best);
+      ASSERT_EQ(solution.status, SolveStatus::kSolved);
+      EXPECT_LT(excess(ark.problem, solution), 1e-10);
+      if (best.status != SolveStatus::kSolved)
+        continue;
+      ++compared;
+      // The largest scale that there is, is that of the linear programme; the analytic form may stop before it.
+      EXPECT_LE(solution.scale[0], best.scale[0] + 1e-3);
+      reached += solution.scale[0] > 0.99 * best.scale[0] ? 1 : 0;
+      full += best.scale[0] > 0.999 ? 1 : 0;
+    }
+    std::printf("  speed %g m/s: %d steps, %d of them feasible, scale of the optimum in %d\n", speed, compared, full,
+                reached);
+    EXPECT_GT(compared, 200);
+    EXPECT_GT(reached, 0.8 * compared);
+  }
+}
+
+TEST(Sns, IsThePseudoinverseWhereNothingIsInTheWay) {
+  const auto resolver = control::makeResolver(Method::kSns, {});
+  ArkProblem ark;
+  control::Solution solution;
+  int compared = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    if (!ark.setRandom(random, 1e-5))
+      continue;
+    resolver->solve(ark.problem, solution);
+    if (solution.active_count > 0 || solution.scale[0] < 1.0 || solution.scale[1] < 1.0)
+      continue;
+    Eigen::MatrixXd both(6, 12);
+    both << ark.problem.task[0].jacobian, ark.problem.task[1].jacobian;
+    Eigen::VectorXd wanted(6);
+    wanted << ark.problem.task[0].velocity, ark.problem.task[1].velocity;
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(both, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    if (svd.singularValues().minCoeff() < 5e-3)
+      continue;
+    EXPECT_LT((both * solution.velocity - wanted).norm(), 1e-12);
+    const Eigen::VectorXd first = ark.problem.task[0].jacobian.completeOrthogonalDecomposition().solve(
+        Eigen::VectorXd(ark.problem.task[0].velocity));
+    // Level by level, the least change of the joints: not always the least velocity for both.
+    const Eigen::MatrixXd J = ark.problem.task[0].jacobian;
+    const Eigen::MatrixXd free =
+        Eigen::MatrixXd::Identity(12, 12) - J.completeOrthogonalDecomposition().pseudoInverse() * J;
+    const Eigen::MatrixXd second = ark.problem.task[1].jacobian * free;
+    const Eigen::VectorXd expected =
+        first + second.completeOrthogonalDecomposition().pseudoInverse() *
+                    (Eigen::VectorXd(ark.problem.task[1].velocity) - ark.problem.task[1].jacobian * first);
+    EXPECT_LT((solution.velocity - expected).norm(), 1e-9 * (1.0 + expected.norm()));
+    ++compared;
+  }
+  EXPECT_GT(compared, 100);
 }
 
 TEST(QpMethods, NextPositionStaysInsideEquationOne) {

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What instructions.py counts: calls of one kind, marked for callgrind. Counts do not depend on what else the
+ * machine does. */
+#include <cstdlib>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <string>
+
+#include "bench/joint_paths.h"
+#include "bench/step_problems.h"
+#include "control/resolver.h"
+#include "kinematics/arm_model.h"
+
+/// Callgrind counts inside of this function only (--toggle-collect).
+extern "C" [[gnu::noipa]] void tandem_measured(const std::function<void()>& call) { call(); }
+
+namespace tandem::bench {
+namespace {
+
+constexpr std::uint32_t kSeed = 20240607;
+
+/// Makes what is measured; answers the call number k, without anything around it.
+using Case = std::function<std::function<void(int)>()>;
+
+/// Forward kinematics with its exact Jacobian. @param warm  along a path at 1 kHz, from the equilibrium before
+Case tip(const std::string& model_name, const kinematics::ConcentricTubeArm& arm, bool overlap, bool warm) {
+  return [=]() -> std::function<void(int)> {
+    constexpr int kMost = 1000;
+    auto joints = warm ? controlPath(arm, overlap, 1e-3, kMost, kSeed) : randomJoints(arm, overlap, kMost, kSeed);
+    return [=, model = std::shared_ptr<kinematics::ArmModel>(kinematics::makeArmModel(model_name, arm)),
+            branch = std::make_shared<kinematics::Branch>()](int k) {
+      kinematics::Tip answer;
+      branch->known = branch->known && warm;
+      const auto& q = joints[static_cast<std::size_t>(k % kMost)];
+      if (model->tip(q, *branch, answer) != kinematics::ModelStatus::kOk)
+        throw std::runtime_error("a model has no answer");
+    };
+  };
+}
+
+/// One step of two arms without the models, active-set solver, nothing known from before.
+Case step(control::Method method) {
+  return [=]() -> std::function<void(int)> {
+    constexpr int kMost = 200;
+    const auto solution = std::make_shared<control::Solution>();
+    const std::shared_ptr<control::Resolver> resolver = control::makeResolver(method, {});
+    return [=, problems = randomSteps(kMost, kSeed)](int k) {
+      resolver->reset();
+      resolver->solve(problems[static_cast<std::size_t>(k % kMost)], *solution);
+    };
+  };
+}
+
+std::map<std::string, Case> cases() {
+  std::map<std::string, Case> all;
+  for (const auto& [name, arm] : {std::pair{std::string("ark2024"), arkArm()}, {"timc2024", timcArm()}}) {
+    all["rigid " + name] = tip("rigid", arm, true, false);
+    all["compliant " + name + ", apart, cold"] = tip("compliant", arm, false, false);
+    all["compliant " + name + ", overlap, cold"] = tip("compliant", arm, true, false);
+    all["compliant " + name + ", overlap, 1 kHz"] = tip("compliant", arm, true, true);
+  }
+  for (int m = 0; m < control::kMethodCount; ++m) {
+    const auto method = static_cast<control::Method>(m);
+    all["step " + std::string(control::name(method))] = step(method);
+  }
+  return all;
+}
+
+}  // namespace
+}  // namespace tandem::bench
+
+int main(int argc, char** argv) {
+  const auto all = tandem::bench::cases();
+  if (argc == 2 && std::string(argv[1]) == "--list") {
+    for (const auto& [name, make] : all)
+      std::cout << name << '\n';
+    return 0;
+  }
+  const auto found = argc == 3 ? all.find(argv[1]) : all.end();
+  const int count = argc == 3 ? std::atoi(argv[2]) : 0;
+  if (found == all.end() || count < 1) {
+    std::cerr << "usage: bench_instructions --list | CASE COUNT\n";
+    return 2;
+  }
+  const auto call = found->second();
+  for (int k = 0; k < count; ++k)
+    tandem_measured([&] { call(k); });
+  return 0;
+}

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Puts the page together and keeps it going: one loop over what is shown, and what happens with the link. */
+import { Bars } from "./panels/bars";
+import { Charts } from "./panels/charts";
+import type { Context, Panel } from "./panels/context";
+import { h } from "./panels/dom";
+import { Hands } from "./panels/hands";
+import { Header } from "./panels/header";
+import { Health } from "./panels/health";
+import { Hud } from "./panels/hud";
+import { Messages } from "./panels/messages";
+import { MethodPanel } from "./panels/method";
+import { Operate } from "./panels/operate";
+import { Run } from "./panels/run";
+import { StopKey } from "./panels/stop";
+import { tabs } from "./panels/tabs";
+import { View } from "./scene/view";
+import { Clock } from "./state/clock";
+import { Commander } from "./state/commander";
+import type { Robot } from "./state/robot";
+import { World } from "./state/world";
+import { Devices } from "./teleop/devices";
+import { Pilot } from "./teleop/pilot";
+import { Drawing } from "./scene/drawing";
+import { Link } from "./wire/link";
+
+/** ms between two looks of the panels: figures that change more often cannot be read. */
+const kShow = 50;
+
+export class App {
+  private readonly c: Context;
+  private readonly panels: Panel[];
+  private readonly stop: StopKey;
+  private readonly view: View;
+  private readonly drawing: Drawing;
+  private readonly hud: Hud;
+  private readonly health: Health;
+  private frames = 0;
+  private shownAt = 0;
+  private measuredAt = performance.now();
+
+  constructor(root: HTMLElement, robot: Robot, url: string) {
+    const messages = new Messages();
+    const link = new Link(url, {
+      state: (state, reason) => this.linked(state, reason),
+      status: (level, message) => messages.add(level > 0 ? "bad" : "info", `Server: ${message}`),
+    });
+    const commander = new Commander(robot, link, (why) => {
+      messages.add("bad", `Control is lost: ${why}`);
+      this.c.pilot.gate.allow("lease", false);
+      this.c.pilot.arm(false);
+    });
+    const world = new World(robot, link);
+    const pilot = new Pilot(robot, world, link, commander, (held) => place.classList.toggle("held", held));
+    this.c = { robot, world, link, commander, pilot, messages };
+    world.taps.status.push((status) => commander.heard(status));
+
+    const place = h("div.view", {
+      tabindex: "0",
+      role: "application",
+      id: "view",
+      "aria-label":
+        "The arms in 3D. While teleoperation is on, hold arrow keys, Page Up or Page Down to move the driven tip; letting go stops it.",
+    });
+    this.view = new View(place, robot);
+    this.drawing = new Drawing(this.c, this.view);
+    this.stop = new StopKey(this.c, () => pilot.gate.release("stop was pressed"));
+    new Devices(this.view, pilot, (by) => this.stop.press(by));
+    this.hud = new Hud(this.c, this.view, (times) => this.drawing.setThickness(times));
+    this.health = new Health(this.c);
+    const charts = new Charts(this.c);
+    const clock = new Clock(robot, link, (milliseconds) => charts.setRoundTrip(milliseconds));
+    const operate = new Operate(this.c);
+    const run = new Run(this.c);
+    const method = new MethodPanel(this.c);
+    const hands = new Hands(this.c);
+    const header = new Header(this.c, this.stop);
+    const bars = new Bars(this.c);
+    place.append(this.hud.element);
+    const side = h(
+      "aside.side",
+      {},
+      tabs([
+        ["Operate", h("div", {}, operate.element, run.element)],
+        ["Method", method.element],
+        ["Teleoperate", hands.element],
+        ["Health", this.health.element],
+      ]),
+      messages.element,
+    );
+    root.replaceChildren(header.element, h("main", {}, place, side), h("footer", {}, bars.element, charts.element));
+    this.panels = [header, operate, run, method, hands, bars, charts, this.hud, this.health];
+    clock.start();
+    link.open();
+    const frame = (): void => {
+      this.frame();
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  private linked(state: string, reason: string): void {
+    if (!this.c) return; // while the page is put together
+    if (state === "closed") {
+      this.c.pilot.gate.allow("link", false);
+      this.c.pilot.arm(false);
+      this.c.commander.disconnected();
+      this.c.messages.add("bad", `The link is down: ${reason}`);
+    }
+    if (state === "open")
+      this.c.messages.add("info", "Connected to the server; nothing moves until somebody takes control");
+  }
+
+  private frame(): void {
+    const now = performance.now();
+    this.frames += 1;
+    this.stop.update(now);
+    this.drawing.update(now);
+    if (now - this.shownAt >= kShow) {
+      this.shownAt = now;
+      for (const panel of this.panels) panel.update(now);
+    }
+    this.view.draw(now);
+    const seconds = (now - this.measuredAt) / 1000;
+    if (seconds < 1) return;
+    this.hud.setRate(this.frames / seconds, this.view.drawn / seconds);
+    this.health.setTraffic(this.c.link.takeBytes() / seconds);
+    this.frames = 0;
+    this.view.drawn = 0;
+    this.measuredAt = now;
+  }
+}

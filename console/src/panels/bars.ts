@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Actuators with their moving limits (Fig. 2 of Alsaka et al. 2024, live), and jogging by hand. */
+import { tubeColor } from "../scene/colors";
+import type { Joint } from "../state/robot";
+import { isTranslation } from "../state/robot";
+import type { Range } from "../state/track";
+import { allowed, place, rotationRange, wrap } from "../state/track";
+import { shortName, stateName } from "../state/words";
+import { kJointsPerArm } from "../wire/messages";
+import type { Context, Panel } from "./context";
+import { whyNotMove } from "./context";
+import { degrees, h, millimetres, setAttribute, setClass, setText, setUsable, action } from "./dom";
+
+const kJogTranslation = 0.002; // m/s
+const kJogRotation = (10 * Math.PI) / 180; // rad/s
+
+interface Bar {
+  arm: number;
+  joint: number;
+  translation: boolean;
+  range: Range;
+  row: HTMLElement;
+  free: HTMLElement;
+  value: HTMLElement;
+  setpoint: HTMLElement;
+  text: HTMLElement;
+  jogs: HTMLButtonElement[];
+}
+
+export class Bars implements Panel {
+  readonly element: HTMLElement;
+  private readonly bars: Bar[] = [];
+  private jogging: { bar: Bar; timer: ReturnType<typeof setInterval> } | null = null;
+
+  constructor(private readonly c: Context) {
+    const arms = c.robot.arms.map((arm, k) => {
+      const reach = Math.min(...arm.joints.map((joint, j) => (isTranslation(arm, j) ? (joint.lower ?? 0) : 0)));
+      const rows = arm.joints.map((joint, j) => this.makeBar(k, j, joint, reach));
+      return h(
+        "div.actuators",
+        { role: "group", "aria-label": `Actuators of arm ${shortName(arm.name)}` },
+        h("h2", {}, `Arm ${shortName(arm.name)}`),
+        ...rows,
+      );
+    });
+    this.element = h("section.bars", { "aria-label": "Actuators and their moving limits" }, ...arms);
+    for (const event of ["blur", "pagehide"]) window.addEventListener(event, () => this.end());
+    document.addEventListener("visibilitychange", () => this.end());
+  }
+
+  private makeBar(arm: number, joint: number, of: Joint, reach: number): HTMLElement {
+    const translation = isTranslation(this.c.robot.arms[arm]!, joint);
+    const tubes = this.c.robot.arms[arm]!.tubes.length;
+    const tube = (joint % tubes) + 1;
+    const range = translation ? { from: reach, to: 0 } : rotationRange(of.lower, of.upper);
+    const free = h("i.free");
+    const value = h("i.value");
+    value.style.background = tubeColor(arm, tube);
+    const setpoint = h("i.setpoint");
+    const text = h("output.number");
+    const name = `${translation ? "β" : "α"}${tube}`;
+    const said = `${translation ? "translation" : "rotation"} of tube ${tube} of arm ${shortName(this.c.robot.arms[arm]!.name)}`;
+    const bar: Bar = { arm, joint, translation, range, row: h("div.bar"), free, value, setpoint, text, jogs: [] };
+    bar.jogs = [-1, 1].map((sign) => this.jogButton(bar, sign, said));
+    bar.row.title = said;
+    bar.row.append(
+      h("span.name", {}, name),
+      bar.jogs[0]!,
+      h("div.track", {}, free, setpoint, value),
+      bar.jogs[1]!,
+      text,
+    );
+    this.bars.push(bar);
+    return bar.row;
+  }
+
+  private jogButton(bar: Bar, sign: number, said: string): HTMLButtonElement {
+    const speed = bar.translation ? `${1000 * kJogTranslation} mm/s` : "10 °/s";
+    const button = action(sign < 0 ? "−" : "+", `Hold to jog at ${speed}`, () => {}, "jog");
+    button.setAttribute("aria-label", `jog ${said} ${sign < 0 ? "down" : "up"}, as long as it is held`);
+    const begin = (): void => this.begin(bar, sign);
+    const end = (): void => this.end();
+    button.addEventListener("pointerdown", begin);
+    button.addEventListener(
+      "keydown",
+      (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin(),
+    );
+    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"])
+      button.addEventListener(name, end);
+    return button;
+  }
+
+  private why(now: number): string {
+    const status = this.c.world.controlStatus();
+    const enabled = status
+      ? [...status.operating_state.slice(0, status.arm_count)].every((s) => stateName(s) === "ENABLED")
+      : false;
+    return whyNotMove(this.c, now) || (enabled ? "" : "The arms have to be ENABLED.");
+  }
+
+  private begin(bar: Bar, sign: number): void {
+    if (this.jogging || this.why(performance.now()) !== "") return;
+    const { robot, commander } = this.c;
+    const joints = robot.arms[bar.arm]!.joints.map((_, j) =>
+      j !== bar.joint ? 0 : sign * (bar.translation ? kJogTranslation : kJogRotation),
+    );
+    const ask = async (): Promise<void> => {
+      if (this.why(performance.now()) !== "") return this.end();
+      const answer = await commander.jog(bar.arm, joints);
+      if (!answer.accepted) {
+        this.c.messages.add("bad", `Jog refused: ${answer.reason}`);
+        this.end();
+      }
+    };
+    // Each order lasts for the larger of the teleoperation budget and two periods.
+    const repeat = 400 * Math.max(robot.budgets.teleoperation, 2 * robot.control.period);
+    this.jogging = { bar, timer: setInterval(() => void ask(), repeat) };
+    void ask();
+  }
+  private end(): void {
+    if (!this.jogging) return;
+    clearInterval(this.jogging.timer);
+    this.jogging = null;
+    void this.c.commander.hold();
+  }
+
+  update(now: number): void {
+    const { world } = this.c;
+    const limits = world.moving();
+    const why = this.why(now);
+    if (why !== "") this.end();
+    const old = world.stale(world.limits, now);
+    for (const bar of this.bars) {
+      for (const jog of bar.jogs) setUsable(jog, why);
+      const position = world.joints(bar.arm)?.position[bar.joint];
+      const setpoint = world.setpoints(bar.arm)?.position[bar.joint];
+      const turn = (x: number): number => (!bar.translation && bar.range.to - bar.range.from < 6.3 ? wrap(x) : x);
+      setClass(bar.row, "stale", old || world.stale(world.arms[bar.arm]!.measuredJs, now));
+      if (position === undefined) continue;
+      const at = bar.arm * kJointsPerArm + bar.joint;
+      const lower = limits?.lower[at] ?? -Infinity;
+      const upper = limits?.upper[at] ?? Infinity;
+      // Bounds beyond a turn from here bound nothing that one turn can show.
+      const spans = !bar.translation && !(upper - lower < 2 * Math.PI);
+      const { left, right } = spans ? { left: 0, right: 1 } : allowed(turn(lower), turn(upper), bar.range);
+      bar.free.style.left = `${(100 * left).toFixed(2)}%`;
+      bar.free.style.width = `${(100 * (right - left)).toFixed(2)}%`;
+      bar.value.style.left = `${(100 * place(turn(position), bar.range)).toFixed(2)}%`;
+      if (setpoint !== undefined) bar.setpoint.style.left = `${(100 * place(turn(setpoint), bar.range)).toFixed(2)}%`;
+      setText(bar.text, bar.translation ? `${millimetres(position)} mm` : `${degrees(position)}°`);
+      const active = (limits?.active[at] ?? 0) !== 0;
+      setClass(bar.row, "active", active);
+      setAttribute(bar.row, "data-active", active ? "yes" : "no");
+    }
+  }
+}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/** What every panel works with, and the reasons for which a command cannot be given. */
+import type { Commander, Answer } from "../state/commander";
+import type { Robot } from "../state/robot";
+import { mayCommand } from "../state/robot";
+import type { World } from "../state/world";
+import type { Pilot } from "../teleop/pilot";
+import type { Link } from "../wire/link";
+import type { Messages } from "./messages";
+
+export interface Context {
+  robot: Robot;
+  world: World;
+  link: Link;
+  commander: Commander;
+  pilot: Pilot;
+  messages: Messages;
+}
+
+/** Shown again and again; every panel changes only what differs. */
+export interface Panel {
+  readonly element: HTMLElement;
+  update(now: number): void;
+}
+
+/** Why this page may not command at all; empty where it may. */
+export function whyNotCommand(c: Context, now: number): string {
+  if (!mayCommand(c.robot)) return "This page is a viewer: it may look and stop, but not command.";
+  if (c.link.state !== "open") return "There is no connection to the server.";
+  if (!c.world.live(now)) return "The robot's data is out of date.";
+  return "";
+}
+/** The same for what the lease is needed for. */
+export function whyNotMove(c: Context, now: number): string {
+  return whyNotCommand(c, now) || (c.commander.holds ? "" : "Take control first.");
+}
+
+/** Gives an order, and tells what came of it. @returns whether it was accepted. */
+export async function order(c: Context, what: string, asked: Promise<Answer>): Promise<boolean> {
+  const answer = await asked;
+  if (answer.accepted) c.messages.add("done", `${what}: done`);
+  else c.messages.add("bad", `${what} refused: ${answer.reason}`);
+  return answer.accepted;
+}

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Making elements, and writing into them only what has changed. */
+
+type Child = Node | string | null | undefined;
+type Attributes = Record<string, string | boolean | ((event: never) => void) | undefined>;
+
+/** h("button.big", {type: "button", onclick: f}, "text") */
+export function h<K extends keyof HTMLElementTagNameMap>(
+  tag: K | `${K}.${string}`,
+  attributes: Attributes = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  const [name, ...classes] = tag.split(".");
+  const element = document.createElement(name as K);
+  if (classes.length > 0) element.className = classes.join(" ");
+  for (const [key, value] of Object.entries(attributes)) {
+    if (typeof value === "function") element.addEventListener(key.slice(2), value as EventListener);
+    else if (value === true) element.setAttribute(key, "");
+    else if (typeof value === "string") element.setAttribute(key, value);
+  }
+  element.append(...children.filter((child): child is Node | string => child != null));
+  return element;
+}
+
+export function setText(element: HTMLElement, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
+}
+export function setAttribute(element: Element, name: string, value: string): void {
+  if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+}
+export function setClass(element: Element, name: string, on: boolean): void {
+  if (element.classList.contains(name) !== on) element.classList.toggle(name, on);
+}
+export function setShown(element: HTMLElement, shown: boolean): void {
+  if (element.hidden === shown) element.hidden = !shown;
+}
+
+/** A button that cannot be used says why: `why` is empty where it can be. It stays in the order of focus. */
+export function setUsable(button: HTMLButtonElement, why: string): void {
+  setAttribute(button, "aria-disabled", why === "" ? "false" : "true");
+  setAttribute(button, "title", why === "" ? (button.dataset["help"] ?? "") : why);
+}
+export const usable = (button: HTMLButtonElement): boolean => button.getAttribute("aria-disabled") !== "true";
+
+/** A button that does nothing while it is not usable. */
+export function action(label: string, help: string, act: () => void, kind = ""): HTMLButtonElement {
+  const button: HTMLButtonElement = h(
+    kind === "" ? "button" : `button.${kind}`,
+    { type: "button", "data-help": help, title: help, onclick: () => usable(button) && act() },
+    label,
+  );
+  return button;
+}
+
+export function card(title: string, ...children: Child[]): HTMLElement {
+  return h("section.card", { "aria-label": title }, h("h2", {}, title), ...children);
+}
+
+export const millimetres = (metres: number, digits = 2): string =>
+  Number.isFinite(metres) ? (1000 * metres).toFixed(digits) : "–";
+export const degrees = (radians: number, digits = 1): string =>
+  Number.isFinite(radians) ? ((180 / Math.PI) * radians).toFixed(digits) : "–";

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Teleoperation: what is driven, how, and what control makes of it, stage by stage. */
+import { shortName } from "../state/words";
+import { Mode } from "../teleop/pilot";
+import { State } from "../wire/messages";
+import type { TeleopStatus } from "../wire/messages";
+import type { Context, Panel } from "./context";
+import { whyNotMove } from "./context";
+import { action, card, h, millimetres, setAttribute, setClass, setText, setUsable } from "./dom";
+
+/** Stages whose results are velocities of the device; those of the others are places. */
+const kVelocities = ["deadband", "dead_man", "clutch", "frame", "scale"];
+const kStates = ["nobody sends", "refused", "released", "clutched", "following", "stopped: let go and hold again"];
+
+export class Hands implements Panel {
+  readonly element: HTMLElement;
+  private readonly arm: HTMLButtonElement;
+  private readonly lamp = h("output.lamp", { id: "teleop-held", "aria-live": "polite" });
+  private readonly state = h("output.line", { id: "teleop-state", "aria-live": "polite" });
+  private readonly clamped = h("p.limits", { id: "teleop-clamped", hidden: true });
+  private readonly numbers = h("output.line");
+  private readonly stages = h("ol.stages", { "aria-label": "From the hand to the robot, stage by stage" });
+  private readonly mode = h("select", { id: "teleop-mode", "aria-label": "What is driven" });
+  private readonly driven = h("select", { id: "teleop-arm", "aria-label": "Driven arm" });
+  private readonly scale = h("input", {
+    type: "range",
+    id: "teleop-scale",
+    min: "0.05",
+    max: "1",
+    step: "0.05",
+    "aria-label": "Scale of the motion",
+  });
+  private readonly scaleText = h("output");
+  private shown = -1;
+
+  constructor(private readonly c: Context) {
+    const { pilot, robot } = c;
+    this.arm = action(
+      "Teleoperation on",
+      "Listen to keys, pointer and gamepad. Nothing moves until something is held.",
+      () => pilot.arm(!pilot.armed),
+      "go",
+    );
+    this.arm.id = "teleop-on";
+    const modes: [number, string][] = [[Mode.tip, "tip; the other one stays"]];
+    if (robot.arms.length > 1)
+      modes.unshift([Mode.pair, "tip; relative position kept"], [Mode.relative, "relative position; other tip stays"]);
+    this.mode.append(...modes.map(([value, text]) => h("option", { value: String(value) }, text)));
+    this.mode.value = String(pilot.choice.mode);
+    this.driven.append(...robot.arms.map((arm, k) => h("option", { value: String(k) }, `arm ${shortName(arm.name)}`)));
+    this.scale.value = String(pilot.choice.scale);
+    const choose = (): void => {
+      pilot.gate.release("the choice was changed"); // what is held shall not go on as something else
+      pilot.choice.mode = Number(this.mode.value);
+      pilot.choice.arm = Number(this.driven.value);
+      pilot.choice.otherArm = robot.arms.length > 1 ? (pilot.choice.arm === 0 ? 1 : 0) : pilot.choice.arm;
+      pilot.choice.scale = Number(this.scale.value);
+    };
+    for (const element of [this.mode, this.driven, this.scale]) element.addEventListener("input", choose);
+    this.element = card(
+      "Teleoperation",
+      h("div.row", {}, this.arm, this.lamp),
+      h("div.row", {}, this.driven, this.mode),
+      h("label.parameter", {}, h("span", {}, "scale"), this.scale, this.scaleText),
+      this.state,
+      this.clamped,
+      this.numbers,
+      this.stages,
+      h(
+        "p.fine",
+        {},
+        "Hold to move, let go to stop. In the 3D view: arrows, PageUp and PageDown (or WASD, Q, E); C is the clutch. Drag the driven tip with the pointer, wheel for depth. Gamepad: hold RB or RT, sticks move, LB is the clutch, Back stops.",
+      ),
+    );
+  }
+
+  update(now: number): void {
+    const { pilot, world } = this.c;
+    const status = world.controlStatus();
+    const gate = pilot.gate;
+    gate.allow("link", this.c.link.state === "open");
+    gate.allow("live", world.live(now));
+    gate.allow("lease", this.c.commander.holds);
+    gate.allow("enabled", status?.operating_state[pilot.choice.arm] === State.enabled);
+    setText(this.arm, pilot.armed ? "Teleoperation off" : "Teleoperation on");
+    setAttribute(this.arm, "aria-pressed", pilot.armed ? "true" : "false");
+    setUsable(this.arm, pilot.armed ? "" : whyNotMove(this.c, now));
+    setAttribute(this.lamp, "data-held", gate.held ? "yes" : "no");
+    let lamp = "○ off";
+    if (gate.held) lamp = `● held: ${gate.source}`;
+    else if (pilot.armed)
+      lamp = gate.obstacle ? `◌ ${gate.obstacle}` : gate.cut ? `○ released: ${gate.cut}` : "○ ready: hold to move";
+    setText(this.lamp, lamp);
+    setText(this.scaleText, Number(this.scale.value).toFixed(2));
+    this.updateStatus(world.teleop.value<TeleopStatus>(), now);
+  }
+
+  private updateStatus(teleop: TeleopStatus | null, now: number): void {
+    const fresh = teleop !== null && !this.c.world.stale(this.c.world.teleop, now);
+    setClass(this.stages, "stale", !fresh);
+    if (!teleop) {
+      setText(this.state, "Control says nothing of teleoperation.");
+      return;
+    }
+    const mine = teleop.client === this.c.commander.client;
+    const others = teleop.client !== 0n && !mine ? " (another client)" : "";
+    setText(
+      this.state,
+      `${kStates[teleop.state] ?? "unknown"}${others}${teleop.reason ? `: ${teleop.reason}` : ""}${fresh ? "" : " · old"}`,
+    );
+    setAttribute(this.state, "data-state", String(teleop.state));
+    this.clamped.hidden = teleop.clamped === 0;
+    setText(this.clamped, teleop.clamped ? `Clamped by ${teleop.limited_by || "a limit that is not named"}` : "");
+    setText(
+      this.numbers,
+      `${teleop.input_rate.toFixed(0)} /s · there and back ${(1e3 * teleop.latency).toFixed(0)} ms · tip lags ${(1e3 * teleop.tip_latency).toFixed(0)} ms · late ${teleop.late} · refused ${teleop.refused}`,
+    );
+    if (this.c.world.teleop.count === this.shown) return;
+    this.shown = this.c.world.teleop.count;
+    const rows = teleop.stages.map((stage) => {
+      const unit = kVelocities.includes(stage.name) ? "mm/s" : "mm";
+      const digits = (v: Float64Array): string => `${[...v].map((x) => millimetres(x, 1)).join("  ")} ${unit}`;
+      const row = h(
+        "li",
+        { class: stage.active ? "active" : "" },
+        h("b", {}, stage.name),
+        h("span", {}, digits(stage.output)),
+      );
+      if (stage.limited_by) row.append(h("em", {}, stage.limited_by));
+      return row;
+    });
+    this.stages.replaceChildren(...rows);
+  }
+}

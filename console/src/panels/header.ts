@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+/** The bar that is always there: link, arms, who commands, stop. */
+import { mayCommand } from "../state/robot";
+import { age, ageWords, staleAfter } from "../state/age";
+import { shortName, stateGlyph, stateMeaning, stateName } from "../state/words";
+import type { Context, Panel } from "./context";
+import { order, whyNotCommand } from "./context";
+import { action, h, setAttribute, setClass, setText, setUsable } from "./dom";
+import type { StopKey } from "./stop";
+
+const kCrtkClients = 2n ** 64n - 1n;
+
+export class Header implements Panel {
+  readonly element: HTMLElement;
+  private readonly link = h("output.link", { "aria-live": "polite", id: "link" });
+  private readonly arms: HTMLElement[];
+  private readonly who = h("output.who", { "aria-live": "polite", id: "lease" });
+  private readonly take: HTMLButtonElement;
+
+  constructor(
+    private readonly c: Context,
+    stop: StopKey,
+  ) {
+    this.arms = c.robot.arms.map((arm) => h("span.arm", { "data-arm": arm.name }));
+    this.take = action(
+      "Take control",
+      "Acquire the control lease: one client at a time may command",
+      () => void this.toggle(),
+      "take",
+    );
+    this.take.id = "take";
+    this.element = h(
+      "header.top",
+      {},
+      h("div.brand", {}, h("strong", {}, "Tandem"), h("span", {}, `${c.robot.robot} · ${c.robot.deployment}`)),
+      this.link,
+      h("div.arms", { role: "group", "aria-label": "State of the arms" }, ...this.arms),
+      h("div.lease", { role: "group", "aria-label": "Who commands" }, this.who, this.take),
+      stop.element,
+    );
+  }
+
+  private async toggle(): Promise<void> {
+    const { commander } = this.c;
+    if (commander.holds) {
+      this.c.pilot.arm(false);
+      await order(this.c, "Giving control back", commander.release());
+    } else {
+      await order(this.c, "Taking control", commander.acquire());
+    }
+  }
+
+  update(now: number): void {
+    const { link, world, robot, commander } = this.c;
+    const old = age(world.status.at, now);
+    const live = world.live(now);
+    const drives = age(world.hal.at, now);
+    const late = staleAfter(Math.max(robot.control.period, robot.status_period));
+    let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
+    if (link.state !== "open") text = `✕ NO LINK · ${ageWords(age(link.heardAt, now))}`;
+    else if (old > late) text = `◔ CONTROL SILENT · ${ageWords(old)}`;
+    else if (!live) text = `◔ DRIVES SILENT · ${ageWords(drives)}`;
+    setText(this.link, text);
+    setAttribute(this.link, "data-state", live ? "live" : link.state === "open" ? "stale" : "lost");
+    this.updateArms(live);
+    this.updateLease(now);
+    setUsable(this.take, whyNotCommand(this.c, now));
+    setText(this.take, commander.holds ? "Give back" : "Take control");
+  }
+
+  private updateArms(live: boolean): void {
+    const status = this.c.world.controlStatus();
+    this.arms.forEach((element, k) => {
+      const state = status?.operating_state[k] ?? -1;
+      const more = [status?.homed[k] ? "homed" : "", status?.busy[k] ? "busy" : ""].filter((word) => word !== "");
+      setText(
+        element,
+        `${shortName(this.c.robot.arms[k]!.name)} ${stateGlyph(state)} ${stateName(state)}${more.map((m) => ` · ${m}`).join("")}`,
+      );
+      setAttribute(element, "data-state", stateName(state));
+      setAttribute(element, "title", stateMeaning(state));
+      setClass(element, "stale", !live);
+    });
+  }
+
+  private updateLease(now: number): void {
+    const { commander, world, robot } = this.c;
+    const holder = world.controlStatus()?.lease_holder;
+    let text = "Control: another client";
+    if (!world.live(now) || holder === undefined) text = "Control: unknown";
+    else if (commander.holds) text = "Control: this page";
+    else if (holder === 0n) text = "Control: free";
+    else if (holder === kCrtkClients) text = "Control: CRTK clients";
+    setText(this.who, !mayCommand(robot) ? `${text} · viewer` : text);
+    setAttribute(this.who, "data-mine", commander.holds ? "yes" : "no");
+  }
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+/** How the machinery is: loops, guards, services, and what the page itself costs. */
+import { age, ageWords } from "../state/age";
+import { kGuards } from "../state/words";
+import type { Context, Panel } from "./context";
+import { card, h, setAttribute, setText } from "./dom";
+
+const kLevels = ["ok", "warning", "error", "stale"];
+
+export class Health implements Panel {
+  readonly element: HTMLElement;
+  private readonly loop = h("dl.facts");
+  private readonly guards = h("dl.facts");
+  private readonly services = h("ul.services", { id: "services" });
+  private readonly known = new Map<string, { row: HTMLElement; at: number }>();
+  private readonly facts = new Map<string, HTMLElement>();
+  private kilobytes = 0;
+
+  constructor(private readonly c: Context) {
+    this.element = h(
+      "div",
+      {},
+      card("Loop", this.loop),
+      card("Guards of the drives", this.guards),
+      card("Services", this.services),
+    );
+    c.world.taps.diagnostics.push((array) => {
+      for (const { name, level, message } of array.status) this.service(name, level, message);
+    });
+  }
+
+  private service(name: string, level: number, message: string): void {
+    let entry = this.known.get(name);
+    if (!entry) {
+      entry = { row: h("li", {}), at: 0 };
+      this.known.set(name, entry);
+      this.services.append(entry.row);
+    }
+    entry.at = performance.now();
+    setAttribute(entry.row, "data-level", String(level));
+    entry.row.dataset["text"] = `${kLevels[level] ?? "unknown"} · ${name}: ${message}`;
+  }
+
+  setTraffic(bytesPerSecond: number): void {
+    this.kilobytes = bytesPerSecond / 1024;
+  }
+
+  private fact(list: HTMLElement, name: string, text: string): void {
+    const key = `${list === this.loop ? "loop" : "guard"} ${name}`;
+    let element = this.facts.get(key);
+    if (!element) {
+      element = h("dd");
+      list.append(h("dt", {}, name), element);
+      this.facts.set(key, element);
+    }
+    setText(element, text);
+  }
+
+  update(now: number): void {
+    const { world } = this.c;
+    const status = world.controlStatus();
+    const hal = world.halStatus();
+    if (status) {
+      this.fact(this.loop, "period", `${(1e3 * status.period).toFixed(2)} ms`);
+      this.fact(this.loop, "cycles", `${status.cycles}, ${status.overruns} overruns`);
+      this.fact(this.loop, "latest wake-up", `${(1e3 * status.jitter_max).toFixed(3)} ms late`);
+      this.fact(this.loop, "longest cycle", `${(1e3 * status.cycle_time_max).toFixed(3)} ms`);
+      this.fact(
+        this.loop,
+        "model",
+        `${status.model === 1 ? "compliant" : "rigid"}, feedback ${status.feedback === 1 ? "sensor" : "model"}`,
+      );
+      this.fact(this.loop, "snaps", [...status.snaps.slice(0, status.arm_count)].join(" / "));
+    }
+    this.fact(this.loop, "this page hears", `${this.kilobytes.toFixed(0)} kB/s`);
+    if (hal) {
+      kGuards.forEach((name, k) => {
+        const count = hal.guard_count[k] ?? 0n;
+        this.fact(
+          this.guards,
+          name,
+          count === 0n ? "0" : `${count}, at most ${Number((hal.guard_largest[k] ?? 0).toPrecision(3))}`,
+        );
+      });
+    }
+    for (const { row, at } of this.known.values()) {
+      const old = age(at, now);
+      setText(row, `${row.dataset["text"]}${old > 3000 ? ` · ${ageWords(old)}` : ""}`);
+      if (old > 3000) setAttribute(row, "data-level", "3");
+    }
+  }
+}

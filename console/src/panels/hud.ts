@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+/** What stands over the scene: cameras, what its lines mean, distances, and a curtain when it is not the present. */
+import { armColor, kGoal, kNear, tubeColor } from "../scene/colors";
+import { kThickness } from "../scene/drawing";
+import type { Preset, View } from "../scene/view";
+import { kPresets } from "../scene/view";
+import { age, ageWords } from "../state/age";
+import { shortName } from "../state/words";
+import { kPort, TaskKind } from "../wire/messages";
+import type { Context, Panel } from "./context";
+import { action, h, millimetres, setClass, setShown, setText } from "./dom";
+
+export class Hud implements Panel {
+  readonly element: HTMLElement;
+  private readonly near = h("output.figure", { id: "clearance" });
+  private readonly relative = h("output.figure", { id: "relative" });
+  private readonly curtain = h("div.curtain", { role: "alert", hidden: true, id: "curtain" });
+  private readonly rate = h("output.rate", { id: "fps" });
+  /** Where the pointer takes hold of the driven tip. */
+  private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
+  private readonly names: string[];
+
+  constructor(
+    private readonly c: Context,
+    private readonly view: View,
+    private readonly thickness: (times: number) => void,
+  ) {
+    this.names = c.robot.arms.map((arm) => shortName(arm.name));
+    const cameras = kPresets.map((preset: Preset, k) => {
+      const button = action(preset, `Camera: ${preset}`, () => view.look(preset), "small");
+      button.dataset["camera"] = String(k + 1);
+      return button;
+    });
+    const thick = h(
+      "select",
+      { "aria-label": "Drawn thickness of the tubes" },
+      ...[1, 2, 4].map((times) =>
+        h("option", { value: String(times) }, times === 1 ? "true thickness" : `tubes ${times}× thick`),
+      ),
+    );
+    thick.value = String(kThickness);
+    thick.addEventListener("change", () => this.thickness(Number(thick.value)));
+    const trail = action(
+      "clear trail",
+      "Forget where the tips have been",
+      () => {
+        view.arms.forEach((arm) => arm.clearTrail());
+        view.touch();
+      },
+      "small",
+    );
+    this.element = h(
+      "div.hud",
+      {},
+      h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick, trail),
+      h("div.figures", {}, this.near, this.relative),
+      this.legend(),
+      this.rate,
+      this.handle,
+      this.curtain,
+    );
+  }
+
+  private legend(): HTMLElement {
+    const swatch = (color: string, text: string, kind = ""): HTMLElement => {
+      const mark = h("i", { class: kind });
+      mark.style.borderColor = color;
+      return h("li", {}, mark, text);
+    };
+    const tubes = this.c.robot.arms.flatMap((arm, k) =>
+      arm.tubes.map((_, t) => swatch(tubeColor(k, t + 1), `${this.names[k]} tube ${t + 1}`)),
+    );
+    return h(
+      "ul.legend",
+      { "aria-label": "What the colours mean" },
+      ...tubes,
+      ...this.c.robot.arms.map((_, k) => swatch(armColor(k), `trail of tip ${this.names[k]}`, "thin")),
+      swatch(kGoal, "target, planned path", "dashed"),
+      swatch("#ffffff", "relative position", "thin"),
+      swatch(kNear, "nearest bodies", "thin"),
+    );
+  }
+
+  setRate(frames: number, scene: number): void {
+    setText(
+      this.rate,
+      `${frames.toFixed(0)} frames/s · scene ${scene.toFixed(0)}/s${this.view.software ? " · drawn in software" : ""}`,
+    );
+    this.rate.dataset["frames"] = frames.toFixed(1);
+  }
+
+  update(now: number): void {
+    const { world, link } = this.c;
+    const live = world.live(now);
+    setClass(this.element.parentElement ?? this.element, "past", !live);
+    setShown(this.curtain, !live);
+    if (!live) {
+      const old = ageWords(age(world.status.at < 0 ? link.heardAt : world.status.at, now));
+      const what =
+        link.state !== "open"
+          ? "No connection to the server"
+          : world.status.at < 0
+            ? "Waiting for control"
+            : "The robot's processes are silent";
+      setText(this.curtain, `${what}. What is shown is ${old}, and not the present. Commands are disabled.`);
+    }
+    const bodies = world.clearances()?.bodies ?? [];
+    const nearest = bodies.reduce<(typeof bodies)[number] | null>(
+      (best, body) => (!best || body.distance < best.distance ? body : best),
+      null,
+    );
+    const other = nearest ? (nearest.other_arm === kPort ? "port" : `arm ${this.names[nearest.other_arm] ?? "?"}`) : "";
+    setText(
+      this.near,
+      nearest
+        ? `arm ${this.names[nearest.arm] ?? "?"} to ${other}: ${millimetres(nearest.distance)} mm`
+        : "distance between arms: not known",
+    );
+    setClass(this.near, "danger", nearest !== null && nearest.distance < 0.001);
+    setClass(this.near, "stale", world.stale(world.clearance, now));
+    setClass(this.relative, "stale", !live);
+    this.updateRelative();
+    this.updateHandle();
+  }
+
+  private updateHandle(): void {
+    const { pilot } = this.c;
+    const tip = this.view.arms[pilot.choice.arm];
+    const shown = pilot.armed && tip?.hasTip === true;
+    setShown(this.handle, shown);
+    if (!shown) return;
+    const { x, y } = this.view.toScreen(tip.tip);
+    this.handle.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
+    setClass(this.handle, "held", pilot.gate.held);
+  }
+
+  private updateRelative(): void {
+    const [a, b] = [this.view.arms[0], this.view.arms[1]];
+    setShown(this.relative, a !== undefined && b !== undefined);
+    if (!a?.hasTip || !b?.hasTip) return;
+    const now = a.tip.clone().sub(b.tip);
+    const task = this.c.world
+      .plan()
+      ?.tasks.slice(0, this.c.world.plan()?.task_count)
+      .find((t) => t.kind === TaskKind.relative);
+    const words = `tip ${this.names[0]} from tip ${this.names[1]}: ${now
+      .toArray()
+      .map((x) => millimetres(x, 1))
+      .join(", ")} mm`;
+    const off = task ? Math.hypot(...now.toArray().map((x, k) => x - task.position[k]!)) : null;
+    setText(this.relative, off === null ? words : `${words} · off by ${millimetres(off, 3)} mm`);
+  }
+}

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Arms with their faults in words, power, and homing. */
+import { accepts, driveRecord, faultsOf, holdReason, shortName, stateGlyph, stateName } from "../state/words";
+import type { StateCommand } from "../state/words";
+import type { Context, Panel } from "./context";
+import { order, whyNotCommand, whyNotMove } from "./context";
+import { action, card, h, setAttribute, setShown, setText, setUsable } from "./dom";
+
+const kRepeat = 200; // ms: the drives home as long as somebody repeats the wish
+
+export class Operate implements Panel {
+  readonly element: HTMLElement;
+  private readonly faults: HTMLElement[];
+  private readonly hold = h("p.hold", { hidden: true });
+  private readonly commands: [HTMLButtonElement, StateCommand][];
+  private readonly home: HTMLButtonElement;
+  private readonly reference: HTMLButtonElement;
+  private homing: ReturnType<typeof setInterval> | undefined;
+
+  constructor(private readonly c: Context) {
+    this.faults = c.robot.arms.map((arm) => h("div.fault", { hidden: true, role: "alert", "data-fault": arm.name }));
+    const button = (label: string, command: StateCommand, help: string): [HTMLButtonElement, StateCommand] => {
+      const made = action(label, help, () => void order(c, label, c.commander.state(command)));
+      made.id = command;
+      return [made, command];
+    };
+    this.commands = [
+      button("Enable", "enable", "Power on: the arms may move. Nothing moves by itself."),
+      button("Pause", "pause", "Power on, but hold still"),
+      button("Resume", "resume", "From PAUSED back to ENABLED"),
+      button("Disable", "disable", "Power off; clears faults whose cause is gone"),
+    ];
+    this.home = action(
+      "Move home",
+      "Move all arms to the home of the robot file",
+      () => void order(c, "Move home", c.commander.home()),
+    );
+    this.home.id = "home";
+    this.reference = this.holdButton();
+    this.element = card(
+      "Arms",
+      ...this.faults,
+      this.hold,
+      h("div.row", {}, ...this.commands.map(([element]) => element)),
+      h("div.row", {}, this.home, this.reference),
+    );
+  }
+
+  /** Homing runs of the drives go on while it is held. */
+  private holdButton(): HTMLButtonElement {
+    const element = action(
+      "Hold to reference drives",
+      "Homing runs of drives without absolute encoders, as long as this is held",
+      () => {},
+    );
+    const begin = (): void => {
+      if (element.getAttribute("aria-disabled") === "true" || this.homing !== undefined) return;
+      const ask = async (): Promise<void> => {
+        const answer = await this.c.commander.homeDrives();
+        if (!answer.accepted) this.c.messages.add("bad", `Referencing refused: ${answer.reason}`);
+        if (!answer.accepted || answer.value !== 0) {
+          if (answer.value !== 0) this.c.messages.add("done", "All joints know where they are");
+          end();
+        }
+      };
+      this.homing = setInterval(() => void ask(), kRepeat);
+      void ask();
+    };
+    const end = (): void => {
+      clearInterval(this.homing);
+      this.homing = undefined;
+    };
+    element.addEventListener("pointerdown", begin);
+    element.addEventListener(
+      "keydown",
+      (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin(),
+    );
+    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"])
+      element.addEventListener(name, end);
+    window.addEventListener("blur", end);
+    document.addEventListener("visibilitychange", end);
+    return element;
+  }
+
+  update(now: number): void {
+    const { world, robot } = this.c;
+    const status = world.controlStatus();
+    const hal = world.halStatus();
+    const words = robot.arms.map((arm, k) => {
+      const faults = faultsOf((status?.faults[k] ?? 0) | (hal?.faults[k] ?? 0));
+      const record = hal ? driveRecord(hal, k, arm.joints.length) : "";
+      const more = record !== "" && record !== faults.map((f) => f.name).join(", ") ? `\nDrives: ${record}` : "";
+      return faults.map((f) => `${f.name}: ${f.meaning}. ${f.remedy}`).join("\n") + more;
+    });
+    words.forEach((text, k) => {
+      // What is the same for several arms is said once, at the first of them.
+      const shown = text !== "" && words.indexOf(text) === k;
+      setShown(this.faults[k]!, shown);
+      const whose = robot.arms.filter((_, j) => words[j] === text).map((arm) => shortName(arm.name));
+      setText(this.faults[k]!, shown ? `✕ Arm ${whose.join(", ")}: ${text}` : "");
+    });
+    const waits = (status?.hold ?? 0) !== 0;
+    setShown(this.hold, waits);
+    if (waits && status)
+      setText(
+        this.hold,
+        `The trajectory is held: ${holdReason(status.hold)} (${(1000 * status.tip_age).toFixed(0)} ms)`,
+      );
+    this.updateButtons(now);
+  }
+
+  private updateButtons(now: number): void {
+    const { world } = this.c;
+    const status = world.controlStatus();
+    const states = status ? [...status.operating_state.slice(0, status.arm_count)] : [];
+    for (const [element, command] of this.commands) {
+      // Anybody may take power away; only who commands gives it.
+      const gives = command === "enable" || command === "resume";
+      const why = gives ? whyNotMove(this.c, now) : whyNotCommand(this.c, now);
+      const refusing = states.findIndex((state) => !accepts(state, command));
+      const state = states[refusing] ?? 0;
+      const table =
+        refusing < 0
+          ? ""
+          : `Arm ${shortName(this.c.robot.arms[refusing]!.name)} is ${stateGlyph(state)} ${stateName(state)}.`;
+      setUsable(element, why || table);
+      setAttribute(element, "data-next", why === "" && table === "" ? "yes" : "no");
+    }
+    const enabled = states.length > 0 && states.every((state) => stateName(state) === "ENABLED");
+    setUsable(this.home, whyNotMove(this.c, now) || (enabled ? "" : "All arms have to be ENABLED."));
+    const buses = (world.halStatus()?.bus_count ?? 0) > 0;
+    setShown(this.reference, buses);
+    const disabled = states.every((state) => stateName(state) === "DISABLED");
+    setUsable(this.reference, whyNotCommand(this.c, now) || (disabled ? "" : "All arms have to be DISABLED."));
+  }
+}

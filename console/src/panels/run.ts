@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Trajectories: choose, start, see how far it is, pause, go on, stop. */
+import type { Trajectory } from "../state/robot";
+import { fetchJson } from "../state/robot";
+import { limitsInTheWay, stateName } from "../state/words";
+import { kPhases, Phase } from "../wire/messages";
+import type { Context, Panel } from "./context";
+import { order, whyNotMove } from "./context";
+import { action, card, h, millimetres, setAttribute, setShown, setText, setUsable } from "./dom";
+
+export class Run implements Panel {
+  readonly element: HTMLElement;
+  private readonly choice = h("select", { id: "trajectory", "aria-label": "Trajectory" });
+  private readonly text = h("textarea", {
+    id: "trajectory-text",
+    rows: "6",
+    spellcheck: "false",
+    "aria-label": "The trajectory as YAML",
+  });
+  private readonly bar = h("progress", { max: "1", value: "0", "aria-label": "Progress of the trajectory" });
+  private readonly progress = h("output.progress", { id: "progress", "aria-live": "off" }, "no trajectory");
+  private readonly errors = h("output", { id: "errors" });
+  private readonly limits = h("p.limits", { hidden: true, id: "limits" });
+  private readonly start: HTMLButtonElement;
+  private readonly pause: HTMLButtonElement;
+  private readonly resume: HTMLButtonElement;
+  private readonly stop: HTMLButtonElement;
+  private trajectories: Trajectory[] = [];
+
+  constructor(private readonly c: Context) {
+    const { commander } = c;
+    this.start = action(
+      "Start",
+      "Follow this trajectory from where the arms are",
+      () => void order(c, "Start", commander.start(this.text.value)),
+      "go",
+    );
+    this.pause = action(
+      "Pause",
+      "Hold on this point",
+      () => void order(c, "Pausing the trajectory", commander.pauseTrajectory()),
+    );
+    this.resume = action(
+      "Go on",
+      "Go on with the trajectory",
+      () => void order(c, "Going on", commander.resumeTrajectory()),
+    );
+    this.stop = action(
+      "End",
+      "End the trajectory; the arms stay ENABLED",
+      () => void order(c, "Ending the trajectory", commander.stopTrajectory()),
+    );
+    [this.start.id, this.pause.id, this.resume.id, this.stop.id] = ["run-start", "run-pause", "run-resume", "run-end"];
+    this.choice.addEventListener("change", () => this.show());
+    this.element = card(
+      "Trajectory",
+      h("div.row", {}, this.choice, this.start),
+      h("details", {}, h("summary", {}, "As YAML, to be changed before the start"), this.text),
+      this.bar,
+      h("div.line", {}, this.progress, this.errors),
+      this.limits,
+      h("div.row", {}, this.pause, this.resume, this.stop),
+    );
+    void this.load();
+  }
+
+  private async load(): Promise<void> {
+    try {
+      this.trajectories = await fetchJson<Trajectory[]>("/api/trajectories");
+      this.choice.replaceChildren(...this.trajectories.map((t) => h("option", { value: t.name }, t.name)));
+      this.show();
+    } catch (error) {
+      this.c.messages.add("bad", `Trajectories: ${String(error)}`);
+    }
+  }
+  private show(): void {
+    this.text.value = this.trajectories.find((t) => t.name === this.choice.value)?.yaml ?? "";
+  }
+
+  update(now: number): void {
+    const plan = this.c.world.plan();
+    const status = this.c.world.controlStatus();
+    const phase = plan?.phase ?? Phase.idle;
+    const share = plan && plan.point_count > 0 ? plan.point / plan.point_count : 0;
+    setAttribute(this.bar, "value", share.toFixed(3));
+    setText(
+      this.progress,
+      plan && plan.trajectory_id !== 0
+        ? `${kPhases[phase] ?? "unknown"} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
+        : plan
+          ? "no trajectory yet"
+          : "not known",
+    );
+    const errors = status ? [...status.task_error.slice(0, status.task_count)] : [];
+    setText(this.errors, errors.length > 0 ? `error ${errors.map((e) => millimetres(e, 3)).join(" / ")} mm` : "");
+    const limits = status
+      ? limitsInTheWay(
+          status,
+          this.c.robot.arms.map((arm) => arm.name),
+        )
+      : "";
+    setText(this.limits, limits);
+    setShown(this.limits, limits !== "");
+
+    const why = whyNotMove(this.c, now);
+    const goes = phase === Phase.running || phase === Phase.paused;
+    const states = status ? [...status.operating_state.slice(0, status.arm_count)].map(stateName) : [];
+    const enabled = states.length > 0 && states.every((state) => state === "ENABLED");
+    let start = "";
+    if (goes) start = "A trajectory is being followed.";
+    else if (!enabled) start = "All arms have to be ENABLED.";
+    else if (this.text.value === "") start = "There is no trajectory.";
+    setUsable(this.start, why || start);
+    setUsable(this.pause, why || (phase === Phase.running ? "" : "Nothing runs."));
+    setUsable(this.resume, why || (phase === Phase.paused ? "" : "Nothing is paused."));
+    setUsable(this.stop, why || (goes ? "" : "Nothing runs."));
+  }
+}

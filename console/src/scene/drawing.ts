@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Brings what was heard into the scene, where it has changed. */
+import * as THREE from "three";
+
+import type { Context } from "../panels/context";
+import type { TeleopStatus } from "../wire/messages";
+import { Teleop } from "../wire/messages";
+import type { Slot } from "../wire/link";
+import type { View } from "./view";
+
+/** How many times thicker than they are tubes are drawn at first: true ones are lost on a screen. */
+export const kThickness = 2;
+
+export class Drawing {
+  private readonly seen = new Map<Slot, number>();
+  private thickness = kThickness;
+  private again = false;
+
+  constructor(
+    private readonly c: Context,
+    private readonly view: View,
+  ) {}
+
+  setThickness(times: number): void {
+    this.thickness = times;
+    this.again = true;
+  }
+
+  private news(slot: Slot): boolean {
+    if (slot.at < 0 || this.seen.get(slot) === slot.count) return false;
+    this.seen.set(slot, slot.count);
+    return true;
+  }
+
+  update(now: number): void {
+    const { world } = this.c;
+    let changed = this.again;
+    this.view.arms.forEach((arm, k) => {
+      const slots = world.arms[k]!;
+      if (this.news(slots.shape) || this.again) {
+        const shape = world.shape(k);
+        if (shape) arm.update(shape, world.joints(k), this.thickness);
+        changed = true;
+      }
+      const first = !arm.hasTip;
+      const tip = this.news(slots.measuredCp) ? world.tip(k) : null;
+      if (tip && (tip.header.stamp.sec !== 0 || tip.header.stamp.nsec !== 0)) {
+        arm.moveTip(tip);
+        changed = true;
+        if (first && this.view.arms.every((other) => other.hasTip)) this.view.look("home");
+      }
+      changed = arm.setStale(world.stale(slots.shape, now)) || changed;
+    });
+    this.again = false;
+    if (this.news(world.path)) {
+      const path = world.planned();
+      if (path) this.view.guides.setPath(path);
+      changed = true;
+    }
+    if (this.news(world.clearance)) {
+      this.view.guides.setClearances(world.clearances());
+      changed = true;
+    }
+    const goals = this.news(world.reference) || this.news(world.teleop);
+    if (goals) {
+      this.showGoals();
+      changed = true;
+    }
+    if (changed) this.view.touch();
+  }
+
+  /** Of a trajectory, or of the hand that drives. */
+  private showGoals(): void {
+    const { world } = this.c;
+    const teleop = world.teleop.value<TeleopStatus>();
+    const driven = teleop !== null && (teleop.state === Teleop.following || teleop.state === Teleop.clutched);
+    const plan = world.plan();
+    const tips = this.view.arms.map((arm) => (arm.hasTip ? arm.tip : null));
+    if (driven) {
+      const goals = this.view.arms.map((_, k) => [...teleop.tip_target.slice(3 * k, 3 * k + 3)]);
+      const ghost = teleop.clamped ? this.ghost(teleop, goals) : null;
+      this.view.guides.setHand(goals, tips, teleop.arm, teleop.other_arm, ghost);
+    } else {
+      if (plan) this.view.guides.setReference(plan, tips);
+      this.view.guides.hideGhost();
+    }
+  }
+
+  /** Where the driven tip would be without limits. */
+  private ghost(teleop: TeleopStatus, goals: number[][]): THREE.Vector3 {
+    const goal = goals[teleop.arm]!;
+    return new THREE.Vector3(
+      ...([0, 1, 2].map((k) => goal[k]! + teleop.wanted[k]! - teleop.target[k]!) as [number, number, number]),
+    );
+  }
+}

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+/** The scene: drawn when something in it has changed, and only then. */
+import * as THREE from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+import type { Robot } from "../state/robot";
+import { shortName } from "../state/words";
+import { ArmView, baseAxis } from "./armview";
+import { Guides } from "./guides";
+
+export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
+export type Preset = (typeof kPresets)[number];
+
+/** Without graphics hardware the hands on the keys go first: they need the processor between two images. */
+const kSoftwareGap = 100; // ms
+
+export class View {
+  readonly arms: ArmView[];
+  readonly guides: Guides;
+  readonly camera: THREE.PerspectiveCamera;
+  readonly controls: OrbitControls;
+  readonly scene = new THREE.Scene();
+  drawn = 0;
+  /** No graphics hardware: edges are left rough, so that more frames come. */
+  readonly software: boolean;
+  private readonly renderer: THREE.WebGLRenderer;
+  private dirty = true;
+  private next = 0;
+  private fence: WebGLSync | null = null;
+  /** Of the robot's base frame: into the body, and the middle of the arms' bases. */
+  private readonly into: THREE.Vector3;
+  private readonly middle: THREE.Vector3;
+  private readonly reach: number;
+  private readonly up = new THREE.Vector3(1, 0, 0);
+
+  constructor(
+    readonly place: HTMLElement,
+    robot: Robot,
+  ) {
+    // Kept, so that a screenshot of the page has the scene in it.
+    this.software = drawnInSoftware();
+    this.renderer = new THREE.WebGLRenderer({
+      antialias: !this.software,
+      preserveDrawingBuffer: true,
+      powerPreference: "high-performance",
+    });
+    this.renderer.setPixelRatio(this.software ? 1 : Math.min(window.devicePixelRatio, 2));
+    const canvas = this.renderer.domElement;
+    canvas.setAttribute("aria-hidden", "true");
+    place.append(canvas);
+    this.camera = new THREE.PerspectiveCamera(40, 1, 0.002, 5);
+    this.camera.up.copy(this.up);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false; // a view that glides on would keep drawing, and misleads a hand on the target
+    this.controls.addEventListener("change", () => this.touch());
+    this.arms = robot.arms.map((arm, k) => new ArmView(arm, k, shortName(arm.name)));
+    this.guides = new Guides(robot.arms.length);
+    this.into = new THREE.Vector3();
+    this.middle = new THREE.Vector3();
+    for (const arm of robot.arms) {
+      this.into.add(new THREE.Vector3().fromArray(baseAxis(arm, [0, 0, 1])));
+      this.middle.addScaledVector(new THREE.Vector3().fromArray(arm.base.position), 1 / robot.arms.length);
+    }
+    if (this.into.lengthSq() < 1e-6) this.into.set(0, 0, 1);
+    this.into.normalize();
+    this.reach = Math.max(0.1, ...robot.arms.map((arm) => Math.max(...arm.tubes.map((tube) => tube.length))));
+    this.furnish(robot);
+    this.look("home");
+    new ResizeObserver(() => this.resize()).observe(place);
+    this.resize();
+  }
+
+  private furnish(robot: Robot): void {
+    this.scene.background = new THREE.Color("#0b0f14");
+    const key = new THREE.DirectionalLight("#ffffff", 2.2);
+    this.camera.add(key); // the light comes with the viewer: no side of a tube is ever in the dark
+    key.position.set(0.3, 0.6, 1);
+    this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
+    this.scene.add(this.guides.group, this.ruler(), ...this.arms.map((arm) => arm.group));
+    if (robot.port) {
+      const { frame, radius } = robot.port;
+      const port = new THREE.Mesh(
+        new THREE.TorusGeometry(radius, 0.0008, 8, 64),
+        new THREE.MeshStandardMaterial({ color: "#9aa7b5", roughness: 0.5 }),
+      );
+      port.position.fromArray(frame.position);
+      port.quaternion.fromArray(frame.orientation);
+      this.scene.add(port);
+    }
+  }
+
+  /** From the entry along the way in: a tick every 10 mm, a long one every 50 mm. */
+  private ruler(): THREE.LineSegments {
+    const points: THREE.Vector3[] = [];
+    const from = this.middle.clone().addScaledVector(this.up, -0.03);
+    const length = Math.ceil(this.reach / 0.05) * 0.05;
+    points.push(from, from.clone().addScaledVector(this.into, length));
+    for (let tick = 0; 0.01 * tick <= length + 1e-9; ++tick) {
+      const at = from.clone().addScaledVector(this.into, 0.01 * tick);
+      points.push(at, at.clone().addScaledVector(this.up, tick % 5 === 0 ? 0.006 : 0.0025));
+    }
+    return new THREE.LineSegments(
+      new THREE.BufferGeometry().setFromPoints(points),
+      new THREE.LineBasicMaterial({ color: "#4a5c6e" }),
+    );
+  }
+
+  /** Where the action is: the middle of the tips, or of where they can be. */
+  private focus(): THREE.Vector3 {
+    const tips = this.arms.filter((arm) => arm.hasTip).map((arm) => arm.tip);
+    if (tips.length === 0) return this.middle.clone().addScaledVector(this.into, 0.4 * this.reach);
+    return tips.reduce((sum, tip) => sum.add(tip), new THREE.Vector3()).divideScalar(tips.length);
+  }
+
+  look(preset: Preset): void {
+    const tips = this.focus();
+    const centre = this.middle.clone().lerp(tips, 0.5);
+    const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
+    const extent = Math.max(0.08, tips.distanceTo(this.middle));
+    // What is long lies across the screen.
+    const half = Math.atan(Math.tan((0.5 * this.camera.fov * Math.PI) / 180) * Math.max(1, this.camera.aspect));
+    const far = ((0.5 * extent) / Math.tan(half)) * 1.3;
+    const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
+      this.controls.target.copy(target);
+      this.camera.position.copy(target).addScaledVector(direction.normalize(), distance);
+    };
+    this.camera.up.copy(this.up);
+    switch (preset) {
+      case "home":
+        from(
+          side.clone().multiplyScalar(-1).addScaledVector(this.up, 0.55).addScaledVector(this.into, -0.35),
+          far,
+          centre,
+        );
+        break;
+      case "front":
+        from(this.into.clone(), 0.16, tips);
+        break;
+      case "side":
+        from(side.clone().multiplyScalar(-1), far, centre);
+        break;
+      case "top":
+        this.camera.up.copy(side).multiplyScalar(-1);
+        from(this.up.clone(), far, centre);
+        break;
+      case "tips":
+        from(side.clone().multiplyScalar(-1).addScaledVector(this.up, 0.6).addScaledVector(this.into, -0.8), 0.1, tips);
+        break;
+      case "endoscope":
+        // From between the bases along the way in, as a camera in the port would see it.
+        this.controls.target.copy(tips);
+        this.camera.position
+          .copy(this.middle)
+          .addScaledVector(this.up, 0.012)
+          .addScaledVector(this.into, 0.3 * extent);
+        break;
+    }
+    this.controls.update();
+    this.touch();
+  }
+
+  touch(): void {
+    this.dirty = true;
+  }
+  /** @returns whether anything was drawn. */
+  draw(now: number): boolean {
+    if (!this.dirty || now < this.next || !this.lastIsDone()) return false;
+    this.dirty = false;
+    this.renderer.render(this.scene, this.camera);
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    this.next = this.software ? now + kSoftwareGap : now;
+    this.drawn += 1;
+    return true;
+  }
+
+  /** Images that pile up in the graphics driver would hold up the page, and with it the hands on the keys. */
+  private lastIsDone(): boolean {
+    if (!this.fence) return true;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return false;
+    gl.deleteSync(this.fence);
+    this.fence = null;
+    return true;
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.place;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.touch();
+  }
+
+  /** Pixels from the place's upper left corner. */
+  toScreen(point: THREE.Vector3): { x: number; y: number } {
+    const p = point.clone().project(this.camera);
+    return { x: (0.5 + 0.5 * p.x) * this.place.clientWidth, y: (0.5 - 0.5 * p.y) * this.place.clientHeight };
+  }
+  /** The point under these pixels in the plane through `through` that faces the viewer. */
+  onPlane(x: number, y: number, through: THREE.Vector3): THREE.Vector3 | null {
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(
+      new THREE.Vector2((2 * x) / this.place.clientWidth - 1, 1 - (2 * y) / this.place.clientHeight),
+      this.camera,
+    );
+    const facing = this.camera.getWorldDirection(new THREE.Vector3());
+    return ray.ray.intersectPlane(
+      new THREE.Plane().setFromNormalAndCoplanarPoint(facing, through),
+      new THREE.Vector3(),
+    );
+  }
+}
+
+function drawnInSoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}

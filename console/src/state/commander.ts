@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+/** What the operator orders: numbered requests whose answers are matched, and the lease, kept as `tandem` keeps it. */
+import type { Link } from "../wire/link";
+import type { ControlStatus, Reply } from "../wire/messages";
+import { ControlKind, kAllArms, PlanningKind } from "../wire/messages";
+import { messages } from "../wire/definitions";
+import type { Robot } from "./robot";
+
+export interface Answer {
+  accepted: boolean;
+  code: number;
+  /** For people. */
+  reason: string;
+  value: number;
+  /** From order to answer, ms. */
+  took: number;
+}
+
+interface Pending {
+  asked: number;
+  settle(answer: Answer): void;
+  timer: ReturnType<typeof setTimeout>;
+}
+
+const kAnswerTime = 5000; // ms
+
+export function randomIdentity(): bigint {
+  const parts = crypto.getRandomValues(new BigUint64Array(1));
+  return parts[0]! | 1n; // never 0, which means nobody
+}
+
+export class Commander {
+  /** New with every connection: what an old one held is nobody's. */
+  client = randomIdentity();
+  /** Whether control has given us the lease, as far as we know by its answers. */
+  holds = false;
+  private nextRequest = 1n;
+  private readonly pending = new Map<bigint, Pending>();
+  private keeper: ReturnType<typeof setInterval> | undefined;
+  private stops = 0n;
+  private readonly topic: (name: string) => string;
+
+  constructor(
+    private readonly robot: Robot,
+    private readonly link: Link,
+    private readonly lost: (why: string) => void,
+  ) {
+    this.topic = (name) => `/${robot.prefix}/${name}`;
+    for (const m of messages) link.publisher(this.topic(m.topic), m.schemaName, m.schema);
+    for (const replies of ["control/reply", "planning/reply", "sim/reply", "hal/reply"]) {
+      link.subscribe<Reply>(this.topic(replies), (reply) => this.answered(reply));
+    }
+  }
+
+  /** The link is gone, and with it all that was asked and held. Nothing is asked again by itself. */
+  disconnected(): void {
+    for (const [request, waiting] of [...this.pending]) {
+      clearTimeout(waiting.timer);
+      this.pending.delete(request);
+      waiting.settle({
+        accepted: false,
+        code: 8,
+        reason: "the connection was lost before the answer came",
+        value: 0,
+        took: 0,
+      });
+    }
+    if (this.holds) this.drop("the connection was lost; nothing is moved by this page any more");
+    this.client = randomIdentity();
+  }
+
+  /** What control says of the lease counts, not what we believe. */
+  heard(status: ControlStatus): void {
+    if (
+      this.holds &&
+      status.lease_holder !== this.client &&
+      performance.now() - this.acquiredAt > 1000 * this.robot.budgets.lease
+    )
+      this.drop(status.lease_holder === 0n ? "the lease has expired" : "another client holds the lease now");
+  }
+  private acquiredAt = 0;
+
+  private drop(why: string): void {
+    this.holds = false;
+    clearInterval(this.keeper);
+    this.lost(why);
+  }
+
+  async acquire(): Promise<Answer> {
+    const answer = await this.control(ControlKind.acquireLease, {});
+    if (answer.accepted) {
+      this.holds = true;
+      this.acquiredAt = performance.now();
+      clearInterval(this.keeper);
+      this.keeper = setInterval(() => this.keep(), 200 * this.robot.budgets.lease);
+    }
+    return answer;
+  }
+  async release(): Promise<Answer> {
+    const answer = await this.control(ControlKind.releaseLease, {});
+    if (answer.accepted) {
+      clearInterval(this.keeper);
+      this.holds = false;
+    }
+    return answer;
+  }
+  private keep(): void {
+    this.link.publish(this.topic("control/request"), {
+      ...emptyControl,
+      client: this.client,
+      kind: ControlKind.keepLease,
+    });
+  }
+
+  state(command: string, arm = kAllArms): Promise<Answer> {
+    return this.control(ControlKind.stateCommand, { value: command, arm });
+  }
+  method(name: string): Promise<Answer> {
+    return this.control(ControlKind.setMethod, { text: name });
+  }
+  parameter(name: string, value: string): Promise<Answer> {
+    return this.control(ControlKind.setParameter, { text: name, value });
+  }
+  /** To the robot file's home. */
+  home(): Promise<Answer> {
+    return this.control(ControlKind.home, {});
+  }
+  hold(): Promise<Answer> {
+    return this.control(ControlKind.hold, {});
+  }
+  /** Lasts for the budget of teleoperation, or two control periods: who holds the key asks again. */
+  jog(arm: number, joints: number[]): Promise<Answer> {
+    const padded = new Float64Array(8);
+    padded.set(joints);
+    return this.control(ControlKind.jog, { arm, joint_count: joints.length, joints: padded });
+  }
+  start(yaml: string): Promise<Answer> {
+    return this.planning(PlanningKind.start, yaml);
+  }
+  pauseTrajectory(): Promise<Answer> {
+    return this.planning(PlanningKind.pause, "");
+  }
+  resumeTrajectory(): Promise<Answer> {
+    return this.planning(PlanningKind.resume, "");
+  }
+  stopTrajectory(): Promise<Answer> {
+    return this.planning(PlanningKind.stop, "");
+  }
+  /** Goes on as long as it is repeated. */
+  homeDrives(): Promise<Answer> {
+    return this.ask("hal/request", { kind: 1, arm: kAllArms });
+  }
+  /** For everybody, lease or not. @returns false where it could not be sent. */
+  stop(reason: string): boolean {
+    return this.link.publish(this.topic("stop"), { client: this.client, sequence: ++this.stops, reason });
+  }
+
+  private control(kind: number, what: object): Promise<Answer> {
+    return this.ask("control/request", { ...emptyControl, kind, ...what });
+  }
+  private planning(kind: number, trajectory: string): Promise<Answer> {
+    return this.ask("planning/request", { kind, trajectory, planned: 0 });
+  }
+
+  private ask(topic: string, what: object): Promise<Answer> {
+    const request = this.nextRequest++;
+    return new Promise((settle) => {
+      const fail = (reason: string): void => settle({ accepted: false, code: 8, reason, value: 0, took: 0 });
+      if (!this.link.publish(this.topic(topic), { ...what, client: this.client, request })) {
+        fail("not sent: there is no connection to the server");
+        return;
+      }
+      const timer = setTimeout(() => {
+        this.pending.delete(request);
+        fail(`${topic.split("/")[0]} did not answer within ${kAnswerTime / 1000} s`);
+      }, kAnswerTime);
+      this.pending.set(request, { asked: performance.now(), settle, timer });
+    });
+  }
+
+  private answered(reply: Reply): void {
+    const waiting = reply.client === this.client ? this.pending.get(reply.request) : undefined;
+    if (!waiting) return;
+    clearTimeout(waiting.timer);
+    this.pending.delete(reply.request);
+    waiting.settle({
+      accepted: reply.accepted !== 0,
+      code: reply.code,
+      reason: reply.reason,
+      value: reply.value,
+      took: performance.now() - waiting.asked,
+    });
+  }
+}
+
+const emptyControl = { request: 0n, arm: kAllArms, text: "", value: "", joint_count: 0, joints: new Float64Array(8) };

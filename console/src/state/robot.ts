@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+/** What the server knows of robot and deployment: GET /api/robot and /api/trajectories. */
+
+export interface Pose {
+  position: number[];
+  /** x y z w */
+  orientation: number[];
+}
+
+/** SI units; null: unlimited. */
+export interface Joint {
+  lower: number | null;
+  upper: number | null;
+  velocity: number | null;
+}
+
+export interface Tube {
+  length: number;
+  outer_radius: number;
+  inner_radius: number;
+}
+
+export interface Arm {
+  name: string;
+  type: string;
+  base: Pose;
+  tubes: Tube[];
+  /** Translations of all tubes, then their rotations. */
+  joints: Joint[];
+}
+
+export interface Parameter {
+  name: string;
+  value: number;
+}
+
+export interface Robot {
+  deployment: string;
+  prefix: string;
+  robot: string;
+  role: string;
+  arms: Arm[];
+  port: { frame: Pose; radius: number; depth: number } | null;
+  hardware: boolean;
+  lock_step: boolean;
+  status_period: number;
+  control: {
+    methods: string[];
+    parameters: Parameter[];
+    bounds: string[];
+    period: number;
+    relative_gain: number;
+    tip_gain: number;
+  };
+  budgets: { lease: number; teleoperation: number };
+}
+
+export interface Trajectory {
+  name: string;
+  summary: string;
+  yaml: string;
+}
+
+export const isTranslation = (arm: Arm, joint: number): boolean => joint < arm.tubes.length;
+export const mayCommand = (robot: Robot): boolean => robot.role === "operator";
+
+/** What each method reads besides what all of them do (docs/methods.md). */
+const kOwn: Readonly<Record<string, readonly string[]>> = {
+  nsp: ["nsp_damping", "singular_lever"],
+  nspwln: ["track_weight", "translation_weight", "rotation_weight"],
+  "nspwln-joint": ["track_weight", "translation_weight", "rotation_weight", "singular_lever"],
+  nspqp: ["nspqp_zeta", "translation_step"],
+  snsqp: ["snsqp_zeta", "snsqp_rotation_velocity", "translation_step"],
+};
+
+/** Gains, then what the method reads. Parameters that this page has never heard of count for every method. */
+export function parametersOf(robot: Robot, method: string): Parameter[] {
+  const foreign = new Set(Object.values(kOwn).flat());
+  for (const name of kOwn[method] ?? []) foreign.delete(name);
+  const { relative_gain, tip_gain, parameters } = robot.control;
+  return [
+    { name: "relative_gain", value: relative_gain },
+    { name: "tip_gain", value: tip_gain },
+    ...parameters.filter(({ name }) => !foreign.has(name)),
+  ];
+}
+
+/** @throw Error that names the address and what came. */
+export async function fetchJson<T>(path: string): Promise<T> {
+  const answer = await fetch(path + window.location.search, { cache: "no-store" });
+  if (!answer.ok) throw new Error(`${path}: the server answers ${answer.status} ${answer.statusText}`);
+  return (await answer.json()) as T;
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Everything the page hears, topic by topic, and how old it is. */
+import type { Link, Slot } from "../wire/link";
+import type {
+  ActuationLimits,
+  Clearances,
+  ControlStatus,
+  DiagnosticArray,
+  HalStatus,
+  JointState,
+  Path,
+  PlanningReference,
+  PoseStamped,
+  Shape,
+} from "../wire/messages";
+import { isStale } from "./age";
+import type { Robot } from "./robot";
+
+export interface ArmSlots {
+  measuredJs: Slot;
+  setpointJs: Slot;
+  measuredCp: Slot;
+  shape: Slot;
+}
+
+export type Listener<T> = (message: T) => void;
+
+/** Sees every sample, in order. */
+export interface Taps {
+  status: Listener<ControlStatus>[];
+  shape: Listener<number>[];
+  diagnostics: Listener<DiagnosticArray>[];
+}
+
+export class World {
+  readonly status: Slot;
+  readonly hal: Slot;
+  readonly limits: Slot;
+  readonly reference: Slot;
+  readonly path: Slot;
+  readonly clearance: Slot;
+  readonly teleop: Slot;
+  readonly arms: ArmSlots[];
+  readonly taps: Taps = { status: [], shape: [], diagnostics: [] };
+
+  constructor(
+    readonly robot: Robot,
+    readonly link: Link,
+  ) {
+    const topic = (name: string): string => `/${robot.prefix}/${name}`;
+    this.status = link.subscribe<ControlStatus>(topic("control/status"), (m) => this.taps.status.forEach((f) => f(m)));
+    this.hal = link.subscribe(topic("hal/status"));
+    this.limits = link.subscribe(topic("actuation/limits"));
+    this.reference = link.subscribe(topic("planning/reference"));
+    this.path = link.subscribe(topic("planning/path"));
+    this.clearance = link.subscribe(topic("control/clearance"));
+    this.teleop = link.subscribe(topic("teleop/status"));
+    link.subscribe<DiagnosticArray>(topic("diagnostics"), (m) => this.taps.diagnostics.forEach((f) => f(m)));
+    this.arms = robot.arms.map((arm, k) => ({
+      measuredJs: link.subscribe(topic(`${arm.name}/measured_js`)),
+      setpointJs: link.subscribe(topic(`${arm.name}/setpoint_js`)),
+      measuredCp: link.subscribe(topic(`${arm.name}/measured_cp`)),
+      shape: link.subscribe<Shape>(topic(`${arm.name}/shape`), () => this.taps.shape.forEach((f) => f(k))),
+    }));
+  }
+
+  controlStatus = (): ControlStatus | null => this.status.value();
+  halStatus = (): HalStatus | null => this.hal.value();
+  moving = (): ActuationLimits | null => this.limits.value();
+  plan = (): PlanningReference | null => this.reference.value();
+  planned = (): Path | null => this.path.value();
+  clearances = (): Clearances | null => this.clearance.value();
+  joints = (arm: number): JointState | null => this.arms[arm]?.measuredJs.value() ?? null;
+  setpoints = (arm: number): JointState | null => this.arms[arm]?.setpointJs.value() ?? null;
+  tip = (arm: number): PoseStamped | null => this.arms[arm]?.measuredCp.value() ?? null;
+  shape = (arm: number): Shape | null => this.arms[arm]?.shape.value() ?? null;
+
+  /** Whether control and its drives speak at present, so that what is shown is true and commands make sense. */
+  live(now: number): boolean {
+    return this.link.state === "open" && !this.stale(this.status, now) && !this.stale(this.hal, now);
+  }
+  stale(slot: Slot, now: number): boolean {
+    return isStale(slot.at, now, Math.max(this.robot.control.period, this.robot.status_period));
+  }
+}

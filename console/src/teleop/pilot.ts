@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Sends what the operator's hands do, as teleop/input wants it: 60 times a second, with a sequence and the echo of
+ * control's last status. Control does the rest: dead band, clutch, scale, filter, fixtures, limits. */
+import type { Commander } from "../state/commander";
+import type { Robot } from "../state/robot";
+import type { World } from "../state/world";
+import type { Link } from "../wire/link";
+import { InputGate } from "./gate";
+import type { Vector } from "./motion";
+
+export const Mode = { tip: 1, pair: 2, relative: 3 };
+export const Device = { gamepad: 1, keyboard: 3, pointer: 5 };
+const kVelocity = 1;
+const kPose = 2;
+const kPeriod = 16; // ms
+const kBaseFrame = 0;
+const kViewFrame = 1;
+
+export interface Choice {
+  mode: number;
+  arm: number;
+  otherArm: number;
+  /** 0.05 to 1. */
+  scale: number;
+}
+
+/** What a device says when it is asked. */
+export type Reading = { device: number; velocity: Vector; buttons?: number } | { device: number; position: Vector };
+
+export class Pilot {
+  readonly gate: InputGate;
+  readonly choice: Choice;
+  clutch = false;
+  sent = 0;
+  private sequence = 0n;
+  private timer: ReturnType<typeof setInterval> | undefined;
+  private lastReading: Reading = { device: Device.keyboard, velocity: [0, 0, 0] };
+  /** Reads the device that holds the gate. */
+  read: (source: string) => Reading = () => this.lastReading;
+  /** Rotation from the view's axes to the base frame's, x y z w. */
+  view: () => number[] = () => [0, 0, 0, 1];
+
+  constructor(
+    private readonly robot: Robot,
+    private readonly world: World,
+    private readonly link: Link,
+    private readonly commander: Commander,
+    changed: (held: boolean) => void,
+  ) {
+    const two = robot.arms.length > 1;
+    this.choice = { mode: two ? Mode.pair : Mode.tip, arm: 0, otherArm: two ? 1 : 0, scale: 0.5 };
+    this.gate = new InputGate((held) => {
+      if (!held) this.send(); // letting go does not wait for the next beat
+      changed(held);
+    });
+  }
+
+  get armed(): boolean {
+    return this.timer !== undefined;
+  }
+  arm(on: boolean): void {
+    if (on === this.armed) return;
+    this.gate.allow("armed", on); // says that nobody holds on any more, before it falls silent
+    if (on) {
+      this.timer = setInterval(() => this.send(), kPeriod);
+    } else {
+      this.send();
+      clearInterval(this.timer);
+      this.timer = undefined;
+    }
+  }
+
+  private send(): void {
+    const status = this.world.controlStatus();
+    if (!status || this.link.state !== "open") return;
+    const source = this.gate.source;
+    if (source !== null) this.lastReading = this.read(source);
+    const held = this.gate.held; // reading may have found that the device is gone
+    const reading = this.lastReading;
+    const position = "position" in reading ? reading.position : null;
+    const velocity = held && "velocity" in reading ? reading.velocity : [0, 0, 0];
+    this.sequence += 1n;
+    const message = {
+      client: this.commander.client,
+      sequence: this.sequence,
+      control_session: status.session,
+      answers_control: status.sequence,
+      stamp: BigInt(Math.round(performance.now() * 1e6)),
+      device: reading.device,
+      operator_present: held ? 1 : 0,
+      clutch: this.clutch ? 1 : 0,
+      mode: this.choice.mode,
+      arm: this.choice.arm,
+      other_arm: this.choice.otherArm,
+      kind: position ? kPose : kVelocity,
+      frame: position ? kBaseFrame : kViewFrame,
+      view: position ? [0, 0, 0, 1] : this.view(),
+      linear: velocity,
+      angular: [0, 0, 0],
+      position: position ?? [0, 0, 0],
+      orientation: [0, 0, 0, 1],
+      scale: this.choice.scale,
+      buttons: "buttons" in reading ? (reading.buttons ?? 0) : 0,
+    };
+    if (this.link.publish(`/${this.robot.prefix}/teleop/input`, message)) this.sent += 1;
+  }
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/** The definitions of what the page publishes, from idl/msg: the same files that ROS 2 users get. */
+import clockRequest from "@msg/tandem_msgs/ClockRequest.msg?raw";
+import controlRequest from "@msg/tandem_msgs/ControlRequest.msg?raw";
+import halRequest from "@msg/tandem_msgs/HalRequest.msg?raw";
+import planningRequest from "@msg/tandem_msgs/PlanningRequest.msg?raw";
+import stop from "@msg/tandem_msgs/Stop.msg?raw";
+import teleopInput from "@msg/tandem_msgs/TeleopInput.msg?raw";
+
+export interface Published {
+  /** Below the prefix. */
+  topic: string;
+  schemaName: string;
+  schema: string;
+}
+
+export const messages: readonly Published[] = [
+  { topic: "control/request", schemaName: "tandem_msgs/msg/ControlRequest", schema: controlRequest },
+  { topic: "planning/request", schemaName: "tandem_msgs/msg/PlanningRequest", schema: planningRequest },
+  { topic: "hal/request", schemaName: "tandem_msgs/msg/HalRequest", schema: halRequest },
+  { topic: "clock/request", schemaName: "tandem_msgs/msg/ClockRequest", schema: clockRequest },
+  { topic: "teleop/input", schemaName: "tandem_msgs/msg/TeleopInput", schema: teleopInput },
+  { topic: "stop", schemaName: "tandem_msgs/msg/Stop", schema: stop },
+];

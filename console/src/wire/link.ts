@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+/** The socket to the server: connects, connects again, subscribes, publishes. */
+import { parse } from "@foxglove/rosmsg";
+import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
+
+import { advertiseText, kSubprotocols, parseBinary, parseText, publishFrame, subscribeText } from "./protocol";
+import type { ServerChannel } from "./protocol";
+
+export type LinkState = "connecting" | "open" | "closed";
+
+/** What one topic last said. Decoded when somebody looks, so that a topic of 1 kHz costs no more than the screen. */
+export class Slot {
+  /** performance.now() of the last sample; -1: none since the link is up. */
+  at = -1;
+  count = 0;
+  bytes = 0;
+  private frame: DataView | null = null;
+  private decoded: unknown = undefined;
+  reader: MessageReader | null = null;
+
+  constructor(
+    readonly topic: string,
+    private readonly listener: ((message: never) => void) | undefined,
+    private readonly broken: (why: string) => void,
+  ) {}
+
+  put(payload: DataView, now: number): void {
+    this.at = now;
+    this.count += 1;
+    this.bytes += payload.byteLength;
+    this.frame = payload;
+    this.decoded = undefined;
+    const message = this.listener ? this.value<never>() : null;
+    if (message !== null) this.listener!(message);
+  }
+  value<T>(): T | null {
+    if (this.decoded === undefined && this.frame && this.reader) {
+      try {
+        this.decoded = this.reader.readMessage(this.frame);
+      } catch (error) {
+        this.decoded = null; // one bad sample is no reason to stop showing the good ones
+        this.broken(`${this.topic}: a sample does not decode: ${String(error)}`);
+      }
+    }
+    return (this.decoded as T | undefined) ?? null;
+  }
+  clear(): void {
+    this.at = -1;
+    this.frame = null;
+    this.decoded = undefined;
+  }
+}
+
+interface Publisher {
+  channel: number;
+  schemaName: string;
+  schema: string;
+  writer: MessageWriter;
+}
+
+export interface LinkEvents {
+  state(state: LinkState, reason: string): void;
+  status(level: number, message: string): void;
+}
+
+const kRetryFirst = 250; // ms
+const kRetryMost = 2000;
+const kGiveUp = 4000; // ms to connect; a server that is stopped lets the handshake hang
+// The server tells of itself every second: a link that is silent for so many looks is cut somewhere. Looks are counted, and
+// not time, so that a page that hung itself does not blame the link.
+const kLook = 500; // ms
+const kSilentLooks = 10;
+
+export class Link {
+  state: LinkState = "connecting";
+  /** performance.now() of the last frame of any kind. */
+  heardAt = -1;
+  private socket: WebSocket | null = null;
+  private readonly slots = new Map<string, Slot>();
+  private readonly bySubscription = new Map<number, Slot>();
+  private readonly publishers = new Map<string, Publisher>();
+  private nextId = 1;
+  private retry = kRetryFirst;
+  private bytesBefore = 0;
+
+  constructor(
+    private readonly url: string,
+    private readonly events: LinkEvents,
+  ) {}
+
+  /** Before open(). A listener sees every sample; without one only the latest is decoded. */
+  subscribe<T>(topic: string, listener?: (message: T) => void): Slot {
+    const slot = new Slot(topic, listener as ((message: never) => void) | undefined, (why) =>
+      this.events.status(2, why),
+    );
+    this.slots.set(topic, slot);
+    return slot;
+  }
+  /** Before open(). The definition is made of the texts of idl/msg, the ones that C++ is tested against. */
+  publisher(topic: string, schemaName: string, schema: string): void {
+    const writer = new MessageWriter(parse(schema, { ros2: true }));
+    this.publishers.set(topic, { channel: this.nextId++, schemaName, schema, writer });
+  }
+
+  open(): void {
+    this.change("connecting", "");
+    const socket = new WebSocket(this.url, kSubprotocols);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    let opened = false;
+    const closed = (reason: string): void => {
+      clearTimeout(hopeless);
+      clearInterval(watch);
+      if (this.socket !== socket) return;
+      this.socket = null;
+      this.bySubscription.clear();
+      for (const slot of this.slots.values()) slot.clear();
+      this.change("closed", reason);
+      setTimeout(() => this.open(), this.retry);
+      this.retry = Math.min(2 * this.retry, kRetryMost);
+    };
+    // Closing a socket whose other end is out of reach takes as long as the browser likes: nobody waits for that.
+    const abandon = (reason: string): void => {
+      closed(reason);
+      socket.close();
+    };
+    const hopeless = setTimeout(() => abandon("the server does not answer"), kGiveUp);
+    let silent = 0;
+    let before = -1;
+    const watch = setInterval(() => {
+      silent = opened && this.heardAt === before ? silent + 1 : 0;
+      before = this.heardAt;
+      if (silent >= kSilentLooks) abandon(`nothing was heard for ${(kSilentLooks * kLook) / 1000} s`);
+    }, kLook);
+    socket.onopen = () => {
+      opened = true;
+      clearTimeout(hopeless);
+      this.retry = kRetryFirst;
+      for (const [topic, p] of this.publishers) socket.send(advertiseText(p.channel, topic, p.schemaName, p.schema));
+      this.heardAt = performance.now();
+      this.change("open", "");
+    };
+    socket.onmessage = (event) => {
+      if (this.socket === socket) this.heard(event.data as string | ArrayBuffer);
+    };
+    socket.onclose = (event) => closed(event.reason || (opened ? "the server has gone" : "the server does not answer"));
+  }
+
+  /** @returns false where it could not be sent; nothing is kept for later. */
+  publish(topic: string, message: object): boolean {
+    const publisher = this.publishers.get(topic);
+    if (!publisher) throw new Error(`${topic}: not advertised`);
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(publishFrame(publisher.channel, publisher.writer.writeMessage(message)));
+    return true;
+  }
+  /** Bytes that the socket still holds: a sign that the link is too slow. */
+  get backlog(): number {
+    return this.socket?.bufferedAmount ?? 0;
+  }
+  /** Since the last call. */
+  takeBytes(): number {
+    let bytes = 0;
+    for (const slot of this.slots.values()) bytes += slot.bytes;
+    const taken = bytes - this.bytesBefore;
+    this.bytesBefore = bytes;
+    return taken;
+  }
+
+  private change(state: LinkState, reason: string): void {
+    this.state = state;
+    this.events.state(state, reason);
+  }
+
+  private heard(data: string | ArrayBuffer): void {
+    this.heardAt = performance.now();
+    if (typeof data !== "string") {
+      const message = parseBinary(data);
+      if (message) this.bySubscription.get(message.subscription)?.put(message.payload, this.heardAt);
+      return;
+    }
+    const text = parseText(data);
+    if (text?.op === "advertise") text.channels.forEach((channel) => this.take(channel));
+    if (text?.op === "status") this.events.status(text.level, text.message);
+  }
+
+  private take(channel: ServerChannel): void {
+    const slot = this.slots.get(channel.topic);
+    if (!slot) return;
+    if (channel.encoding !== "cdr" || (channel.schemaEncoding ?? "ros2msg") !== "ros2msg") {
+      this.events.status(2, `${channel.topic}: encoding ${channel.encoding}, expected cdr with ros2msg`);
+      return;
+    }
+    slot.reader = new MessageReader(parse(channel.schema, { ros2: true }));
+    const id = this.nextId++;
+    this.bySubscription.set(id, slot);
+    this.socket?.send(subscribeText(id, channel.id));
+  }
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/** The Foxglove WebSocket protocol as far as the page speaks it: what is said, without a socket. */
+
+export const kSubprotocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
+
+export interface ServerChannel {
+  id: number;
+  topic: string;
+  encoding: string;
+  schemaName: string;
+  schema: string;
+  schemaEncoding?: string;
+}
+
+/** Text that the server may send; other operations are none of the page's business. */
+export type ServerText =
+  | { op: "serverInfo"; name: string; capabilities: string[]; sessionId?: string }
+  | { op: "advertise"; channels: ServerChannel[] }
+  | { op: "unadvertise"; channelIds: number[] }
+  | { op: "status"; level: number; message: string; id?: string }
+  | { op: "removeStatus"; statusIds: string[] };
+
+export interface MessageData {
+  subscription: number;
+  /** When the server took it from the robot, ns since 1970. */
+  logTime: bigint;
+  payload: DataView;
+}
+
+const kMessageData = 0x01;
+const kClientMessageData = 0x01;
+const kHeader = 13; // opcode, u32 subscription, u64 time
+
+/** @returns what a binary frame carries, or null for frames of other kinds and ones that are too short. */
+export function parseBinary(frame: ArrayBuffer): MessageData | null {
+  if (frame.byteLength < kHeader) return null;
+  const view = new DataView(frame);
+  if (view.getUint8(0) !== kMessageData) return null;
+  return {
+    subscription: view.getUint32(1, true),
+    logTime: view.getBigUint64(5, true),
+    payload: new DataView(frame, kHeader),
+  };
+}
+
+/** @returns null where the text is not JSON or no operation. */
+export function parseText(text: string): ServerText | null {
+  try {
+    const message = JSON.parse(text) as { op?: unknown };
+    return typeof message.op === "string" ? (message as ServerText) : null;
+  } catch {
+    return null;
+  }
+}
+
+export function publishFrame(channel: number, payload: Uint8Array): ArrayBuffer {
+  const frame = new ArrayBuffer(5 + payload.byteLength);
+  const view = new DataView(frame);
+  view.setUint8(0, kClientMessageData);
+  view.setUint32(1, channel, true);
+  new Uint8Array(frame, 5).set(payload);
+  return frame;
+}
+
+export const subscribeText = (id: number, channelId: number): string =>
+  JSON.stringify({ op: "subscribe", subscriptions: [{ id, channelId }] });
+
+export const advertiseText = (id: number, topic: string, schemaName: string, schema: string): string =>
+  JSON.stringify({
+    op: "advertise",
+    channels: [{ id, topic, encoding: "cdr", schemaName, schema, schemaEncoding: "ros2msg" }],
+  });

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+import { expect, test } from "vitest";
+
+import type { Condition } from "../src/teleop/gate";
+import { InputGate, kConditions } from "../src/teleop/gate";
+import { Button, buttonBits, kFullSpeed, kKeys, keyVelocity, pressed, stickVelocity } from "../src/teleop/motion";
+import { seeded } from "./random";
+
+const conditions = Object.keys(kConditions) as Condition[];
+
+function open(changed: (held: boolean) => void = () => {}): InputGate {
+  const gate = new InputGate(changed);
+  for (const condition of conditions) gate.allow(condition, true);
+  return gate;
+}
+
+test("nothing is held before everything allows it", () => {
+  const gate = new InputGate(() => {});
+  for (const condition of conditions) {
+    gate.update("KeyW", true);
+    expect(gate.held).toBe(false);
+    expect(gate.obstacle).not.toBe("");
+    gate.update("KeyW", false);
+    gate.allow(condition, true);
+  }
+  expect(gate.obstacle).toBe("");
+  gate.update("KeyW", true);
+  expect(gate.held).toBe(true);
+});
+
+test.each(conditions)("losing '%s' releases at once, and does not take up again by itself", (condition) => {
+  const told: boolean[] = [];
+  const gate = open((held) => told.push(held));
+  gate.update("pointer", true);
+  gate.allow(condition, false);
+  expect(gate.held).toBe(false);
+  expect(gate.cut).toBe(kConditions[condition]);
+  expect(told).toEqual([true, false]);
+  gate.allow(condition, true);
+  gate.update("pointer", true); // still down: a device that says so again and again
+  expect(gate.held).toBe(false);
+  gate.update("pointer", false);
+  gate.update("pointer", true);
+  expect(gate.held).toBe(true);
+});
+
+test("a key of the same hand takes over without a gap; another device does not", () => {
+  const told: boolean[] = [];
+  const gate = open((held) => told.push(held));
+  gate.update("KeyW", true);
+  gate.update("KeyD", true);
+  gate.hand("KeyW", "KeyD");
+  expect(gate.source).toBe("KeyD");
+  expect(told).toEqual([true]);
+  gate.update("gamepad", true);
+  gate.update("KeyD", false);
+  expect(gate.held).toBe(false);
+  gate.hand("gamepad", "KeyW"); // neither holds
+  expect(gate.held).toBe(false);
+});
+
+test("random events: held means pressed while allowed, and every change is told", () => {
+  const random = seeded();
+  let told = false;
+  const gate = open((held) => (told = held));
+  let held = 0;
+  const bad = new Set<Condition>();
+  const down = new Set<string>();
+  for (let event = 0; event < 20_000; ++event) {
+    if (random() < 0.6) {
+      const source = ["KeyW", "pointer", "gamepad"][Math.floor(3 * random())]!;
+      const isDown = random() < 0.5;
+      if (isDown) down.add(source);
+      else down.delete(source);
+      gate.update(source, isDown);
+    } else {
+      const condition = conditions[Math.floor(conditions.length * random())]!;
+      const good = random() < 0.8;
+      if (good) bad.delete(condition);
+      else bad.add(condition);
+      gate.allow(condition, good);
+    }
+    const right = told === gate.held && (!gate.held || (bad.size === 0 && down.has(gate.source!)));
+    if (!right)
+      throw new Error(
+        `event ${event}: held ${gate.held}, told ${told}, forbidden by ${[...bad].join()}, down ${[...down].join()}`,
+      );
+    held += gate.held ? 1 : 0;
+  }
+  expect(held).toBeGreaterThan(100); // or it would say nothing
+});
+
+test("keys: opposite ones cancel, diagonals are no faster", () => {
+  expect(keyVelocity(["KeyA", "KeyD"])).toEqual([0, 0, 0]);
+  expect(keyVelocity([])).toEqual([0, 0, 0]);
+  const random = seeded();
+  for (let run = 0; run < 200; ++run) {
+    const codes = Object.keys(kKeys).filter(() => random() < 0.3);
+    expect(Math.hypot(...keyVelocity(codes))).toBeLessThanOrEqual(kFullSpeed + 1e-12);
+  }
+});
+
+test("sticks: bounded, and nothing that is not a number goes through", () => {
+  const pad = {
+    axes: [1, -1, 0, 7],
+    buttons: Array.from({ length: 17 }, (_, k) => ({ pressed: k === Button.hold, value: 0 })),
+  };
+  expect(stickVelocity(pad)).toEqual([kFullSpeed, kFullSpeed, kFullSpeed]);
+  expect(stickVelocity({ axes: [NaN], buttons: [] }).map(Math.abs)).toEqual([0, 0, 0]);
+  expect(pressed(pad, Button.hold)).toBe(true);
+  expect(pressed(pad, Button.clutch)).toBe(false);
+  expect(buttonBits(pad)).toBe(1 << Button.hold);
+});

@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: Apache-2.0
+/** As much of Node as the tests use. */
+declare module "node:fs" {
+  export function readFileSync(path: string, encoding: "utf8"): string;
+}
+declare const process: { env: Record<string, string | undefined> };

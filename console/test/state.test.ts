@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+import { readFileSync } from "node:fs";
+import { expect, test } from "vitest";
+
+import { age, ageWords, isStale, staleAfter } from "../src/state/age";
+import { parametersOf } from "../src/state/robot";
+import type { Robot } from "../src/state/robot";
+import { allowed, place, rotationRange, wrap } from "../src/state/track";
+import {
+  accepts,
+  driveRecord,
+  faultsOf,
+  kFaults,
+  kGuards,
+  limitName,
+  limitsInTheWay,
+  stateName,
+} from "../src/state/words";
+import type { ControlStatus, HalStatus } from "../src/wire/messages";
+import { kMethods } from "../src/wire/messages";
+import { seeded } from "./random";
+
+/** Tests run in the source tree and in the copy of the build tree; TANDEM_SOURCE says where C++ is. */
+const source = process.env["TANDEM_SOURCE"] ?? "..";
+const cpp = (file: string): string => readFileSync(`${source}/${file}`, "utf8");
+
+test("faults have the names, and the bits, that safety gives them", () => {
+  const bits = [...cpp("safety/faults.h").matchAll(/= 1u << (\d+)/g)].map((m) => Number(m[1]));
+  const names = [...cpp("safety/faults.cpp").matchAll(/\{Fault::k\w+, "(\w+)"\}/g)].map((m) => m[1]);
+  expect(bits).toEqual(kFaults.map((_, k) => k));
+  expect(kFaults.map((f) => f.name)).toEqual(names);
+  for (const fault of kFaults) expect(fault.remedy).not.toBe("");
+});
+
+test("guards and methods are those of C++", () => {
+  const guards = /kGuardNames\{([^}]*)\}/.exec(cpp("safety/faults.cpp"))![1]!;
+  expect([...guards.matchAll(/"(\w+)"/g)].map((m) => m[1])).toEqual(kGuards);
+  const methods = [...cpp("control/parameters.h").matchAll(/^ {2}k(Nsp\w*|Snsqp),/gm)].map((m) => m[1]!.toLowerCase());
+  expect(methods.slice(0, 5)).toEqual(kMethods.map((name) => name.replace("-", "")));
+});
+
+test("words for limits are those of tandem solve", () => {
+  const text = cpp("control/conflict.cpp");
+  for (let kind = 0; kind < 8; ++kind) {
+    const words = limitName(kind, "arm_a", 2).replace(/tube 2 of arm A.*$/, "");
+    expect(words === "" || text.includes(`"${words}"`)).toBe(true);
+  }
+  expect(limitName(0, "arm_a", 2)).toBe("tube 2 of arm A against tube 1");
+  expect(limitName(99, "arm_b", 1)).toContain("does not know");
+});
+
+test("masks of faults become all their words, and bits of a newer robot are not lost", () => {
+  const random = seeded();
+  for (let run = 0; run < 50; ++run) {
+    const mask = Math.floor(random() * 2 ** 31);
+    const names = faultsOf(mask).map((f) => f.name);
+    kFaults.forEach((fault, bit) => expect(names.includes(fault.name)).toBe((mask & (1 << bit)) !== 0));
+    expect(names.includes("unknown")).toBe(mask >= 1 << kFaults.length);
+  }
+  expect(faultsOf(0)).toEqual([]);
+});
+
+test("the drives' record reads as in tandem status", () => {
+  const hal = {
+    first_fault: Uint32Array.of(0, 1 << 9),
+    fault_cause: Uint8Array.of(0, 2),
+    fault_joint: Uint8Array.of(255, 4),
+    fault_amount: Float64Array.of(0, 0.031),
+    fault_allowed: Float64Array.of(0, 0.02),
+  } as unknown as HalStatus;
+  expect(driveRecord(hal, 0, 6)).toBe("");
+  expect(driveRecord(hal, 1, 6)).toBe("drive (following error) of joint 5: 0.031 rad, allowed 0.02 rad");
+});
+
+test("limits in the way are named, however many there are said to be", () => {
+  const status = {
+    limited: 1,
+    limit_count: 200,
+    limit_kind: Uint8Array.of(0, 2),
+    limit_arm: Uint8Array.of(0, 9),
+    limit_tube: Uint8Array.of(2, 3),
+  } as unknown as ControlStatus;
+  expect(limitsInTheWay(status, ["arm_a", "arm_b"])).toContain(
+    "tube 2 of arm A against tube 1, rotation velocity limit of tube 3",
+  );
+  expect(limitsInTheWay({ ...status, limited: 0 }, [])).toBe("");
+});
+
+test("the table of states is the one of the documentation", () => {
+  const rows = [
+    ...cpp("docs/safety.md").matchAll(/^\| (DISABLED|ENABLED|PAUSED|FAULT) \| (\w+) \| (\w+) \| (\w+) \| (\w+) \|$/gm),
+  ];
+  expect(rows.length).toBe(4);
+  rows.forEach((row, state) => {
+    expect(stateName(state)).toBe(row[1]);
+    (["enable", "disable", "pause", "resume"] as const).forEach((command, k) =>
+      expect(accepts(state, command), `${command} in ${row[1]}`).toBe(row[k + 2] !== "refused"),
+    );
+  });
+});
+
+test("old is old: by five periods, at least half a second", () => {
+  expect(isStale(-1, 0, 0.1)).toBe(true);
+  expect(staleAfter(0.001)).toBe(500);
+  expect(staleAfter(1)).toBe(5000);
+  const random = seeded();
+  for (let run = 0; run < 500; ++run) {
+    const [at, later, period] = [1e4 * random(), 1e4 * random(), random()];
+    expect(isStale(at, at + later, period)).toBe(later > Math.max(500, 5000 * period));
+    expect(age(at, at - later)).toBe(0);
+  }
+  expect(ageWords(Infinity)).toBe("never heard");
+  expect(ageWords(420)).toBe("420 ms old");
+  expect(ageWords(3200)).toBe("3.2 s old");
+  expect(ageWords(7.3e6)).toBe("2 h old");
+});
+
+test("bars: what is inside stays inside and in order", () => {
+  const random = seeded();
+  for (let run = 0; run < 200; ++run) {
+    const range = { from: -random(), to: random() };
+    const [a, b] = [4 * random() - 2, 4 * random() - 2].sort((x, y) => x - y) as [number, number];
+    expect(place(a, range)).toBeLessThanOrEqual(place(b, range));
+    const { left, right } = allowed(a, b, range);
+    expect(left).toBeGreaterThanOrEqual(0);
+    expect(right).toBeLessThanOrEqual(1);
+    expect(left).toBeLessThanOrEqual(right);
+    const angle = 100 * (random() - 0.5);
+    expect(Math.abs(wrap(angle))).toBeLessThanOrEqual(Math.PI + 1e-9);
+    expect(Math.cos(wrap(angle))).toBeCloseTo(Math.cos(angle), 9);
+  }
+  expect(allowed(-Infinity, Infinity, { from: -1, to: 0 })).toEqual({ left: 0, right: 1 });
+  expect(rotationRange(null, 3)).toEqual({ from: -Math.PI, to: Math.PI });
+  expect(place(1, { from: 1, to: 1 })).toBe(0);
+});
+
+test("parameters: gains, the method's own, what all read, and ones that are new", () => {
+  const tunables = [...cpp("control/parameters.h").matchAll(/\{"(\w+)", &MethodParameters/g)].map((m) => m[1]!);
+  expect(tunables.length).toBeGreaterThan(5);
+  const robot = {
+    control: {
+      relative_gain: 5,
+      tip_gain: 3,
+      parameters: [...tunables, "brand_new"].map((name) => ({ name, value: 1 })),
+    },
+  } as unknown as Robot;
+  const shown = new Set(kMethods.flatMap((method) => parametersOf(robot, method).map((p) => p.name)));
+  for (const name of [...tunables, "brand_new", "tip_gain"]) expect(shown.has(name), name).toBe(true);
+  const names = parametersOf(robot, "nspqp").map((p) => p.name);
+  expect(names).toContain("nspqp_zeta");
+  expect(names).not.toContain("snsqp_zeta");
+});

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file One shot at the boundary value problem of a rod, and where its tool tip comes to. */
+#pragma once
+
+#include <Eigen/LU>
+
+#include "kinematics/cosserat/sweep.h"
+#include "kinematics/rotations.h"
+
+namespace tandem::kinematics::cosserat {
+
+/** The sweep from a moment at the clamp, moved out to the tool tip. The rod is at rest where `residual`, the moment
+ * that is left over at its end, is zero. Twists are the tool tip's. */
+template <int kColumns>
+struct Shot {
+  Eigen::Isometry3d tip;
+  Eigen::Vector3d residual;                        ///< m - M - d x F, N m, d from the rod's end to the tool tip
+  Eigen::Matrix<double, 3, kColumns> residual_by;  ///< by the columns of the sweep
+  Eigen::Matrix<double, 3, 6> residual_by_wrench;  ///< by the wrench at the tool tip; from kWrenchColumns on
+  Eigen::Matrix<double, 6, kColumns> twist_by;     ///< by the columns of the sweep
+  SweepEnd<kColumns> end;
+
+  /// @param tool  frame of the rod's end <- frame in which it is loaded and told
+  bool shoot(const SweepStart& start, const Eigen::Isometry3d& tool) noexcept {
+    if (!sweep<kColumns>(start, end))
+      return false;
+    const Wrench wrench = start.load * start.input.tip;
+    const Eigen::Vector3d lever = end.pose.linear() * tool.translation();
+    const Eigen::Matrix3d arm = skew(lever);
+    tip = end.pose * tool;
+    residual = end.moment - wrench.tail<3>() - lever.cross(wrench.head<3>());
+    residual_by = end.by_moment - skew(wrench.head<3>()) * arm * end.turn;
+    twist_by.template topRows<3>() = end.shift - arm * end.turn;
+    twist_by.template bottomRows<3>() = end.turn;
+    if constexpr (kColumns > kByForce) {
+      residual_by.template middleCols<3>(kByForce) -= arm;
+      residual_by_wrench.template leftCols<3>() = residual_by.template middleCols<3>(kByForce);
+      residual_by_wrench.template rightCols<3>() = -Eigen::Matrix3d::Identity();
+    }
+    return true;
+  }
+
+  Eigen::Matrix3d residualByMoment() const { return residual_by.template middleCols<3>(kByMoment); }
+  Eigen::Matrix<double, 6, 3> twistByMoment() const { return twist_by.template middleCols<3>(kByMoment); }
+
+  /// What Newton's method takes from the moment at the clamp.
+  Eigen::Vector3d momentStep() const { return residualByMoment().partialPivLu().solve(residual); }
+  /// Twist by some columns of the sweep, the residual held.
+  template <int kCount>
+  Eigen::Matrix<double, 6, kCount> elastic(int column) const {
+    return twist_by.template middleCols<kCount>(column) -
+           twistByMoment() * residualByMoment().partialPivLu().solve(residual_by.template middleCols<kCount>(column));
+  }
+  /// Twist by a twist of the clamp's frame at its origin, the residual held.
+  Matrix6 byBase() const {
+    Matrix6 result = Matrix6::Identity();
+    result.rightCols<3>() = elastic<3>(kByTurn);
+    return result;
+  }
+
+  /// How the moment at the clamp follows the wrench at the tool tip, the residual held.
+  Eigen::Matrix<double, 3, 6> momentByWrench() const {
+    return -residualByMoment().partialPivLu().solve(residual_by_wrench);
+  }
+  /// How the tool tip follows the wrench there, the residual held: the compliance.
+  Matrix6 compliance() const {
+    Matrix6 result = twistByMoment() * momentByWrench();
+    result.leftCols<3>() += twist_by.template middleCols<3>(kByForce);
+    return result;
+  }
+};
+
+}  // namespace tandem::kinematics::cosserat

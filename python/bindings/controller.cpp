@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "python/bindings/controller.h"
+
+#include <pybind11/stl.h>
+
+#include <cmath>
+
+#include "planning/reference_tracker.h"
+#include "python/bindings/bind.h"
+
+namespace tandem::python {
+namespace {
+
+/** relative() or tip(), arms by their names. */
+struct Target {
+  planning::TaskKind kind = planning::TaskKind::kNone;
+  std::string arm, other;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero(), feed_forward = Eigen::Vector3d::Zero();
+};
+
+Eigen::Vector3d vector3(const py::object& object, const std::string& name) {
+  if (object.is_none())
+    return Eigen::Vector3d::Zero();
+  return Rows(py::cast<Array>(object), 3, name)[0];
+}
+
+/** What a step answers. */
+struct Step {
+  safety::RobotVector velocity;
+  std::vector<double> errors, scales, residuals;
+  std::string status;
+  int iterations = 0, active_limits = 0;
+  std::vector<Eigen::Matrix4d> tips;
+};
+
+std::string statusOf(const planning::TrackResult& result) {
+  switch (result.status) {
+    case planning::TrackStatus::kOk:
+      return "solved";
+    case planning::TrackStatus::kSolver:
+      return std::string(control::describe(result.solution.status));
+    case planning::TrackStatus::kModel:
+      throw ModelError("arm " + std::to_string(result.model_arm) + ": " +
+                       std::string(kinematics::describe(result.model)));
+    default:
+      throw py::value_error("target: found a number that is not finite, expected finite ones");
+  }
+}
+
+/** One control step after the other. */
+class Controller {
+ public:
+  Controller(const Robot& robot,
+             const std::string& method,
+             const std::string& model,
+             double period,
+             planning::Gains gains,
+             const py::kwargs& options)
+      : robot_(robot),
+        model_((checkModel(model), *robot.file), model),
+        tracker_(model_.models(), model_.limits(), methodFrom(method), parametersFrom(robot, period, options), gains) {}
+
+  Step step(const py::object& q, const std::vector<Target>& targets, const py::object& setpoint) {
+    const safety::RobotVector joints = robot_.stack(q, "q");
+    const safety::RobotVector from = setpoint.is_none() ? joints : robot_.stack(setpoint, "setpoint");
+    if (targets.empty() || targets.size() > static_cast<std::size_t>(planning::kMaxTasks))
+      throw py::value_error("targets: found " + std::to_string(targets.size()) + ", expected 1 to " +
+                            std::to_string(planning::kMaxTasks));
+    planning::Reference reference;
+    for (const Target& target : targets)
+      reference.tasks[static_cast<std::size_t>(reference.task_count++)] = taskOf(target);
+    tracker_.step(joints, from, reference, result_);
+    return answer(reference.task_count);
+  }
+
+  void restart() { tracker_.restart(); }
+  std::string method() const { return std::string(control::name(tracker_.method())); }
+
+ private:
+  planning::TaskReference taskOf(const Target& target) const {
+    planning::TaskReference task;
+    task.kind = target.kind;
+    task.arm = robot_.indexOf(target.arm);
+    task.other_arm = target.kind == planning::TaskKind::kRelativePosition ? robot_.indexOf(target.other) : 0;
+    task.position = target.position;
+    task.feed_forward = target.feed_forward;
+    return task;
+  }
+
+  Step answer(int tasks) const {
+    const control::Solution& solution = result_.solution;
+    Step step;
+    step.status = statusOf(result_);
+    step.velocity = solution.velocity;
+    step.errors.assign(result_.error.begin(), result_.error.begin() + tasks);
+    step.scales.assign(solution.scale.begin(), solution.scale.begin() + tasks);
+    step.residuals.assign(solution.residual.begin(), solution.residual.begin() + tasks);
+    step.iterations = solution.iterations;
+    step.active_limits = solution.active_count;
+    for (int k = 0; k < model_.armCount(); ++k)
+      step.tips.push_back(result_.tip[static_cast<std::size_t>(k)].pose.matrix());
+    return step;
+  }
+
+  Robot robot_;
+  experiments::RobotModel model_;
+  planning::ReferenceTracker tracker_;
+  planning::TrackResult result_;
+};
+
+void bindStep(py::module_& module) {
+  py::class_<Step>(module, "Step", "What Controller.step() answers.")
+      .def_property_readonly(
+          "velocity", [](const Step& s) { return toArray(s.velocity); },
+          "Joint velocities of all arms, m/s and rad/s; zero where status says that there are none.")
+      .def_readonly("status", &Step::status, "'solved', or why not.")
+      .def_readonly("errors", &Step::errors, "Distance of each task from its target, m.")
+      .def_readonly("scales", &Step::scales, "Which share of each task is done by design, 0 to 1.")
+      .def_readonly("residuals", &Step::residuals, "What of each task is left undone, m/s.")
+      .def_readonly("iterations", &Step::iterations, "Of the QP solver; 0 for closed forms.")
+      .def_readonly("active_limits", &Step::active_limits, "Bounds and rows that the velocity stands at.")
+      .def_property_readonly(
+          "tips",
+          [](const Step& s) {
+            std::vector<Array> tips;
+            for (const Eigen::Matrix4d& tip : s.tips)
+              tips.push_back(toArray(tip));
+            return tips;
+          },
+          "Tip pose of each arm at q, (4, 4).")
+      .def("__repr__", [](const Step& s) { return "<tandem.Step " + s.status + ">"; });
+}
+
+}  // namespace
+
+control::Method methodFrom(const std::string& name) {
+  if (const auto method = control::methodFromName(name))
+    return *method;
+  std::string known;
+  for (int m = 0; m < control::kMethodCount; ++m)
+    known += (m == 0 ? "'" : ", '") + std::string(control::name(static_cast<control::Method>(m))) + "'";
+  throw py::value_error("method: found '" + name + "', expected one of " + known);
+}
+
+control::MethodParameters parametersFrom(const Robot& robot, double period, const py::kwargs& options) {
+  control::MethodParameters parameters = robot.file->parameters;
+  const auto positive = [](const std::string& name, double value) {
+    if (!std::isfinite(value) || value <= 0.0)
+      throw py::value_error(name + ": found " + std::to_string(value) + ", expected a finite number above 0");
+    return value;
+  };
+  parameters.period = positive("period", period);
+  for (const auto& [key, value] : options) {
+    const auto name = py::cast<std::string>(key);
+    const auto tunable = std::find_if(control::kTunables.begin(), control::kTunables.end(),
+                                      [&](const control::Tunable& t) { return name == t.name; });
+    if (tunable != control::kTunables.end()) {
+      parameters.*(tunable->member) = positive(name, py::cast<double>(value));
+    } else if (name == "bounds" || name == "backend") {
+      const auto word = py::cast<std::string>(value);
+      const auto bounds = control::boundsFromName(word);
+      const auto backend = control::backendFromName(word);
+      if (name == "bounds" ? !bounds : !backend)
+        throw py::value_error(name + ": found '" + word + "', expected " +
+                              (name == "bounds" ? "'coupled' or 'frozen'" : "'active-set' or 'ipopt'"));
+      parameters.bounds = name == "bounds" ? *bounds : parameters.bounds;
+      parameters.backend = name == "backend" ? *backend : parameters.backend;
+    } else {
+      throw py::type_error("found argument '" + name +
+                           "', expected bounds, backend or a parameter of the methods "
+                           "(docs/methods.md)");
+    }
+  }
+  return parameters;
+}
+
+void bindController(py::module_& module) {
+  using namespace py::literals;
+  py::class_<Target>(module, "Target", "A task of a control step: relative() or tip().")
+      .def("__repr__", [](const Target& t) {
+        return t.kind == planning::TaskKind::kTipPosition
+                   ? "<tandem.Target tip of " + t.arm + ">"
+                   : "<tandem.Target tip of " + t.arm + " minus " + t.other + ">";
+      });
+  module.def(
+      "relative",
+      [](const std::string& arm, const std::string& other, const py::object& position, const py::object& feed) {
+        return Target{planning::TaskKind::kRelativePosition, arm, other, vector3(position, "position"),
+                      vector3(feed, "feed_forward")};
+      },
+      "arm"_a, "other"_a, "position"_a, "feed_forward"_a = py::none(),
+      "Where the tip of one arm shall be as seen from the tip of another, m, base frame (eq. (2)).");
+  module.def(
+      "tip",
+      [](const std::string& arm, const py::object& position, const py::object& feed) {
+        return Target{planning::TaskKind::kTipPosition, arm, "", vector3(position, "position"),
+                      vector3(feed, "feed_forward")};
+      },
+      "arm"_a, "position"_a, "feed_forward"_a = py::none(), "Where the tip of an arm shall be, m, base frame.");
+  bindStep(module);
+  py::class_<Controller>(module, "Controller", "Redundancy resolution: from joints and targets to joint velocities.")
+      .def(py::init([](const Robot& robot, const std::string& method, const std::string& model, double period,
+                       double relative_gain, double tip_gain, const py::kwargs& options) {
+             return std::make_unique<Controller>(robot, method, model, period, planning::Gains{relative_gain, tip_gain},
+                                                 options);
+           }),
+           "robot"_a, "method"_a = "nspqp", py::kw_only(), "model"_a = "rigid", "period"_a = 0.1,
+           "relative_gain"_a = 5.0, "tip_gain"_a = 3.0,
+           "method: nsp, nspwln, nspwln-joint, nspqp or snsqp. period in s, gains in 1/s. Further keywords: bounds, "
+           "backend, and the parameters of docs/methods.md.")
+      .def_property_readonly("method", &Controller::method)
+      .def(
+          "step", &Controller::step, "q"_a, "targets"_a, "setpoint"_a = py::none(),
+          "One step. q: measured joints of all arms, stacked or one vector an arm. targets: highest priority first. "
+          "setpoint: where the limits are counted from, q unless given. An elastic arm goes on from the equilibrium of "
+          "the step before.")
+      .def("restart", &Controller::restart, "The joints were put elsewhere without a path.");
+}
+
+}  // namespace tandem::python

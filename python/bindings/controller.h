@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Parameters of a control step from keyword arguments. */
+#pragma once
+
+#include "experiments/simulated_robot.h"
+#include "python/bindings/robot.h"
+
+namespace tandem::python {
+
+/// "nspqp" ... @throw py::value_error that lists the methods.
+control::Method methodFrom(const std::string& name);
+
+/// Robot's parameters with those given: period, bounds, backend, and the numbers of control::kTunables.
+/// @throw py::value_error or py::type_error that names the argument, what was found and what was expected.
+control::MethodParameters parametersFrom(const Robot& robot, double period, const py::kwargs& options);
+
+}  // namespace tandem::python

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Joint vectors from numpy and answers to numpy: one of them or many, without copies, on all cores. */
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "kinematics/arm_model.h"
+
+namespace tandem::python {
+
+namespace py = pybind11;
+
+/// Contiguous float64; other arrays and lists are converted.
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/** A kinematic model has no answer for joints: tandem.ModelError. */
+class ModelError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/** One joint vector, shape (size,), or many, shape (N, size). */
+class Rows {
+ public:
+  /// @throw py::value_error that names the shape found and the one expected.
+  Rows(const Array& array, int size, const std::string& name);
+
+  std::size_t count() const { return count_; }
+  Eigen::Map<const Eigen::VectorXd> operator[](std::size_t row) const {
+    return {data_ + row * static_cast<std::size_t>(size_), size_};
+  }
+  /// A new array for one answer a row: shape `one`, or (N, *one).
+  Array answers(std::vector<py::ssize_t> one) const;
+
+ private:
+  Array array_;  ///< keeps the data
+  const double* data_;
+  int size_;
+  std::size_t count_;
+  bool single_;
+};
+
+/** What happens to rows that a model has no answer for. */
+enum class OnError {
+  kRaise,  ///< ModelError names the first of them
+  kNan,    ///< their answers are NaN
+};
+/// "raise" or "nan". @throw py::value_error
+OnError onErrorFromName(const std::string& name);
+
+/** Answers rows on `threads` threads (0: one a core) with the interpreter's lock released.
+ * @param row  writes the answer of a row, or NaN into all of it; called concurrently
+ * @throw ModelError as on_error says; whatever `row` throws */
+void answerRows(std::size_t count,
+                int threads,
+                OnError on_error,
+                const std::function<kinematics::ModelStatus(std::size_t row)>& row);
+
+}  // namespace tandem::python

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <pybind11/stl.h>
+
+#include "experiments/closed_loop.h"
+#include "python/bindings/bind.h"
+#include "python/bindings/controller.h"
+#include "python/bindings/trajectory.h"
+
+namespace tandem::python {
+namespace {
+
+/** The simulated robot, with what it refers to. */
+class Simulator {
+ public:
+  Simulator(const Robot& robot, const py::object& start, const std::string& model, double period)
+      : robot_(robot),
+        model_((checkModel(model), *robot.file), model),
+        options_(optionsOf(period, model)),
+        plant_(*robot_.file,
+               model_,
+               robot_.split(start.is_none() ? robot_.home() : robot_.stack(start, "start")),
+               options_) {}
+
+  void step(const py::object& velocity) {
+    const safety::RobotVector v = robot_.stack(velocity, "velocity");
+    if (!v.allFinite())
+      throw py::value_error("velocity: found a number that is not finite, expected finite ones");
+    plant_.move(v, true);
+  }
+  const experiments::SimulatedRobot& plant() const { return plant_; }
+
+  py::dict tips() const {
+    py::dict tips;
+    for (int k = 0; k < model_.armCount(); ++k)
+      tips[py::str(robot_.file->arms[static_cast<std::size_t>(k)].name)] = toArray(plant_.tips().pose(k).matrix());
+    return tips;
+  }
+
+ private:
+  static experiments::LoopOptions optionsOf(double period, const std::string& model) {
+    experiments::LoopOptions options;
+    options.control_period = period;
+    options.plant.model = model;
+    return options;
+  }
+
+  Robot robot_;
+  experiments::RobotModel model_;
+  experiments::LoopOptions options_;
+  experiments::SimulatedRobot plant_;
+};
+
+/** One run, by name to numpy arrays. */
+py::dict arraysOf(const experiments::RunRecord& record, const Robot& robot) {
+  const std::vector<experiments::Row>& rows = record.rows();
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  const auto arms = static_cast<int>(robot.file->arms.size());
+  Eigen::VectorXd point(count), error_ab(count), error_a(count), violation(count);
+  Eigen::MatrixXd joints(count, robot.jointCount()), lower(count, robot.jointCount()), upper(count, robot.jointCount());
+  Array tips({static_cast<py::ssize_t>(count), static_cast<py::ssize_t>(arms), py::ssize_t{3}});
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const experiments::Row& row = rows[static_cast<std::size_t>(i)];
+    point[i] = row.facts.point;
+    error_ab[i] = row.error_ab;
+    error_a[i] = row.error_a;
+    violation[i] = row.violation;
+    joints.row(i) = row.facts.position;
+    lower.row(i) = row.lower;
+    upper.row(i) = row.upper;
+    for (int k = 0; k < arms; ++k)
+      Eigen::Map<Eigen::Vector3d>(tips.mutable_data() + 3 * (i * arms + k)) =
+          row.facts.tip[static_cast<std::size_t>(k)];
+  }
+  py::dict arrays;
+  arrays["point"] = toArray(point).attr("astype")("int64");
+  arrays["joints"] = toArray(joints);
+  arrays["tips"] = tips;
+  arrays["relative_error"] = toArray(error_ab);
+  arrays["tip_error"] = toArray(error_a);
+  arrays["moving_lower"] = toArray(lower);
+  arrays["moving_upper"] = toArray(upper);
+  arrays["violation"] = toArray(violation);
+  const experiments::RunSummary summary = record.summary();
+  arrays["converged"] = summary.converged;
+  arrays["points"] = summary.points;
+  arrays["iterations"] = summary.iterations;
+  arrays["gate_actions"] = summary.gate_actions;
+  return arrays;
+}
+
+py::dict run(const Robot& robot,
+             const Trajectory& trajectory,
+             const std::string& method,
+             const py::object& start,
+             const std::string& model,
+             double period,
+             double relative_gain,
+             double tip_gain,
+             const py::kwargs& options) {
+  checkModel(model);
+  config::Robot file = *robot.file;
+  file.parameters = parametersFrom(robot, period, options);
+  experiments::LoopOptions loop;
+  loop.control_period = period;
+  loop.gains = {relative_gain, tip_gain};
+  loop.plant.model = model;
+  const safety::RobotVector from = start.is_none() ? robot.home() : robot.stack(start, "start");
+  const experiments::RunPlan plan{
+      {trajectory.spec.name, "start", methodFrom(method)}, trajectory.spec, robot.split(from)};
+  const experiments::RobotModel models(file, model);
+  const auto record = [&] {
+    const py::gil_scoped_release released;
+    return experiments::runOffline(file, models, plan, loop);
+  }();
+  return arraysOf(record, robot);
+}
+
+}  // namespace
+
+void bindSimulator(py::module_& module) {
+  using namespace py::literals;
+  py::class_<Simulator>(module, "Simulator",
+                        "Gate, joints and tips of a robot in lock-step, enabled; time is simulated.")
+      .def(py::init<const Robot&, const py::object&, const std::string&, double>(), "robot"_a, "start"_a = py::none(),
+           py::kw_only(), "model"_a = "rigid", "period"_a = 0.1,
+           "start: joints of all arms inside their limits, home unless given. period: s of a step.")
+      .def("step", &Simulator::step, "velocity"_a,
+           "One period at these joint velocities (m/s, rad/s); the gate keeps the limits. RuntimeError where it "
+           "refuses.")
+      .def_property_readonly(
+          "joints", [](const Simulator& s) { return toArray(s.plant().position()); }, "m and rad.")
+      .def_property_readonly(
+          "setpoint", [](const Simulator& s) { return toArray(s.plant().setpoint()); }, "m and rad.")
+      .def_property_readonly("tips", &Simulator::tips, "Tip pose by the name of the arm, (4, 4).")
+      .def_property_readonly(
+          "gate_actions", [](const Simulator& s) { return s.plant().gateActions(); },
+          "Interventions of the gate so far.")
+      .def_property_readonly(
+          "time", [](const Simulator& s) { return 1e-9 * static_cast<double>(s.plant().time()); },
+          "Simulated time, s.");
+  module.def(
+      "run", &run, "robot"_a, "trajectory"_a, "method"_a = "nspqp", py::kw_only(), "start"_a = py::none(),
+      "model"_a = "rigid", "period"_a = 0.1, "relative_gain"_a = 5.0, "tip_gain"_a = 3.0,
+      "Runs a trajectory in closed loop with the simulator, as `tandem experiment --offline` does. A dict of arrays "
+      "with a row an iteration, and of totals. Further keywords as Controller's.");
+}
+
+}  // namespace tandem::python

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Where a deployment's console is. */
+#pragma once
+
+#include <string>
+
+#include "config/config.h"
+
+namespace tandem::cli {
+
+/// IPv4 address at which it is reached from this machine.
+std::string consoleAddress(const config::Console& console);
+/// "http://127.0.0.1:8765/".
+std::string consoleUrl(const config::Console& console, int port);
+
+}  // namespace tandem::cli

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/console/access.h"
+
+#include <arpa/inet.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+namespace tandem::console {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result)
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return result;
+}
+
+bool isTokenLetter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+         std::string_view("-_.~").find(c) != std::string_view::npos;
+}
+
+std::string readToken(const std::filesystem::path& file, const char* key) {
+  const std::string where = "console." + std::string(key) + ": " + file.string();
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw std::invalid_argument(where + ": cannot be opened for reading");
+  struct stat about {};
+  if (stat(file.c_str(), &about) == 0 && (about.st_mode & S_IROTH) != 0)
+    throw std::invalid_argument(where + ": found a file that everybody on this machine may read, expected mode 0600");
+  std::string token{std::istreambuf_iterator<char>(stream), {}};
+  while (token.ends_with('\n') || token.ends_with('\r'))
+    token.pop_back();
+  if (token.size() < Access::kMinToken || token.size() > Access::kMaxToken ||
+      !std::all_of(token.begin(), token.end(), isTokenLetter))
+    throw std::invalid_argument(where + ": expected " + std::to_string(Access::kMinToken) + " to " +
+                                std::to_string(Access::kMaxToken) +
+                                " letters, digits, '-', '_', '.' or '~', e.g. of `openssl rand -hex 32`");
+  return token;
+}
+
+/// "name" of "name:port", "[::1]" of "[::1]:port".
+std::string_view nameOf(std::string_view host) {
+  if (host.starts_with('[')) {
+    const auto end = host.find(']');
+    return end == std::string_view::npos ? host : host.substr(0, end + 1);
+  }
+  return host.substr(0, host.find(':'));
+}
+
+bool isAddress(std::string_view name) {
+  in6_addr six{};
+  in_addr four{};
+  if (name.starts_with('[') && name.ends_with(']'))
+    return inet_pton(AF_INET6, std::string(name.substr(1, name.size() - 2)).c_str(), &six) == 1;
+  return inet_pton(AF_INET, std::string(name).c_str(), &four) == 1;
+}
+
+template <class Next>
+std::string_view valueOf(std::string_view pairs, std::string_view name, char separator, Next trim) {
+  for (std::size_t begin = 0; begin <= pairs.size();) {
+    const std::size_t end = std::min(pairs.find(separator, begin), pairs.size());
+    const std::string_view pair = trim(pairs.substr(begin, end - begin));
+    if (pair.starts_with(name) && pair.size() > name.size() && pair[name.size()] == '=')
+      return pair.substr(name.size() + 1);
+    begin = end + 1;
+  }
+  return {};
+}
+
+Verdict refusal(int status, std::string why) { return {std::nullopt, status, std::move(why), false}; }
+
+}  // namespace
+
+bool sameSecret(std::string_view a, std::string_view b) {
+  // Every letter of the longest token is looked at, whatever was found before.
+  std::size_t difference = a.size() ^ b.size();
+  for (std::size_t i = 0; i < Access::kMaxToken; ++i)
+    difference |=
+        static_cast<unsigned char>(i < a.size() ? a[i] : 0) ^ static_cast<unsigned char>(i < b.size() ? b[i] : 0);
+  return difference == 0;
+}
+
+std::string_view parameterOf(std::string_view query, std::string_view name) {
+  return valueOf(query, name, '&', [](std::string_view pair) { return pair; });
+}
+
+std::string_view cookieOf(std::string_view cookies, std::string_view name) {
+  return valueOf(cookies, name, ';', [](std::string_view pair) {
+    while (pair.starts_with(' '))
+      pair.remove_prefix(1);
+    return pair;
+  });
+}
+
+Access::Access(const config::Console& console, bool secured, std::vector<std::string> own_names)
+    : scheme_(console.tls() ? "https://" : "http://"), origins_(console.origins) {
+  if (!console.operator_token.empty())
+    operator_token_ = readToken(console.operator_token, "operator_token");
+  else if (secured || !console.loopback())
+    throw std::invalid_argument(
+        "console.operator_token: is missing; a secured deployment, and one that others reach, serves nobody without");
+  if (!console.viewer_token.empty())
+    viewer_token_ = readToken(console.viewer_token, "viewer_token");
+  if (!viewer_token_.empty() && sameSecret(operator_token_, viewer_token_))
+    throw std::invalid_argument("console.viewer_token: found the same text as in operator_token, expected another");
+  names_ = {"localhost"};
+  for (const std::string& name : own_names) {
+    names_.push_back(lower(name));
+    names_.push_back(lower(name) + ".local");
+  }
+  for (std::string& origin : origins_) {
+    origin = lower(origin);
+    names_.emplace_back(nameOf(std::string_view(origin).substr(origin.find("//") + 2)));
+  }
+}
+
+bool Access::knowsHost(std::string_view host) const {
+  const std::string name(nameOf(lower(host)));
+  return isAddress(name) || std::find(names_.begin(), names_.end(), name) != names_.end();
+}
+
+bool Access::knowsOrigin(std::string_view origin, std::string_view host) const {
+  const std::string here = lower(origin);
+  // Programs that show a page of their own (Electron): no page of the web has this origin.
+  if (here == "file://")
+    return true;
+  return here == scheme_ + lower(host) || std::find(origins_.begin(), origins_.end(), here) != origins_.end();
+}
+
+Verdict Access::judge(const Introduction& introduction) const {
+  if (!knowsHost(introduction.host))
+    return refusal(403, "Host '" + introduction.host.substr(0, 100) +
+                            "': expected an address, localhost or a name of this machine (console.origins has others)");
+  const bool cross_site = introduction.fetch_site == "cross-site" && introduction.origin.empty();
+  if (cross_site || (!introduction.origin.empty() && !knowsOrigin(introduction.origin, introduction.host)))
+    return refusal(403, "Origin '" + introduction.origin.substr(0, 100) +
+                            "': pages of others may not connect; console.origins lists those that may");
+  if (!asksForToken())
+    return {dds::Role::kConsoleOperator, 200, "", false};
+  const std::string_view in_query = parameterOf(introduction.query, "token");
+  std::string_view token = in_query;
+  if (token.empty() && introduction.bearer.starts_with("Bearer "))
+    token = std::string_view(introduction.bearer).substr(7);
+  if (token.empty())
+    token = cookieOf(introduction.cookie, kTokenCookie);
+  // Both are compared, so that the time does not tell which one it was not.
+  const bool commands = sameSecret(token, operator_token_), looks = sameSecret(token, viewer_token_);
+  if (commands || (looks && !viewer_token_.empty()))
+    return {commands ? dds::Role::kConsoleOperator : dds::Role::kConsoleViewer, 200, "", !in_query.empty()};
+  return refusal(401, token.empty()
+                          ? "a token is asked for: ?token=TOKEN, or a header `Authorization: Bearer TOKEN`"
+                          : "the token is not one of those that console.operator_token and viewer_token hold");
+}
+
+}  // namespace tandem::console

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "services/console/context.h"
+
+namespace tandem::console {
+namespace {
+
+/// The token that came with the link to the page stays with the browser, out of sight of scripts.
+void addCookie(const Context& context, const Request& request, Answer& answer) {
+  if (parameterOf(request.query, "token").empty())
+    return;
+  const Verdict verdict = context.access.judge(request.introduction);
+  if (verdict.role && verdict.show_cookie)
+    answer.headers.emplace_back("Set-Cookie",
+                                std::string(kTokenCookie) + "=" + std::string(parameterOf(request.query, "token")) +
+                                    "; Path=/; HttpOnly; SameSite=Strict" + (context.tls ? "; Secure" : ""));
+}
+
+Answer answerPage(Context& context, const Request& request) {
+  Answer answer;
+  answer.headers = {{"Content-Security-Policy", std::string(kContentSecurityPolicy)}};
+  addCookie(context, request, answer);
+  if (!context.page.present() && request.path == "/") {
+    answer.type = "text/html; charset=utf-8";
+    answer.body = kNoPage;
+    return answer;
+  }
+  const auto file = context.page.find(request.path);
+  if (!file)
+    return refuse(context, 404, "there is nothing of this name");
+  answer.type = file->type;
+  answer.headers.emplace_back("ETag", file->etag);
+  answer.headers.emplace_back("Cache-Control", file->lasting ? "public, max-age=31536000, immutable" : "no-cache");
+  if (request.known_etag == file->etag) {
+    answer.status = 304;
+    return answer;
+  }
+  std::ifstream stream(file->path, std::ios::binary);
+  answer.body.assign(std::istreambuf_iterator<char>(stream), {});
+  if (!stream)
+    return refuse(context, 500, "the file cannot be read");
+  return answer;
+}
+
+}  // namespace
+
+std::optional<double> rateOf(std::string_view query) {
+  const std::string text(parameterOf(query, "rate"));
+  if (text.empty())
+    return 0.0;
+  char* end = nullptr;
+  const double rate = std::strtod(text.c_str(), &end);
+  return *end == '\0' && rate >= 0.1 && rate <= 1000.0 ? std::optional(rate) : std::nullopt;
+}
+
+Answer refuse(Context& context, int status, const std::string& why) {
+  if (status != 404)
+    ++context.turned_away;
+  Answer answer;
+  answer.status = status;
+  answer.body = nlohmann::json{{"error", why}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  if (status == 405)
+    answer.headers.emplace_back("Allow", "GET, HEAD");
+  if (status == 401)
+    answer.headers.emplace_back("WWW-Authenticate", "Bearer");
+  return answer;
+}
+
+Answer answer(Context& context, const Request& request) {
+  if (!request.get && !request.head)
+    return refuse(context, 405, "expected GET or HEAD");
+  if (request.path == "/healthz")
+    return {200, "application/json", "{\"status\":\"ok\"}\n"};
+  if (!context.access.knowsHost(request.introduction.host))
+    return refuse(context, 403, context.access.judge(request.introduction).why);
+  if (!request.path.starts_with("/api/"))
+    return answerPage(context, request);
+  const Verdict verdict = context.access.judge(request.introduction);
+  if (!verdict.role)
+    return refuse(context, verdict.status, verdict.why);
+  const auto json = context.api(std::string_view(request.path).substr(4), *verdict.role);
+  if (!json)
+    return refuse(context, 404, "expected /api/robot, /api/trajectories or /api/stats");
+  return {200, "application/json", *json, {{"Cache-Control", "no-store"}}};
+}
+
+}  // namespace tandem::console

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the console tells as JSON: the robot and its deployment, and what can be started. Numbers are SI. */
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "config/config.h"
+#include "services/dds/roles.h"
+
+namespace tandem::console {
+
+/// The robot: deployment, arms with tubes, limits and base, port, methods with their parameters, budgets.
+nlohmann::ordered_json describeRobot(const config::Deployment& deployment, const config::Robot& robot);
+
+/// The trajectories among the presets: name, words for people, and the text that planning/request takes. Those that
+/// cannot be loaded are left out, with a warning in the log.
+nlohmann::ordered_json describeTrajectories();
+
+}  // namespace tandem::console

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/console/hub.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "services/dds/definitions.h"
+
+namespace tandem::console {
+namespace {
+
+constexpr int kDepth = 256;  // samples that DDS keeps for us: a quarter of a second of the fastest topics
+constexpr std::size_t kMaxPublications = 200;
+
+std::uint64_t wallClock() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+}
+
+/// Whether a topic carries answers to requests.
+bool carriesAnswers(const dds::TopicInfo& topic) {
+  static const std::set<std::string> kAnswers{"tandem_msgs/msg/Reply", "tandem_msgs/msg/ComputationProgress",
+                                              "tandem_msgs/msg/ComputationResult", "tandem_msgs/msg/ClockReply"};
+  return kAnswers.contains(topic.type);
+}
+
+}  // namespace
+
+void Client::tell(std::string text) {
+  Outgoing frame;
+  frame.text = true;
+  frame.payload = std::make_shared<const std::string>(std::move(text));
+  if (queue_.push(ClientQueue::kText, false, std::move(frame)))
+    wake_();
+}
+
+void Client::note(StatusLevel level, const std::string& message, const std::string& id) {
+  tell(statusNote(level, message, id));
+}
+
+Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session) : bytes_(bytes) {
+  const std::string& prefix = bytes.options().prefix;
+  std::vector<Channel> channels;
+  for (const dds::TopicInfo& topic : dds::allTopics(arms)) {
+    auto line = std::make_unique<Line>();
+    line->topic = topic;
+    line->name = dds::rosTopicName(prefix, topic.name);
+    line->may_lose = topic.profile == dds::Profile::kPeriodic || topic.profile == dds::Profile::kCommand;
+    line->latched = topic.profile == dds::Profile::kLatched;
+    line->answers = carriesAnswers(topic);
+    if (dds::mayPublish(dds::Role::kConsoleOperator, topic))
+      line->writer = std::make_unique<dds::RawWriter>(bytes_, topic);
+    channels.push_back(
+        {static_cast<std::uint32_t>(lines_.size()), line->name, topic.type, dds::messageDefinition(topic.type)});
+    lines_.push_back(std::move(line));
+  }
+  for (std::uint32_t channel = 0; channel < lines_.size(); ++channel) {
+    if (lines_[channel]->answers)
+      open(channel);
+  }
+  hello_ = serverInfo("tandem-console " + prefix, session);
+  advertisement_ = advertisement(channels);
+}
+
+void Hub::open(std::uint32_t channel) {
+  Line& line = *lines_[channel];
+  line.reader =
+      dds::rawReader(bytes_, line.topic,
+                     [this, &line, channel](const dds::RawSample& sample) { onSample(line, channel, sample.bytes); },
+                     {.depth = kDepth});
+  line.open = true;
+}
+
+void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
+  ++received_;
+  const std::uint64_t now = wallClock();
+  const std::lock_guard lock(line.mutex);
+  if (line.subscribers.empty() && !line.latched)
+    return;
+  const auto payload = std::make_shared<const std::string>(bytes);
+  for (Subscriber& subscriber : line.subscribers) {
+    const std::uint64_t interval = line.may_lose ? subscriber.client->interval_ : 0;
+    // A clock that was set back holds nothing up.
+    if (now < subscriber.due && subscriber.due - now <= interval)
+      continue;
+    subscriber.due = std::max(subscriber.due, now > interval ? now - interval : 0) + interval;
+    if (subscriber.client->queue().push(channel, line.may_lose,
+                                        {false, messageHeader(subscriber.subscription, now), payload}))
+      subscriber.client->wake_();
+  }
+  if (line.latched) {
+    line.last = payload;
+    line.last_time = now;
+  }
+}
+
+void Hub::join(const std::shared_ptr<Client>& client) {
+  clients_.push_back(client);
+  client->tell(hello_);
+  client->tell(advertisement_);
+}
+
+void Hub::leave(const std::shared_ptr<Client>& client) {
+  while (!client->subscriptions_.empty())
+    unsubscribe(client, client->subscriptions_.begin()->second);
+  std::erase(clients_, client);
+}
+
+void Hub::subscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription, std::uint32_t channel) {
+  const std::string id = "subscribe/" + std::to_string(subscription);
+  if (channel >= lines_.size())
+    return client->note(StatusLevel::kError, "channel " + std::to_string(channel) + ": there is none of this number",
+                        id);
+  if (client->channels_.contains(subscription) || client->subscriptions_.contains(channel))
+    return client->note(StatusLevel::kWarning,
+                        lines_[channel]->name +
+                            ": subscribed already; expected one subscription a channel, of a number "
+                            "of its own",
+                        id);
+  Line& line = *lines_[channel];
+  client->channels_[subscription] = channel;
+  client->subscriptions_[channel] = subscription;
+  {
+    const std::lock_guard lock(line.mutex);
+    line.subscribers.push_back({subscription, client});
+    // A reader that is there already has had the last sample.
+    if (line.last &&
+        client->queue().push(channel, line.may_lose, {false, messageHeader(subscription, line.last_time), line.last}))
+      client->wake_();
+  }
+  if (line.open)
+    return;
+  try {
+    open(channel);
+  } catch (const std::exception& error) {
+    unsubscribe(client, subscription);
+    client->note(StatusLevel::kError, line.name + ": " + error.what(), id);
+  }
+}
+
+void Hub::detach(const std::shared_ptr<Client>& client, std::uint32_t channel) {
+  Line& line = *lines_[channel];
+  bool empty = false;
+  {
+    const std::lock_guard lock(line.mutex);
+    std::erase_if(line.subscribers, [&](const Subscriber& other) { return other.client == client; });
+    empty = line.subscribers.empty();
+  }
+  client->queue().forget(channel);
+  if (!empty || line.answers)
+    return;
+  line.reader = {};  // waits for a callback under way: not under the mutex
+  line.open = false;
+  line.last = nullptr;
+}
+
+void Hub::unsubscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription) {
+  const auto found = client->channels_.find(subscription);
+  if (found == client->channels_.end())
+    return client->note(StatusLevel::kWarning, "subscription " + std::to_string(subscription) + ": there is none",
+                        "subscribe/" + std::to_string(subscription));
+  const std::uint32_t channel = found->second;
+  client->channels_.erase(found);
+  client->subscriptions_.erase(channel);
+  detach(client, channel);
+}
+
+void Hub::advertise(const std::shared_ptr<Client>& client, const Advertise::Topic& wanted) {
+  const auto line =
+      std::find_if(lines_.begin(), lines_.end(), [&](const auto& known) { return known->name == wanted.topic; });
+  std::string problem;
+  if (line == lines_.end())
+    problem = "there is no such topic";
+  else if (!(*line)->writer || !dds::mayPublish(client->role(), (*line)->topic))
+    problem = std::string(dds::name(client->role())) + " may not publish it";
+  else if (wanted.encoding != "cdr")
+    problem = "found encoding '" + wanted.encoding.substr(0, 40) + "', expected cdr";
+  else if (wanted.type != (*line)->topic.type)
+    problem = "found type '" + wanted.type.substr(0, 100) + "', expected " + (*line)->topic.type;
+  else if (client->publications_.size() >= kMaxPublications)
+    problem = "more than " + std::to_string(kMaxPublications) + " topics advertised";
+  if (problem.empty()) {
+    client->publications_[wanted.id] = static_cast<std::size_t>(line - lines_.begin());
+    return;
+  }
+  ++refused_;
+  client->note(StatusLevel::kError, wanted.topic.substr(0, 200) + ": " + problem,
+               "publish/" + std::to_string(wanted.id));
+}
+
+void Hub::onText(const std::shared_ptr<Client>& client, std::string_view frame) {
+  const ClientText said = parseText(frame);
+  if (const auto* wanted = std::get_if<Subscribe>(&said)) {
+    for (const auto& [subscription, channel] : wanted->subscriptions)
+      subscribe(client, subscription, channel);
+  } else if (const auto* unwanted = std::get_if<Unsubscribe>(&said)) {
+    for (const std::uint32_t subscription : unwanted->ids)
+      unsubscribe(client, subscription);
+  } else if (const auto* offered = std::get_if<Advertise>(&said)) {
+    for (const Advertise::Topic& topic : offered->topics)
+      advertise(client, topic);
+  } else if (const auto* withdrawn = std::get_if<Unadvertise>(&said)) {
+    for (const std::uint32_t id : withdrawn->ids)
+      client->publications_.erase(id);
+  } else {
+    ++refused_;
+    client->note(StatusLevel::kError, std::get<Misunderstood>(said).why, "text");
+  }
+}
+
+void Hub::onBinary(const std::shared_ptr<Client>& client, std::string_view frame) {
+  const auto message = parseBinary(frame);
+  const auto known = message ? client->publications_.find(message->topic) : client->publications_.end();
+  if (known == client->publications_.end()) {
+    ++refused_;
+    return client->note(StatusLevel::kError,
+                        message ? "topic " + std::to_string(message->topic) + ": not advertised, or refused"
+                                : "a binary frame that is no message: expected opcode 1, topic, CDR",
+                        "binary");
+  }
+  Line& line = *lines_[known->second];
+  const std::string id = "publish/" + std::to_string(message->topic);
+  if (!line.writer->write(message->payload)) {
+    ++refused_;
+    return client->note(StatusLevel::kError, line.name + ": " + line.writer->lastProblem(), id);
+  }
+  ++published_;
+  if (line.writer->matched() == 0)
+    client->note(StatusLevel::kWarning, line.name + ": nobody listens; is the robot running?", id);
+}
+
+void Hub::tellDropped() {
+  for (const auto& client : clients_) {
+    for (const auto& [channel, count] : client->queue().takeDropped()) {
+      if (channel < lines_.size())
+        client->note(StatusLevel::kWarning,
+                     lines_[channel]->name + ": " + std::to_string(count) + " samples left out, as you read too slowly",
+                     "dropped/" + lines_[channel]->name);
+    }
+  }
+}
+
+std::size_t Hub::openReaders() const {
+  return static_cast<std::size_t>(
+      std::count_if(lines_.begin(), lines_.end(), [](const auto& line) { return line->open; }));
+}
+
+}  // namespace tandem::console

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem-console: serves browsers and tools: the Foxglove WebSocket protocol, the operator's page, JSON. */
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+
+#include "services/common/periodic_loop.h"
+#include "services/console/api.h"
+#include "services/console/markers.h"
+#include "services/console/server.h"
+#include "services/setup/clock_desk.h"
+#include "services/setup/diagnostics.h"
+#include "services/setup/process.h"
+
+using namespace tandem;
+
+namespace {
+
+struct Options {
+  std::optional<int> port;
+  std::filesystem::path page;
+};
+
+std::vector<std::string> ownNames() {
+  char name[256] = {};
+  if (gethostname(name, sizeof name - 1) != 0)
+    return {};
+  return {name};
+}
+
+/// The folder of the page: given, installed, or built. @throw std::invalid_argument where the given one is none.
+console::Page findPage(const std::filesystem::path& given) {
+  console::Page page(given.empty() ? config::findShared("console", {"console/dist"}) : given);
+  if (!given.empty() && !page.present())
+    throw std::invalid_argument("--page " + given.string() + ": found no index.html in it");
+  return page;
+}
+
+/** Share of a core that this process takes, over the last second. */
+class Load {
+ public:
+  double look() {
+    const std::int64_t now = service::monotonicNow();
+    if (now - looked_ < 1'000'000'000)
+      return share_;
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const double used = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+    if (looked_ != 0)
+      share_ = (used - used_) / (1e-9 * static_cast<double>(now - looked_));
+    used_ = used;
+    looked_ = now;
+    return share_;
+  }
+
+ private:
+  static double seconds(const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  }
+  std::int64_t looked_ = 0;
+  double used_ = 0.0, share_ = 0.0;
+};
+
+/** The process, put together. */
+class Console {
+ public:
+  Console(const service::Setup& setup, const Options& options)
+      : setup_(setup),
+        options_(withPort(setup.deployment.console, options.port)),
+        access_(options_, !setup.deployment.security.empty(), ownNames()),
+        page_(findPage(options.page)),
+        robot_(console::describeRobot(setup.deployment, setup.robot)),
+        trajectories_(console::describeTrajectories().dump()),
+        bus_(service::busOptions(setup.deployment, setup.name)),
+        bytes_(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole)),
+        diagnostics_(bus_, setup.name, setup.robot.name),
+        clock_(bus_, setup),
+        markers_(bus_, service::armNames(setup.robot)),
+        hub_(bytes_, service::armNames(setup.robot), std::to_string(setup.session)),
+        server_(options_, hub_, access_, page_, [this](auto path, auto role) { return answer(path, role); }) {}
+
+  void run(service::StopSignal& stop) {
+    spdlog::info("ready: {}://{}:{}/{}{}", options_.tls() ? "https" : "http", options_.address, options_.port,
+                 access_.asksForToken() ? "?token=..." : "",
+                 page_.present() ? "" : ", without the operator's page, which is not installed");
+    server_.run([&] {
+      setup_.heartbeat->beat();
+      load_.look();
+      markers_.look();
+      tellHealth();
+      return !stop.requested();
+    });
+  }
+
+ private:
+  static config::Console withPort(config::Console options, const std::optional<int>& port) {
+    options.port = port.value_or(options.port);
+    return options;
+  }
+
+  std::optional<std::string> answer(std::string_view path, dds::Role role) {
+    if (path == "/robot") {
+      nlohmann::ordered_json robot = robot_;
+      robot["role"] = role == dds::Role::kConsoleOperator ? "operator" : "viewer";
+      return robot.dump();
+    }
+    if (path == "/trajectories")
+      return trajectories_;
+    if (path == "/stats")
+      return statistics();
+    return std::nullopt;
+  }
+
+  std::string statistics() {
+    const console::ServerReport report = server_.report();
+    nlohmann::ordered_json clients = nlohmann::ordered_json::array();
+    for (const console::ClientReport& client : report.clients)
+      clients.push_back({{"address", client.address},
+                         {"role", client.role == dds::Role::kConsoleOperator ? "operator" : "viewer"},
+                         {"messages", client.messages},
+                         {"bytes", client.bytes},
+                         {"bytes_per_second", client.bytes_per_second},
+                         {"dropped", client.dropped}});
+    return nlohmann::ordered_json{{"clients", clients},
+                                  {"bytes_per_second", report.bytes_per_second},
+                                  {"cpu", load_.look()},
+                                  {"connections", report.connections},
+                                  {"turned_away", report.turned_away},
+                                  {"cut_off", report.cut_off},
+                                  {"topics_read", hub_.openReaders()},
+                                  {"received", hub_.received()},
+                                  {"published", hub_.published()},
+                                  {"refused", hub_.refused()},
+                                  {"markers", markers_.active()}}
+        .dump();
+  }
+
+  void tellHealth() {
+    const console::ServerReport report = server_.report();
+    const std::int64_t now = service::monotonicNow();
+    diagnostics_.publish(now, now, service::Diagnostics::Level::kOk, "serves " + std::to_string(report.clients.size()),
+                         {{"clients", std::to_string(report.clients.size())},
+                          {"bytes_per_second", fmt::format("{:.0f}", report.bytes_per_second)},
+                          {"cpu", fmt::format("{:.3f}", load_.look())},
+                          {"turned_away", std::to_string(report.turned_away)},
+                          {"cut_off", std::to_string(report.cut_off)},
+                          {"refused", std::to_string(hub_.refused())}});
+  }
+
+  const service::Setup& setup_;
+  config::Console options_;
+  console::Access access_;
+  console::Page page_;
+  nlohmann::ordered_json robot_;
+  std::string trajectories_;
+  // Bytes have a bus of their own, beside the one for what we say.
+  dds::Bus bus_, bytes_;
+  service::Diagnostics diagnostics_;
+  service::ClockDesk clock_;
+  console::Markers markers_;
+  console::Hub hub_;
+  console::Server server_;
+  Load load_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  return service::runService(
+      argc, argv, "console", "Serves browsers and tools: the Foxglove WebSocket protocol, the operator's page, JSON.",
+      [&](const service::Setup& setup, service::StopSignal& stop) { Console(setup, options).run(stop); },
+      [&](CLI::App& app) {
+        app.add_option("--port", options.port, "TCP port, in place of the deployment's console.port")
+            ->check(CLI::Range(1, 65535));
+        app.add_option("--page", options.page, "folder of the operator's page (default: the one that is installed)");
+      });
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/console/page.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <map>
+
+namespace tandem::console {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string typeOf(const fs::path& file) {
+  static const std::map<std::string, std::string> kTypes{{".html", "text/html; charset=utf-8"},
+                                                         {".js", "text/javascript; charset=utf-8"},
+                                                         {".css", "text/css; charset=utf-8"},
+                                                         {".json", "application/json"},
+                                                         {".map", "application/json"},
+                                                         {".svg", "image/svg+xml"},
+                                                         {".png", "image/png"},
+                                                         {".ico", "image/x-icon"},
+                                                         {".woff2", "font/woff2"},
+                                                         {".wasm", "application/wasm"},
+                                                         {".txt", "text/plain; charset=utf-8"},
+                                                         {".stl", "model/stl"}};
+  const auto found = kTypes.find(file.extension().string());
+  return found == kTypes.end() ? "application/octet-stream" : found->second;
+}
+
+/// Letters that file names of the page are made of; no other can lead anywhere.
+bool isPlain(std::string_view path) {
+  const bool letters = std::all_of(path.begin(), path.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("/-_.").find(c) != std::string_view::npos;
+  });
+  return letters && path.starts_with('/') && path.size() < 500 && path.find("/.") == std::string_view::npos &&
+         path.find("//") == std::string_view::npos;
+}
+
+}  // namespace
+
+Page::Page(const fs::path& folder) {
+  std::error_code ignored;
+  if (!folder.empty() && fs::is_regular_file(folder / "index.html", ignored))
+    folder_ = fs::canonical(folder, ignored);
+}
+
+std::optional<PageFile> Page::find(std::string_view path) const {
+  if (!present() || !isPlain(path))
+    return std::nullopt;
+  const std::string name = path == "/" ? "/index.html" : std::string(path);
+  std::error_code error;
+  // Links may lead out of the folder.
+  const fs::path file = fs::canonical(folder_ / name.substr(1), error);
+  struct stat about {};
+  if (error || !file.string().starts_with(folder_.string() + "/") || stat(file.c_str(), &about) != 0 ||
+      !S_ISREG(about.st_mode))
+    return std::nullopt;
+  const std::string etag = "\"" + std::to_string(about.st_mtim.tv_sec) + "." + std::to_string(about.st_mtim.tv_nsec) +
+                           "-" + std::to_string(about.st_size) + "\"";
+  return PageFile{file, typeOf(file), etag, name.starts_with("/assets/")};
+}
+
+const std::string_view kNoPage = R"(<!doctype html>
+<html lang="en"><meta charset="utf-8"><title>tandem-console</title>
+<h1>tandem-console</h1>
+<p>The operator's page is not installed here (option <code>--page FOLDER</code>). The robot is served all the same:</p>
+<ul>
+<li>Foxglove, Lichtblick, PlotJuggler: open a Foxglove WebSocket connection to this host and port.</li>
+<li><a href="/api/robot">/api/robot</a>, <a href="/api/trajectories">/api/trajectories</a>,
+<a href="/api/stats">/api/stats</a>, <a href="/healthz">/healthz</a></li>
+</ul></html>
+)";
+
+// Styles: the page's libraries set them on elements. WebSockets of one's own origin are in connect-src 'self'.
+const std::string_view kContentSecurityPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src "
+    "'self'; connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
+
+}  // namespace tandem::console

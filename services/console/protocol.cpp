@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/console/protocol.h"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace tandem::console {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr unsigned char kMessageData = 0x01;    // from the server
+constexpr unsigned char kClientMessage = 0x01;  // from a client
+constexpr std::size_t kClientHeader = 5;
+
+/// Texts of others may be no UTF-8: what is not is replaced.
+std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+template <class T>
+void writeLittleEndian(unsigned char* to, T value) {
+  for (std::size_t i = 0; i < sizeof value; ++i)
+    to[i] = static_cast<unsigned char>(value >> (8 * i));
+}
+
+std::uint32_t number(const Json& value, const char* what) {
+  if (value.is_number_unsigned() && value.get<std::uint64_t>() <= std::numeric_limits<std::uint32_t>::max())
+    return value.get<std::uint32_t>();
+  throw std::invalid_argument(std::string(what) + ": expected an integer from 0 to 4294967295");
+}
+
+std::string text(const Json& entry, const char* key) {
+  const auto found = entry.find(key);
+  if (found == entry.end() || !found->is_string())
+    throw std::invalid_argument(std::string(key) + ": expected a text");
+  return found->get<std::string>();
+}
+
+const Json& member(const Json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  if (found == object.end())
+    throw std::invalid_argument(std::string(key) + ": is missing");
+  return *found;
+}
+
+const Json& list(const Json& object, const char* key) {
+  const Json& found = member(object, key);
+  if (!found.is_array() || found.size() > kMaxEntries)
+    throw std::invalid_argument(std::string(key) + ": expected a list of at most " + std::to_string(kMaxEntries));
+  return found;
+}
+
+std::vector<std::uint32_t> numbers(const Json& object, const char* key) {
+  std::vector<std::uint32_t> found;
+  for (const Json& entry : list(object, key))
+    found.push_back(number(entry, key));
+  return found;
+}
+
+ClientText parse(std::string_view frame) {
+  if (frame.size() > kMaxClientText)
+    throw std::invalid_argument("a text frame of " + std::to_string(frame.size()) + " bytes: expected at most " +
+                                std::to_string(kMaxClientText));
+  const Json json = Json::parse(frame, nullptr, false);
+  if (!json.is_object())
+    throw std::invalid_argument("a text frame: expected a JSON object");
+  const std::string op = text(json, "op");
+  if (op == "subscribe") {
+    Subscribe request;
+    for (const Json& entry : list(json, "subscriptions")) {
+      const std::uint32_t id = number(member(entry, "id"), "id");
+      request.subscriptions.emplace_back(id, number(member(entry, "channelId"), "channelId"));
+    }
+    return request;
+  }
+  if (op == "unsubscribe")
+    return Unsubscribe{numbers(json, "subscriptionIds")};
+  if (op == "advertise") {
+    Advertise request;
+    for (const Json& entry : list(json, "channels"))
+      request.topics.push_back({number(member(entry, "id"), "id"), text(entry, "topic"), text(entry, "encoding"),
+                                text(entry, "schemaName")});
+    return request;
+  }
+  if (op == "unadvertise")
+    return Unadvertise{numbers(json, "channelIds")};
+  return Misunderstood{"op '" + op.substr(0, 40) + "': expected subscribe, unsubscribe, advertise or unadvertise"};
+}
+
+}  // namespace
+
+std::optional<std::string_view> chooseSubprotocol(std::string_view offered) {
+  for (std::string_view ours : kSubprotocols) {
+    for (std::size_t begin = 0; begin <= offered.size();) {
+      const std::size_t end = std::min(offered.find(',', begin), offered.size());
+      std::string_view word = offered.substr(begin, end - begin);
+      while (word.starts_with(' ') || word.starts_with('\t'))
+        word.remove_prefix(1);
+      while (word.ends_with(' ') || word.ends_with('\t'))
+        word.remove_suffix(1);
+      if (word == ours)
+        return ours;
+      begin = end + 1;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string serverInfo(const std::string& name, const std::string& session) {
+  return dump({{"op", "serverInfo"},
+               {"name", name},
+               {"capabilities", {"clientPublish"}},
+               {"supportedEncodings", {"cdr"}},
+               {"metadata", {{"ROS_DISTRO", "humble"}}},
+               {"sessionId", session}});
+}
+
+std::string advertisement(const std::vector<Channel>& channels) {
+  Json list = Json::array();
+  for (const Channel& channel : channels)
+    list.push_back({{"id", channel.id},
+                    {"topic", channel.topic},
+                    {"encoding", "cdr"},
+                    {"schemaName", channel.type},
+                    {"schema", channel.definition},
+                    {"schemaEncoding", "ros2msg"}});
+  return dump({{"op", "advertise"}, {"channels", std::move(list)}});
+}
+
+std::string statusNote(StatusLevel level, const std::string& message, const std::string& id) {
+  return dump({{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}, {"id", id}});
+}
+
+std::string statusRemoval(const std::vector<std::string>& ids) {
+  return dump({{"op", "removeStatus"}, {"statusIds", ids}});
+}
+
+MessageHeader messageHeader(std::uint32_t subscription, std::uint64_t time) {
+  MessageHeader header{kMessageData};
+  writeLittleEndian(header.data() + 1, subscription);
+  writeLittleEndian(header.data() + 5, time);
+  return header;
+}
+
+ClientText parseText(std::string_view frame) noexcept {
+  try {
+    return parse(frame);
+  } catch (const std::exception& error) {
+    return Misunderstood{error.what()};
+  }
+}
+
+std::optional<ClientMessage> parseBinary(std::string_view frame) noexcept {
+  if (frame.size() < kClientHeader || static_cast<unsigned char>(frame[0]) != kClientMessage)
+    return std::nullopt;
+  std::uint32_t topic = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    topic |= static_cast<std::uint32_t>(static_cast<unsigned char>(frame[1 + i])) << (8 * i);
+  return ClientMessage{topic, frame.substr(kClientHeader)};
+}
+
+}  // namespace tandem::console

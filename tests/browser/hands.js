@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of teleoperation: the page's keys and pointer move the robot while they are held, and not a moment longer.
+"use strict";
+const assert = require("node:assert");
+const { monotonic } = require("./harness.js");
+
+const kMost = 1500; // ms from letting go to standstill, as seen through `tandem status` on a busy machine
+
+module.exports = ({ robot, me, enable, shot }) => {
+  const page = () => me().page;
+  async function ready() {
+    await enable();
+    await me().tab("teleoperate");
+    if ((await page().getAttribute("#teleop-on", "aria-pressed")) !== "true") await me().press("#teleop-on");
+    await me().text("#teleop-held", /^○ (ready|released)/);
+    await page().focus("#view");
+  }
+  async function hold(key) {
+    await ready();
+    await page().keyboard.down(key);
+    await me().text("#teleop-held", /held/);
+    await robot().moves(`${key} is held`);
+  }
+  async function cut(how, since, words) {
+    await me().text("#teleop-held", words);
+    const took = await robot().stands(how, since);
+    console.log(`    ${how}: the last joint moved ${took.toFixed(0)} ms later, as seen every 100 ms`);
+    assert.ok(took < kMost, `${how}: joints moved for ${took} ms`);
+  }
+  /** What was cut off does not go on when its cause is gone, although the key is still down. */
+  async function staysReleased(key) {
+    await page().focus("#view");
+    await page().keyboard.down(key); // a key that is down repeats
+    await robot().stands("while the key is down from before", monotonic());
+    assert.doesNotMatch(await page().textContent("#teleop-held"), /held:/);
+    await page().keyboard.up(key);
+  }
+
+  return {
+    async "a held key moves the tip, letting go stops it"() {
+      await hold("ArrowUp");
+      await me().text("#teleop-state", /following/);
+      await shot("console-teleoperation");
+      const since = monotonic();
+      await page().keyboard.up("ArrowUp");
+      await cut("letting go", since, /ready|released/);
+    },
+
+    async "the pointer drags the tip"() {
+      await ready();
+      await page().click('[data-camera="1"]');
+      const box = await page().locator("#handle").boundingBox();
+      const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+      await page().mouse.move(x, y);
+      await page().mouse.down();
+      await page().mouse.move(x + 25, y + 15, { steps: 5 });
+      await me().text("#teleop-held", /held: pointer/);
+      await robot().moves("the pointer drags");
+      const since = monotonic();
+      await page().mouse.up();
+      await cut("letting the pointer go", since, /ready|released/);
+    },
+
+    async "a hidden tab stops teleoperation"() {
+      await hold("ArrowUp");
+      const since = monotonic();
+      // Headless Chromium never hides a tab: the page is told what it would be told.
+      await page().evaluate(() => {
+        Object.defineProperty(document, "visibilityState", { configurable: true, get: () => "hidden" });
+        document.dispatchEvent(new Event("visibilitychange"));
+      });
+      await cut("hiding the tab", since, /the tab is hidden/);
+      await page().evaluate(() => {
+        delete document.visibilityState;
+        document.dispatchEvent(new Event("visibilitychange"));
+      });
+      await staysReleased("ArrowUp");
+    },
+
+    async "losing the focus stops teleoperation"() {
+      const session = await page().context().newCDPSession(page());
+      await session.send("Emulation.setFocusEmulationEnabled", { enabled: false });
+      await page().bringToFront();
+      await hold("ArrowUp");
+      const other = await page().context().newPage();
+      const since = monotonic();
+      await other.bringToFront();
+      await cut("another window in front", since, /lost the focus|ready/);
+      await other.close();
+      await page().bringToFront();
+      await session.send("Emulation.setFocusEmulationEnabled", { enabled: true });
+      await page().keyboard.up("ArrowUp");
+    },
+
+    async "a page that hangs stops teleoperation"() {
+      await hold("ArrowUp");
+      const since = monotonic();
+      // Nothing runs in the page for two seconds: control hears nothing, and needs no word of it.
+      const hang = page().evaluate(() => {
+        const end = performance.now() + 2000;
+        while (performance.now() < end);
+      });
+      const took = await robot().stands("while the page hangs", since);
+      assert.ok(took < kMost, `joints moved for ${took} ms`);
+      console.log(`    the page hangs: the last joint moved ${took.toFixed(0)} ms later, as seen every 100 ms`);
+      await hang;
+      await page().keyboard.up("ArrowUp");
+      await me().press("#teleop-on");
+    },
+  };
+};

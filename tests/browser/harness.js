@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the operator of page.js works with: the console's process, the browser, and the robot seen past the page.
+"use strict";
+const assert = require("node:assert");
+const { spawn, spawnSync } = require("node:child_process");
+const path = require("node:path");
+const readline = require("node:readline");
+const { chromium } = require("playwright-core");
+
+const kStill = 1e-6; // m or rad
+const kPatience = 60000; // ms, for anything that is to happen; a busy machine takes its time
+
+const monotonic = () => Number(process.hrtime.bigint()) / 1e6; // ms, the clock of the robot's stamps
+
+/** tandem-console: started, killed, started again at the same port. */
+class Server {
+  constructor(setting) {
+    this.setting = setting;
+    this.url = `http://127.0.0.1:${setting.port}`;
+  }
+  async start() {
+    const { bin, deployment, port, page } = this.setting;
+    this.process = spawn(
+      path.join(bin, "tandem-console"),
+      ["--deployment", deployment, "--port", String(port), "--page", page, "--log", "warn"],
+      { stdio: ["ignore", "inherit", "inherit"] },
+    );
+    this.ended = new Promise((resolve) => this.process.once("exit", resolve));
+    const end = monotonic() + kPatience;
+    while (monotonic() < end) {
+      assert.strictEqual(this.process.exitCode, null, "tandem-console has ended");
+      const answer = await fetch(`${this.url}/healthz`).catch(() => null);
+      if (answer && answer.ok) return;
+      await new Promise((again) => setTimeout(again, 50));
+    }
+    throw new Error("tandem-console does not answer /healthz");
+  }
+  async kill(signal = "SIGKILL") {
+    this.process.kill(signal);
+    await this.ended;
+  }
+}
+
+/** The robot as `tandem status --follow` tells it: the page's word is not taken for what the robot does. */
+class Robot {
+  constructor({ bin, deployment }) {
+    this.tandem = path.join(bin, "tandem");
+    this.deployment = deployment;
+    this.process = spawn(this.tandem, ["status", deployment, "--json", "--follow"], {
+      stdio: ["ignore", "pipe", "inherit"],
+    });
+    this.last = null;
+    this.changed = 0; // ms: stamp of the state in which a joint was last elsewhere than before
+    this.waiting = new Set();
+    readline.createInterface({ input: this.process.stdout }).on("line", (line) => this.heard(JSON.parse(line)));
+  }
+  heard(status) {
+    const joints = status.arms.flatMap((arm) => arm.joints);
+    // Where a loop holds a point its joints go on changing by rounding.
+    if (!this.joints?.every((q, k) => Math.abs(q - joints[k]) < kStill)) {
+      this.changed = status.stamps_ns.state / 1e6;
+      this.joints = joints;
+    }
+    this.last = status;
+    for (const wake of [...this.waiting]) wake();
+  }
+  close() {
+    this.process.kill("SIGKILL");
+  }
+  /** The first status, published after the call, for which `condition` holds. */
+  until(what, condition, patience = kPatience) {
+    const called = monotonic();
+    return new Promise((resolve, reject) => {
+      const look = () => {
+        if (!this.last || this.last.stamps_ns.status / 1e6 < called || !condition(this.last)) return;
+        clearTimeout(timer);
+        this.waiting.delete(look);
+        resolve(this.last);
+      };
+      const timer = setTimeout(() => {
+        this.waiting.delete(look);
+        reject(new Error(`the robot did not: ${what}; it says ${JSON.stringify(this.last)}`));
+      }, patience);
+      this.waiting.add(look);
+    });
+  }
+  states(state) {
+    return this.until(`${state} of all arms`, (s) => s.arms.every((arm) => arm.operating_state === state));
+  }
+  async moves(what) {
+    const from = (await this.until(`be there before ${what}`, () => true)).arms.map((arm) => arm.joints);
+    const far = (s) => Math.max(...s.arms.flatMap((arm, k) => arm.joints.map((q, j) => Math.abs(q - from[k][j]))));
+    return this.until(`move: ${what}`, (s) => far(s) > 1e-4);
+  }
+  /** Waits until no joint has moved for a while. @returns ms from `since` (of monotonic()) to the last change seen. */
+  async stands(what, since, quiet = 700) {
+    await this.until(`stand: ${what}`, (s) => s.stamps_ns.state / 1e6 - Math.max(this.changed, since) > quiet);
+    return Math.max(0, this.changed - since);
+  }
+  /** A command by `tandem robot`, as somebody else would give it. */
+  command(...words) {
+    return spawnSync(this.tandem, ["robot", "--deployment", this.deployment, ...words], {
+      encoding: "utf8",
+      timeout: kPatience,
+    });
+  }
+}
+
+/** One page in a browser window of its own. */
+class Operator {
+  static async launch(setting) {
+    return chromium.launch({
+      executablePath: setting.browser,
+      args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
+    });
+  }
+  static async open(browser, url, size = { width: 1280, height: 720 }) {
+    const context = await browser.newContext({ viewport: size });
+    const page = await context.newPage();
+    return new Operator(page, url).load();
+  }
+  constructor(page, url) {
+    this.page = page;
+    this.url = url;
+    this.complaints = [];
+    page.setDefaultTimeout(kPatience);
+    page.on("pageerror", (error) => this.complaints.push(`error: ${error.stack}`));
+    page.on("console", (message) => {
+      // A browser reports by itself that a socket could not be opened: that is what the page is tested to bear.
+      if (
+        ["error", "warning"].includes(message.type()) &&
+        !/WebSocket connection|GPU stall|GL Driver/.test(message.text())
+      )
+        this.complaints.push(`${message.type()}: ${message.text()}`);
+    });
+    page.on("request", (request) => {
+      if (!/^(data|blob):/.test(request.url()) && new URL(request.url()).host !== new URL(url).host)
+        this.complaints.push(`asks ${request.url()}`);
+    });
+  }
+  async load() {
+    await this.page.goto(this.url);
+    await this.state("#link", "live");
+    return this;
+  }
+  async state(selector, value) {
+    await this.page.waitForSelector(`${selector}[data-state="${value}"]`);
+  }
+  async text(selector, pattern) {
+    await this.page.waitForFunction(
+      ([where, source]) => new RegExp(source).test(document.querySelector(where)?.textContent ?? ""),
+      [selector, pattern.source],
+    );
+    return this.page.textContent(selector);
+  }
+  /** Clicks what can be used; waits until it can. */
+  async press(selector) {
+    await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
+    await this.page.click(selector);
+  }
+  async tab(name) {
+    await this.page.click(`#tab-${name}`);
+  }
+  async said(pattern) {
+    await this.text(".messages", pattern);
+  }
+  /** How many pixels of the scene are bluish (arm A) and orange (arm B), and a coarse image to compare. */
+  scene() {
+    return this.page.evaluate(() => {
+      const canvas = document.querySelector("#view canvas");
+      const copy = document.createElement("canvas");
+      [copy.width, copy.height] = [320, 180];
+      const pen = copy.getContext("2d");
+      pen.drawImage(canvas, 0, 0, 320, 180);
+      const { data } = pen.getImageData(0, 0, 320, 180);
+      let blue = 0;
+      let orange = 0;
+      const grey = [];
+      for (let i = 0; i < data.length; i += 4) {
+        const [r, g, b] = data.slice(i, i + 3);
+        if (b > 90 && b > 1.35 * r && b > g) ++blue;
+        if (r > 90 && r > 1.5 * b && r > g) ++orange;
+        grey.push(r + g + b);
+      }
+      return { blue, orange, grey };
+    });
+  }
+  async waitForScene(what, condition) {
+    const end = monotonic() + kPatience;
+    let seen = await this.scene();
+    while (!condition(seen)) {
+      assert.ok(monotonic() < end, `${what}: ${seen.blue} bluish and ${seen.orange} orange pixels`);
+      await new Promise((again) => setTimeout(again, 100));
+      seen = await this.scene();
+    }
+    return seen;
+  }
+}
+
+const differing = (a, b) => a.grey.reduce((count, value, k) => count + (Math.abs(value - b.grey[k]) > 60 ? 1 : 0), 0);
+
+module.exports = { Operator, Robot, Server, differing, monotonic };

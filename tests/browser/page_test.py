@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The operator's page in headless Chromium, against `tandem up` and tandem-console: page.js is the operator.
+
+TANDEM_PAGE is the folder of the built page, TANDEM_ARTIFACTS the one that screenshots go to."""
+import json
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "integration" / "harness"))
+import system  # noqa: E402  pylint: disable=wrong-import-position
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Page(system.SystemTest):
+    def test_the_operators_page(self):
+        artifacts = pathlib.Path(os.environ.get("TANDEM_ARTIFACTS", self.folder / "artifacts"))
+        artifacts.mkdir(parents=True, exist_ok=True)
+        # The page is alone with sim, control and planning; the console is started, and killed, by the operator.
+        # Software rendering takes both cores of a small machine for itself. Watchdogs have tests of their own, at their
+        # default budgets; here the page is what is tested.
+        path = system.deployment(self.folder, "laptop", budgets="{lease_ms: 3000, age_periods: 10, "
+                                 "planning_reference_ms: 1000, teleoperation_ms: 500}")
+        others = ("executable: tandem-recorder", "executable: tandem-console")
+        lines = [line for line in path.read_text().splitlines() if not any(other in line for other in others)]
+        path.write_text("\n".join(lines) + "\n")
+        robot = system.System(path)
+        self.addCleanup(robot.close)
+        setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path),
+                   "port": free_port(), "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
+                   "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
+        scenes = os.environ.get("TANDEM_SCENES", "").split()
+        operator = subprocess.run(["node", str(HERE / "page.js"), json.dumps(setting), *scenes], timeout=360, check=False)
+        self.assertEqual(operator.returncode, 0, f"the operator was not content; screenshots are in {artifacts}")
+
+
+if __name__ == "__main__":
+    system.main()

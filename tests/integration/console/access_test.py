@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Who may talk to tandem-console: TLS, tokens, roles, and DDS Security behind it."""
+import os
+import socket
+import ssl
+import struct
+import subprocess
+import sys
+
+from console import CALM, HERE, OPERATOR, VIEWER, ConsoleTest, free_port
+import system
+import wire
+
+sys.path.insert(0, str(HERE.parent / "security"))
+from credentials import Authority  # noqa: E402
+
+
+class Secured(ConsoleTest):
+    """DDS Security: the console has a role of its own, and asks for tokens everywhere."""
+
+    def test_it_speaks_for_those_with_a_token(self):
+        self.port, self.prefix, domain = free_port(), f"t{os.getpid()}", system.free_domain()
+        authority = Authority(self.folder / "credentials", self.prefix, domain)
+        authority.issue("control", "hal", "planning", "recorder", "console-operator")
+        token = self.folder / "operator"
+        token.write_text(OPERATOR)
+        token.chmod(0o600)
+        keys = {"prefix": self.prefix, "domain": domain, "security": authority.folder, **CALM,
+                "budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}"}
+        for console, why in ((f"{{port: {self.port}, operator_token: operator}}", "role console: "),
+                             (f"{{port: {self.port}}}", "console.operator_token: is missing")):
+            path = system.deployment(self.folder, "laptop", console=console, **keys)
+            answer = system.run("--deployment", path, program="tandem-console")
+            self.assertNotEqual(answer.returncode, 0)
+            self.assertIn(why, answer.stderr)
+        authority.issue("console")
+        self.start("laptop", console=f"{{port: {self.port}, operator_token: operator}}", **keys)
+        system.until(self.healthy, 20, "the console serves")
+        with self.assertRaises(wire.Refused) as refused:
+            wire.WebSocket(self.port)
+        self.assertEqual(refused.exception.status, 401)
+        peer = self.client("control/status", "control/reply", "actuation/command", query=f"?token={OPERATOR}")
+        heard = lambda name: struct.pack("<BI", 1, peer.channels[f"/{self.prefix}/{name}"])
+        for name in ("control/status", "actuation/command"):
+            while not peer.frame()[1].startswith(heard(name)):
+                pass
+        peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        while not (frame := peer.frame()[1]).startswith(heard("control/reply")):
+            pass
+        client, number, accepted = struct.unpack_from("<QQB", frame, 13 + 4)
+        self.assertEqual((client, number, accepted), (7, 1, 1), "the lease")
+
+
+class Tokens(ConsoleTest):
+    """The console alone, on a secured port: what it carries it carries for those who may."""
+
+    def setUp(self):
+        super().setUp()
+        self.port, self.prefix = free_port(), f"t{os.getpid()}"
+        for name, text in (("operator", OPERATOR), ("viewer", VIEWER)):
+            (self.folder / name).write_text(text + "\n")
+            (self.folder / name).chmod(0o600)
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+                        "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost",
+                        "-keyout", self.folder / "key.pem", "-out", self.folder / "certificate.pem"],
+                       check=True, capture_output=True)
+        self.tls = ssl.create_default_context(cafile=str(self.folder / "certificate.pem"))
+
+    def serve(self, keys):
+        path = system.deployment(self.folder, "laptop", prefix=self.prefix, console=f"{{port: {self.port}, {keys}}}")
+        self.process = subprocess.Popen([system.executable("tandem-console"), "--deployment", str(path), "--log", "warn"],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(system.reap, self.process)
+
+    def test_tls_and_tokens(self):
+        self.serve("certificate: certificate.pem, key: key.pem, operator_token: operator, viewer_token: viewer")
+        system.until(lambda: self.healthy(self.tls), 20, "it serves")
+        with wire.connect(self.port, self.tls) as connection:
+            self.assertIn(connection.version(), ("TLSv1.2", "TLSv1.3"))
+        with wire.connect(self.port) as plain:
+            plain.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            self.assertNotIn(b"HTTP", wire.read_all(plain), "nothing without TLS")
+        for wrong in ("", "?token=", f"?token={OPERATOR}x", f"?token={OPERATOR[:-1]}", f"?token={VIEWER.upper()}"):
+            with self.assertRaises(wire.Refused) as refused:
+                wire.WebSocket(self.port, self.tls, wrong)
+            self.assertEqual(refused.exception.status, 401)
+            self.assertEqual(wire.get(self.port, f"/api/robot{wrong}", self.tls)[0], 401)
+        self.assertEqual(wire.get(self.port, "/healthz", self.tls)[0], 200)
+        self.roles()
+        self.cookie()
+
+    def roles(self):
+        for token, role in ((OPERATOR, "operator"), (VIEWER, "viewer")):
+            self.assertEqual(wire.api(self.port, "robot", self.tls, Authorization=f"Bearer {token}")["role"], role)
+        viewer = wire.WebSocket(self.port, self.tls, f"?token={VIEWER}")
+        self.addCleanup(viewer.close)
+        viewer.greet()
+        viewer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        self.assertIn("console-viewer may not publish it", viewer.text("status")["message"])
+        self.assertIn("not advertised, or refused", viewer.text("status")["message"])
+        viewer.publish(f"/{self.prefix}/stop", "tandem_msgs/msg/Stop", wire.cdr_stop(7, "enough"), 2)
+        self.assertIn("nobody listens", viewer.text("status")["message"], "it was carried; there is no robot")
+        operator = wire.WebSocket(self.port, self.tls, Cookie=f"a=b; tandem_token={OPERATOR}")
+        self.addCleanup(operator.close)
+        operator.greet()
+        operator.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        self.assertIn("nobody listens", operator.text("status")["message"])
+        self.assertEqual(wire.api(self.port, "stats", self.tls, Authorization=f"Bearer {OPERATOR}")["published"], 2)
+
+    def cookie(self):
+        _, headers, _ = wire.get(self.port, f"/?token={VIEWER}", self.tls)
+        self.assertRegex(headers["Set-Cookie"], f"^tandem_token={VIEWER}; Path=/; HttpOnly; SameSite=Strict; Secure$")
+        self.assertNotIn("Set-Cookie", wire.get(self.port, "/?token=wrong-token-0123456789", self.tls)[1])
+
+    def test_what_is_not_good_is_refused(self):
+        (self.folder / "open").write_text(OPERATOR)
+        (self.folder / "open").chmod(0o644)
+        for keys, why in (("operator_token: open", "open: found a file that everybody on this machine may read"),
+                          ("operator_token: nowhere", "nowhere: cannot be opened"),
+                          ("certificate: operator, key: key.pem", "console.certificate: .*operator"),
+                          ("certificate: certificate.pem, key: operator", "console.key: .*operator"),
+                          ("address: 0.0.0.0", "expected certificate and key")):
+            self.serve(keys)
+            self.assertNotEqual(self.process.wait(20), 0, keys)
+            self.assertRegex(self.process.stderr.read(), why)
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", self.port))
+            taken.listen()
+            self.serve("operator_token: operator")
+            self.assertNotEqual(self.process.wait(20), 0)
+            self.assertIn(f"127.0.0.1:{self.port}", self.process.stderr.read())
+
+    def test_the_command_line_says_where_it_is(self):
+        path = system.deployment(self.folder, "laptop", prefix=self.prefix, console=f"{{port: {self.port}, operator_token: operator}}")
+        answer = self.assert_ok(system.run("console", path, "--url"))
+        self.assertIn(f"http://127.0.0.1:{self.port}/", answer.stdout)
+        self.assertNotIn(OPERATOR, answer.stdout)
+        process = subprocess.Popen([system.executable(), "console", str(path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(system.reap, process)
+        system.until(self.healthy, 20, "it serves")
+        self.assertIn("it is served already", self.assert_ok(system.run("console", path)).stdout)
+
+
+if __name__ == "__main__":
+    system.main()

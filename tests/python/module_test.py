@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Python module against the command line, against itself, and against wrong input.
+
+The first argument is the folder of the executables of a build tree; the module lies in PARENT/python."""
+import ast
+import csv
+import io
+import os
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(BIN.parent / "python"))
+
+import numpy as np  # noqa: E402
+
+import tandem  # noqa: E402
+
+SEED = int(os.environ.get("TANDEM_TEST_SEED", random.randrange(2**32)))
+
+
+def command_line(*words, rows):
+    text = "\n".join(",".join(repr(float(x)) for x in row) for row in rows) + "\n"
+    answer = subprocess.run([BIN / "tandem", *words], input=text, capture_output=True, text=True, check=True)
+    return list(csv.DictReader(io.StringIO(answer.stdout)))
+
+
+class ModuleTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        print(f"TANDEM_TEST_SEED={SEED}", flush=True)
+        cls.robot = tandem.Robot.load("ark2024")
+
+
+class Arms(ModuleTest):
+    def test_same_digits_as_the_command_line(self):
+        for model in ("rigid", "compliant"):
+            arm = self.robot.arm("a", model=model)
+            q = arm.sample(50, seed=SEED)
+            rows = command_line("fk", "-r", "ark2024", "-a", "a", "--model", model, "--jacobian", rows=q)
+            poses, jacobians = arm.forward(q), arm.jacobian(q)
+            self.assertEqual((poses.shape, jacobians.shape), ((50, 4, 4), (50, 6, 6)))
+            for row, pose, jacobian in zip(rows, poses, jacobians):
+                self.assertEqual([float(row[k]) for k in "xyz"], list(pose[:3, 3]))
+                self.assertEqual([float(row[f"j{i}{j}"]) for i in range(1, 7) for j in range(1, 7)], list(jacobian.flat))
+
+    def test_one_row_many_rows_many_threads(self):
+        arm = self.robot.arm("arm_b", model="compliant")
+        q = arm.sample(500, seed=SEED)
+        for ask in (arm.forward, arm.jacobian, arm.compliance, arm.stability, arm.shape, arm.frames):
+            many = ask(q)
+            np.testing.assert_array_equal(many, ask(q, threads=1))
+            np.testing.assert_array_equal(many[7], ask(q[7]))
+            np.testing.assert_array_equal(many, ask(np.asfortranarray(q)))
+        self.assertIsInstance(arm.stability(q[0]), float)
+        np.testing.assert_array_equal(arm.frames(q, 20)[:, :, :3, 3], arm.shape(q, 20))
+
+    def test_rows_without_an_answer(self):
+        arm = self.robot.arm("a")
+        q = arm.sample(100, seed=SEED)
+        q[40, 0] = 0.01  # in front of the entry point
+        q[60, 3] = np.nan
+        with self.assertRaisesRegex(tandem.ModelError, "row 40: .*beta > 0"):
+            arm.forward(q)
+        poses = arm.forward(q, errors="nan")
+        self.assertEqual(set(np.flatnonzero(np.isnan(poses).any(axis=(1, 2)))), {40, 60})
+
+    def test_limits(self):
+        arm = self.robot.arm("a")
+        q = arm.sample(1000, seed=SEED)
+        self.assertTrue(arm.within_limits(q).all())
+        self.assertIs(arm.within_limits(arm.home), True)
+        a, b = arm.coupled_limits
+        self.assertTrue((q @ a.T <= b).all() and (q >= arm.lower).all() and (q <= arm.upper).all())
+        outside = q[0].copy()
+        outside[0] = arm.upper[0] + 1e-3
+        self.assertIs(arm.within_limits(outside), False)
+        self.assertIs(arm.within_limits(outside, tolerance=1.0), True)
+        self.assertIs(arm.within_limits(np.full(6, np.nan)), False)
+
+    def test_jacobian_is_the_derivative(self):
+        arm = self.robot.arm("a", model="compliant")
+        rng = np.random.default_rng(SEED)
+        q, step = arm.sample(20, seed=SEED), 1e-6
+        for row in q[arm.stability(q) > 0.3]:
+            direction = rng.normal(size=6) * ([0.01] * 3 + [1.0] * 3)
+            ends = arm.forward(np.array([row + step * direction, row - step * direction]), errors="nan")
+            difference = (ends[0, :3, 3] - ends[1, :3, 3]) / (2 * step)
+            if np.isfinite(difference).all():
+                np.testing.assert_allclose(arm.jacobian(row)[:3] @ direction, difference, atol=2e-5)
+
+    def test_input_that_is_wrong(self):
+        arm = self.robot.arm("a")
+        for call, error, words in (
+                (lambda: arm.forward(np.zeros(5)), ValueError, r"q: found shape \(5,\), expected \(6,\) or \(N, 6\)"),
+                (lambda: arm.forward(np.zeros((2, 3, 6))), ValueError, "found shape"),
+                (lambda: arm.forward(arm.home, errors="ignore"), ValueError, "expected 'raise' or 'nan'"),
+                (lambda: arm.forward(arm.home, threads=-1), ValueError, "threads"),
+                (lambda: arm.forward(arm.home, wrench=np.ones(6)), tandem.ModelError, "does not deform|carries no load"),
+                (lambda: arm.shape(arm.home, 1), ValueError, "expected 2 or more"),
+                (lambda: arm.forward("six"), (TypeError, ValueError), ""),
+                (lambda: self.robot.arm("c"), KeyError, "expected one of arm_a, arm_b"),
+                (lambda: self.robot.arm("a", model="soft"), ValueError, "'rigid' or 'compliant'"),
+                (lambda: tandem.Robot.load("nobody"), tandem.ConfigError, "ark2024"),
+        ):
+            with self.subTest(words=words), self.assertRaisesRegex(error, words):
+                call()
+
+
+class Loops(ModuleTest):
+    def test_a_loop_in_python_is_the_loop_of_the_library(self):
+        trajectory = tandem.Trajectory.parse(LINE)
+        for method in ("nspwln-joint", "nspqp", "snsqp"):
+            run = tandem.run(self.robot, trajectory, method)
+            self.assertEqual(run["converged"], run["points"], method)
+            self.assertLess(run["tip_error"][-1], trajectory.tolerance)
+            simulator, controller = tandem.Simulator(self.robot), tandem.Controller(self.robot, method)
+            tips = simulator.tips
+            wanted, relative = trajectory.points(tips["arm_a"][:3, 3], tips["arm_a"][:3, 3] - tips["arm_b"][:3, 3])
+            iterations, spacing = 0, 1.0 / 10.0
+            for k, (x, x_ab) in enumerate(zip(wanted, relative)):
+                feed = (x - (wanted[k - 1] if k else tips["arm_a"][:3, 3])) * spacing
+                while True:
+                    step = controller.step(simulator.joints, [tandem.relative("a", "b", x_ab), tandem.tip("a", x, feed)])
+                    self.assertEqual(step.status, "solved")
+                    simulator.step(step.velocity)
+                    iterations, feed = iterations + 1, np.zeros(3)
+                    now = simulator.tips
+                    a, b = now["arm_a"][:3, 3], now["arm_b"][:3, 3]
+                    if max(np.linalg.norm(a - x), np.linalg.norm(a - b - x_ab)) <= trajectory.tolerance:
+                        break
+                    self.assertLess(iterations, 500)
+            self.assertEqual(iterations, run["iterations"], method)
+            np.testing.assert_allclose(simulator.joints, run["joints"][-1], atol=1e-9)
+
+    def test_parameters_and_targets_that_are_wrong(self):
+        home = self.robot.home
+        controller = tandem.Controller(self.robot)
+        for call, error, words in (
+                (lambda: tandem.Controller(self.robot, "best"), ValueError, "expected one of 'nsp'"),
+                (lambda: tandem.Controller(self.robot, zeta=1), TypeError, "argument 'zeta'"),
+                (lambda: tandem.Controller(self.robot, nspqp_zeta=-1), ValueError, "above 0"),
+                (lambda: tandem.Controller(self.robot, period=np.nan), ValueError, "period"),
+                (lambda: tandem.Controller(self.robot, bounds="soft"), ValueError, "'coupled' or 'frozen'"),
+                (lambda: controller.step(home, []), ValueError, "targets"),
+                (lambda: controller.step(home[:6], [tandem.tip("a", [0, 0, 0])]), ValueError, "q: found shape"),
+                (lambda: controller.step(home, [tandem.tip("c", [0, 0, 0])]), KeyError, "arm_a, arm_b"),
+                (lambda: controller.step(home, [tandem.tip("a", [0, np.inf, 0])]), ValueError, "not finite"),
+                (lambda: tandem.Simulator(self.robot).step(np.full(12, np.nan)), ValueError, "not finite"),
+                (lambda: tandem.Simulator(self.robot, start=np.full(12, 0.01)), ValueError, "limit|outside"),
+                (lambda: tandem.Trajectory.parse("tandem: trajectory/1\nname: x\nline: 3\n"), tandem.ConfigError, "text:"),
+        ):
+            with self.subTest(words=words), self.assertRaisesRegex(error, words):
+                call()
+
+
+class Plans(ModuleTest):
+    def test_inverse_kinematics(self):
+        planner, arm = tandem.Planner(self.robot), self.robot.arm("a")
+        there = arm.forward(arm.sample(1, seed=SEED)[0])[:3, 3]
+        answer = planner.inverse_kinematics({"a": there})
+        self.assertEqual(answer["reach"], "reached", answer)
+        np.testing.assert_allclose(arm.forward(answer["joints"][:6])[:3, 3], there, atol=1e-6)
+        far = planner.inverse_kinematics({"a": [1.0, 0.0, 0.0]})
+        self.assertIn(far["reach"], ("outside_workspace", "limits"))
+        self.assertTrue(far["words"])
+        self.assertTrue(arm.within_limits(far["joints"][:6], tolerance=1e-9))
+
+    def test_check(self):
+        report = tandem.Planner(self.robot).check(tandem.Trajectory.parse(LINE))
+        self.assertTrue(report["feasible"], report)
+        self.assertTrue(self.robot.arm("a").within_limits(report["joints"][:, :6], tolerance=1e-9).all())
+
+
+class Documentation(unittest.TestCase):
+    def test_what_the_page_says_runs(self):
+        blocks = re.findall(r"```python\n(.*?)```", (SOURCE / "docs/python.md").read_text(), re.DOTALL)
+        names = {}
+        for block in blocks:
+            if "run.mcap" not in block:
+                exec(block, names)  # pylint: disable=exec-used
+        self.assertEqual(names["step"].status, "solved")
+        self.assertEqual(names["answer"]["reach"], "reached", names["answer"])
+
+    def test_examples_draw_their_figures(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for example in sorted((SOURCE / "python/examples").glob("*.py")):
+                figure = pathlib.Path(folder, f"{example.stem}.png")
+                subprocess.run([sys.executable, example, figure], check=True, timeout=120,
+                               env={**os.environ, "PYTHONPATH": str(BIN.parent / "python")})
+                self.assertGreater(figure.stat().st_size, 10000, example)
+
+
+class Stub(unittest.TestCase):
+    def test_stub_names_what_the_module_has(self):
+        tree = ast.parse((SOURCE / "python/tandem/__init__.pyi").read_text())
+        stub = {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+        public = {name for name in dir(tandem) if not name.startswith("_")}
+        self.assertEqual(set(stub), public)
+        for name, node in stub.items():
+            thing = getattr(tandem, name)
+            self.assertTrue(thing.__doc__, name)
+            if isinstance(node, ast.ClassDef) and not issubclass(thing, Exception):
+                own = {n for n in vars(thing) if not n.startswith("_") or n == "__getitem__"}
+                self.assertEqual({m.name for m in node.body if isinstance(m, ast.FunctionDef)} - {"__init__"}, own, name)
+
+
+LINE = """\
+tandem: trajectory/1
+name: line
+arm: a
+other_arm: b
+shape:
+  line: {displacement_mm: [0, 0, 8]}
+points: 10
+relative: hold
+following: point_by_point
+point_duration_s: 10
+tolerance_mm: 0.88
+max_iterations: 100
+"""
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

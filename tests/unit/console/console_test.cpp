@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The console without sockets: protocol, queue, who may connect, files of the page, markers. */
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "services/console/access.h"
+#include "services/console/client_queue.h"
+#include "services/console/markers.h"
+#include "services/console/page.h"
+#include "services/console/protocol.h"
+
+namespace tandem::console {
+namespace {
+
+namespace fs = std::filesystem;
+
+/** A folder that is removed with the test. */
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "tandem-console-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path_); }
+  fs::path write(const std::string& name, const std::string& text, mode_t mode = 0600) const {
+    fs::create_directories((path_ / name).parent_path());
+    std::ofstream(path_ / name) << text;
+    chmod((path_ / name).c_str(), mode);
+    return path_ / name;
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+TEST(Protocol, BothNamesOfTheSubprotocol) {
+  EXPECT_EQ(chooseSubprotocol("foxglove.websocket.v1"), "foxglove.websocket.v1");
+  EXPECT_EQ(chooseSubprotocol("chat , foxglove.websocket.v1,foxglove.sdk.v1"), "foxglove.sdk.v1");
+  for (const char* other : {"", "chat", "foxglove.sdk.v2", "foxglove.sdk.v1x", ",,,"})
+    EXPECT_EQ(chooseSubprotocol(other), std::nullopt) << other;
+}
+
+TEST(Protocol, ReadsWhatClientsAskFor) {
+  const auto wanted = std::get<Subscribe>(
+      parseText(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":3},{"id":4294967295,"channelId":0}]})"));
+  EXPECT_EQ(wanted.subscriptions, (decltype(wanted.subscriptions){{7, 3}, {4294967295, 0}}));
+  EXPECT_EQ(std::get<Unsubscribe>(parseText(R"({"op":"unsubscribe","subscriptionIds":[1]})")).ids,
+            std::vector<std::uint32_t>{1});
+  const auto offered = std::get<Advertise>(parseText(
+      R"({"op":"advertise","channels":[{"id":2,"topic":"/t/stop","encoding":"cdr","schemaName":"tandem_msgs/msg/Stop"}]})"));
+  ASSERT_EQ(offered.topics.size(), 1u);
+  EXPECT_EQ(offered.topics[0].topic, "/t/stop");
+  EXPECT_EQ(std::get<Unadvertise>(parseText(R"({"op":"unadvertise","channelIds":[2]})")).ids,
+            std::vector<std::uint32_t>{2});
+}
+
+TEST(Protocol, WrongTextsAreNamed) {
+  const std::pair<std::string, const char*> cases[] = {
+      {"", "JSON object"},
+      {"[1]", "JSON object"},
+      {"{\"op\":", "JSON object"},
+      {"{}", "op: expected a text"},
+      {R"({"op":"fly"})", "op 'fly'"},
+      {R"({"op":"subscribe"})", "subscriptions: is missing"},
+      {R"({"op":"subscribe","subscriptions":{}})", "subscriptions: expected a list"},
+      {R"({"op":"subscribe","subscriptions":[3]})", "id: is missing"},
+      {R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":1}]})", "id: expected an integer from 0"},
+      {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":4294967296}]})", "channelId: expected an integer"},
+      {R"({"op":"unsubscribe","subscriptionIds":[1.5]})", "subscriptionIds: expected an integer"},
+      {R"({"op":"advertise","channels":[{"id":1,"topic":5,"encoding":"cdr","schemaName":""}]})",
+       "topic: expected a text"},
+      {std::string(kMaxClientText + 1, ' '), "text frame of"},
+      {std::string(200000, '['), "JSON object"},
+  };
+  for (const auto& [text, why] : cases) {
+    const ClientText said = parseText(text);
+    ASSERT_TRUE(std::holds_alternative<Misunderstood>(said)) << text.substr(0, 80);
+    EXPECT_NE(std::get<Misunderstood>(said).why.find(why), std::string::npos) << std::get<Misunderstood>(said).why;
+  }
+}
+
+TEST(Protocol, DamagedTextsAndFramesNeverHarm) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const std::string good = R"({"op":"advertise","channels":[{"id":2,"topic":"/t","encoding":"cdr","schemaName":"a"}]})";
+  for (int round = 0; round < 3000; ++round) {
+    std::string text = good.substr(0, random() % (good.size() + 1));
+    for (unsigned k = random() % 4; k > 0 && !text.empty(); --k)
+      text[random() % text.size()] = static_cast<char>(random());
+    const ClientText said = parseText(text);
+    if (const auto* why = std::get_if<Misunderstood>(&said)) {
+      EXPECT_FALSE(why->why.empty());
+      // What is told back is JSON, whatever came.
+      EXPECT_TRUE(
+          nlohmann::json::parse(statusNote(StatusLevel::kError, why->why + text, "x"), nullptr, false).is_object());
+    }
+    const auto message = parseBinary(text);
+    EXPECT_EQ(message.has_value(), text.size() >= 5 && text[0] == 1);
+  }
+}
+
+TEST(Protocol, HeadersAreLittleEndian) {
+  const MessageHeader header = messageHeader(0x04030201, 0x1817161514131211);
+  const unsigned char expected[] = {1, 1, 2, 3, 4, 0x11, 0x12, 0x13, 0x14, 0x15, 0x16, 0x17, 0x18};
+  EXPECT_EQ(std::memcmp(header.data(), expected, sizeof expected), 0);
+  const auto message = parseBinary(std::string_view("\x01\x01\x02\x03\x04payload", 12));
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->topic, 0x04030201u);
+  EXPECT_EQ(message->payload, "payload");
+}
+
+Outgoing frame(const std::string& text) {
+  return {false, messageHeader(0, 0), std::make_shared<const std::string>(text)};
+}
+
+TEST(Queue, KeepsTheOrderAndTheNewest) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  ClientQueue queue;
+  std::map<std::uint32_t, std::vector<int>> pushed, popped;
+  const auto take = [&] {
+    const auto next = queue.pop();
+    if (!next)
+      return false;
+    const auto colon = next->payload->find(':');
+    popped[static_cast<std::uint32_t>(std::stoul(*next->payload))].push_back(
+        std::stoi(next->payload->substr(colon + 1)));
+    return true;
+  };
+  for (int i = 0; i < 20000; ++i) {
+    const std::uint32_t channel = random() % 6;
+    queue.push(channel, channel < 3, frame(std::to_string(channel) + ":" + std::to_string(i)));
+    pushed[channel].push_back(i);
+    if (random() % 3 == 0)
+      take();
+  }
+  while (take()) {
+  }
+  for (std::uint32_t channel = 3; channel < 6; ++channel)
+    EXPECT_EQ(popped[channel], pushed[channel]) << "nothing of these is lost, whatever the others lose";
+  std::uint64_t lost = 0;
+  const auto dropped = queue.takeDropped();
+  for (std::uint32_t channel = 0; channel < 3; ++channel) {
+    EXPECT_TRUE(std::is_sorted(popped[channel].begin(), popped[channel].end()));
+    const std::size_t kept = std::min(pushed[channel].size(), ClientQueue::kPerChannel);
+    EXPECT_TRUE(std::equal(pushed[channel].end() - static_cast<std::ptrdiff_t>(kept), pushed[channel].end(),
+                           popped[channel].end() - static_cast<std::ptrdiff_t>(kept)))
+        << "the newest ones are there";
+    EXPECT_EQ(dropped.at(channel), pushed[channel].size() - popped[channel].size());
+    lost += dropped.at(channel);
+  }
+  EXPECT_GT(lost, 0u);
+  EXPECT_EQ(queue.dropped(), lost);
+  EXPECT_TRUE(queue.takeDropped().empty());
+}
+
+TEST(Queue, OverflowsRatherThanLoseAnAnswer) {
+  ClientQueue queue;
+  const std::string megabyte(1024 * 1024, 'x');
+  for (int i = 0; i < 20; ++i)
+    queue.push(1, true, frame(megabyte));
+  EXPECT_FALSE(queue.overflown()) << "samples that may be lost make room";
+  EXPECT_GT(queue.dropped(), 10u);
+  for (int i = 0; i < 7; ++i)
+    queue.push(2, false, frame(megabyte));
+  EXPECT_FALSE(queue.overflown());
+  EXPECT_FALSE(queue.push(2, false, frame("small")));
+  EXPECT_TRUE(queue.push(2, false, frame(megabyte))) << "who sends has to learn of it";
+  EXPECT_TRUE(queue.overflown());
+  EXPECT_FALSE(queue.pop());
+}
+
+TEST(Queue, ForgetsAChannel) {
+  ClientQueue queue;
+  EXPECT_TRUE(queue.push(1, false, frame("a")));
+  EXPECT_FALSE(queue.push(2, true, frame("b")));
+  queue.forget(1);
+  EXPECT_EQ(*queue.pop()->payload, "b");
+  EXPECT_FALSE(queue.pop());
+  EXPECT_TRUE(queue.push(1, false, frame("c"))) << "it was empty";
+}
+
+config::Console withTokens(const Folder& folder) {
+  config::Console console;
+  console.operator_token = folder.write("operator", "operator-token-0123456789\n");
+  console.viewer_token = folder.write("viewer", "viewer-token-0123456789");
+  console.origins = {"https://Tools.example:8443"};
+  return console;
+}
+
+TEST(AccessRules, HostsAndOrigins) {
+  const Access access(config::Console{.origins = {"https://tools.example:8443"}}, false, {"Lab-PC"});
+  for (const char* host : {"localhost", "LOCALHOST:8765", "127.0.0.1:8765", "10.1.2.3", "[::1]:8765", "lab-pc:1",
+                           "lab-pc.local", "tools.example"})
+    EXPECT_TRUE(access.knowsHost(host)) << host;
+  for (const char* host : {"", "evil.example", "localhost.evil.example", "127.0.0.1.evil.example:8765", "127.0.0.1x",
+                           "1.2.3", "[::1", "[evil]", "lab-pc.evil"})
+    EXPECT_FALSE(access.knowsHost(host)) << host;
+  const auto known = [&](const char* origin) { return access.knowsOrigin(origin, "localhost:8765"); };
+  EXPECT_TRUE(known("http://localhost:8765"));
+  EXPECT_TRUE(known("http://LOCALHOST:8765"));
+  EXPECT_TRUE(known("https://tools.example:8443"));
+  EXPECT_TRUE(known("file://"));
+  for (const char* origin : {"null", "http://localhost", "https://localhost:8765", "http://localhost:8766",
+                             "http://localhost:8765.evil.example", "https://tools.example", "http://evil.example",
+                             "http://localhost:8765/", "file://evil"})
+    EXPECT_FALSE(known(origin)) << origin;
+}
+
+TEST(AccessRules, WithoutTokensThisMachineCommands) {
+  const Access access(config::Console{}, false, {});
+  Introduction here{.host = "localhost:8765"};
+  EXPECT_EQ(access.judge(here).role, dds::Role::kConsoleOperator);
+  here.origin = "http://localhost:8765";
+  EXPECT_EQ(access.judge(here).role, dds::Role::kConsoleOperator);
+  here.origin = "http://evil.example";
+  EXPECT_EQ(access.judge(here).status, 403);
+  EXPECT_EQ(access.judge({.host = "evil.example:8765"}).status, 403);
+  EXPECT_EQ(access.judge({.host = "localhost", .fetch_site = "cross-site"}).status, 403);
+}
+
+TEST(AccessRules, TokensInEveryPlace) {
+  const Folder folder;
+  const Access access(withTokens(folder), true, {});
+  const std::string commands = "operator-token-0123456789", looks = "viewer-token-0123456789";
+  const auto judge = [&](const Introduction& introduction) { return access.judge(introduction); };
+  EXPECT_EQ(judge({.host = "localhost", .query = "a=b&token=" + commands}).role, dds::Role::kConsoleOperator);
+  EXPECT_TRUE(judge({.host = "localhost", .query = "token=" + commands}).show_cookie);
+  EXPECT_EQ(judge({.host = "localhost", .bearer = "Bearer " + looks}).role, dds::Role::kConsoleViewer);
+  EXPECT_EQ(judge({.host = "localhost", .cookie = "x=1; tandem_token=" + looks}).role, dds::Role::kConsoleViewer);
+  for (const std::string& wrong : {std::string(), commands + "x", commands.substr(1), looks + looks,
+                                   std::string(5000, 'o'), std::string("operator-token-012345678\0", 25)}) {
+    const Verdict verdict = judge({.host = "localhost", .query = "token=" + wrong});
+    EXPECT_EQ(verdict.role, std::nullopt) << wrong.substr(0, 40);
+    EXPECT_EQ(verdict.status, 401);
+    EXPECT_EQ(verdict.why.find(commands), std::string::npos) << "the token is told to nobody";
+  }
+  EXPECT_EQ(judge({.host = "localhost", .query = "xtoken=" + commands}).status, 401);
+}
+
+TEST(AccessRules, TokenFilesThatAreNotGood) {
+  const Folder folder;
+  const auto refusal = [](config::Console console, bool secured) -> std::string {
+    try {
+      const Access access(console, secured, {});
+      return "";
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+  };
+  const auto names = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  EXPECT_TRUE(names(refusal({}, true), "console.operator_token: is missing"));
+  EXPECT_TRUE(names(refusal({.address = "10.0.0.1"}, false), "console.operator_token: is missing"));
+  config::Console console = withTokens(folder);
+  EXPECT_EQ(refusal(console, true), "");
+  console.operator_token = folder.write("open", "operator-token-0123456789", 0644);
+  EXPECT_TRUE(names(refusal(console, false), "expected mode 0600"));
+  console.operator_token = folder.write("short", "short");
+  EXPECT_TRUE(names(refusal(console, false), "expected 16 to 256"));
+  console.operator_token = folder.write("spaces", "operator token 0123456789");
+  EXPECT_TRUE(names(refusal(console, false), "spaces: expected 16 to 256 letters"));
+  console.operator_token = folder.path() / "nowhere";
+  EXPECT_TRUE(names(refusal(console, false), "nowhere: cannot be opened"));
+  console = withTokens(folder);
+  console.viewer_token = console.operator_token;
+  EXPECT_TRUE(names(refusal(console, false), "console.viewer_token: found the same text"));
+}
+
+TEST(PageFiles, NothingOutsideTheFolder) {
+  const Folder folder;
+  folder.write("page/index.html", "<html>");
+  folder.write("page/assets/a-1.js", "1");
+  folder.write("page/.hidden", "no");
+  folder.write("secret.txt", "no");
+  fs::create_symlink(folder.path() / "secret.txt", folder.path() / "page/link.txt");
+  const Page page(folder.path() / "page");
+  ASSERT_TRUE(page.present());
+  EXPECT_EQ(page.find("/")->type, "text/html; charset=utf-8");
+  EXPECT_EQ(page.find("/assets/a-1.js")->type, "text/javascript; charset=utf-8");
+  EXPECT_TRUE(page.find("/assets/a-1.js")->lasting);
+  const std::string before = page.find("/index.html")->etag;
+  folder.write("page/index.html", "<html><body>");
+  EXPECT_NE(page.find("/index.html")->etag, before);
+  for (const char* path :
+       {"", "index.html", "/../secret.txt", "/assets/../../secret.txt", "/%2e%2e/secret.txt", "/link.txt", "/.hidden",
+        "/assets", "/assets/", "//etc/passwd", "/nothing", "/index.html/x", "/..\\secret.txt"})
+    EXPECT_FALSE(page.find(path)) << path;
+  EXPECT_FALSE(page.find(std::string("/index.html\0", 12)));
+  EXPECT_FALSE(Page(folder.path()).present()) << "no index.html";
+  EXPECT_FALSE(Page("").find("/"));
+}
+
+TEST(Marking, EveryPointOfTheShapeIsDrawn) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int round = 0; round < 100; ++round) {
+    dds::Shape shape;
+    shape.frame = "t_base";
+    const std::size_t count = random() % 60;
+    std::uint8_t tube = 3;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (random() % 10 == 0 && tube > 1)
+        --tube;
+      shape.tubes.push_back(tube);
+      shape.outer_radius.push_back(0.001f * static_cast<float>(tube));
+      for (int axis = 0; axis < 3; ++axis)
+        shape.points.push_back(static_cast<float>(random() % 1000));
+    }
+    const dds::MarkerArray array = markersOf(shape, "arm_a", 5);
+    std::size_t drawn = 0;
+    for (std::size_t k = 0; k < array.markers.size(); ++k) {
+      const dds::Marker& marker = array.markers[k];
+      EXPECT_EQ(marker.id, static_cast<int>(k));
+      EXPECT_EQ(marker.frame, "t_base");
+      EXPECT_GT(marker.scale[0], 0.0);
+      EXPECT_GT(marker.lifetime, 0);
+      if (marker.type == 4)
+        drawn += marker.points.size() - (k == 0 ? 0 : 1);
+    }
+    EXPECT_EQ(drawn, count) << "stretches share the point at which they meet";
+    if (count > 0) {
+      EXPECT_EQ(array.markers.back().type, 7);
+      EXPECT_EQ(array.markers.back().points[0][2], shape.points.back());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem::console
