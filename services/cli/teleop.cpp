@@ -28,6 +28,8 @@ int become(const std::vector<std::string>& words) {
 void registerTeleop(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("teleop", "move the tips by hand: gamepad, SpaceMouse, keyboard, or a trace");
   command->prefix_command();
+  command->allow_extras();
+  command->fallthrough(false);  // what follows is not for `tandem`
   command->set_help_flag();  // --help is tandem-teleop's
   command->callback([command, &exit_code] { guarded(exit_code, [&] { return become(command->remaining()); }); });
 }

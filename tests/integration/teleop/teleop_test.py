@@ -23,7 +23,7 @@ MEASURED_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms:
 
 
 class Teleoperation(system.SystemTest):
-    def begin(self, teleoperation="{}", budgets=BUDGETS):
+    def begin(self, teleoperation="{leash_mm: 1}", budgets=BUDGETS):
         self.system = self.start("teleop", budgets=budgets, teleoperation=teleoperation)
 
     def trace(self, name, *phases):
@@ -134,7 +134,7 @@ class Teleoperation(system.SystemTest):
         before = self.tips()
         wall = before[0][1] + 0.004
         self.system.close()
-        self.begin("{scale: 1, forbidden: [{name: wall, half_space: {point_m: [0, %.9f, 0], normal: [0, -1, 0]}}]}" % wall)
+        self.begin("{scale: 1, leash_mm: 1, forbidden: [{name: wall, half_space: {point_m: [0, %.9f, 0], normal: [0, -1, 0]}}]}" % wall)
         process = self.teleop(self.trace("push", (0.3, 0, (0, 0, 0)), (3.0, 1, (0, 15, 0))), "--mode", "tip")
         farthest = -1.0
         while process.poll() is None:
