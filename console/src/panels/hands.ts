@@ -113,7 +113,7 @@ export class Hands implements Panel {
     setText(this.clamped, teleop.clamped ? `Clamped by ${teleop.limited_by || "a limit that is not named"}` : "");
     setText(
       this.numbers,
-      `${teleop.input_rate.toFixed(0)} /s · there and back ${(1e3 * teleop.latency).toFixed(0)} ms · tip lags ${(1e3 * teleop.tip_latency).toFixed(0)} ms · late ${teleop.late} · refused ${teleop.refused}`,
+      `control takes ${teleop.input_rate.toFixed(0)} inputs/s · there and back ${(1e3 * teleop.latency).toFixed(0)} ms · tip lags ${(1e3 * teleop.tip_latency).toFixed(0)} ms · late ${teleop.late} · refused ${teleop.refused}`,
     );
     if (this.c.world.teleop.count === this.shown) return;
     this.shown = this.c.world.teleop.count;
