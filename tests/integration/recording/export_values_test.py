@@ -27,7 +27,7 @@ class ExportedValues(system.SystemTest):
             with open(file, newline="", encoding="utf-8") as stream:
                 for row in csv.DictReader(stream):
                     values, text = [], {key: value for key, value in row.items() if key not in OWN}
-                    for key in [key for key in text if key.endswith("stamp.sec") and text[key]]:
+                    for key in [key for key in text if key.endswith(".sec") and text[key]]:
                         seconds, rest = int(text.pop(key)), int(text.pop(key[:-3] + "nanosec"))
                         values.append(str(seconds * 10**9 + rest))
                     found.setdefault(int(row["log_time_ns"]), values).extend(text.values())
