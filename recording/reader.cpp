@@ -256,14 +256,23 @@ bool Reader::scanRecord(Opcode opcode, std::uint64_t offset, const std::string& 
       break;
     case Opcode::kDataEnd: {
       const auto crc = source.number<std::uint32_t>();
-      if (crc != 0 && crc != crc_before)
+      if (crc != 0 && crc != crc_before) {
         tell(offset, "the checksum of the data is wrong");
+        leaveOutUnchecked(offset);
+      }
       return false;
     }
     default:
       break;  // indices are of no use here; unknown records are to be skipped
   }
   return true;
+}
+
+/// Messages outside of chunks have no checksum but that of the data: a flipped bit makes one out of another record.
+void Reader::leaveOutUnchecked(std::uint64_t offset) {
+  const auto left_out = std::erase_if(parts_, [](const Part& part) { return !part.is_chunk; });
+  if (left_out > 0)
+    tell(offset, std::to_string(left_out) + " messages outside of chunks are left out");
 }
 
 void Reader::scanChunk(std::uint64_t offset, const std::string& content) {

@@ -73,6 +73,7 @@ class Reader {
   void forget();
   void scan();
   bool scanRecord(Opcode opcode, std::uint64_t offset, const std::string& content, std::uint32_t crc_before);
+  void leaveOutUnchecked(std::uint64_t offset);
   void scanChunk(std::uint64_t offset, const std::string& content);
   std::string unpack(const std::string& content) const;
   void takeDefinition(Opcode opcode, std::string_view content);

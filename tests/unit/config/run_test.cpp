@@ -237,6 +237,25 @@ processes:
   - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false, essential: false}
 black_box: {before_s: 20, after_ms: 1500, memory_mb: 64, directory: box, files: 3, topics: ["control/*", stop]}
 discovery: {server: 10.0.0.1, port: 11900}
+teleoperation:
+  scale: 0.25
+  scale_rate_per_s: 2
+  deadband_speed_mm_per_s: 1
+  deadband_distance_mm: 0.2
+  filter_min_cutoff_Hz: 3
+  filter_beta_per_m: 100
+  filter_derivative_cutoff_Hz: 4
+  max_speed_mm_per_s: 15
+  leash_mm: 2
+  response_ms: 80
+  workspace: {min_mm: [-50, -50, 0], max_mm: [50, 50, 300]}
+  forbidden:
+    - {name: vessel, sphere: {center_mm: [0, 0, 100], radius_mm: 5}}
+    - {name: wall, half_space: {point_mm: [0, 0, 290], normal: [0, 0, -2]}}
+    - {name: bone, box: {min_mm: [1, 2, 3], max_mm: [4, 5, 6]}}
+  margin_mm: 0.5
+  guidance: {points_mm: [[0, 0, 0], [0, 0, 50]], strength: 0.5, radius_mm: 7}
+  crtk: {stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 )";
   // Those that exclude one another are in the file of another test.
@@ -259,6 +278,35 @@ console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operato
   EXPECT_EQ(d.black_box.directory.filename(), "box");
   EXPECT_EQ(d.black_box.files, 3);
   EXPECT_EQ(d.black_box.topics, (std::vector<std::string>{"control/*", "stop"}));
+  const planning::teleoperation::Options& o = d.teleoperation.options;
+  EXPECT_EQ(o.scale, 0.25);
+  EXPECT_EQ(o.scale_rate, 2.0);
+  EXPECT_EQ(o.deadband_speed, 1e-3);
+  EXPECT_DOUBLE_EQ(o.deadband_distance, 0.2e-3);
+  EXPECT_EQ(o.filter.min_cutoff, 3.0);
+  EXPECT_EQ(o.filter.beta, 100.0);
+  EXPECT_EQ(o.filter.derivative_cutoff, 4.0);
+  EXPECT_EQ(o.guard.max_speed, 0.015);
+  EXPECT_EQ(o.guard.leash, 2e-3);
+  EXPECT_EQ(o.guard.response, 0.08);
+  EXPECT_EQ(o.guard.margin, 0.5e-3);
+  ASSERT_TRUE(o.guard.workspace.has_value());
+  EXPECT_EQ(o.guard.workspace->maximum, Eigen::Vector3d(0.05, 0.05, 0.3));
+  ASSERT_EQ(o.guard.forbidden.size(), 3u);
+  EXPECT_EQ(std::get<planning::teleoperation::Sphere>(o.guard.forbidden[0].shape).radius, 5e-3);
+  EXPECT_EQ(std::get<planning::teleoperation::HalfSpace>(o.guard.forbidden[1].shape).normal, -Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(std::get<planning::teleoperation::Box>(o.guard.forbidden[2].shape).minimum,
+            Eigen::Vector3d(1e-3, 2e-3, 3e-3));
+  ASSERT_TRUE(o.guard.guidance.has_value());
+  EXPECT_EQ(o.guard.guidance->points[1], Eigen::Vector3d(0, 0, 0.05));
+  EXPECT_EQ(o.guard.guidance->strength, 0.5);
+  EXPECT_EQ(o.guard.guidance->radius, 7e-3);
+  const Crtk& crtk = d.teleoperation.crtk;
+  EXPECT_TRUE(crtk.by_arrival);
+  EXPECT_EQ(crtk.tip_step, 1e-3);
+  EXPECT_EQ(crtk.translation_step, 3e-3);
+  EXPECT_DOUBLE_EQ(crtk.rotation_step, 0.01 * std::numbers::pi);
+  EXPECT_EQ(crtk.acceleration, 0.03);
   EXPECT_EQ(d.console.address, "10.0.0.1");
   EXPECT_EQ(d.console.port, 9000);
   EXPECT_EQ(d.console.certificate.filename(), "c.pem");
@@ -332,8 +380,8 @@ TEST(Deployment, Refusals) {
       {"method: nspqp", "method: nspqp\nconsole: {certificate: c}", "c}", 0, "console.certificate", "expected both"},
       {"method: nspqp", "method: nspqp\nconsole: {viewer_token: v}", "v}", 0, "console.viewer_token",
        "found without operator_token"},
-      {"method: nspqp", "method: nspqp\nconsole: {origins: [tools.example]}", "tools.example", 0,
-       "console.origins[0]", "expected SCHEME://HOST"},
+      {"method: nspqp", "method: nspqp\nconsole: {origins: [tools.example]}", "tools.example", 0, "console.origins[0]",
+       "expected SCHEME://HOST"},
   };
   for (const Refusal& refusal : refusals)
     expectRefusalBesideRobot(good, refusal, load_file);
