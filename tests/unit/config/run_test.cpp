@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "support.h"
+#include "teleoperation_keys.h"
 
 namespace tandem::config::test {
 namespace {
@@ -237,6 +238,14 @@ processes:
   - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false, essential: false}
 black_box: {before_s: 20, after_ms: 1500, memory_mb: 64, directory: box, files: 3, topics: ["control/*", stop]}
 discovery: {server: 10.0.0.1, port: 11900}
+teleoperation:
+  {scale: 0.25, scale_rate_per_s: 2, deadband_speed_mm_per_s: 1, deadband_distance_mm: 2, filter_min_cutoff_Hz: 3,
+   filter_beta_per_m: 40, filter_derivative_cutoff_Hz: 5, max_speed_mm_per_s: 6, leash_mm: 7, response_ms: 80, margin_mm: 9,
+   workspace: {min_mm: [-1, -2, -3], max_mm: [1, 2, 3]},
+   forbidden: [{name: a, sphere: {center_mm: [1, 2, 3], radius_mm: 4}}, {name: b, box: {min_mm: [0, 0, 0], max_mm: [1, 1, 1]}},
+               {name: c, half_space: {point_mm: [0, 0, 1], normal: [0, 0, 2]}}],
+   guidance: {points_mm: [[0, 0, 0], [0, 0, 5]], strength: 0.5, radius_mm: 8},
+   crtk: {stamps: arrival, tip_step_mm: 3, translation_step_mm: 4, rotation_step_deg: 180, acceleration_mm_per_s2: 5}}
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 )";
   // Those that exclude one another are in the file of another test.
@@ -266,6 +275,7 @@ console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operato
   EXPECT_EQ(d.console.operator_token.filename(), "o");
   EXPECT_EQ(d.console.viewer_token.filename(), "v");
   EXPECT_EQ(d.console.origins, (std::vector<std::string>{"https://a.example:1"}));
+  expectTeleoperation(d.teleoperation);
   ASSERT_TRUE(d.discovery.has_value());
   EXPECT_EQ(d.discovery->address, "10.0.0.1");
   EXPECT_EQ(d.discovery->port, 11900);
@@ -332,8 +342,8 @@ TEST(Deployment, Refusals) {
       {"method: nspqp", "method: nspqp\nconsole: {certificate: c}", "c}", 0, "console.certificate", "expected both"},
       {"method: nspqp", "method: nspqp\nconsole: {viewer_token: v}", "v}", 0, "console.viewer_token",
        "found without operator_token"},
-      {"method: nspqp", "method: nspqp\nconsole: {origins: [tools.example]}", "tools.example", 0,
-       "console.origins[0]", "expected SCHEME://HOST"},
+      {"method: nspqp", "method: nspqp\nconsole: {origins: [tools.example]}", "tools.example", 0, "console.origins[0]",
+       "expected SCHEME://HOST"},
   };
   for (const Refusal& refusal : refusals)
     expectRefusalBesideRobot(good, refusal, load_file);
