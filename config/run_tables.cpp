@@ -8,7 +8,12 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
-const std::vector<std::string> kMethods{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns"};
+const std::vector<std::string> kMethods = [] {
+  std::vector<std::string> names;
+  for (int m = 0; m < control::kMethodCount; ++m)
+    names.emplace_back(control::name(static_cast<control::Method>(m)));
+  return names;
+}();
 constexpr const char* kIpv4 =
     "^((25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])\\.){3}(25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])$";
 constexpr int kMostEntries = 1000;
@@ -233,7 +238,7 @@ const Mapping& experimentTable() {
           kind("experiment/1"),
           text("name", "name of the experiment").required(),
           robotPath(),
-          text("methods", "methods to compare").required().oneOf(kMethods).list(1, 5).unique(),
+          text("methods", "methods to compare").required().oneOf(kMethods).list(1, control::kMethodCount).unique(),
           relativeGain(defaults.relative_gain),
           tipGain(defaults.tip_gain),
           mapping("configurations", configurationTable(), "start configurations").required().list(1, kMostEntries),
