@@ -41,8 +41,8 @@ class Record:
             self.event()
 
     def end(self, sign=signal.SIGINT):
-        """@return exit code, the last event, stderr."""
-        if self.process.poll() is None:
+        """@param sign None: it ends by itself @return exit code, the last event, stderr."""
+        if sign is not None and self.process.poll() is None:
             self.process.send_signal(sign)
         code = self.process.wait(30)
         self._reader.join()
@@ -153,7 +153,7 @@ class RealTime(Recording):
                              preexec=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
         while record.last["event"] != "failed":
             record.event()
-        code, last, errors = record.end()
+        code, last, errors = record.end(sign=None)
         self.assertEqual(code, 1)
         self.assertRegex(errors, "full.mcap: cannot be written.*File too large.*; what was written before is whole")
         self.assertLessEqual(record.file.stat().st_size, limit)

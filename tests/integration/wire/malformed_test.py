@@ -29,18 +29,19 @@ class Malformed(system.SystemTest):
         self.assert_ok(running.robot("enable"))
         stood = running.joints()
         peer = pathlib.Path(system.executable()).parents[1] / "tests" / "raw_peer"
-        seed = system.seeded(self).randrange(2**32)
-        answer = subprocess.run([peer, str(domain), prefix, str(seed), str(ROUNDS), "arm_a", "arm_b"], capture_output=True,
-                                text=True, timeout=200, check=False)
-        self.assertEqual(answer.returncode, 0, answer.stderr)
-        did = json.loads(answer.stdout)
-        print(did, flush=True)
-        self.assertEqual(did["mistyped_matched"], 0, "samples of another type are taken")
-        self.assertGreater(did["matched"], len(sum(READ_BY.values(), [])), "it was not heard")
-        self.assertIsNone(running.up.poll(), "a process died")
-        self.assertEqual(running.assert_still(self, looks=3), stood, "an arm has moved")
-
+        random = system.seeded(self)
         dropped, missing = {}, READ_BY
+
+        def bombard():
+            answer = subprocess.run([peer, str(domain), prefix, str(random.randrange(2**32)), str(ROUNDS), "arm_a", "arm_b"],
+                                    capture_output=True, text=True, timeout=200, check=False)
+            self.assertEqual(answer.returncode, 0, answer.stderr)
+            did = json.loads(answer.stdout)
+            print(did, flush=True)
+            self.assertEqual(did["mistyped_matched"], 0, "samples of another type are taken")
+            self.assertGreater(did["matched"], len(sum(READ_BY.values(), [])), "it was not heard")
+            self.assertIsNone(running.up.poll(), "a process died")
+            self.assertEqual(running.assert_still(self, looks=3), stood, "an arm has moved")
 
         def all_named():
             nonlocal dropped, missing
@@ -49,10 +50,16 @@ class Malformed(system.SystemTest):
                        if f"rt/{prefix}/{topic}" not in dropped.get(who, {})]
             return not missing
 
-        try:
-            system.until(all_named, 20, "every process names what it has dropped")
-        except AssertionError as error:
-            raise AssertionError(f"{error}; missing: {missing}; there are: {dropped}") from None
+        # What is oversized, and what comes faster than a reader takes it, Fast DDS drops itself: there is chance in who has what
+        # to count.
+        for _ in range(4):
+            bombard()
+            try:
+                system.until(all_named, 5, "every process names what it has dropped")
+                break
+            except AssertionError:
+                print(f"once more for {missing}", flush=True)
+        self.assertTrue(all_named(), f"missing: {missing}; there are: {dropped}")
         print(dropped, flush=True)
         # It goes on as if nothing had been.
         self.assert_ok(running.robot("disable"))
