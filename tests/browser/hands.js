@@ -13,6 +13,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     await me().tab("teleoperate");
     if ((await page().getAttribute("#teleop-on", "aria-pressed")) !== "true") await me().press("#teleop-on");
     await me().text("#teleop-held", /^○ (ready|released)/);
+    await me().text("#teleop-state", /^released/); // control has to see the switch released before it counts
     await page().focus("#view");
   }
   async function hold(key) {
