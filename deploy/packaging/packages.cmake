@@ -42,6 +42,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy, tandem-robot")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/packaging/python/postinst
+    ${PROJECT_SOURCE_DIR}/deploy/packaging/python/prerm)
 
 set(scripts ${PROJECT_SOURCE_DIR}/deploy/packaging/robot)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm ${scripts}/conffiles)
