@@ -143,6 +143,7 @@ struct Console {
 
 /** CRTK commands of clients that know no lease. */
 struct Crtk {
+  bool commands = true;            ///< false: no command topics exist
   bool by_arrival = false;         ///< age: how much later than the quickest of its stream; otherwise by wall clocks
   double tip_step = 2e-3;          ///< largest step of a target by servo_cp and servo_cr, m
   double translation_step = 1e-3;  ///< likewise by servo_jp and servo_jr, m

@@ -77,6 +77,8 @@ const Mapping& crtkTable() {
       "crtk",
       "CRTK commands of clients that know no lease.",
       {
+          flag("commands", "false: there are no command topics, and nobody has to find their fifty readers")
+              .defaultsTo(1.0),
           text("stamps",
                "how old a command is: by its stamp, on wall clocks that agree; or by how much later than the quickest "
                "one of its stream it comes")
@@ -193,6 +195,7 @@ Teleoperation readTeleoperation(const Map& map) {
   if (map.has("guidance"))
     o.guard.guidance = readGuidance(map.map("guidance"));
   const Map crtk = map.map("crtk");
+  all.crtk.commands = crtk.flag("commands");
   all.crtk.by_arrival = crtk.text("stamps") == "arrival";
   all.crtk.tip_step = crtk.number("tip_step");
   all.crtk.translation_step = crtk.number("translation_step");

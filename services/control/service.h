@@ -45,7 +45,8 @@ struct Service {
               OnInput on_input,
               OnCrtk on_crtk) {
     readers.push_back(bus.reader(dds::kTeleopInput, on_input));
-    crtk_desk.listen(bus, on_crtk, readers);
+    if (setup.deployment.teleoperation.crtk.commands)
+      crtk_desk.listen(bus, on_crtk, readers);
     if (setup.deployment.feedback == planning::Feedback::kSensor)
       readers.push_back(bus.reader(dds::kSensingTips, on_tips));
     readers.push_back(bus.reader(dds::kActuationState, on_state));

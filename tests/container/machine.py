@@ -52,7 +52,7 @@ class Boot:
         self.trial.mkdir()
         shutil.copy(GUEST, self.trial)
         share, etc = self.root / "usr/share/tandem", self.root / "etc/tandem"
-        realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\n"
+        realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\nteleoperation: {{crtk: {{commands: false}}}}\n"
         # User-mode Linux has one processor, and a system call of it costs as much as sixteen elsewhere.
         self.edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
                   {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"},

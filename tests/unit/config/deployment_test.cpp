@@ -127,7 +127,7 @@ teleoperation:
     - {name: bone, box: {min_mm: [1, 2, 3], max_mm: [4, 5, 6]}}
   margin_mm: 0.5
   guidance: {points_mm: [[0, 0, 0], [0, 0, 50]], strength: 0.5, radius_mm: 7}
-  crtk: {stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
+  crtk: {commands: false, stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 )";
   // Those that exclude one another are in the file of another test.
@@ -174,6 +174,7 @@ console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operato
   EXPECT_EQ(o.guard.guidance->strength, 0.5);
   EXPECT_EQ(o.guard.guidance->radius, 7e-3);
   const Crtk& crtk = d.teleoperation.crtk;
+  EXPECT_FALSE(crtk.commands);
   EXPECT_TRUE(crtk.by_arrival);
   EXPECT_EQ(crtk.tip_step, 1e-3);
   EXPECT_EQ(crtk.translation_step, 3e-3);
