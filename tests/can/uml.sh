@@ -78,8 +78,6 @@ off() {
 }
 load() { grep -q "^${1//-/_} " /proc/modules || insmod "$(find "$modules" -name "$1.ko*" | head -1)" || off 125; }
 ip link set lo up
-# One slow processor: sockets wait longer for whoever reads them.
-echo 4194304 >/proc/sys/net/core/rmem_max
 for module in can-dev can can-raw can-gw vcan vxcan sch_netem; do
   if [[ -n $(find "$modules" -name "$module.ko*") ]]; then load "$module"; fi
 done
