@@ -59,6 +59,10 @@ results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 cd "$root/build/$preset"
 
+# Debian's Fast DDS, Ipopt, fmt ... are built without the sanitizer: it has not seen their locks, so what happens in them is left out.
+# There are no other suppressions.
+[[ $preset != tsan ]] || export TSAN_OPTIONS="ignore_noninstrumented_modules=1 ${TSAN_OPTIONS:-}"
+
 ran=false status=0
 # run NAME JOBS SELECTION...: those of the tests asked for that SELECTION holds; nothing where there are none.
 run() {
