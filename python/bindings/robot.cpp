@@ -4,8 +4,10 @@
 #include <pybind11/stl.h>
 
 #include <limits>
+#include <numeric>
 #include <random>
 
+#include "config/arm_names.h"
 #include "kinematics/arm_model.h"
 #include "planning/joint_sampler.h"
 #include "python/bindings/bind.h"
@@ -32,38 +34,27 @@ class Arm {
   const std::string& modelName() const { return name_of_model_; }
   int joints() const { return file().limits.jointCount(); }
 
-  /// Answers of `size` doubles a row, from the tip at each row.
+  /// What the tip at each row is written as; `shape` of one answer.
   template <class Write>
   Array tips(const Array& q,
              const py::object& wrench,
              const std::string& errors,
              int threads,
-             std::vector<py::ssize_t> shape,
+             const std::vector<py::ssize_t>& shape,
              Write write) const {
-    const Rows rows(q, joints(), "q");
     const std::optional<kinematics::Wrench> load = loadOf(wrench);
-    const OnError on_error = onErrorFromName(errors);
-    Array answers = rows.answers(shape);
-    std::size_t size = 1;
-    for (const py::ssize_t n : shape)
-      size *= static_cast<std::size_t>(n);
-    double* const out = answers.mutable_data();
-    answerRows(rows.count(), threads, on_error, [&](std::size_t i) {
+    return answers(q, errors, threads, shape, [&](const auto& joints_of_row, double* out) {
       kinematics::LoadedTip tip;
       kinematics::Branch branch;
       const ModelStatus status =
-          load ? model_->loadedTip(rows[i], *load, branch, tip) : model_->tip(rows[i], branch, tip);
-      double* const answer = out + i * size;
+          load ? model_->loadedTip(joints_of_row, *load, branch, tip) : model_->tip(joints_of_row, branch, tip);
       if (status == ModelStatus::kOk)
-        write(tip, answer);
-      else
-        std::fill_n(answer, size, kNan);
+        write(tip, out);
       return status;
     });
-    return answers;
   }
 
-  /// `size` doubles a backbone point.
+  /// What each backbone point is written as; `of_point` is the shape of one.
   template <class Write>
   Array shapes(const Array& q,
                int points,
@@ -73,28 +64,15 @@ class Arm {
                Write write) const {
     if (points < 2)
       throw py::value_error("points: found " + std::to_string(points) + ", expected 2 or more");
-    const Rows rows(q, joints(), "q");
-    const OnError on_error = onErrorFromName(errors);
-    std::size_t size = 1;
-    for (const py::ssize_t n : of_point)
-      size *= static_cast<std::size_t>(n);
+    const std::size_t size = product(of_point);
     of_point.insert(of_point.begin(), points);
-    Array answers = rows.answers(of_point);
-    double* const out = answers.mutable_data();
-    const std::size_t row_size = size * static_cast<std::size_t>(points);
-    answerRows(rows.count(), threads, on_error, [&](std::size_t i) {
+    return answers(q, errors, threads, of_point, [&](const auto& joints_of_row, double* out) {
       std::vector<kinematics::ShapePoint> shape;
-      const ModelStatus status = model_->shape(rows[i], points, shape);
-      double* const answer = out + i * row_size;
-      if (status == ModelStatus::kOk) {
-        for (std::size_t p = 0; p < shape.size(); ++p)
-          write(shape[p], answer + p * size);
-      } else {
-        std::fill_n(answer, row_size, kNan);
-      }
+      const ModelStatus status = model_->shape(joints_of_row, points, shape);
+      for (std::size_t p = 0; status == ModelStatus::kOk && p < shape.size(); ++p)
+        write(shape[p], out + p * size);
       return status;
     });
-    return answers;
   }
 
   py::object withinLimits(const Array& q, double tolerance) const {
@@ -143,6 +121,32 @@ class Arm {
   }
 
  private:
+  static std::size_t product(const std::vector<py::ssize_t>& shape) {
+    return std::accumulate(shape.begin(), shape.end(), std::size_t{1},
+                           [](std::size_t all, py::ssize_t n) { return all * static_cast<std::size_t>(n); });
+  }
+
+  /// One answer of this shape a row; NaN where `answer(row, out)` returns another status than kOk.
+  template <class Answer>
+  Array answers(const Array& q,
+                const std::string& errors,
+                int threads,
+                const std::vector<py::ssize_t>& shape,
+                Answer answer) const {
+    const Rows rows(q, joints(), "q");
+    const OnError on_error = onErrorFromName(errors);
+    Array all = rows.answers(shape);
+    const std::size_t size = product(shape);
+    double* const out = all.mutable_data();
+    answerRows(rows.count(), threads, on_error, [&](std::size_t i) {
+      const ModelStatus status = answer(rows[i], out + i * size);
+      if (status != ModelStatus::kOk)
+        std::fill_n(out + i * size, size, kNan);
+      return status;
+    });
+    return all;
+  }
+
   static std::optional<kinematics::Wrench> loadOf(const py::object& wrench) {
     if (wrench.is_none())
       return std::nullopt;
@@ -264,14 +268,9 @@ void checkModel(const std::string& model) {
 }
 
 int Robot::indexOf(const std::string& arm) const {
-  std::string known;
-  for (std::size_t k = 0; k < file->arms.size(); ++k) {
-    const std::string& name = file->arms[k].name;
-    if (name == arm || name == "arm_" + arm)
-      return static_cast<int>(k);
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw py::key_error("arm: found '" + arm + "', expected one of " + known);
+  if (const auto k = config::findArm(*file, arm))
+    return static_cast<int>(*k);
+  throw py::key_error("arm: found '" + arm + "', expected one of " + config::armNames(*file));
 }
 
 int Robot::jointCount() const {

@@ -3,18 +3,15 @@
 
 #include <sstream>
 
+#include "config/arm_names.h"
 #include "services/cli/arguments.h"
 
 namespace tandem::cli {
 
 const config::Arm& armOf(const config::Robot& robot, const std::string& name) {
-  std::string known;
-  for (const config::Arm& arm : robot.arms) {
-    if (arm.name == name || arm.name == "arm_" + name)
-      return arm;
-    known += (known.empty() ? "" : ", ") + arm.name;
-  }
-  throw Failure(kUsage, "--arm: found '" + name + "', expected one of: " + known);
+  if (const auto k = config::findArm(robot, name))
+    return robot.arms[*k];
+  throw Failure(kUsage, "--arm: found '" + name + "', expected one of: " + config::armNames(robot));
 }
 
 Eigen::VectorXd numbersOf(const std::string& option, const std::string& text, int count) {

@@ -6,16 +6,14 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstring>
-#include <filesystem>
 #include <iostream>
 #include <optional>
 
 #include "config/config.h"
 #include "services/cli/arguments.h"
 #include "services/cli/console.h"
+#include "services/cli/sibling.h"
 
 namespace tandem::cli {
 namespace {
@@ -64,16 +62,10 @@ int run(const Options& options) {
     std::cout << "it is served already" << std::endl;
     return kOk;
   }
-  const std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "tandem-console";
-  std::vector<std::string> words{program, "--deployment", deployment.file.string(), "--port", std::to_string(port)};
+  std::vector<std::string> words{"--deployment", deployment.file.string(), "--port", std::to_string(port)};
   if (!options.page.empty())
     words.insert(words.end(), {"--page", options.page});
-  std::vector<char*> arguments;
-  for (std::string& word : words)
-    arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  execv(program.c_str(), arguments.data());
-  throw Failure(kFailure, program + ": " + std::strerror(errno));
+  become("tandem-console", words);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <thread>
 
+#include "config/arm_names.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
 #include "services/common/stop_signal.h"
@@ -19,10 +20,8 @@ struct Options {
 };
 
 std::uint8_t armIndex(const config::Robot& robot, const std::string& arm) {
-  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
-    if (robot.arms[k].name == arm || robot.arms[k].name == "arm_" + arm)
-      return static_cast<std::uint8_t>(k);
-  }
+  if (const auto k = config::findArm(robot, arm))
+    return static_cast<std::uint8_t>(*k);
   throw Failure(kUsage, "arm '" + arm + "', which the robot does not have");
 }
 

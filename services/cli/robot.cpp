@@ -8,6 +8,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "config/arm_names.h"
 #include "planning/follower.h"
 #include "safety/faults.h"
 #include "safety/joint_motion.h"
@@ -110,13 +111,10 @@ int moveJp(const Options& options) {
   Session session(options, true);
   dds::ControlRequest request;
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kMoveJp);
-  for (std::size_t k = 0; k < session.robot.arms.size(); ++k) {
-    const std::string& name = session.robot.arms[k].name;
-    if (name == options.arm || name == "arm_" + options.arm)
-      request.arm = static_cast<std::uint8_t>(k);
-  }
-  if (request.arm == dds::kAllArms)
+  const auto found = config::findArm(session.robot, options.arm);
+  if (!found)
     throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
+  request.arm = static_cast<std::uint8_t>(*found);
   if (options.joints.size() > safety::kMaxJointsPerArm)
     throw Failure(kUsage, "too many joints");
   request.joint_count = static_cast<std::uint8_t>(options.joints.size());

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "config/arm_names.h"
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
@@ -44,13 +45,9 @@ std::unique_ptr<teleop::Device> open(const Options& options) {
 std::uint8_t armIndex(const config::Robot& robot, const std::string& name, std::size_t otherwise) {
   if (name.empty())
     return static_cast<std::uint8_t>(std::min(otherwise, robot.arms.size() - 1));
-  std::string known;
-  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
-    if (robot.arms[k].name == name || robot.arms[k].name == "arm_" + name)
-      return static_cast<std::uint8_t>(k);
-    known += (known.empty() ? "" : ", ") + robot.arms[k].name;
-  }
-  throw Failure(cli::kUsage, "arm '" + name + "', expected one of " + known);
+  if (const auto k = config::findArm(robot, name))
+    return static_cast<std::uint8_t>(*k);
+  throw Failure(cli::kUsage, "arm '" + name + "', expected one of " + config::armNames(robot));
 }
 
 /** The two messages, and what the other threads hear. */
@@ -59,7 +56,7 @@ class Session {
   Session(const Options& options, const config::Deployment& deployment, const config::Robot& robot)
       : options_(options),
         robot_(robot),
-        client_(deployment, {.status = [this](const dds::ControlStatus& s) { hear(s); }}),
+        client_(deployment, taps()),
         inputs_(client_.bus().writer(dds::kTeleopInput)),
         statuses_(client_.bus().reader(dds::kTeleopStatus, [this](const dds::TeleopStatus& s) { hear(s); })) {
     input_.client = client_.id();
@@ -128,6 +125,12 @@ class Session {
   }
 
  private:
+  cli::Client::Taps taps() {
+    cli::Client::Taps taps;
+    taps.status = [this](const dds::ControlStatus& message) { hear(message); };
+    return taps;
+  }
+
   void take(const teleop::Reading& reading) {
     const auto arms = static_cast<std::uint8_t>(robot_.arms.size());
     if (reading.next_mode && arms > 1)

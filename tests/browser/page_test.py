@@ -6,19 +6,12 @@ TANDEM_PAGE is the folder of the built page, TANDEM_ARTIFACTS the one that scree
 import json
 import os
 import pathlib
-import socket
 import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "integration" / "harness"))
 import system  # noqa: E402  pylint: disable=wrong-import-position
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class Page(system.SystemTest):
@@ -36,7 +29,7 @@ class Page(system.SystemTest):
         robot = system.System(path)
         self.addCleanup(robot.close)
         setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path),
-                   "port": free_port(), "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
+                   "port": system.free_port(), "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
                    "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
         scenes = os.environ.get("TANDEM_SCENES", "").split()
         operator = subprocess.run(["node", str(HERE / "page.js"), json.dumps(setting), *scenes], timeout=360, check=False)

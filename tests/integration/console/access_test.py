@@ -8,7 +8,7 @@ import struct
 import subprocess
 import sys
 
-from console import CALM, HERE, OPERATOR, VIEWER, ConsoleTest, free_port
+from console import CALM, HERE, OPERATOR, VIEWER, ConsoleTest
 import system
 import wire
 
@@ -20,7 +20,7 @@ class Secured(ConsoleTest):
     """DDS Security: the console has a role of its own, and asks for tokens everywhere."""
 
     def test_it_speaks_for_those_with_a_token(self):
-        self.port, self.prefix, domain = free_port(), f"t{os.getpid()}", system.free_domain()
+        self.port, self.prefix, domain = system.free_port(), f"t{os.getpid()}", system.free_domain()
         authority = Authority(self.folder / "credentials", self.prefix, domain)
         authority.issue("control", "hal", "planning", "recorder", "console-operator")
         token = self.folder / "operator"
@@ -57,7 +57,7 @@ class Tokens(ConsoleTest):
 
     def setUp(self):
         super().setUp()
-        self.port, self.prefix = free_port(), f"t{os.getpid()}"
+        self.port, self.prefix = system.free_port(), f"t{os.getpid()}"
         for name, text in (("operator", OPERATOR), ("viewer", VIEWER)):
             (self.folder / name).write_text(text + "\n")
             (self.folder / name).chmod(0o600)

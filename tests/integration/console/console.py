@@ -2,7 +2,6 @@
 """A robot with a console, for tests."""
 import os
 import pathlib
-import socket
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -14,16 +13,10 @@ OPERATOR, VIEWER = "operator-token-0123456789", "viewer-token-0123456789"
 CALM = {"control_period_s": "0.05", "sim_period_ms": "2"}
 
 
-def free_port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
-
-
 class ConsoleTest(system.SystemTest):
     def start_robot(self):
         """Robot and console; who serves whom without tokens."""
-        self.port = free_port()
+        self.port = system.free_port()
         self.prefix = f"t{os.getpid()}"
         robot = self.start("laptop", prefix=self.prefix, console=f"{{port: {self.port}}}", **CALM)
         system.until(lambda: self.healthy(), 20, "the console serves")

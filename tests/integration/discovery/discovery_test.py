@@ -13,12 +13,6 @@ import system  # noqa: E402
 CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 
 
-def free_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 class Discovery(system.SystemTest):
     def robot(self, name, **changes):
         folder = self.folder / name
@@ -42,7 +36,7 @@ class Discovery(system.SystemTest):
         self.assertEqual(two.states(), ["ENABLED"] * 2, "the stop of one is obeyed by the other")
 
     def test_a_server_introduces_processes_which_then_do_without_it(self):
-        running = self.robot("served", discovery=f"{{server: 127.0.0.1, port: {free_port()}}}")
+        running = self.robot("served", discovery=f"{{server: 127.0.0.1, port: {system.free_port(socket.SOCK_DGRAM)}}}")
         self.assertEqual(set(running.pids), {"discovery", "sim", "control", "planning", "recorder"})
         self.assert_ok(running.robot("enable"))
         self.assert_ok(running.robot("run", self.trajectory("short", [0, 2, 0], points=2)))

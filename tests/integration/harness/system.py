@@ -10,6 +10,7 @@ import pathlib
 import queue
 import random
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -80,6 +81,13 @@ def free_domain():
         _locks.append(lock)
         return number
     raise RuntimeError("no free DDS domain")
+
+
+def free_port(kind=socket.SOCK_STREAM):
+    """A port of 127.0.0.1 that nobody has at present."""
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
 
 
 def deployment(folder, preset, **changes):
