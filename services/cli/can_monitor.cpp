@@ -145,7 +145,8 @@ void registerCanMonitor(CLI::App& can, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       can.add_subcommand("monitor", "axes of a running tandem-hal: states, positions, temperatures, faults");
-  command->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
+  command->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")
+      ->capture_default_str();
   command->add_flag("--json", options->json, "one JSON object a line");
   command->add_flag("--once", options->once, "once, instead of until Ctrl-C");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return monitor(*options); }); });

@@ -12,6 +12,7 @@ namespace tandem::cli {
 namespace {
 
 constexpr double kAnswerTime = 10.0;  // s
+constexpr double kStopTime = 5.0;     // s, until whom a stop is for must be found
 constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two looks
 
 }  // namespace
@@ -137,28 +138,15 @@ bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>&
 }
 
 void Client::connect(double seconds) {
-  constexpr auto kAskAgain = std::chrono::milliseconds(100);
   std::string silent;
-  auto ask_again = std::chrono::steady_clock::now();
   const auto ready = [&](const Snapshot& s) {
     silent.clear();
-    if (s.states == 0)
+    if (s.states == 0 || !findsDrives())
       silent += " sim (or hal)";
     // Heard is not enough: each must have heard of the one before it, too.
-    const auto answers = [this](const auto& requests, const dds::Reader& replies) {
-      return !commands() || (requests.matched() > 0 && replies.matched() > 0);
-    };
-    // A service finds the ends of a participant in the order in which they were made: whose clock has answered knows
-    // all.
-    if (const auto now = std::chrono::steady_clock::now(); now > ask_again) {
-      clocks_->ask();
-      ask_again = now + kAskAgain;
-    }
-    if (s.statuses == 0 || !clocks_->heard("control") || s.status.answers_state == 0 ||
-        !answers(control_requests_, control_replies_))
+    if (s.statuses == 0 || !clocks_->found("control") || s.status.answers_state == 0)
       silent += " control";
-    if (s.reference.answers_state == 0 || !clocks_->heard("planning") || s.reference.answers_control == 0 ||
-        !answers(planning_requests_, planning_replies_))
+    if (s.reference.answers_state == 0 || !clocks_->found("planning") || s.reference.answers_control == 0)
       silent += " planning";
     return silent.empty();
   };
@@ -179,13 +167,13 @@ void Client::onReply(const dds::Reply& reply) {
 }
 
 template <class Request>
-dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, dds::Reader& replies, Request& request) {
+dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& request) {
   if (!commands())
     throw Failure(kFailure, std::string("a ") + dds::name(role_) + " may look and stop, but not ask " + who +
                                 " for anything (--role, docs/security.md)");
-  if (!waitFor(kAnswerTime, [&](const Snapshot&) { return writer.matched() > 0 && replies.matched() > 0; })) {
+  // That somebody reads the requests is not enough: it may be a recorder.
+  if (!waitFor(kAnswerTime, [&](const Snapshot&) { return clocks_->found(who); }))
     throw Failure(kFailure, std::string(who) + " is not there");
-  }
   {
     const std::lock_guard lock(mutex_);
     request.client = id_;
@@ -212,24 +200,29 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, dds::Reade
   return answer;
 }
 
-dds::Reply Client::control(dds::ControlRequest request) {
-  return ask("control", control_requests_, control_replies_, request);
-}
-dds::Reply Client::planning(dds::PlanningRequest request) {
-  return ask("planning", planning_requests_, planning_replies_, request);
-}
-dds::Reply Client::sim(dds::SimRequest request) { return ask("sim", sim_requests_, sim_replies_, request); }
+dds::Reply Client::control(dds::ControlRequest request) { return ask("control", control_requests_, request); }
+dds::Reply Client::planning(dds::PlanningRequest request) { return ask("planning", planning_requests_, request); }
+dds::Reply Client::sim(dds::SimRequest request) { return ask("sim", sim_requests_, request); }
 
-dds::Reply Client::hal(dds::HalRequest request) { return ask("hal", hal_requests_, hal_replies_, request); }
+dds::Reply Client::hal(dds::HalRequest request) { return ask("hal", hal_requests_, request); }
 
 void Client::stop(const std::string& reason) {
   dds::Stop stop;
   stop.client = id_;
   stop.sequence = 1;
   stop.reason = reason;
-  waitFor(1.0, [this](const Snapshot&) { return stops_.matched() > 0; });
-  stops_.write(stop);
+  stops_.write(stop);  // to whoever is known already, and again to each that is found: a stop may be heard twice
+  int told = 0;
+  waitFor(kStopTime, [&](const Snapshot&) {
+    const int found = (clocks_->found("control") ? 1 : 0) + (findsDrives() ? 1 : 0);
+    if (found > told)
+      stops_.write(stop);
+    told = found;
+    return found == 2;
+  });
 }
+
+bool Client::findsDrives() { return clocks_->found("sim") || clocks_->found("hal"); }
 
 void Client::acquireLease() {
   dds::ControlRequest request;

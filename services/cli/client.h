@@ -67,6 +67,8 @@ class Client {
   dds::Reply planning(dds::PlanningRequest request);
   dds::Reply sim(dds::SimRequest request);
   dds::Reply hal(dds::HalRequest request);
+  /// Stops all arms, whether connect() found everybody or not: writes at once, and again to control and to the drives
+  /// when each is found; waits up to 5 s for that.
   void stop(const std::string& reason);
 
   void acquireLease();
@@ -78,7 +80,8 @@ class Client {
  private:
   struct Pending;
   template <class Request>
-  dds::Reply ask(const char* who, dds::Writer<Request>& writer, dds::Reader& replies, Request& request);
+  dds::Reply ask(const char* who, dds::Writer<Request>& writer, Request& request);
+  bool findsDrives();
   void onReply(const dds::Reply& reply);
 
   std::uint64_t id_;

@@ -44,6 +44,17 @@ bool Clocks::heard(const std::string& process) const {
   return processes_.count(process) > 0;
 }
 
+bool Clocks::found(const std::string& process) {
+  constexpr auto kAskAgain = std::chrono::milliseconds(100);
+  if (heard(process))
+    return true;
+  if (const auto now = std::chrono::steady_clock::now(); now - asked_ > kAskAgain) {
+    asked_ = now;
+    ask();
+  }
+  return false;
+}
+
 std::vector<ClockOffset> Clocks::offsets() const {
   const std::lock_guard lock(mutex_);
   std::vector<ClockOffset> best;

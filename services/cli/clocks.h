@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -30,8 +31,11 @@ class Clocks {
 
   /// Asks once; answers come by themselves.
   void ask();
-  /// Whether a service has answered: then it has found this client's ends, and not only this client its.
+  /// Whether a service has answered: then it has found all ends that this client made before this object, and this
+  /// client has found all of its.
   bool heard(const std::string& process) const;
+  /// The same; where it has not, asks everybody again, but not more often than every 100 ms. For loops that wait.
+  bool found(const std::string& process);
   /// One a host that has answered, in alphabetical order.
   std::vector<ClockOffset> offsets() const;
 
@@ -45,6 +49,7 @@ class Clocks {
   std::array<std::int64_t, 64> sent_{};                   ///< when, by request modulo its size
   std::map<std::string, std::deque<ClockOffset>> heard_;  ///< by host
   std::set<std::string> processes_;
+  std::chrono::steady_clock::time_point asked_{};
   dds::Writer<dds::ClockRequest> requests_;
   dds::Reader replies_;
 };

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <variant>
 
+#include "services/cli/clocks.h"
 #include "services/common/mailbox.h"
 #include "services/dds/bus.h"
 #include "services/setup/process.h"
@@ -32,6 +34,7 @@ class LivePlanner {
   dds::Bus bus_;
   dds::Writer<dds::ComputationRequest> requests_;
   dds::Reader replies_, progress_, results_;
+  std::unique_ptr<Clocks> clocks_;
 };
 
 }  // namespace tandem::cli

@@ -93,17 +93,17 @@ int stateCommand(const Options& options, const std::string& command) {
 }
 
 int stop(const Options& options) {
-  Session session(options, false);
-  session.client.stop("tandem robot stop");
-  const bool stopped = session.client.waitFor(2.0, [](const Snapshot& s) {
-    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.faults[k] == 0)
-        return false;
-    }
-    return std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
+  // Not a Session: a stop waits for nobody, least of all for the one whose silence may be the reason for it.
+  Client client(config::loadDeployment(config::findFile(options.deployment, "deployment")));
+  client.stop("tandem robot stop");
+  const bool stopped = client.waitFor(2.0, [](const Snapshot& s) {
+    const auto& faults = s.state.faults;
+    return s.states > 0 &&
+           std::all_of(faults.begin(), faults.begin() + s.state.arm_count, [](auto f) { return f != 0; }) &&
+           std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
   });
   if (!stopped)
-    throw Failure(kFailure, "stop was sent, but the robot does not report standstill");
+    throw Failure(kFailure, "stop was sent, but the drives do not report standstill; is `tandem up` running?");
   return done(options, "stopped; `tandem robot disable` clears the fault");
 }
 

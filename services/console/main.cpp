@@ -77,8 +77,8 @@ class Console {
         bus_(service::busOptions(setup.deployment, setup.name)),
         bytes_(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole)),
         diagnostics_(bus_, setup.name, setup.robot.name),
-        clock_(bus_, setup),
         markers_(bus_, service::armNames(setup.robot)),
+        clock_(bus_, setup),
         hub_(bytes_, service::armNames(setup.robot), std::to_string(setup.session)),
         server_(options_, hub_, access_, page_, [this](auto path, auto role) { return answer(path, role); }) {}
 
@@ -159,8 +159,8 @@ class Console {
   // Bytes have a bus of their own, beside the one for what we say.
   dds::Bus bus_, bytes_;
   service::Diagnostics diagnostics_;
-  service::ClockDesk clock_;
   console::Markers markers_;
+  service::ClockDesk clock_;
   console::Hub hub_;
   console::Server server_;
   Load load_;

@@ -4,6 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,7 @@ struct Service {
         bus(busOptions(s.deployment, s.name)),
         crtk(bus, s, robot),
         operators(bus, s, crtk_desk),
-        clearance(bus, s, robot),
-        clock(bus, s) {
+        clearance(bus, s, robot) {
     commands = bus.writer(dds::kActuationCommand);
     limits = bus.writer(dds::kActuationLimits);
     statuses = bus.writer(dds::kControlStatus);
@@ -79,6 +79,7 @@ struct Service {
           on_order(*order);
       }));
     }
+    clock.emplace(bus, setup);
   }
 
   /// Calls `tell` with every new fault of an arm.
@@ -124,12 +125,12 @@ struct Service {
   CrtkPublisher crtk;
   OperatorPublisher operators;
   ClearancePublisher clearance;
-  ClockDesk clock;
   dds::Writer<dds::ActuationCommand> commands;
   dds::Writer<dds::ActuationLimits> limits;
   dds::Writer<dds::ControlStatus> statuses;
   dds::Writer<dds::Reply> replies;
   std::vector<dds::Reader> readers;
+  std::optional<ClockDesk> clock;
 };
 
 }  // namespace tandem::service

@@ -49,7 +49,6 @@ class Service {
         statuses_(bus_.writer(dds::kHalStatus)),
         replies_(bus_.writer(dds::kHalReply)),
         diagnostics_(bus_, setup.name, setup.robot.name),
-        clock_(bus_, setup),
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
         beats_out_(outbox_.latest<service::LoopStatistics>([this](const auto& m) { setup_.heartbeat->beat(m); })),
         status_out_(publisher_.latest<dds::HalStatus>([this](const auto& m) {
@@ -76,6 +75,7 @@ class Service {
       spdlog::error("stop: {}", m.reason);
       stop_requested_ = true;
     });
+    const service::ClockDesk clock(bus_, setup_);
     for (const auto& refusal :
          service::enterRealtime(setup_.deployment.realtime_priority, setup_.deployment.lock_memory)) {
       spdlog::warn("{}", refusal);
@@ -160,7 +160,6 @@ class Service {
   dds::Writer<dds::Reply> replies_;
   std::string last_problem_ = "none";  ///< publisher thread
   service::Diagnostics diagnostics_;
-  service::ClockDesk clock_;
   service::Outbox outbox_;     ///< what control waits for
   service::Outbox publisher_;  ///< what people wait for
   service::Outbox::Latest<dds::ActuationState>& state_out_;

@@ -11,7 +11,10 @@ namespace tandem::service {
 std::int64_t wallNow() noexcept;
 
 /** Every service has one, so that a client can compare the clocks of the hosts (services/cli/clocks.h). Nothing of the
- * robot depends on them: ages are judged on the clock of whoever judges. */
+ * robot depends on them: ages are judged on the clock of whoever judges.
+ *
+ * It has to be the last of a service's ends: others discover them in the order in which they were made, so a client that
+ * has an answer has found all of them, and what it writes then is not lost. */
 class ClockDesk {
  public:
   ClockDesk(dds::Bus& bus, const Setup& setup);

@@ -56,10 +56,10 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
     measured_tips = bus.writer(dds::kSensingTips);
   const auto put = [&](const auto& message) { mailbox.put(message); };
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
-  const service::ClockDesk clock(bus, setup);
   auto commands = bus.reader(dds::kActuationCommand, put);
   auto requests = bus.reader(dds::kSimRequest, put);
   auto stops = bus.reader(dds::kStop, put);
+  const service::ClockDesk clock(bus, setup);
 
   service::FaultWatch watch;
   dds::ActuationState state;
@@ -130,7 +130,6 @@ class RealTime {
         state_out_(outbox_.latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
         beats_out_(outbox_.latest<service::LoopStatistics>([this](const auto& m) { setup_.heartbeat->beat(m); })),
         diagnostics_(bus_, setup.name, setup.robot.name),
-        clock_(bus_, setup),
         status_out_(outbox_.latest<dds::HalStatus>([this](const auto& m) {
           statuses_.write(m);
           snaps_.tell(setup_.robot, m);
@@ -152,6 +151,7 @@ class RealTime {
       spdlog::error("stop: {}", m.reason);
       stop_requested_ = true;
     });
+    const service::ClockDesk clock(bus_, setup_);
     for (const auto& refusal :
          service::enterRealtime(setup_.deployment.realtime_priority, setup_.deployment.lock_memory)) {
       spdlog::warn("{}", refusal);
@@ -236,7 +236,6 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationState>& state_out_;
   service::Outbox::Latest<service::LoopStatistics>& beats_out_;
   service::Diagnostics diagnostics_;
-  service::ClockDesk clock_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
   service::Outbox::Queue<service::FaultReport>& fault_out_;
   service::FaultWatch fault_watch_;
