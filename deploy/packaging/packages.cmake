@@ -36,8 +36,8 @@ set(CPACK_DEBIAN_ROBOT_PACKAGE_RECOMMENDS "systemd | systemd-sysv, can-utils, py
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tandem)
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
     "models and control of cooperating continuum robots for Python
-The module tandem: kinematics, redundancy resolution, simulation, planning and
-recordings of Tandem, on numpy arrays.")
+The module tandem: kinematics, redundancy resolution, simulation, planning,
+recordings and running robots of Tandem, on numpy arrays.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
