@@ -107,7 +107,7 @@ void timeCycle(benchmark::State& state, int arms, const std::string& model, Meth
   control::MethodParameters parameters;
   parameters.period = kPeriod;
   parameters.backend = backend;
-  const Loop loop = record(robot, few ? 6 : 20, length);
+  const Loop loop = record(robot, few ? 3 : 20, length);
   Percentiles percentiles(loop.joints.size());
   planning::TrackResult result;
   int failed = 0;

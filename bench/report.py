@@ -54,7 +54,7 @@ def ratio(a, b):
 def kinematics(results):
     runs = results.runs("bench_kinematics", "rigid", "compliant", "loaded", "shooting")
     peers = {tuple(parts[1:]): run for parts, run in runs if parts[0] == "shooting"}
-    rows = [[*parts, *timed(run), ratio(peers.get(tuple(parts[1:])), run)] for parts, run in runs]
+    rows = [[*parts, *timed(run), ratio(None if parts[0] == "loaded" else peers.get(tuple(parts[1:])), run)] for parts, run in runs]
     return "Tip, Jacobian and stability of one arm, in one call", \
         ["model", "arm", "curved parts", "joints", *TIMES, "failed", "shooting / this"], rows
 
@@ -163,14 +163,15 @@ def figures(results, folder):
                 axis.plot([x for x, _ in runs], [run[time] for _, run in runs], style, label=f"{model}, {time}",
                           color={"rigid": "C0", "compliant": "C1"}[model])
         axis.set(xlabel=kind, ylabel="us", yscale="log", title=label)
+        axis.xaxis.get_major_locator().set_params(integer=True)
         axis.legend(fontsize=8)
     batch = results.files.get("batch", [])
     for model, threads in sorted({(r["model"], r["threads"]) for r in batch}, reverse=True):
         mine = [r for r in batch if (r["model"], r["threads"]) == (model, threads)]
-        line, = axes[2].plot([r["rows"] for r in mine], [r["python_us"] for r in mine], "-o", label=f"{model}, Python, {threads} threads")
-        axes[2].plot([r["rows"] for r in mine], [r["cpp_us"] for r in mine], ":", color=line.get_color(), label="C++")
-    axes[2].set(xlabel="rows of a batch", ylabel="us a row", xscale="log", yscale="log", title="tip poses in batches")
-    axes[2].legend(fontsize=7)
+        line, = axes[2].plot([r["rows"] for r in mine], [r["python_us"] for r in mine], "-o", label=f"{model}, {threads} thread{'s' if threads > 1 else ''}")
+        axes[2].plot([r["rows"] for r in mine], [r["cpp_us"] for r in mine], ":", color=line.get_color())
+    axes[2].set(xlabel="rows of a batch", ylabel="us a row", xscale="log", yscale="log", title="tip poses in batches: Python, C++ dotted")
+    axes[2].legend(fontsize=7, loc="center right")
     figure.savefig(folder / "performance-scaling.png", dpi=110)
 
     runs = [(parts, run) for parts, run in results.runs("bench_cycle", "cycle") if parts[4] == "warm"]
