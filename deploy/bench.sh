@@ -23,8 +23,8 @@ leaves results (bench.json has all of them) and figures:
   instructions.py   instructions per call, counted by callgrind, against bench/instructions.json: more than 5 % above is an error
 
 Percentiles are over the cases (10,000 joint vectors, 2,000 programmes, steps or cycles, 5,000 cycles of the HAL; fewer for
-the slow peers), each with the best of five repetitions and without the time that other processes had, so that they tell of the code and not of
-what else the machine did; over 5,000 round trips, each as it was. All other arguments go to Google Benchmark.
+the slow peers), each with the best of five repetitions and without the time that other processes had, so that they tell of the code and
+not of what else the machine did; over 5,000 round trips, each as it was. All other arguments go to Google Benchmark.
 
   --output FOLDER  for results and figures (default: results/bench)
   --table FOLDER   prints the table of earlier results; runs nothing
