@@ -22,7 +22,7 @@ namespace {
  *   level k = 1 ... m-1, all tasks but the last one:
  *     qdot_k, y, s_k = argmin  -s + zeta/2 (|qdot|_W^2 + |y|^2 + s^2)
  *     s.t.  J_k qdot + D_k y = J_k qdot_{k-1} + s (v_k - J_k qdot_{k-1}),   J_i qdot = J_i qdot_i  for i < k,
- *           0 <= s <= 1,   L
+ *           0 <= s <= 1 / (1 - delta),   L;      then back by delta of the way to qdot_{k-1}, s = 0
  *
  *   level m, the last task:
  *     qdot_m, y = argmin  1/2 |J_m qdot + D_m y - v_m|^2 + zeta_m/2 (|qdot|_W^2 + |y|^2)
@@ -30,6 +30,10 @@ namespace {
  *
  *   last level:
  *     qdot = argmin  |qdot - qdot_c|_W^2   s.t.  J_i qdot = J_i qdot_i  for all i,   L
+ *
+ * Without the reserve delta, a task that limits scale down would leave those after it a face of L, and which face that
+ * is changes all at once: there strict priorities jump. With it every level has points inside L, and its set of
+ * velocities changes continuously. s_k is 1 where the limits allow 1 / (1 - delta), else 1 - delta times the largest.
  *
  * The regularisation of the linear programme max s is exact (Mangasarian & Meyer 1979, Friedlander & Tseng 2007): below
  * some zeta, s_k is that of the programme itself, to the last digit, and of all its solutions qdot_k is the least. For
@@ -165,6 +169,8 @@ class Hqp final : public Resolver {
     const bool singular = damp(problem, k) > 0;
     setLimits(problem, solution, k, singular ? 1 + size : 1, size);
     costOfShare(n);
+    qp_.upper[n] = 1.0 / (1.0 - kReserve);
+    const RobotVector before = solution.velocity;
     const TaskVector now = task.jacobian.lazyProduct(solution.velocity);
     const int row = qp_.equalities() - size;
     qp_.E.block(row, 0, size, n) = task.jacobian;
@@ -173,7 +179,11 @@ class Hqp final : public Resolver {
       qp_.E.block(row, n + 1, size, size) = factor_;
     qp_.e.segment(row, size) = now;
     const SolveStatus status = solve(*backend_[k], solution);
-    solution.scale[k] = status == SolveStatus::kSolved ? qp_solution_.x[n] : 0.0;
+    if (status != SolveStatus::kSolved)
+      return status;
+    // Both ends satisfy L and the tasks before, so does what lies between them.
+    solution.velocity = before + (1.0 - kReserve) * (solution.velocity - before);
+    solution.scale[k] = (1.0 - kReserve) * qp_solution_.x[n];
     return status;
   }
 
@@ -239,6 +249,7 @@ class Hqp final : public Resolver {
   }
 
   static constexpr double kRounding = 1e-9;
+  static constexpr double kReserve = 0.02;      ///< delta
   static constexpr double kNearestZeta = 1e-6;  ///< zeta_m, m^2/rad^2
 
   using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxEqualities, kMaxEqualities>;

@@ -26,6 +26,8 @@ double leastLever(const control::Task& task) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(J).singularValues().minCoeff();
 }
 
+constexpr double kReserve = 0.02;  ///< what a task leaves to those after it
+
 /// The linear programme max s, J qdot = s v inside all limits, by the interior-point judge.
 double largestShare(const control::StepProblem& problem, const control::VelocityBounds& bounds) {
   const int n = problem.joint_count;
@@ -36,7 +38,7 @@ double largestShare(const control::StepProblem& problem, const control::Velocity
   lp.E.leftCols(n) = problem.task[0].jacobian;
   lp.E.col(n) = -problem.task[0].velocity;
   lp.lower << bounds.lower, 0.0;
-  lp.upper << bounds.upper, 1.0;
+  lp.upper << bounds.upper, 1.0 / (1.0 - kReserve);
   for (int i = 0; i < bounds.row_count; ++i) {
     lp.A(i, problem.row[i].first) = problem.row[i].a_first;
     lp.A(i, problem.row[i].second) = problem.row[i].a_second;
@@ -82,7 +84,7 @@ TEST(Hqp, ScaleOfTheFirstTaskIsThatOfTheLinearProgramme) {
     ASSERT_EQ(solution.status, SolveStatus::kSolved);
     const double expected = largestShare(ark.problem, solution.bounds);
     ASSERT_TRUE(std::isfinite(expected));
-    EXPECT_NEAR(solution.scale[0], expected, 1e-5);
+    EXPECT_NEAR(solution.scale[0], (1.0 - kReserve) * expected, 1e-5);
     // All of that share, in the task's own direction.
     const Eigen::VectorXd done = ark.problem.task[0].jacobian * solution.velocity;
     EXPECT_LT((done - solution.scale[0] * ark.problem.task[0].velocity).norm(), 1e-8);
@@ -130,7 +132,7 @@ TEST(Hqp, IsContinuousWhereActiveLimitsSwitch) {
   int switches = 0;
   for (int refinement = 0; refinement < 2; ++refinement) {
     const int steps = refinement == 0 ? 400 : 6400;
-    for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 6; ++seed) {
+    for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 12; ++seed) {
       Random random(seed);
       ArkProblem ark;
       Eigen::VectorXd q(12), d(12);
