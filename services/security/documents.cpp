@@ -27,9 +27,9 @@ std::string rule(const char* kind, const std::vector<std::string>& topics) {
 
 }  // namespace
 
-/* Payloads are encrypted one by one, which no reader can be talked out of, and whole messages once more, so that
- * sequence numbers, heartbeats and acknowledgements are authentic, too, and no encrypted payload can be sent again
- * under another number. */
+/* Payloads are encrypted one by one, which no reader can be talked out of, and submessages once more, so that sequence
+ * numbers, heartbeats and acknowledgements are authentic, too, and no encrypted payload can be sent again under another
+ * number. Not whole messages (rtps_protection_kind): 2.9.1 aborts where a full one does not fit any more when encrypted. */
 std::string governance() {
   return fmt::format(kHead, "omg_shared_ca_governance.xsd") + R"(  <domain_access_rules>
     <domain_rule>
@@ -43,7 +43,7 @@ std::string governance() {
       <enable_join_access_control>true</enable_join_access_control>
       <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
       <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
-      <rtps_protection_kind>ENCRYPT</rtps_protection_kind>
+      <rtps_protection_kind>NONE</rtps_protection_kind>
       <topic_access_rules>
         <topic_rule>
           <topic_expression>*</topic_expression>
@@ -51,7 +51,7 @@ std::string governance() {
           <enable_liveliness_protection>true</enable_liveliness_protection>
           <enable_read_access_control>true</enable_read_access_control>
           <enable_write_access_control>true</enable_write_access_control>
-          <metadata_protection_kind>NONE</metadata_protection_kind>
+          <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
           <data_protection_kind>ENCRYPT</data_protection_kind>
         </topic_rule>
       </topic_access_rules>

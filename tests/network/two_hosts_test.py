@@ -9,9 +9,9 @@ import sys
 import time
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "integration" / "harness"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "integration" / "security"))
+from credentials import Authority, system  # noqa: E402
 import network  # noqa: E402
-import system  # noqa: E402
 
 PRESET = "two-hosts"
 # On any machine, however busy: twice the default budgets.
@@ -19,6 +19,7 @@ BUDGETS = "{minimum_age_ms: 100, planning_reference_ms: 500, lease_ms: 2000}"
 REFERENCE_AGE = 0.5   # s without a reference
 RAMP = 5e-3 / 0.1     # s: V_max over the deceleration of a stop
 MACHINE = 1.0         # s: how late a busy machine, its wire and the look at it may be
+POOR = {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}
 LACK = network.missing()
 
 
@@ -35,9 +36,9 @@ class TwoHosts(system.SystemTest):
         self.addCleanup(self.wire.close)
         self.path = system.deployment(self.folder, PRESET, budgets=BUDGETS)
 
-    def start_robot(self):
+    def start_robot(self, path=None):
         """It waits for the console."""
-        self.robot = system.System(self.path, self.robot_host.inside, await_ready=False, parts=("state", "status"))
+        self.robot = system.System(path or self.path, self.robot_host.inside, await_ready=False, parts=("state", "status"))
         self.addCleanup(self.robot.close)
         self.assertEqual(set(self.robot.pids), {"sim", "control", "recorder"})
         self.robot.event("waiting", 20)
@@ -53,10 +54,8 @@ class TwoHosts(system.SystemTest):
         self.start_robot()
         experiment = os.environ.get("TANDEM_EXPERIMENT") or system.short_experiment(self.folder, "nspqp")
         runs = {}
-        wires = {"clean": {}, "poor": {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}}
-        for name, trouble in wires.items():
-            for key, value in trouble.items():
-                setattr(self.wire, key, value)
+        for name, trouble in {"clean": {}, "poor": POOR}.items():
+            self.trouble(trouble)
             folder = self.folder / name
             answer = system.run("experiment", experiment, "--deployment", self.path,
                                 "--csv", folder, "--json", timeout=3600, inside=self.console_host.inside)
@@ -66,6 +65,31 @@ class TwoHosts(system.SystemTest):
             print(f"{name}: {self.wire.carried} frames carried, {self.wire.dropped} lost; iterations {iterations}", flush=True)
             for row in runs[name]["rows"]:
                 self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], 0), runs[name])
+
+    def test_secured_hosts_work_together_over_a_poor_wire(self):
+        """Each host has the keys of its own processes and no others; a client without any gets nothing."""
+        self.trouble(POOR)
+        domain, prefix = system.free_domain(), f"t{os.getpid()}"
+        authority = Authority(self.folder / "authority", prefix, domain)
+        paths = {}
+        for host, roles in (("robot", ("hal", "control", "recorder", "console-viewer")), ("console", ("planning", "console-operator"))):
+            (self.folder / host).mkdir()
+            paths[host] = system.deployment(self.folder / host, PRESET, budgets=BUDGETS, domain=domain, prefix=prefix,
+                                            security=authority.issue(*roles, to=self.folder / f"{host}-keys"))
+        self.start_robot(paths["robot"])
+        answer = self.assert_ok(system.run("experiment", system.short_experiment(self.folder, "nspqp"), "--deployment",
+                                           paths["console"], "--csv", self.folder / "csv", "--json", timeout=300,
+                                           inside=self.console_host.inside))
+        for row in json.loads(answer.stdout)["rows"]:
+            self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], 0))
+        bare = system.deployment(self.folder, PRESET, budgets=BUDGETS, domain=domain, prefix=prefix)
+        stranger = system.run("status", bare, inside=self.console_host.inside)
+        self.assertEqual(stranger.returncode, 1, stranger.stdout)
+        self.assertIn("no sign of life from: sim (or hal) control planning", stranger.stderr)
+
+    def trouble(self, kinds):
+        for key, value in kinds.items():
+            setattr(self.wire, key, value)
 
     def test_a_link_that_is_cut_stops_the_arms_until_somebody_enables_them(self):
         self.start_both()
