@@ -216,6 +216,8 @@ control::MethodParameters readParameters(const Map& map) {
   parameters.backend = control::backendFromName(map.text("backend")).value();
   for (const control::Tunable& tunable : control::kTunables)
     parameters.*tunable.member = map.number(tunable.name);
+  parameters.least_stability = map.number("least_stability");
+  parameters.least_distance = map.number("least_distance");
   return parameters;
 }
 

@@ -217,6 +217,22 @@ const Mapping& controlTable() {
           number("posture_gain", kGain, "k_p: how fast joints go to the posture of a reference")
               .above(0)
               .defaultsTo(defaults.posture_gain),
+          number("hqp_zeta", kNone, "zeta of hqp: what velocities cost against the share of a task that is done")
+              .above(0)
+              .defaultsTo(defaults.hqp_zeta),
+          number("spread_distance", kLength, "hqp leads tubes away from limits and neighbours that are nearer")
+              .above(0)
+              .defaultsTo(defaults.spread_distance),
+          number("spread_gain", kGain, "and so fast").above(0).defaultsTo(defaults.spread_gain),
+          number("barrier_gain", kGain, "largest rate at which hqp lets a margin go to its least value")
+              .above(0)
+              .defaultsTo(defaults.barrier_gain),
+          number("least_stability", kNone, "elastic stability that hqp keeps; 0: it does not look")
+              .within(0, 1)
+              .defaultsTo(defaults.least_stability),
+          number("least_distance", kLength, "between the arms of a relative task that hqp keeps; 0: it does not look")
+              .atLeast(0)
+              .defaultsTo(defaults.least_distance),
       }};
   return table;
 }

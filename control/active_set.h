@@ -31,7 +31,7 @@ class ActiveSet final : public QpBackend {
   void reset() noexcept override { remembered_ = 0; }
 
  private:
-  static constexpr int kMaxConstraints = kMaxEqualities + 2 * kMaxVariables + kMaxRows;
+  static constexpr int kMaxConstraints = kMaxEqualities + 2 * kMaxVariables + kMaxInequalities;
   enum class Kind { kEquality, kLower, kUpper, kRow };
   struct Constraint {
     Kind kind;

@@ -23,4 +23,9 @@ using TaskGram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Co
  * @return how many directions are below the threshold */
 int dampSingularDirections(const TaskGram& plain, double threshold, TaskGram& gram) noexcept;
 
+/** The same as a factor: a symmetric D = sum of lambda_i u_i u_i^T, so that the damped inverse is the least of
+ * |x|^2 + |y|^2 with A_0 x + D y = v, which a quadratic programme can have among its constraints.
+ * @return how many directions are below the threshold; 0: D is zero */
+int dampingFactor(const TaskGram& plain, double threshold, TaskGram& factor) noexcept;
+
 }  // namespace tandem::control

@@ -14,5 +14,6 @@ std::unique_ptr<Resolver> makeNspwlnJoint(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeNspqp(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeSnsqp(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeSns(const MethodParameters& parameters);
+std::unique_ptr<Resolver> makeHqp(const MethodParameters& parameters);
 
 }  // namespace tandem::control

@@ -7,7 +7,8 @@
 namespace tandem::control {
 namespace {
 
-constexpr std::array<std::string_view, kMethodCount> kMethodNames{"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns"};
+constexpr std::array<std::string_view, kMethodCount> kMethodNames{"nsp",   "nspwln", "nspwln-joint", "nspqp",
+                                                                  "snsqp", "sns",    "hqp"};
 constexpr std::array<std::string_view, 2> kBackendNames{"active-set", "ipopt"};
 constexpr std::array<std::string_view, 2> kBoundsNames{"coupled", "frozen"};
 

@@ -16,8 +16,9 @@ enum class Method {
   kNspqp,        ///< (7), null-space projection as a constrained QP
   kSnsqp,        ///< (8), saturation in the null space as a sequence of constrained QPs
   kSns,          ///< its analytic form, Flacco et al. 2015, algorithm 4
+  kHqp,          ///< ours: strict priorities below all inequalities, exact task scaling, continuous
 };
-inline constexpr int kMethodCount = 6;
+inline constexpr int kMethodCount = 7;
 
 /** Who solves the quadratic programmes. */
 enum class Backend { kActiveSet, kIpopt };
@@ -56,7 +57,13 @@ struct MethodParameters {
   /// m/rad: a direction in which the rotations move a task by less is singular to the closed-form methods, which damp
   /// it
   double singular_lever = 5e-4;
-  double posture_gain = 2.0;  ///< k_p, 1/s: how fast joints go to the posture of a reference
+  double hqp_zeta = 1e-3;         ///< zeta of hqp, (s/rad)^2: what a velocity costs against the share of a task
+  double spread_distance = 0.01;  ///< m: hqp leads tubes away from limits and neighbours that are nearer, where it can
+  double spread_gain = 0.5;       ///< 1/s: how fast
+  double barrier_gain = 1.0;      ///< 1/s: largest rate at which hqp lets a margin go to its least value
+  double least_stability = 0.0;   ///< elastic stability that hqp keeps (Tip::stability); 0: it does not look
+  double least_distance = 0.0;  ///< m between the bodies of arms of a relative task that hqp keeps; 0: it does not look
+  double posture_gain = 2.0;    ///< k_p, 1/s: how fast joints go to the posture of a reference
 };
 
 /** A number that can be changed while a method runs, by its name in robot files (there with a unit) and on the wire. */
@@ -65,7 +72,7 @@ struct Tunable {
   double MethodParameters::*member;
 };
 /// All of them; each has to be finite and above zero.
-inline constexpr std::array<Tunable, 11> kTunables{{
+inline constexpr std::array<Tunable, 15> kTunables{{
     {"nsp_damping", &MethodParameters::nsp_damping},
     {"track_weight", &MethodParameters::track_weight},
     {"translation_weight", &MethodParameters::translation_weight},
@@ -77,6 +84,10 @@ inline constexpr std::array<Tunable, 11> kTunables{{
     {"translation_step", &MethodParameters::translation_step},
     {"singular_lever", &MethodParameters::singular_lever},
     {"posture_gain", &MethodParameters::posture_gain},
+    {"hqp_zeta", &MethodParameters::hqp_zeta},
+    {"spread_distance", &MethodParameters::spread_distance},
+    {"spread_gain", &MethodParameters::spread_gain},
+    {"barrier_gain", &MethodParameters::barrier_gain},
 }};
 
 }  // namespace tandem::control

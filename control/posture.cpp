@@ -24,6 +24,31 @@ RobotVector postureVelocity(const StepProblem& problem, const MethodParameters& 
   return velocity;
 }
 
+RobotVector spreadVelocity(const StepProblem& problem, const MethodParameters& parameters) noexcept {
+  RobotVector velocity = RobotVector::Zero(problem.joint_count);
+  const auto push = [&](double gap) {
+    return parameters.spread_gain * std::max(0.0, parameters.spread_distance - gap);
+  };
+  for (int j = 0; j < problem.joint_count; ++j) {
+    const JointState& joint = problem.joint[j];
+    if (joint.kind == JointKind::kTranslation)
+      velocity[j] += push(joint.position - joint.lower) - push(joint.upper - joint.position);
+  }
+  for (int i = 0; i < problem.row_count; ++i) {
+    const CoupledRow& row = problem.row[i];
+    velocity[row.first] -= row.a_first * push(row.gap);
+    velocity[row.second] -= row.a_second * push(row.gap);
+  }
+  double share = 1.0;
+  for (int j = 0; j < problem.joint_count; ++j) {
+    const double most = std::min(problem.joint[j].velocity, parameters.translation_step / parameters.period);
+    if (std::abs(velocity[j]) * share > most)
+      share = most / std::abs(velocity[j]);
+  }
+  velocity *= share;
+  return velocity;
+}
+
 void addPosture(const StepProblem& problem,
                 const MethodParameters& parameters,
                 const RobotVector& weights,

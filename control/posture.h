@@ -14,6 +14,16 @@ namespace tandem::control {
  * `rotation`, rad/s, for every joint: straight towards the posture. */
 RobotVector postureVelocity(const StepProblem& problem, const MethodParameters& parameters, double rotation) noexcept;
 
+/** Velocity of translations away from limits and neighbours: minus gradient of
+ *
+ *   C(q) = k_s / 2  sum over all gaps of max(0, d - gap)^2,
+ *
+ * gaps being the two of every box and that of every coupled row, which moves the tubes on both of its sides apart: a
+ * tube that knows its neighbours, which Alsaka et al. 2024 (section 4) ask for in place of H(beta). d =
+ * spread_distance, k_s = spread_gain; straight, no translation faster than V and translation_step. Rotations have none.
+ */
+RobotVector spreadVelocity(const StepProblem& problem, const MethodParameters& parameters) noexcept;
+
 /** What closed-form methods add for the posture: the part of qdot_p that disturbs no task,
  *
  *   (I - J# J) qdot_p,   J# = W^-1 J^T (J W^-1 J^T + damping I)^-1,   J all tasks' Jacobians stacked.

@@ -13,7 +13,10 @@
 
 namespace tandem::control {
 
-inline constexpr int kMaxVariables = safety::kMaxJoints + 1;  ///< joint velocities and one task scale
+/// Joint velocities, one task scale, and what damping leaves of that task.
+inline constexpr int kMaxVariables = safety::kMaxJoints + 1 + kMaxTaskRows;
+/// Coupled rows and margins.
+inline constexpr int kMaxInequalities = kMaxRows + kMaxBarriers;
 inline constexpr int kMaxEqualities = kMaxTasks * kMaxTaskRows;
 
 using QpMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
@@ -21,8 +24,8 @@ using QpVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxV
 using EqualityMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxEqualities, kMaxVariables>;
 using EqualityVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxEqualities, 1>;
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxVariables>;
-using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows, 1>;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxInequalities, kMaxVariables>;
+using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxInequalities, 1>;
 
 /**   min 1/2 x^T H x + g^T x   s.t.   E x = e,   lower <= x <= upper,   A x <= b
  *

@@ -21,6 +21,10 @@ bool finite(const StepProblem& problem) {
   }
   if (problem.posture.size() > 0 && (problem.posture.size() != problem.joint_count || !problem.posture.allFinite()))
     return false;
+  for (int i = 0; i < problem.barrier_count; ++i) {
+    if (!problem.barrier[i].gradient.allFinite() || !std::isfinite(problem.barrier[i].rate))
+      return false;
+  }
   for (int k = 0; k < problem.task_count; ++k) {
     if (!problem.task[k].jacobian.allFinite() || !problem.task[k].velocity.allFinite())
       return false;
@@ -101,6 +105,13 @@ void requirePositive(double value, const char* what) {
   }
 }
 
+void requireNotNegative(double value, const char* what) {
+  if (!(value >= 0.0) || !std::isfinite(value)) {
+    throw std::invalid_argument(std::string(what) + ": found " + std::to_string(value) +
+                                ", expected a finite number not below zero");
+  }
+}
+
 }  // namespace
 
 std::string_view describe(SolveStatus status) {
@@ -159,6 +170,8 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
   requirePositive(p.period, "period");
   for (const Tunable& tunable : kTunables)
     requirePositive(p.*tunable.member, tunable.name);
+  requireNotNegative(p.least_stability, "least_stability");
+  requireNotNegative(p.least_distance, "least_distance");
   switch (method) {
     case Method::kNsp:
       return makeNsp(p);
@@ -172,6 +185,8 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
       return makeSnsqp(p);
     case Method::kSns:
       return makeSns(p);
+    case Method::kHqp:
+      return makeHqp(p);
   }
   throw std::invalid_argument("unknown method");
 }

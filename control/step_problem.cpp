@@ -10,6 +10,7 @@ void StepProblem::setLimits(const safety::ArmLimits* const* limits, int count) {
   joint_count = 0;
   row_count = 0;
   task_count = 0;
+  barrier_count = 0;
   posture.resize(0);
   for (int k = 0; k < count; ++k) {
     const safety::ArmLimits& arm = *limits[k];

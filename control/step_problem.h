@@ -55,6 +55,16 @@ struct CoupledRow {
   double approach_acceleration = safety::kUnlimited;
 };
 
+/// Most margins that a method keeps: elastic stability of every arm and distances of the arms of every task.
+inline constexpr int kMaxBarriers = safety::kMaxArms + kMaxTasks;
+
+/** A margin h(q) that is to be kept above its least value, as a velocity damper (Faverjon & Tournassoud 1987):
+ * gradient^T qdot >= rate, rate = -gain (h - least). */
+struct Barrier {
+  RobotVector gradient;  ///< of h by all joints
+  double rate = 0.0;     ///< of h, above zero where h has to grow
+};
+
 /** Everything that a redundancy-resolution method needs for one step. Reused from step to step: no allocation. */
 struct StepProblem {
   int joint_count = 0;
@@ -65,7 +75,9 @@ struct StepProblem {
   std::array<CoupledRow, kMaxRows> row{};
   int task_count = 0;
   std::array<Task, kMaxTasks> task{};  ///< highest priority first
-  RobotVector posture;                 ///< q_p, where the joints shall be as far as tasks leave them free; empty: none
+  int barrier_count = 0;
+  std::array<Barrier, kMaxBarriers> barrier{};  ///< hqp alone keeps them
+  RobotVector posture;  ///< q_p, where the joints shall be as far as tasks leave them free; empty: none
 
   /// Lays out the arms and their limits; tasks are left empty. Call once, then setPosition() each step.
   void setLimits(const safety::ArmLimits* const* limits, int count);

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "experiments/simulated_robot.h"
-#include "planning/follower.h"
 
 namespace tandem::experiments {
 namespace {
@@ -102,21 +101,23 @@ std::vector<RunPlan> plan(const config::Experiment& experiment) {
   return runs;
 }
 
-RunRecord runOffline(const config::Robot& robot,
-                     const RobotModel& model,
-                     const RunPlan& plan,
-                     const LoopOptions& options,
-                     const std::function<void(int, int)>& progress) {
+planning::Progress runLoop(const config::Robot& robot,
+                           const RobotModel& model,
+                           const RunPlan& plan,
+                           const LoopOptions& options,
+                           const std::function<void(const LoopView&)>& after) {
   if (options.feedback == planning::Feedback::kSensor && !options.plant.tracker.present)
     throw std::runtime_error("feedback: sensor needs a tip tracker, plant.tracker");
   SimulatedRobot plant(robot, model, plan.start, options);
   Controller controller(robot, model, plan.key.method, options);
   planning::Follower follower(options.control_period);
-  RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);
   const auto see = [&] { return controller.see(plant, plan.trajectory.arm, plan.trajectory.other_arm); };
 
   auto [tip, relative] = see();
-  follower.start(plan.trajectory, tip, relative);
+  if (plan.points.empty())
+    follower.start(plan.trajectory, tip, relative, plan.postures);
+  else
+    follower.startAt(plan.trajectory, tip, relative, plan.points, plan.postures);
   StepFacts facts;
   while (follower.update(tip, relative, facts.reference)) {
     const std::uint64_t actions = plant.gateActions();
@@ -132,11 +133,23 @@ RunRecord runOffline(const config::Robot& robot,
     facts.solver_iterations = static_cast<std::uint32_t>(solution.iterations);
     facts.active_limits = static_cast<std::uint32_t>(solution.active_count);
     facts.gate_actions = plant.gateActions() - actions;
-    record.add(facts);
+    after({facts, plant, follower.progress(), !moving});
     std::tie(tip, relative) = see();
-    if (progress)
-      progress(facts.point, plan.trajectory.point_count);
   }
+  return follower.progress();
+}
+
+RunRecord runOffline(const config::Robot& robot,
+                     const RobotModel& model,
+                     const RunPlan& plan,
+                     const LoopOptions& options,
+                     const std::function<void(int, int)>& progress) {
+  RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);
+  runLoop(robot, model, plan, options, [&](const LoopView& view) {
+    record.add(view.facts);
+    if (progress)
+      progress(view.facts.point, plan.trajectory.point_count);
+  });
   return record;
 }
 

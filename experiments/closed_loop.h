@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "experiments/simulated_robot.h"
+#include "planning/follower.h"
 
 namespace tandem::experiments {
 
@@ -14,6 +15,16 @@ struct RunPlan {
   RunKey key;
   planning::TrajectorySpec trajectory;
   std::vector<Eigen::VectorXd> start;
+  std::vector<planning::TrajectoryPoint> points{};  ///< in place of those of the trajectory's shape; empty: its own
+  std::vector<safety::RobotVector> postures{};      ///< planned joints of all arms, one vector a point; empty: none
+};
+
+/** A loop after one iteration. */
+struct LoopView {
+  const StepFacts& facts;
+  const SimulatedRobot& robot;
+  const planning::Progress& progress;
+  bool held;  ///< control asked for rest: the tips had not been measured, or too long ago
 };
 
 /// Those of a deployment, with the gains of the experiment.
@@ -22,6 +33,15 @@ LoopOptions loopOptions(const config::Deployment& deployment, const config::Expe
 /// All runs of an experiment: trajectories, then methods, then configurations, in the order of the file.
 /// @throw std::invalid_argument for a trajectory that names an unknown configuration.
 std::vector<RunPlan> plan(const config::Experiment& experiment);
+
+/** Closes the loop of one plan until its run is over. @param after  called after every iteration
+ * @return where the run ended
+ * @throw std::runtime_error where model or plant cannot answer or the gate refuses a command. */
+planning::Progress runLoop(const config::Robot& robot,
+                           const RobotModel& model,
+                           const RunPlan& plan,
+                           const LoopOptions& options,
+                           const std::function<void(const LoopView&)>& after);
 
 /** Runs one plan without DDS. Gives the digits of the processes in lock-step, because it calls the same objects in the
  * same order.

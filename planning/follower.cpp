@@ -50,7 +50,18 @@ void Follower::start(const TrajectorySpec& spec,
                      const Eigen::Vector3d& tip,
                      const Eigen::Vector3d& relative,
                      std::vector<safety::RobotVector> postures) {
-  std::vector<TrajectoryPoint> points = sample(spec, tip, relative);
+  startAt(spec, tip, relative, sample(spec, tip, relative), std::move(postures));
+}
+
+void Follower::startAt(const TrajectorySpec& spec,
+                       const Eigen::Vector3d& tip,
+                       const Eigen::Vector3d& relative,
+                       std::vector<TrajectoryPoint> points,
+                       std::vector<safety::RobotVector> postures) {
+  if (static_cast<int>(points.size()) != spec.point_count || points.empty()) {
+    throw std::invalid_argument("trajectory '" + spec.name + "': found " + std::to_string(points.size()) +
+                                " points, expected " + std::to_string(spec.point_count));
+  }
   if (!postures.empty() && postures.size() != points.size()) {
     throw std::invalid_argument("postures: found " + std::to_string(postures.size()) + ", expected one for each of " +
                                 std::to_string(points.size()) + " points");

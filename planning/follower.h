@@ -45,6 +45,12 @@ class Follower {
              const Eigen::Vector3d& tip,
              const Eigen::Vector3d& relative,
              std::vector<safety::RobotVector> postures = {});
+  /// The same at given points, `spec.point_count` of them, in place of those of its shape.
+  void startAt(const TrajectorySpec& spec,
+               const Eigen::Vector3d& tip,
+               const Eigen::Vector3d& relative,
+               std::vector<TrajectoryPoint> points,
+               std::vector<safety::RobotVector> postures = {});
   void stop();
   void fail();  ///< ends a run that cannot go on, as kFailed
   void pause();

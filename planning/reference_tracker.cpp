@@ -10,7 +10,7 @@ ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> mode
                                    control::Method method,
                                    const control::MethodParameters& parameters,
                                    Gains gains)
-    : tips_(models), resolver_(control::makeResolver(method, parameters)), gains_(gains) {
+    : tips_(models), margins_(models, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains) {
   if (models.size() != limits.size())
     throw std::invalid_argument("a tracker needs limits for every arm");
   for (std::size_t k = 0; k < models.size(); ++k) {
@@ -124,6 +124,7 @@ void ReferenceTracker::step(const safety::RobotVector& q,
     if (result.status != TrackStatus::kOk)
       return;
   }
+  margins_.set(tips_, q, reference, problem_);
   resolver_->solve(problem_, result.solution);
   const control::SolveStatus status = result.solution.status;
   if (status != control::SolveStatus::kSolved && status != control::SolveStatus::kInfeasible)

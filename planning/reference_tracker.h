@@ -7,6 +7,7 @@
 
 #include "control/resolver.h"
 #include "kinematics/arm_model.h"
+#include "planning/margins.h"
 #include "planning/reference.h"
 #include "planning/tips.h"
 #include "safety/limits.h"
@@ -100,6 +101,7 @@ class ReferenceTracker {
                       double& error) noexcept;
 
   TipFollower tips_;
+  Margins margins_;
   std::unique_ptr<control::Resolver> resolver_;
   Gains gains_;
   control::StepProblem problem_;

@@ -46,6 +46,8 @@ class TipFollower {
   int jointCount() const noexcept { return offset_.back(); }
   /// Of the last update in which the model could answer.
   const kinematics::Tip& tip(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip; }
+  /// The branch that the arm's model is on since then.
+  const kinematics::Branch& branch(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].branch; }
   /// Of the last update: kOk, or that of the first arm whose model could not answer.
   kinematics::ModelStatus status() const noexcept { return status_; }
   int failedArm() const noexcept { return failed_arm_; }

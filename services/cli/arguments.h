@@ -33,7 +33,7 @@ using Register = void(CLI::App& app, int& exit_code);
 Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
     registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
     registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
-    registerExport, registerPlot, registerConsole, registerTeleop;
+    registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo;
 
 /// A file to read, or standard input for "-". @throw Failure(kUsage) where it can't be opened.
 std::shared_ptr<std::istream> openInput(const std::string& path);

@@ -20,11 +20,12 @@ int main(int argc, char** argv) {
   using namespace tandem::cli;
   addRoleOption(app);
   app.fallthrough();
-  for (Register* part : {registerUp,     registerExperiment, registerRobot,  registerStatus,    registerTopics,
-                         registerDoctor, registerFk,         registerSolve,  registerStability, registerWorkspace,
-                         registerPlan,   registerValidate,   registerSchema, registerCan,       registerHome,
-                         registerJog,    registerSecurity,   registerUnits,  registerRecord,    registerInfo,
-                         registerReplay, registerExport,     registerPlot,   registerConsole,   registerTeleop}) {
+  for (Register* part :
+       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
+        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
+        registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
+        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot,     registerConsole,
+        registerTeleop, registerMonteCarlo}) {
     part(app, exit_code);
   }
   try {

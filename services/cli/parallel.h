@@ -8,7 +8,8 @@
 
 namespace tandem::cli {
 
-/** Calls body(0) ... body(count - 1) once each, on several threads, in no order; a terminal on stderr shows progress.
+/** Calls body(0) ... body(count - 1) once each, on several threads, in no order; stderr shows progress and how
+ * long it will still take: a bar on a terminal, else a line each 30 s.
  * @param threads  how many; 0: one per core
  * @param label  of the progress line
  * @throw what the first body that failed threw; the others are then not all called. */

@@ -71,6 +71,8 @@ const kOwn: Readonly<Record<string, readonly string[]>> = {
   "nspwln-joint": ["track_weight", "translation_weight", "rotation_weight", "singular_lever"],
   nspqp: ["nspqp_zeta", "translation_step"],
   snsqp: ["snsqp_zeta", "snsqp_rotation_velocity", "translation_step"],
+  sns: ["singular_lever", "translation_step"],
+  hqp: ["hqp_zeta", "spread_distance", "spread_gain", "barrier_gain", "singular_lever", "translation_step"],
 };
 
 /** Gains, then what the method reads. Parameters that this page has never heard of count for every method. */

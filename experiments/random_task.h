@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Random tasks of two cooperating arms that are known to be feasible, or not to be. */
+#pragma once
+
+#include <string_view>
+
+#include "experiments/closed_loop.h"
+
+namespace tandem::experiments {
+
+/** Curve in the space of all joints that a task's path is a piece of. */
+enum class PathKind : std::uint8_t { kLine = 0, kCircle, kLissajous };
+inline constexpr int kPathKinds = 3;
+std::string_view name(PathKind kind);
+
+/** A task: what a run of it needs, and what is known of it. */
+struct RandomTask {
+  PathKind kind = PathKind::kLine;
+  bool feasible = true;
+  RunPlan plan;                              ///< key.method is the caller's
+  std::vector<safety::RobotVector> witness;  ///< joints of all arms that do it, one vector a point; infeasible: none
+};
+
+/** Task number `index` of `seed`: the same whatever else is asked for.
+ *
+ * Feasible: q(t), t in [0, 1], all arms at once, starts at random joints inside the limits,
+ *
+ *   line        q(t) = q_0 + t d
+ *   circle      q(t) = q_0 + (cos(2 pi c t) - 1) u + sin(2 pi c t) w,   c in [1/2, 1]
+ *   Lissajous   q_j(t) = q_0j + a_j (sin(2 pi c_j t + phi_j) - sin phi_j),   c_j one of 1, 2, 3 times a piece
+ *
+ * with random d, u, w, a; it is thrown away and drawn again, smaller, until it stays inside boxes and rows everywhere,
+ * goes from each point to the next within the time that a run has for it with every joint's velocity inside the bounds
+ * of velocityBounds() at both points and inside `rotation`, and the plant neither snaps nor is unstable on it. Targets
+ * are what the plant's tips do on that path: x_A and x_A - x_B of the first two arms, at most 0.8 mm apart. So the
+ * plant can do it, with all its errors.
+ *
+ * Infeasible: the same, with the last third of the targets of x_A beyond the length of tube 1 and the tool from the
+ * arm's entry point, where nothing can reach; x_A - x_B stays as it was.
+ * @param rotation  rad/s, that of the slowest method
+ * @param options  of the plant; its seed is the task's, see seedOf()
+ * @throw std::invalid_argument where the robot has fewer than two arms, std::runtime_error where no path is found. */
+RandomTask randomTask(const config::Robot& robot,
+                      const RobotModel& model,
+                      const LoopOptions& options,
+                      double rotation,
+                      std::uint64_t seed,
+                      int index,
+                      bool feasible);
+
+/// Seed of everything random in task `index`: neighbours have nothing to do with each other.
+std::uint64_t seedOf(std::uint64_t seed, int index);
+
+}  // namespace tandem::experiments
