@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Model = Literal["rigid", "compliant"]
-Method = Literal["nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"]
+Method = Literal["nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns", "hqp"]
 OnError = Literal["raise", "nan"]
 Joints = Union[ArrayLike, Sequence[ArrayLike], Mapping[str, ArrayLike]]
 
