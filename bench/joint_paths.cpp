@@ -27,6 +27,17 @@ ConcentricTubeArm makeArm(double poisson_ratio, double outer_od, double outer_id
 }  // namespace
 
 ConcentricTubeArm arkArm() { return makeArm(0.6, 2.164e-3, 2.0e-3, {0.437, 0.317, 0.199}); }
+ConcentricTubeArm arkArm(int tubes) {
+  ConcentricTubeArm arm = arkArm();
+  if (tubes == 2)
+    arm.tubes.pop_back();
+  if (tubes == 4) {
+    kinematics::Tube& outer = arm.tubes.emplace_back(kinematics::Tube{2.8e-3, 2.4e-3, 58e9, 0.6, {}});
+    outer.addSection(0.07, 0.0);
+    outer.addSection(0.05, 4.0);
+  }
+  return arm;
+}
 ConcentricTubeArm timcArm() { return makeArm(0.3, 2.35e-3, 2.06e-3, {0.463, 0.3305, 0.199}); }
 
 bool overlapping(const ConcentricTubeArm& arm, const Eigen::VectorXd& q) {

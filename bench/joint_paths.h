@@ -13,6 +13,9 @@ namespace tandem::bench {
 kinematics::ConcentricTubeArm arkArm();
 kinematics::ConcentricTubeArm timcArm();
 
+/// arkArm() with two, three or four tubes: without the outermost, or with a shorter, wider one around it.
+kinematics::ConcentricTubeArm arkArm(int tubes);
+
 /// Whether curved parts of two tubes stand side by side in front of the entry point, so that torsion couples them.
 bool overlapping(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q);
 

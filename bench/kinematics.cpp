@@ -117,7 +117,7 @@ void timeBaseline(benchmark::State& state, kinematics::ConcentricTubeArm arm, Us
   Eigen::VectorXd twist_rate = Eigen::VectorXd::Zero(arm.tubeCount());
   Tip tip;
   auto joints = jointsFor(arm, use, over);
-  joints.resize(std::min<std::size_t>(joints.size(), 400));
+  joints.resize(std::min<std::size_t>(joints.size(), 100));
   pass(state, joints, use, [&](const Eigen::VectorXd& q, bool first) {
     if (first)
       twist_rate.setZero();

@@ -106,7 +106,7 @@ double measure(benchmark::State& state, const Folder* folder) {
   for (auto _ : state) {
     double sum = 0.0;
     for (std::size_t trip = 0; trip < kTrips; ++trip)
-      sum += percentiles.time(trip, [&] { loop.once(1.0); });
+      sum += percentiles.timeElapsed(trip, [&] { loop.once(1.0); });
     state.SetIterationTime(sum / kTrips);
   }
   percentiles.report(state);

@@ -7,8 +7,6 @@
 #include "kinematics/rigid_model.h"
 
 namespace tandem::bench {
-namespace {
-
 safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm) {
   safety::TubeLimitSpec spec;
   for (const kinematics::Tube& tube : arm.tubes) {
@@ -22,8 +20,6 @@ safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm) {
   spec.translation.approach_acceleration = 1e-3;
   return safety::makeTubeLimits(spec);
 }
-
-}  // namespace
 
 std::vector<control::StepProblem> randomSteps(int count, std::uint32_t seed) {
   const kinematics::RigidModel model(arkArm());

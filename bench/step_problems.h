@@ -6,8 +6,12 @@
 #include <vector>
 
 #include "control/step_problem.h"
+#include "kinematics/concentric_tube.h"
 
 namespace tandem::bench {
+
+/// Equation (1) for an arm, with 5 mm/s and 1 mm/s^2.
+safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm);
 
 /// Steps of the two arms of Alsaka et al. 2024 at random joints inside equation (1): the relative position first, then
 /// tip A, both asked for millimetres a second.

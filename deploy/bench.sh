@@ -7,77 +7,36 @@ source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
 
 usage() {
   cat <<'TEXT'
-Usage: deploy/bench.sh [--output FOLDER] [--no-install] [--table FILE] [BENCHMARK ARGUMENTS]
+Usage: deploy/bench.sh [--output FOLDER] [--no-install] [--table FOLDER] [BENCHMARK ARGUMENTS]
 
-Installs the Debian packages that are missing, builds the benchmarks, runs them and prints a table of each, times in us:
+Installs the Debian packages that are missing, builds the benchmarks, runs them, prints one table of all, times in us, and
+leaves results (bench.json has all of them) and figures:
 
-  bench_kinematics  forward kinematics with its Jacobian, beside a textbook solution in the same run
+  bench_kinematics  tip, Jacobian and stability, beside a textbook solution in the same run; catheters
   bench_control     one quadratic programme and one control step, beside Ipopt in the same run
+  bench_cycle       control's whole cycle for each method; one to eight arms, two to four tubes
   bench_hal         one cycle of the HAL, two arms on two buses, beside what its frames take on a wire of 1 Mbit/s
-  bench_security    a round trip from state to command between two participants, secured beside plain
-  instructions.py   instructions per call, counted by callgrind, against bench/instructions.json: more than 5 % above is an error
   bench_round_trip  state to control to command over DDS, beside a bare Fast DDS ping-pong of messages of the same size
+  bench_security    a round trip from state to command between two participants, secured beside plain
+  batch.py          tip poses in batches of 1 to 100,000, Python beside C++ in the same run, on one core and on all
+  simulation.py     lock-step simulation, in one process and over DDS
+  instructions.py   instructions per call, counted by callgrind, against bench/instructions.json: more than 5 % above is an error
 
-Percentiles are over the cases (10,000 joint vectors, 2,000 programmes or steps, 5,000 cycles; fewer for the slow
-peers), each with the best of five repetitions, so that they tell of the code and not of what else the machine did; over
-5,000 round trips, each as it was. All other arguments go to Google Benchmark.
+Percentiles are over the cases (10,000 joint vectors, 2,000 programmes, steps or cycles, 5,000 cycles of the HAL; fewer for
+the slow peers), each with the best of five repetitions and without the time that other processes had, so that they tell of the code and not of
+what else the machine did; over 5,000 round trips, each as it was. All other arguments go to Google Benchmark.
 
-  --output FOLDER  for the results, bench_*.json (default: results)
-  --table FILE   prints the table of earlier results; runs nothing
-  --no-install   use what is installed; neither apt nor root is needed
-  --help         this text
+  --output FOLDER  for results and figures (default: results/bench)
+  --table FOLDER   prints the table of earlier results; runs nothing
+  --no-install     use what is installed; neither apt nor root is needed
+  --help           this text
 
 Example:
   deploy/bench.sh --benchmark_filter=ark2024
 TEXT
 }
 
-# The table of a JSON file.
-table() {
-  /usr/bin/python3 - "$1" <<'PYTHON'
-import json
-import sys
-
-with open(sys.argv[1], encoding="utf-8") as file:
-    results = json.load(file)
-times = ("p50", "p90", "p99", "p999", "max")
-cpu = results["context"]
-print(f"{cpu['date']}, {cpu['num_cpus']} CPUs at {cpu['mhz_per_cpu']} MHz, load {cpu.get('load_avg', ['?'])[0]}; time per call, us")
-runs = [(run["name"].split("/iterations")[0].split("/"), run) for run in results["benchmarks"]]
-if runs and runs[0][0][0] == "hal":
-    print(f"{'what':<14}{'robot':<14}{'state':<14}" + "".join(f"{name:>11}" for name in times) + f"{'failed':>8}"
-          f"{'frames in':>11}{'out':>8}")
-    for name, run in runs:
-        print("".join(f"{part:<14}" for part in name) + "".join(f"{run[time]:>11.2f}" for time in times)
-              + f"{run['failed']:>8.0f}{run['received']:>11.2f}{run['sent']:>8.2f}")
-    run = runs[-1][1]
-    print(f"on the wire of one bus, by the calculator: {run['wire']:.0f} us of a cycle of {run['period']:.0f} us, load "
-          f"{100 * run['load']:.1f} %; wire and HAL one after the other: {100 * run['wire_share']:.2f} % is the wire's")
-    sys.exit()
-if runs and runs[0][0][0] == "round_trip":
-    (_, first), bare = runs[0][0], runs[0][1]
-    print(f"{'round trip':<14}" + "".join(f"{name:>11}" for name in times) + f"   ratio to {first}: p50, p99, p999")
-    for name, run in runs:
-        ratios = ", ".join(f"{run[time] / bare[time]:.2f}" for time in ("p50", "p99", "p999"))
-        print(f"{name[1]:<14}" + "".join(f"{run[time]:>11.1f}" for time in times) + f"   {ratios}")
-    sys.exit()
-kinematics = any(name[0] == "shooting" or name[0] in ("rigid", "compliant", "loaded") for name, _ in runs)
-heads, peer = ((("model", "arm", "curved parts", "joints"), (0, "shooting")) if kinematics else
-               (("what", "problem", "solver", "start"), (2, "ipopt")))
-print("".join(f"{head:<{38 if head == 'problem' else 14}}" for head in heads)
-      + "".join(f"{name:>11}" for name in times) + f"{'failed':>8}{'ratio':>8}  (median of {peer[1]} / of this)")
-medians = {tuple(name): run["p50"] for name, run in runs}
-for name, run in runs:
-    other = list(name)
-    other[peer[0]] = peer[1]
-    beside = medians.get(tuple(other)) or (None if kinematics else medians.get(tuple(other[:3] + ["cold"])))
-    ratio = f"{beside / run['p50']:.0f}" if beside and run["p50"] > 0 else "-"
-    print("".join(f"{part:<{38 if head == 'problem' else 14}}" for head, part in zip(heads, name))
-          + "".join(f"{run[time]:>11.2f}" for time in times) + f"{run['failed']:>8.0f}{ratio:>8}")
-PYTHON
-}
-
-install=true output=$root/results
+install=true output=$root/results/bench
 arguments=()
 while (($# > 0)); do
   case $1 in
@@ -85,8 +44,7 @@ while (($# > 0)); do
     --output | --table)
       (($# > 1)) || die "$1: expected a name"
       if [[ $1 == --table ]]; then
-        table "$2"
-        exit
+        exec /usr/bin/python3 "$root/bench/report.py" "$2"
       fi
       output=$2
       shift
@@ -98,15 +56,23 @@ while (($# > 0)); do
 done
 
 if $install; then install_packages; else report_packages; fi
-build release bench_kinematics bench_control bench_hal bench_round_trip bench_security bench_instructions services/all
+programs=(bench_kinematics bench_control bench_cycle bench_hal bench_round_trip bench_security)
+build release "${programs[@]}" bench_batch bench_instructions _tandem services/all
+bin=$root/build/release/bin
 mkdir -p "$output"
-for program in bench_kinematics bench_control bench_hal bench_round_trip bench_security; do
+for program in "${programs[@]}"; do
   say "running $program"
-  "$root/build/release/bin/$program" --benchmark_out="$output/$program.json" --benchmark_out_format=json \
+  "$bin/$program" --benchmark_out="$output/$program.json" --benchmark_out_format=json \
     --benchmark_format=console ${arguments[@]+"${arguments[@]}"} >"$output/$program.log" ||
     die "$program failed; see $output/$program.log"
-  say "results in $output/$program.json"
-  table "$output/$program.json"
 done
+say "running batch.py"
+/usr/bin/python3 "$root/bench/batch.py" "$bin" --output "$output/batch.json" >"$output/batch.log" || die "batch.py failed"
+say "running simulation.py"
+/usr/bin/python3 "$root/bench/simulation.py" "$bin/tandem" --output "$output/simulation.json" || die "simulation.py failed"
 say "counting instructions"
-/usr/bin/python3 "$root/bench/instructions.py" "$root/build/release/bin/bench_instructions" --output "$output/instructions.json"
+status=0
+/usr/bin/python3 "$root/bench/instructions.py" "$bin/bench_instructions" --output "$output/instructions.json" || status=$?
+say "results and figures in $output"
+/usr/bin/python3 "$root/bench/report.py" "$output" --figures "$output"
+((status == 0)) || die "instructions.py ended with exit code $status, see above"

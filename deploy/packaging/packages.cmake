@@ -19,7 +19,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
-set(CPACK_COMPONENTS_ALL robot python)
+set(CPACK_COMPONENTS_ALL robot python dev)
 
 set(CPACK_DEBIAN_ROBOT_PACKAGE_NAME tandem-robot)
 set(CPACK_COMPONENT_ROBOT_DESCRIPTION
@@ -36,14 +36,24 @@ set(CPACK_DEBIAN_ROBOT_PACKAGE_RECOMMENDS "systemd | systemd-sysv, can-utils, py
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tandem)
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
     "models and control of cooperating continuum robots for Python
-The module tandem: kinematics, redundancy resolution, simulation, planning and
-recordings of Tandem, on numpy arrays.")
+The module tandem: kinematics, redundancy resolution, simulation, planning,
+recordings and running robots of Tandem, on numpy arrays.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy, tandem-robot")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/packaging/python/postinst
     ${PROJECT_SOURCE_DIR}/deploy/packaging/python/prerm)
+
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtandem-dev)
+set(CPACK_COMPONENT_DEV_DESCRIPTION
+    "models and control of cooperating continuum robots, for C++ programs
+Headers, static libraries and the CMake package of Tandem: kinematics, redundancy
+resolution, planning, safety, hardware, simulation and robot files.")
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), coinor-libipopt-dev, libyaml-cpp-dev, tandem-robot")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake, g++")
 
 set(scripts ${PROJECT_SOURCE_DIR}/deploy/packaging/robot)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm ${scripts}/conffiles)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cooperating continuum robots: models, redundancy resolution, simulation, planning, recordings.
+"""Cooperating continuum robots: models, redundancy resolution, simulation, planning, recordings, running robots.
 
     import tandem
     arm = tandem.Robot.load("ark2024").arm("a", model="compliant")

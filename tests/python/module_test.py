@@ -183,7 +183,7 @@ class Documentation(unittest.TestCase):
         blocks = re.findall(r"```python\n(.*?)```", (SOURCE / "docs/python.md").read_text(), re.DOTALL)
         names = {}
         for block in blocks:
-            if "run.mcap" not in block:
+            if "run.mcap" not in block and "tandem.Client" not in block:  # client_test.py has a running system
                 exec(block, names)  # pylint: disable=exec-used
         self.assertEqual(names["step"].status, "solved")
         self.assertEqual(names["answer"]["reach"], "reached", names["answer"])
@@ -208,7 +208,7 @@ class Stub(unittest.TestCase):
             self.assertTrue(thing.__doc__, name)
             if isinstance(node, ast.ClassDef) and not issubclass(thing, Exception):
                 own = {n for n in vars(thing) if not n.startswith("_") or n == "__getitem__"}
-                self.assertEqual({m.name for m in node.body if isinstance(m, ast.FunctionDef)} - {"__init__"}, own, name)
+                self.assertEqual({m.name for m in node.body if isinstance(m, ast.FunctionDef)} - {"__init__", "__enter__", "__exit__"}, own, name)
 
 
 LINE = """\

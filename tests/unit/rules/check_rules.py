@@ -25,7 +25,7 @@ MAY_USE = {
     "recording": [],
     "idl": [],
     "services": LIBRARIES,
-    "python": LIBRARIES + ["services/dds"],
+    "python": LIBRARIES + ["services/dds", "services/setup", "services/cli"],
     # Benchmarks and tests mirror what they measure and test, the parts of services included.
     "bench": LIBRARIES + ["services"],
     "tests": LIBRARIES + ["services"],

@@ -24,6 +24,8 @@ CASES = [
     ("sim/drives/a.cpp", SPDX + '#include "hal/drive.h"\n', "sim/drives may use"),
     ("experiments/a.cpp", SPDX + '#include "services/dds/bus.h"\n', "experiments may use"),
     ("recording/a.cpp", SPDX + '#include "safety/limits.h"\n', "recording may use no other room"),
+    ("python/a.cpp", SPDX + '#include "services/cli/client.h"\n', None),
+    ("python/a.cpp", SPDX + '#include "services/control/orders.h"\n', "python may use"),
     ("bench/a.cpp", SPDX + '#include "services/dds/bus.h"\n', None),
     ("bench/a.cpp", SPDX + '#include "tests/support.h"\n', "bench may use"),
     ("config/a.cpp", SPDX + '  #  include "experiments/csv.h"\n', "config may use"),

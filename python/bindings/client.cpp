@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem.Client. Whatever waits does so on a thread without the interpreter's lock, while the calling one looks
+ * for signals and tells news: no lock of a client is ever held by somebody who waits for the interpreter. */
+#include <pybind11/stl.h>
+
+#include <chrono>
+#include <future>
+
+#include "control/conflict.h"
+#include "planning/follower.h"
+#include "python/bindings/bind.h"
+#include "python/bindings/controller.h"
+#include "python/bindings/live_robot.h"
+#include "python/bindings/trajectory.h"
+#include "services/cli/arguments.h"
+#include "services/dds/convert.h"
+#include "services/setup/process.h"
+
+namespace tandem::python {
+namespace {
+
+using dds::jointIndex;
+
+/// Does `work` on a thread of its own; Ctrl-C and what `tell` raises interrupt it, and are raised when it has ended.
+void await(LiveRobot& live, const std::function<void()>& work, const std::function<void()>& tell = {}) {
+  auto done = std::async(std::launch::async, work);
+  std::exception_ptr trouble;
+  for (bool ready = false; !ready;) {
+    {
+      const py::gil_scoped_release released;
+      ready = done.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
+    }
+    if (trouble)
+      continue;
+    try {
+      if (PyErr_CheckSignals() != 0)
+        throw py::error_already_set();
+      if (tell)
+        tell();
+    } catch (...) {
+      trouble = std::current_exception();
+      live.interrupt(true);
+    }
+  }
+  if (!trouble)
+    return done.get();
+  live.interrupt(false);
+  std::rethrow_exception(trouble);
+}
+
+/** What a run has reached, from the thread that it runs on to the one that tells. */
+class News {
+ public:
+  void put(const RunState& state) {
+    const std::lock_guard lock(mutex_);
+    latest_ = state;
+  }
+  std::optional<RunState> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(latest_, std::nullopt);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::optional<RunState> latest_;
+};
+
+py::dict armStatus(const cli::Snapshot& s, int arm) {
+  const auto k = static_cast<std::size_t>(arm);
+  const auto joints = [&](const dds::JointArray& all) {
+    return toArray(dds::jointsOf(all, arm, s.state.joint_count[k]));
+  };
+  py::dict one;
+  one["operating_state"] = std::string(safety::name(static_cast<safety::OperatingState>(s.status.operating_state[k])));
+  one["is_homed"] = s.status.homed[k] != 0;
+  one["is_busy"] = s.status.busy[k] != 0;
+  one["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
+  one["joints"] = joints(s.state.position);
+  one["velocity"] = joints(s.state.velocity);
+  return one;
+}
+
+py::list limitWords(const config::Robot& robot, const dds::ControlStatus& status) {
+  const std::vector<std::string> names = service::shortArmNames(robot);
+  py::list words;
+  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i)
+    words.append(control::describe(control::NamedLimit{static_cast<control::LimitKind>(status.limit_kind[i]),
+                                                       status.limit_arm[i], status.limit_tube[i]},
+                                   names));
+  return words;
+}
+
+/** The Python object: a LiveRobot until it is closed. */
+class Client {
+ public:
+  explicit Client(const std::string& deployment) {
+    const py::gil_scoped_release released;
+    live_ = std::make_shared<LiveRobot>(deployment);
+  }
+
+  void connect(double timeout) {
+    const auto live = here();
+    await(*live, [&] { live->connect(timeout); });
+  }
+  void close() {
+    std::shared_ptr<LiveRobot> last = std::exchange(live_, nullptr);
+    const py::gil_scoped_release released;
+    last.reset();
+  }
+
+  Robot robot() const { return Robot(here()->robot().file.string()); }
+  py::dict status() const {
+    const auto live = here();
+    const cli::Snapshot s = snapshot(*live);
+    py::dict all;
+    all["deployment"] = live->deployment().name;
+    all["robot"] = live->robot().name;
+    all["method"] = std::string(control::name(static_cast<control::Method>(s.status.method)));
+    all["model"] = s.status.model == 1 ? "compliant" : "rigid";
+    all["feedback"] = std::string(planning::name(static_cast<planning::Feedback>(s.status.feedback)));
+    all["lease"] = s.status.lease_holder == 0 ? "free" : s.status.lease_holder == live->id() ? "ours" : "held";
+    all["source"] = std::string(dds::describe(static_cast<dds::Source>(s.status.source)));
+    all["hold"] = std::string(dds::describe(static_cast<dds::HoldReason>(s.status.hold)));
+    py::dict arms;
+    for (int k = 0; k < std::min<int>(s.state.arm_count, static_cast<int>(live->robot().arms.size())); ++k)
+      arms[live->robot().arms[static_cast<std::size_t>(k)].name.c_str()] = armStatus(s, k);
+    all["arms"] = arms;
+    py::dict trajectory;
+    trajectory["phase"] = std::string(planning::name(static_cast<planning::Phase>(s.reference.phase)));
+    trajectory["point"] = s.reference.point;
+    trajectory["points"] = s.reference.point_count;
+    trajectory["iterations"] = s.reference.total_iterations;
+    all["trajectory"] = trajectory;
+    all["errors"] = std::vector<double>(s.status.task_error.begin(), s.status.task_error.begin() + s.status.task_count);
+    all["limits"] = limitWords(live->robot(), s.status);
+    py::dict control;
+    control["period"] = s.status.period;
+    control["cycles"] = s.status.cycles;
+    control["overruns"] = s.status.overruns;
+    control["cycle_time_max"] = s.status.cycle_time_max;
+    all["control"] = control;
+    return all;
+  }
+  py::tuple measuredJs(const std::string& arm) const {
+    const auto live = here();
+    const int k = robot().indexOf(arm);
+    const cli::Snapshot s = snapshot(*live);
+    const auto i = static_cast<std::size_t>(k);
+    if (s.state.valid[i] == 0)
+      throw cli::Failure(cli::kFailure,
+                         live->robot().arms[i].name + ": the drives say that its joints are not measured");
+    return py::make_tuple(toArray(dds::jointsOf(s.state.position, k, s.state.joint_count[i])),
+                          toArray(dds::jointsOf(s.state.velocity, k, s.state.joint_count[i])));
+  }
+  Array measuredCp(const std::string& arm) const {
+    const auto live = here();
+    const auto k = static_cast<std::size_t>(robot().indexOf(arm));
+    dds::PoseStamped tip;
+    await(*live, [&] { tip = live->measuredTip(k); });
+    Eigen::Isometry3d pose(
+        Eigen::Quaterniond(tip.orientation[3], tip.orientation[0], tip.orientation[1], tip.orientation[2]));
+    pose.translation() = Eigen::Vector3d::Map(tip.position.data());
+    return toArray(pose.matrix());
+  }
+
+  void stateCommand(const char* command) const {
+    const auto live = here();
+    await(*live, [&] { live->stateCommand(command); });
+  }
+  void stop(const std::string& reason) const {
+    const auto live = here();
+    await(*live, [&] { live->stop(reason); });
+  }
+  void home() const {
+    const auto live = here();
+    await(*live, [&] { live->home(); });
+  }
+  void setMethod(const std::string& method) const {
+    const auto live = here();
+    await(*live, [&, wanted = methodFrom(method)] { live->setMethod(wanted); });
+  }
+  void set(const std::string& name, const py::object& value) const {
+    const auto live = here();
+    await(*live, [&, text = py::cast<std::string>(py::str(value))] { live->setParameter(name, text); });
+  }
+  void moveJp(const std::string& arm, const Array& q) const {
+    const auto live = here();
+    const auto k = static_cast<std::size_t>(robot().indexOf(arm));
+    if (q.ndim() != 1)
+      throw py::value_error("q: found an array of " + std::to_string(q.ndim()) + " dimensions, expected one");
+    const Eigen::VectorXd joints = Rows(q, live->robot().arms[k].limits.jointCount(), "q")[0];
+    await(*live, [&] { live->moveJp(k, joints); });
+  }
+  py::dict run(const py::object& trajectory, const py::object& method, bool keep_enabled, const py::object& progress) {
+    const auto live = here();
+    const planning::TrajectorySpec spec =
+        py::isinstance<Trajectory>(trajectory)
+            ? py::cast<Trajectory>(trajectory).spec
+            : config::loadTrajectory(config::findFile(py::cast<std::string>(trajectory), "trajectory"));
+    std::optional<control::Method> wanted;
+    if (!method.is_none())
+      wanted = methodFrom(py::cast<std::string>(method));
+    News news;
+    RunState end;
+    const auto put = [&](const RunState& state) { news.put(state); };
+    const auto tell = [&] {
+      if (const auto state = news.take(); state && !progress.is_none())
+        progress(state->point, state->points, state->errors);
+    };
+    await(
+        *live, [&, text = config::formatTrajectory(spec)] { end = live->run(text, wanted, keep_enabled, put); }, tell);
+    py::dict result;
+    result["points"] = end.points;
+    result["iterations"] = end.iterations;
+    result["errors"] = end.errors;
+    return result;
+  }
+
+ private:
+  std::shared_ptr<LiveRobot> here() const {
+    if (!live_)
+      throw cli::Failure(cli::kFailure, "this client is closed");
+    return live_;
+  }
+  static cli::Snapshot snapshot(LiveRobot& live) {
+    cli::Snapshot s;
+    await(live, [&] { s = live.snapshot(); });
+    return s;
+  }
+
+  std::shared_ptr<LiveRobot> live_;
+};
+
+}  // namespace
+
+void bindClient(py::module_& module) {
+  using namespace py::literals;
+  py::register_exception<cli::Failure>(module, "ClientError", PyExc_RuntimeError).attr("__doc__") =
+      "A running system is silent, or refuses: says who, and why.";
+  py::class_<Client>(
+      module, "Client",
+      "A client of a running system (`tandem up`), over DDS. Commands take the control lease and give it "
+      "back, come one at a time, and return when they are done; ClientError says why they are not. "
+      "Ctrl-C pauses what moves. `with` connects at the beginning and closes at the end.")
+      .def(py::init<const std::string&>(), "deployment"_a = "laptop",
+           "A preset or file. Joins and waits for nobody: whatever needs others connects first.")
+      .def("connect", &Client::connect, "timeout"_a = 10.0,
+           "Waits until sim (or hal), control and planning are heard and hear us, s. ClientError names who is silent.")
+      .def("close", &Client::close, "Leaves. The robot stays as it is.")
+      .def("__enter__",
+           [](py::object self) {
+             self.attr("connect")();
+             return self;
+           })
+      .def("__exit__", [](Client& client, const py::args&) { client.close(); })
+      .def_property_readonly("robot", &Client::robot, "The Robot of the deployment.")
+      .def("status", &Client::status,
+           "What the system said last, as a dict: deployment, robot, method, model, feedback, lease ('free', 'ours', "
+           "'held'), source, hold, arms (by name: operating_state, is_homed, is_busy, faults, joints, velocity), "
+           "trajectory (phase, point, points, iterations), errors (m), limits (in words), control (period, cycles, "
+           "overruns, cycle_time_max; s). Never older than 2 s and three control periods.")
+      .def("measured_js", &Client::measuredJs, "arm"_a, "CRTK: (positions, velocities), m, rad, m/s, rad/s.")
+      .def("measured_cp", &Client::measuredCp, "arm"_a,
+           "CRTK: tip pose of the measured joints as control has it, (4, 4), robot base frame.")
+      .def(
+          "enable", [](const Client& c) { c.stateCommand("enable"); }, "All arms to ENABLED.")
+      .def(
+          "disable", [](const Client& c) { c.stateCommand("disable"); }, "All arms to DISABLED; clears faults.")
+      .def(
+          "pause", [](const Client& c) { c.stateCommand("pause"); }, "All arms to PAUSED: motions wait.")
+      .def(
+          "resume", [](const Client& c) { c.stateCommand("resume"); }, "Paused arms to ENABLED: motions go on.")
+      .def("stop", &Client::stop, "reason"_a = "stop of a Python client",
+           "Soft stop of all arms; returns when the drives report standstill. Latches FAULT until disable(). Needs "
+           "neither lease nor connection, and may come from another thread or from progress while a command is under "
+           "way.")
+      .def("method", &Client::setMethod, "name"_a, "Chooses the redundancy-resolution method.")
+      .def("set", &Client::set, "name"_a, "value"_a, "Sets a parameter of the method or a gain, as `tandem robot set`.")
+      .def("move_jp", &Client::moveJp, "arm"_a, "q"_a,
+           "Moves one ENABLED arm along a straight line in joint space, m and rad, and returns when it is there.")
+      .def("home", &Client::home, "Moves all ENABLED arms to the home of the robot file.")
+      .def("run", &Client::run, "trajectory"_a, py::kw_only(), "method"_a = py::none(), "keep_enabled"_a = false,
+           "progress"_a = py::none(),
+           "Enables, follows a trajectory (Trajectory, preset or file) from where the tips are, disables. progress("
+           "point, points, errors) is called as points are reached, errors in m; what it raises pauses the arms and is "
+           "raised here. A dict of points, iterations, errors (m).");
+}
+
+}  // namespace tandem::python

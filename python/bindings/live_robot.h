@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A running robot as a client commands it, without Python: what the calls of tandem.Client do. */
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "control/parameters.h"
+#include "services/cli/client.h"
+
+namespace tandem::python {
+
+/** How far a run is, or how it ended. */
+struct RunState {
+  std::uint32_t point = 0, points = 0, iterations = 0;  ///< iterations of all points so far
+  std::vector<double> errors;                           ///< m, one a task
+};
+
+/** Commands take the control lease and give it back; they come one at a time. stop() and looking need neither. All
+ * calls wait, none of them holds the interpreter's lock, and all throw cli::Failure with the reason. */
+class LiveRobot {
+ public:
+  /// Joins; waits for nobody. @throw config::Error, std::invalid_argument
+  explicit LiveRobot(const std::string& deployment);
+
+  const config::Deployment& deployment() const { return deployment_; }
+  const config::Robot& robot() const { return robot_; }
+
+  /// Until sim (or hal), control and planning are heard and hear us.
+  void connect(double seconds);
+  /// What they said last. @throw cli::Failure where control has fallen silent
+  cli::Snapshot snapshot();
+  std::uint64_t id() const { return client_->id(); }
+  /// Tip pose that control computes of the measured joints.
+  dds::PoseStamped measuredTip(std::size_t arm);
+
+  /// "enable", "disable", "pause", "resume" for all arms; `disable` clears faults.
+  void stateCommand(const std::string& command);
+  void setMethod(control::Method method);
+  void setParameter(const std::string& name, const std::string& value);
+  /// Returns when the arm is there, to safety::kAtRest.
+  void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
+  /// All arms to the home of the robot file.
+  void home();
+  /// Enables, follows a trajectory (YAML text), disables. @param news  called from here while it runs
+  RunState run(const std::string& trajectory,
+               std::optional<control::Method> method,
+               bool keep_enabled,
+               const std::function<void(const RunState&)>& news);
+  /// Stops all arms and waits until the drives report it; needs no connection and interrupts no command.
+  void stop(const std::string& reason);
+
+  /// Ends what waits, if true: motions are paused, their command fails.
+  void interrupt(bool wanted) { interrupted_ = wanted; }
+
+ private:
+  /// One command: nobody else's, with the lease if it needs it.
+  class Command {
+   public:
+    Command(LiveRobot& live, bool lease);
+    ~Command();
+    Command(const Command&) = delete;
+    Command& operator=(const Command&) = delete;
+
+   private:
+    LiveRobot& live_;
+    std::unique_lock<std::mutex> alone_;
+    bool lease_;
+  };
+  struct Pose {
+    std::mutex mutex;
+    std::optional<dds::PoseStamped> value;
+  };
+
+  bool waitFor(double seconds, const std::function<bool(const cli::Snapshot&)>& condition);
+  void giveLeaseBack() noexcept;
+  void expectNoFault(const cli::Snapshot& snapshot) const;
+  /// Pauses where a motion came to no end by itself, and says so.
+  [[noreturn]] void abandon(const std::string& what, bool trajectory);
+  void disable();
+
+  config::Deployment deployment_;
+  config::Robot robot_;
+  double patience_;  ///< s of control's silence
+  std::atomic<bool> interrupted_{false}, cleaning_{false};
+  std::atomic<std::int64_t> heard_{0};  ///< when control was heard last, ns
+  std::atomic<bool> connected_{false};
+  std::mutex command_;
+  std::vector<std::unique_ptr<Pose>> poses_;
+  std::unique_ptr<cli::Client> client_;
+  std::vector<dds::Reader> readers_;
+};
+
+}  // namespace tandem::python
