@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/cli/arguments.h"
+#include "services/cli/cooperative.h"
 #include "services/cli/role.h"
 
 int main(int argc, char** argv) {
@@ -20,11 +21,12 @@ int main(int argc, char** argv) {
   using namespace tandem::cli;
   addRoleOption(app);
   app.fallthrough();
-  for (Register* part : {registerUp,     registerExperiment, registerRobot,  registerStatus,    registerTopics,
-                         registerDoctor, registerFk,         registerSolve,  registerStability, registerWorkspace,
-                         registerPlan,   registerValidate,   registerSchema, registerCan,       registerHome,
-                         registerJog,    registerSecurity,   registerUnits,  registerRecord,    registerInfo,
-                         registerReplay, registerExport,     registerPlot,   registerConsole,   registerTeleop}) {
+  for (Register* part :
+       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
+        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
+        registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
+        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot,     registerConsole,
+        registerTeleop, registerCooperative}) {
     part(app, exit_code);
   }
   try {
