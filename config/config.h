@@ -244,7 +244,7 @@ std::filesystem::path findShared(const std::string& installed, const std::vector
 /** Finds a preset by bare name ("ark2024"): as a path if it is one, else in the folders given by TANDEM_CONFIG_PATH
  * (colon-separated), else beside the executable or module (../share/tandem), else, from a build tree, in its source
  * tree.
- * @param kind "robot", "experiment", "deployment", "trajectory", "hardware", or empty for any
+ * @param kind one or several of kinds(), with | between them, or empty for any
  * @throw Error that lists the presets there are. */
 std::filesystem::path findFile(const std::string& name_or_path, const std::string& kind);
 

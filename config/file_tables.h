@@ -10,6 +10,7 @@
 namespace tandem::config {
 
 const Mapping& robotTable();
+const Mapping& cooperativeTable();
 const Mapping& experimentTable();
 const Mapping& deploymentTable();
 const Mapping& trajectoryTable();
@@ -19,7 +20,7 @@ const Mapping& plantTable();
 /// The `teleoperation` of a deployment.
 const Mapping& teleoperationTable();
 
-/// "robot", "experiment", "deployment", "trajectory", "hardware".
+/// "robot", "experiment", "deployment", "trajectory", "hardware", "cooperative".
 const std::vector<std::string>& kinds();
 
 /// The table of a kind. @throw std::invalid_argument for an unknown kind.

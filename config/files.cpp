@@ -70,17 +70,22 @@ std::vector<fs::path> searchFolders() {
   return folders;
 }
 
-/// "robots", "trajectories", "hardware".
+/// "robots", "trajectories", "hardware", "cooperative".
 std::string folderOf(const std::string& kind) {
-  if (kind == "hardware")
+  if (kind == "hardware" || kind == "cooperative")
     return kind;
   return kind.ends_with('y') ? kind.substr(0, kind.size() - 1) + "ies" : kind + "s";
 }
 
 std::vector<std::string> foldersOf(const std::string& kind) {
-  if (!kind.empty())
-    return {folderOf(kind)};
   std::vector<std::string> all;
+  for (std::size_t begin = 0; begin < kind.size();) {
+    const std::size_t end = std::min(kind.find('|', begin), kind.size());
+    all.push_back(folderOf(kind.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  if (!all.empty())
+    return all;
   for (const std::string& known : kinds())
     all.push_back(folderOf(known));
   return all;

@@ -26,6 +26,18 @@ std::filesystem::path companionPath(const Map& map, const std::string& kind, con
 /// @throw Error at the element that is outside.
 Eigen::VectorXd readJoints(const Map& map, const safety::ArmLimits& limits);
 
+/// R = Rz(yaw) Ry(pitch) Rx(roll), and a position.
+Eigen::Isometry3d readPose(const Map& map);
+
+/// Velocity, accelerations and step of a joint.
+void readMotion(const Map& map, safety::JointLimit& limit);
+
+/// The `control` of a robot.
+control::MethodParameters readParameters(const Map& map);
+
+/// @throw Error at an arm of the name `pair`.
+void refusePair(const Map& arm);
+
 /// The `plant` of a deployment. @param robot_file read where the plant names arms.
 /// @throw Error at the value that names an arm or tube that there is not, or at a load on a rigid plant.
 sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_file);

@@ -18,18 +18,6 @@ constexpr double kRecoverableStrain = 0.04;
 /// Poisson's ratio of an incompressible isotropic material.
 constexpr double kLargestPoissonRatio = 0.5;
 
-/// R = Rz(yaw) Ry(pitch) Rx(roll).
-Eigen::Isometry3d readPose(const Map& map) {
-  const Eigen::Vector3d rpy = map.vector3("rpy");
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() =
-      (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
-  pose.translation() = map.vector3("position");
-  return pose;
-}
-
 void warnOfStrain(const Map& map, const Tube& tube) {
   const double curvature = tube.sections.back().curvature;
   const double strain = std::abs(curvature) * tube.outer_diameter / 2.0;
@@ -99,14 +87,6 @@ std::vector<Tube> readTubes(const Map& arm) {
     tubes.push_back(tube);
   }
   return tubes;
-}
-
-void readMotion(const Map& map, JointLimit& limit) {
-  limit.velocity = map.number("velocity");
-  limit.approach_acceleration = map.number("approach_acceleration");
-  limit.slew_limit = map.number("slew_limit");
-  limit.stop_deceleration = map.number("stop_deceleration");
-  limit.max_step = map.number("max_step");
 }
 
 JointLimit readRotation(const Map& map, bool hardware) {
@@ -209,18 +189,6 @@ Arm readArm(const Map& map, bool hardware) {
   return arm;
 }
 
-control::MethodParameters readParameters(const Map& map) {
-  control::MethodParameters parameters;
-  parameters.period = map.number("period");
-  parameters.bounds = control::boundsFromName(map.text("bounds")).value();
-  parameters.backend = control::backendFromName(map.text("backend")).value();
-  for (const control::Tunable& tunable : control::kTunables)
-    parameters.*tunable.member = map.number(tunable.name);
-  parameters.least_stability = map.number("least_stability");
-  parameters.least_distance = map.number("least_distance");
-  return parameters;
-}
-
 }  // namespace
 
 Robot loadRobot(const std::filesystem::path& file) {
@@ -233,8 +201,7 @@ Robot loadRobot(const std::filesystem::path& file) {
   robot.hardware = map.flag("hardware");
   for (const Map& arm : map.maps("arms")) {
     arm.expectNew("name", arm.text("name"), robot.arms, &Arm::name);
-    if (arm.text("name") == "pair")
-      arm.fail("name", "found 'pair', which stands for two arms together in names of topics, expected another name");
+    refusePair(arm);
     robot.arms.push_back(readArm(arm, robot.hardware));
   }
   robot.parameters = readParameters(map.map("control"));

@@ -213,7 +213,8 @@ std::string rowOf(const Field& field, bool is_choice) {
 }  // namespace
 
 const std::vector<std::string>& kinds() {
-  static const std::vector<std::string> all{"robot", "experiment", "deployment", "trajectory", "hardware"};
+  static const std::vector<std::string> all{"robot",      "experiment", "deployment",
+                                            "trajectory", "hardware",   "cooperative"};
   return all;
 }
 
@@ -228,6 +229,8 @@ const Mapping& tableOf(const std::string& kind) {
     return trajectoryTable();
   if (kind == "hardware")
     return hardwareTable();
+  if (kind == "cooperative")
+    return cooperativeTable();
   throw std::invalid_argument("found the kind '" + kind + "', expected one of " + join(kinds()));
 }
 

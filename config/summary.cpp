@@ -2,6 +2,7 @@
 #include <cmath>
 #include <variant>
 
+#include "config/cooperative.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
 
@@ -83,6 +84,24 @@ Summary summarize(const planning::TrajectorySpec& spec) {
           {}};
 }
 
+Summary summarize(const CooperativeRobot& robot) {
+  std::string text = "cooperative robot " + robot.name + ": " + count(robot.arms.size(), "catheter", "catheters");
+  if (robot.object) {
+    std::vector<std::string> contacts;
+    for (std::size_t k = 0; k < robot.object->contacts.size(); ++k) {
+      contacts.push_back(robot.arms[static_cast<std::size_t>(robot.object->arms[k])].name + " " +
+                         std::string(nameOf(robot.object->contacts[k].type)));
+    }
+    text += ", an object held by " + join(contacts);
+  }
+  if (robot.assistance) {
+    text += ", " + robot.arms[static_cast<std::size_t>(robot.assistance->assist)].name + " assists " +
+            robot.arms[static_cast<std::size_t>(robot.assistance->target)].name + " (" +
+            std::string(nameOf(robot.assistance->pair.type)) + " contact)";
+  }
+  return {"cooperative", text, robot.warnings};
+}
+
 }  // namespace
 
 Summary validate(const std::filesystem::path& file) {
@@ -95,6 +114,8 @@ Summary validate(const std::filesystem::path& file) {
     return summarize(loadDeployment(file));
   if (kind == "hardware")
     return summarize(loadHardware(file));
+  if (kind == "cooperative")
+    return summarize(loadCooperative(file));
   return summarize(loadTrajectory(file));
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <vector>
 
 namespace tandem::kinematics::assist {
 
@@ -109,13 +110,12 @@ Reach reachAt(const TargetAssist& model, const Range& range, const Joints& q) {
   return reach;
 }
 
-ReachVolume reachVolume(const TargetAssist& model, const Range& range, int samples, double cell, std::uint64_t seed) {
+ReachVolume reachVolume(const catheter::Arm& target, const Range& range, std::span<const Reach> samples, double cell) {
   ReachVolume volume;
-  const catheter::Arm& target = model.pair().target.arm;
   std::set<std::array<std::int64_t, 3>> cells;
   const double half_diagonal = 0.5 * std::sqrt(3.0) * cell, one = cell * cell * cell;
-  for (volume.samples = 0; volume.samples < samples; ++volume.samples) {
-    const Reach reach = reachAt(model, range, jointsOf(range, static_cast<std::uint64_t>(volume.samples), seed));
+  volume.samples = static_cast<int>(samples.size());
+  for (const Reach& reach : samples) {
     if (reach.status != Status::kOk)
       continue;
     ++volume.answered;
@@ -130,6 +130,13 @@ ReachVolume reachVolume(const TargetAssist& model, const Range& range, int sampl
   }
   volume.alone = volumeAlone(target, range, cell);
   return volume;
+}
+
+ReachVolume reachVolume(const TargetAssist& model, const Range& range, int samples, double cell, std::uint64_t seed) {
+  std::vector<Reach> all;
+  for (int k = 0; k < samples; ++k)
+    all.push_back(reachAt(model, range, jointsOf(range, static_cast<std::uint64_t>(k), seed)));
+  return reachVolume(model.pair().target.arm, range, all, cell);
 }
 
 }  // namespace tandem::kinematics::assist

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "kinematics/assist/target_assist.h"
 
@@ -38,6 +39,9 @@ struct ReachVolume {
   int answered = 0;       ///< samples with a contact
   int samples = 0;
 };
+
+/// Of samples that reachAt() has answered. @param cell  edge of a cell, m
+ReachVolume reachVolume(const catheter::Arm& target, const Range& range, std::span<const Reach> samples, double cell);
 
 /// @param samples  joint vectors that are tried, cold  @param cell  edge of a cell, m
 ReachVolume reachVolume(const TargetAssist& model, const Range& range, int samples, double cell, std::uint64_t seed);

@@ -54,7 +54,7 @@ class Decomposition {
   Eigen::JacobiSVD<Any> svd_;
 };
 
-/// The same space by vectors with as many zeros as can be (Gauss and Jordan, full pivoting), each of size one.
+/// Gauss and Jordan, full pivoting.
 Any readable(const Any& basis) {
   constexpr double kNothing = 1e-9;
   Any rows = basis.transpose();
@@ -125,6 +125,8 @@ Twist objectScale(double length) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd readable(const Eigen::MatrixXd& basis) { return readable(Any(basis)); }
 
 std::string describeDegeneracies(unsigned degeneracies) {
   const std::pair<Degeneracy, const char*> words[] = {

@@ -21,6 +21,10 @@ using Twists = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 /// Tips of the arms in the order of the contacts, with Jacobians.
 using ArmTips = std::span<const Tip* const>;
 
+/// The space that columns span by as many vectors with as many zeros as can be, each of size one.
+/// @param basis  linearly independent columns
+Eigen::MatrixXd readable(const Eigen::MatrixXd& basis);
+
 /** Why a grasp is degenerate; several may hold. */
 enum Degeneracy : unsigned {
   kNotRestrained = 1,     ///< the object can move although every arm stands still: see unrestrained

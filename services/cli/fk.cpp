@@ -3,9 +3,11 @@
 #include <cmath>
 #include <iostream>
 
+#include "config/cooperative.h"
 #include "kinematics/compliant_model.h"
 #include "services/cli/arguments.h"
 #include "services/cli/arm_options.h"
+#include "services/cli/fk.h"
 #include "services/cli/table.h"
 
 namespace tandem::cli {
@@ -13,18 +15,15 @@ namespace {
 
 using kinematics::ModelStatus;
 
-struct Options {
-  std::string robot = "ark2024", arm = "a", model = "rigid", csv = "-", wrench;
-  bool jacobian = false, compliance = false, branch = false, follow = false, end_angles = false;
-  bool shape_details = false, json = false;
-  int shape = 0;
-};
+using Options = FkOptions;
 
 void check(const Options& o) {
   const auto refuse = [](bool wrong, const std::string& why) {
     if (wrong)
       throw Failure(kUsage, why);
   };
+  refuse(o.model != "rigid" && o.model != "compliant",
+         "--model: found '" + o.model + "', expected rigid or compliant for concentric tubes");
   const bool rigid = o.model == "rigid";
   refuse(o.shape > 0 && o.jacobian, "--jacobian: is that of the tip, and --shape answers points of the backbone");
   refuse(o.shape > 0 && o.compliance, "--compliance: is that of the tip, and --shape answers points of the backbone");
@@ -197,8 +196,11 @@ class Answerer {
 };
 
 int run(const Options& options) {
+  const std::filesystem::path file = config::findFile(options.robot, "robot|cooperative");
+  if (config::kindOf(file) == "cooperative")
+    return catheterFk(options, file);
   check(options);
-  const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
+  const config::Robot robot = config::loadRobot(file);
   const config::Arm& arm = armOf(robot, options.arm);
   Answerer answerer(options, arm);
   const auto input = openInput(options.csv);
@@ -218,8 +220,9 @@ void registerFk(CLI::App& app, int& exit_code) {
       app.add_subcommand("fk", "forward kinematics of one arm: tip pose, stability, Jacobian or shape per row");
   fk->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   fk->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->capture_default_str();
-  fk->add_option("-m,--model", options->model, "kinematic model: rigid, or compliant (torsion, loads)")
-      ->check(CLI::IsMember({"rigid", "compliant"}))
+  fk->add_option("-m,--model", options->model,
+                 "kinematic model: rigid, or compliant (torsion, loads); of a catheter constant-curvature, or cosserat")
+      ->check(CLI::IsMember({"rigid", "compliant", "constant-curvature", "cosserat"}))
       ->capture_default_str();
   fk->add_option("-w,--wrench", options->wrench,
                  "fx,fy,fz,mx,my,mz at the tool tip, N and N m; directions stay those of the base frame");
@@ -236,8 +239,10 @@ void registerFk(CLI::App& app, int& exit_code) {
   fk->add_option("-s,--shape", options->shape, "N backbone points a row instead of the tip")
       ->check(CLI::Range(2, 10000));
   fk->add_flag("--shape-details", options->shape_details, "add the points' curvature and the tubes' torsional moments");
-  fk->add_option("--csv", options->csv,
-                 "rows beta_1..beta_n,alpha_1..alpha_n in m and rad, without header; - is standard input")
+  fk->add_option(
+        "--csv", options->csv,
+        "rows beta_1..beta_n,alpha_1..alpha_n (of a catheter insertion,roll,bend) in m and rad, without header; - is "
+        "standard input")
       ->capture_default_str();
   fk->add_flag("--json", options->json, "JSON instead of CSV");
   fk->footer(
@@ -245,7 +250,8 @@ void registerFk(CLI::App& app, int& exit_code) {
       "no stable answer.\n"
       "Examples:\n"
       "  echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -\n"
-      "  echo -0.1,-0.08,-0.05,0.785,1.2,2.5 | tandem fk --model compliant --wrench 0,0.1,0,0,0,0 --jacobian");
+      "  echo -0.1,-0.08,-0.05,0.785,1.2,2.5 | tandem fk --model compliant --wrench 0,0.1,0,0,0,0 --jacobian\n"
+      "  echo 0.06,0,1.57 | tandem fk --robot ablation-pair --model cosserat --wrench 0,0.01,0,0,0,0 --compliance");
   fk->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
 }
 

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/cli/arguments.h"
+#include "services/cli/cooperative.h"
 #include "services/cli/role.h"
 
 int main(int argc, char** argv) {
@@ -25,7 +26,7 @@ int main(int argc, char** argv) {
         registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
         registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
         registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot,     registerConsole,
-        registerTeleop, registerMonteCarlo}) {
+        registerTeleop, registerMonteCarlo, registerCooperative}) {
     part(app, exit_code);
   }
   try {

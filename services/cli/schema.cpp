@@ -10,9 +10,7 @@ namespace tandem::cli {
 void registerSchema(CLI::App& app, int& exit_code) {
   auto kind = std::make_shared<std::string>();
   CLI::App* schema = app.add_subcommand("schema", "print the JSON Schema of a kind of file");
-  schema->add_option("kind", *kind, "robot, experiment, deployment or trajectory")
-      ->required()
-      ->check(CLI::IsMember({"robot", "experiment", "deployment", "trajectory"}));
+  schema->add_option("kind", *kind, "kind of file")->required()->check(CLI::IsMember(config::kinds()));
   schema->callback([kind, &exit_code] {
     guarded(exit_code, [&] {
       std::cout << config::schema(*kind);

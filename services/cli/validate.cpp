@@ -47,7 +47,8 @@ int run(const std::vector<std::string>& files, bool as_json) {
 void registerValidate(CLI::App& app, int& exit_code) {
   auto files = std::make_shared<std::vector<std::string>>();
   auto as_json = std::make_shared<bool>(false);
-  CLI::App* validate = app.add_subcommand("validate", "check robot, experiment, deployment and trajectory files");
+  CLI::App* validate = app.add_subcommand(
+      "validate", "check robot, cooperative robot, experiment, deployment, trajectory and hardware files");
   validate->add_option("files", *files, "YAML files")->required();
   validate->add_flag("--json", *as_json, "JSON instead of text");
   validate->callback([files, as_json, &exit_code] { guarded(exit_code, [&] { return run(*files, *as_json); }); });

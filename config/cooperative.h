@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Robot files of catheters that hold an object together or push one another. */
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "control/parameters.h"
+#include "kinematics/assist/reach.h"
+#include "kinematics/grasp/grasp.h"
+#include "safety/limits.h"
+
+namespace tandem::config {
+
+/** One catheter. Joints: insertion (m), roll, bend (rad). */
+struct CatheterArm {
+  std::string name;
+  kinematics::catheter::ElasticArm model;
+  double tendon_offset = 0.0;  ///< distance of the pull wires from the axis, m
+  safety::ArmLimits limits;
+  Eigen::VectorXd home;  ///< inside the limits
+};
+
+/** What the arms hold at home. Their tips touch it there without a force. */
+struct HeldObject {
+  double size = 0.0;                                       ///< m; makes a radian comparable to a metre
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< robot base frame <- object frame, at home
+  std::vector<int> arms;                                   ///< of the contacts
+  std::vector<kinematics::grasp::Contact> contacts;
+  Eigen::Vector3d load = Eigen::Vector3d::Zero();  ///< force on the object at its origin, N, robot base frame
+  double squeeze = 0.0;                            ///< normal force that is to be held at each contact, N
+};
+
+/** One arm pushes the base of bending of another one. */
+struct Assistance {
+  int target = 0, assist = 0;     ///< arms
+  kinematics::assist::Pair pair;  ///< touches without a force where the assist arm is `press` short of home
+  double press = 0.0;             ///< by which the assist arm's home is inserted beyond touching, m
+  double push = 0.0;              ///< force along the contact's normal that is to be held, N; 0: that of home
+};
+
+/** A robot file of catheters. */
+struct CooperativeRobot {
+  std::string name;
+  std::vector<CatheterArm> arms;
+  std::optional<HeldObject> object;
+  std::optional<Assistance> assistance;
+  control::MethodParameters parameters;
+  std::vector<std::string> warnings;
+  std::filesystem::path file;
+
+  /// Joint ranges of target and assist arm; with an assistance only.
+  kinematics::assist::Range range() const;
+  /// Home of both.
+  kinematics::assist::Joints home() const;
+};
+
+/// @throw Error that names file, line, key, what was found and what was expected.
+CooperativeRobot loadCooperative(const std::filesystem::path& file);
+
+/// "robot" where the first key is `tandem: robot/1`. @throw Error where a file has no known kind.
+std::string kindOf(const std::filesystem::path& file);
+
+}  // namespace tandem::config

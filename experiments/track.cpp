@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "experiments/track.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "kinematics/grasp/grasp.h"
+
+namespace tandem::experiments {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Singular values below this part of the largest one are none.
+constexpr double kRank = 1e-7;
+/// A direction this near to the movable ones counts as one of them, as a sine.
+constexpr double kOutside = 1e-4;
+
+struct Spaces {
+  MatrixXd range, rest, null;  ///< orthonormal: range, its complement, null space
+};
+
+Spaces spacesOf(const MatrixXd& matrix, double least = 0.0) {
+  if (matrix.size() == 0) {
+    return {MatrixXd(matrix.rows(), 0), MatrixXd::Identity(matrix.rows(), matrix.rows()),
+            MatrixXd::Identity(matrix.cols(), matrix.cols())};
+  }
+  const Eigen::JacobiSVD<MatrixXd> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const VectorXd& values = svd.singularValues();
+  Eigen::Index rank = 0;
+  while (rank < values.size() && values[rank] > kRank * values[0] && values[rank] > least)
+    ++rank;
+  return {svd.matrixU().leftCols(rank), svd.matrixU().rightCols(matrix.rows() - rank),
+          svd.matrixV().rightCols(matrix.cols() - rank)};
+}
+
+/// Rows of the tracked components, metres each.
+template <class Matrix>
+MatrixXd rowsOf(const Matrix& matrix, const std::vector<int>& tracked, double length) {
+  MatrixXd rows(tracked.size(), matrix.cols());
+  for (std::size_t k = 0; k < tracked.size(); ++k)
+    rows.row(static_cast<Eigen::Index>(k)) = (tracked[k] < 3 ? 1.0 : length) * matrix.row(tracked[k]);
+  return rows;
+}
+
+/// The other way: columns of tracked components as twists.
+MatrixXd twistsOf(const MatrixXd& columns, const std::vector<int>& tracked, double length) {
+  MatrixXd twists = MatrixXd::Zero(6, columns.cols());
+  for (std::size_t k = 0; k < tracked.size(); ++k)
+    twists.row(tracked[k]) = columns.row(static_cast<Eigen::Index>(k)) / (tracked[k] < 3 ? 1.0 : length);
+  return twists;
+}
+
+Spaces motionSpaces(const Mechanism& mechanism, const std::vector<int>& tracked) {
+  MatrixXd above(0, mechanism.jacobian().cols());
+  for (const control::Task& task : mechanism.above(0.0)) {
+    above.conservativeResize(above.rows() + task.jacobian.rows(), Eigen::NoChange);
+    above.bottomRows(task.jacobian.rows()) = task.jacobian;
+  }
+  const MatrixXd free = spacesOf(above).null;
+  // What is left of rates beside those that above() forbids is rounding below this part of them.
+  constexpr double kRounding = 1e-3;
+  const MatrixXd rows = rowsOf(mechanism.jacobian(), tracked, mechanism.length());
+  return spacesOf(rows * free, kRounding * rows.norm());
+}
+
+std::string listed(const Eigen::Matrix<double, 6, Eigen::Dynamic>& twists, double length) {
+  std::string text;
+  for (Eigen::Index k = 0; k < twists.cols(); ++k)
+    text += (k > 0 ? ", " : "") + kinematics::grasp::describe(twists.col(k), length);
+  return text.empty() ? "none" : text;
+}
+
+/** One run: the problem of a period, and what is noted of it. */
+class Run {
+ public:
+  Run(Mechanism& mechanism, const ObjectPath& path, const TrackOptions& options)
+      : mechanism_(mechanism),
+        path_(path),
+        options_(options),
+        tracked_(path.tracked()),
+        resolver_(control::makeResolver(options.method, options.parameters)) {
+    const auto& limits = mechanism.limits();
+    problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
+    const auto kinds = mechanism.kinds();
+    joints_ = mechanism.home();
+    if (static_cast<int>(kinds.size()) != problem_.joint_count || joints_.size() != problem_.joint_count)
+      throw std::invalid_argument("mechanism: kinds, home and limits are not of the same joints");
+    for (std::size_t j = 0; j < kinds.size(); ++j)
+      problem_.joint[j].kind = kinds[j];
+  }
+
+  const RobotVector& joints() const { return joints_; }
+
+  /// A period with the frame to be at `wanted`, moving by `rate`. @return empty, or why there is none
+  std::string step(double time, const Eigen::Isometry3d& wanted, const Twist& rate, TrackRecord& record) {
+    const Twist error = difference(mechanism_.pose(), wanted);
+    problem_.setPosition(joints_);
+    problem_.task_count = 0;
+    for (const control::Task& task : mechanism_.above(options_.gain))
+      addTask(task.jacobian, task.velocity);
+    const double length = mechanism_.length();
+    addTask(rowsOf(mechanism_.jacobian(), tracked_, length), rowsOf(rate + options_.gain * error, tracked_, length));
+    for (const control::Task& task : mechanism_.below(options_.gain))
+      addTask(task.jacobian, task.velocity);
+    problem_.posture = mechanism_.home();
+    resolver_->solve(problem_, solution_);
+    note(time, rowsOf(error, tracked_, length).norm(), record);
+    if (solution_.status != control::SolveStatus::kSolved && solution_.status != control::SolveStatus::kInfeasible)
+      return std::string(describe(solution_.status));
+    joints_ += options_.parameters.period * solution_.velocity;
+    for (int j = 0; j < problem_.joint_count; ++j)
+      joints_[j] = std::clamp(joints_[j], problem_.joint[static_cast<std::size_t>(j)].lower,
+                              problem_.joint[static_cast<std::size_t>(j)].upper);
+    return mechanism_.settle(joints_);
+  }
+
+ private:
+  void addTask(const MatrixXd& jacobian, const VectorXd& velocity) {
+    if (problem_.task_count == control::kMaxTasks || jacobian.rows() > control::kMaxTaskRows)
+      throw std::invalid_argument("found more tasks or rows than " + std::to_string(control::kMaxTasks) + " of " +
+                                  std::to_string(control::kMaxTaskRows) + " each");
+    control::Task& task = problem_.task[static_cast<std::size_t>(problem_.task_count++)];
+    task.jacobian = jacobian;
+    task.velocity = velocity;
+  }
+
+  void note(double time, double error, TrackRecord& record) {
+    TrackStep step;
+    step.time = time;
+    step.joints = joints_;
+    step.pose = mechanism_.pose();
+    step.error = error;
+    step.drift = mechanism_.drift();
+    for (const auto& [name, value] : mechanism_.facts())
+      step.facts.push_back(value);
+    step.active_limits = solution_.active_count;
+    step.status = solution_.status;
+    record.steps.push_back(std::move(step));
+  }
+
+  Mechanism& mechanism_;
+  const ObjectPath& path_;
+  const TrackOptions& options_;
+  std::vector<int> tracked_;
+  std::unique_ptr<control::Resolver> resolver_;
+  control::StepProblem problem_;
+  control::Solution solution_;
+  RobotVector joints_;
+};
+
+void judge(const TrackOptions& options, TrackRecord& record) {
+  double squares = 0.0;
+  int count = 0;
+  for (const TrackStep& step : record.steps) {
+    if (step.time < 0.0)
+      continue;
+    squares += step.error * step.error;
+    ++count;
+    record.max_error = std::max(record.max_error, step.error);
+    record.max_drift = std::max(record.max_drift, step.drift);
+  }
+  record.rms_error = count > 0 ? std::sqrt(squares / count) : 0.0;
+  const auto millimetres = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g mm", 1e3 * value);
+    return std::string(text);
+  };
+  if (record.stopped.empty() && record.max_drift > options.most_drift)
+    record.stopped =
+        "contacts drift by " + millimetres(record.max_drift) + ", more than " + millimetres(options.most_drift);
+  if (record.stopped.empty() && record.max_error > options.most_error)
+    record.stopped =
+        "the path is left by " + millimetres(record.max_error) + ", more than " + millimetres(options.most_error);
+}
+
+}  // namespace
+
+Movability movability(const Mechanism& mechanism, const std::vector<int>& tracked) {
+  const Spaces spaces = motionSpaces(mechanism, tracked);
+  const double length = mechanism.length();
+  Movability result;
+  result.movable = twistsOf(kinematics::grasp::readable(spaces.range), tracked, length);
+  result.missing = twistsOf(kinematics::grasp::readable(spaces.rest), tracked, length);
+  return result;
+}
+
+std::string refusal(const Mechanism& mechanism, const ObjectPath& path) {
+  const std::vector<int> tracked = path.tracked();
+  const double length = mechanism.length();
+  const Spaces spaces = motionSpaces(mechanism, tracked);
+  std::string impossible;
+  for (const int direction : path.directions) {
+    const VectorXd wanted = rowsOf(Twist(Twist::Unit(direction)), tracked, length);
+    const VectorXd outside = wanted - spaces.range * (spaces.range.transpose() * wanted);
+    if (outside.norm() > kOutside * wanted.norm())
+      impossible +=
+          (impossible.empty() ? "" : ", ") + kinematics::grasp::describe(Twist(Twist::Unit(direction)), length);
+  }
+  if (impossible.empty())
+    return "";
+  const Movability can = movability(mechanism, tracked);
+  return "the path asks for " + impossible +
+         (path.held == Hold::kAll      ? " with all else held"
+          : path.held == Hold::kPlaces ? " with the place held"
+                                       : "") +
+         "; possible: " + listed(can.movable, length) + "; missing: " + listed(can.missing, length);
+}
+
+TrackRecord track(Mechanism& mechanism,
+                  const ObjectPath& path,
+                  const TrackOptions& options,
+                  const std::function<void(double, double)>& progress) {
+  path.check();
+  TrackRecord record;
+  Run run(mechanism, path, options);
+  record.refused = mechanism.settle(run.joints());
+  if (!record.refused.empty()) {
+    record.refused = "home: " + record.refused;
+    return record;
+  }
+  for (const auto& [name, value] : mechanism.facts())
+    record.names.push_back(name);
+  const double period = options.parameters.period;
+  const Eigen::Isometry3d held = mechanism.pose();
+  constexpr double kPart = 0.02;  // of the drift that is allowed, where the path may begin
+  for (double left = options.patience; mechanism.drift() > kPart * options.most_drift; left -= period) {
+    const std::string why = run.step(-left, held, Twist::Zero(), record);
+    if (!why.empty() || left < period) {
+      record.refused = "before the path: " + (why.empty() ? "what comes before it does not come true" : why);
+      return record;
+    }
+  }
+  record.refused = mechanism.trouble();
+  if (record.refused.empty())
+    record.refused = refusal(mechanism, path);
+  if (!record.refused.empty())
+    return record;
+  record.first_shape = mechanism.shapes();
+  const Eigen::Isometry3d start = mechanism.pose();
+  const int steps = static_cast<int>(std::ceil(path.duration / period)) + 1;
+  Twist displacement, rate;
+  for (int k = 0; k < steps && record.stopped.empty(); ++k) {
+    path.at(k * period, displacement, rate);
+    record.stopped = run.step(k * period, displaced(start, displacement), rate, record);
+    if (record.stopped.empty())
+      record.stopped = mechanism.trouble();
+    if (!record.stopped.empty())
+      record.stopped = "at " + std::to_string(k * period).substr(0, 6) + " s: " + record.stopped;
+    if (progress)
+      progress(k * period, path.duration);
+  }
+  record.last_shape = mechanism.shapes();
+  judge(options, record);
+  return record;
+}
+
+}  // namespace tandem::experiments

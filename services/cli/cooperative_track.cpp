@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem cooperative co-manipulate, target-assist: an object or a tip along a path, in one process. */
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+#include "experiments/catheters.h"
+#include "experiments/track.h"
+#include "services/cli/arguments.h"
+#include "services/cli/arm_options.h"
+#include "services/cli/cooperative.h"
+#include "services/cli/figure.h"
+#include "services/cli/table.h"
+
+namespace tandem::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using experiments::TrackRecord;
+using experiments::TrackStep;
+
+struct Options {
+  std::string robot, contact, shape = "lissajous", along, method = "nspqp", hold = "none", csv, figure;
+  double size = 5e-3, duration = 10.0;
+  bool json = false;
+};
+
+bool assisted(const Options& options) { return options.contact == "assist"; }
+
+std::vector<int> directionsOf(const std::string& text) {
+  std::vector<int> directions;
+  std::istringstream line(text);
+  for (std::string name; std::getline(line, name, ',');) {
+    try {
+      directions.push_back(experiments::directionOf(name));
+    } catch (const std::invalid_argument& error) {
+      throw Failure(kUsage, "--along: " + std::string(error.what()));
+    }
+  }
+  return directions;
+}
+
+/// The first directions that the mechanism can be moved in, where none are given: places before turns.
+std::vector<int> possible(experiments::Mechanism& mechanism, experiments::ObjectPath path) {
+  const std::size_t wanted = path.shape == experiments::PathShape::kLine ? 1 : 2;
+  std::vector<int> found;
+  for (int k = 0; k < 6 && found.size() < wanted; ++k) {
+    path.directions = {k};
+    if (experiments::refusal(mechanism, path).empty())
+      found.push_back(k);
+  }
+  if (found.size() < wanted) {
+    throw Failure(kFailure,
+                  "the arms move what they hold along " +
+                      (found.empty() ? std::string("none") : "no more than " + experiments::directionName(found[0])) +
+                      " of x, y, z, rx, ry, rz, and the shape needs " + std::to_string(wanted) +
+                      "; see tandem cooperative mobility, or use --shape line");
+  }
+  return found;
+}
+
+std::vector<std::string> jointNames(const config::CooperativeRobot& robot, bool assisted) {
+  std::vector<int> arms;
+  if (assisted)
+    arms = {robot.assistance->target, robot.assistance->assist};
+  else
+    arms = robot.object->arms;
+  std::vector<std::string> names;
+  for (const int arm : arms) {
+    for (const char* joint : {"insertion_", "roll_", "bend_"})
+      names.push_back(joint + robot.arms[static_cast<std::size_t>(arm)].name);
+  }
+  return names;
+}
+
+void writeRows(std::ostream& out, const TrackRecord& record, std::vector<std::string> joints) {
+  std::vector<std::string> names{"time"};
+  append(names, joints);
+  append(names, {"x", "y", "z", "qx", "qy", "qz", "qw", "error", "drift"});
+  append(names, record.names);
+  names.push_back("active_limits");
+  Table table(out, names, false);
+  for (const TrackStep& step : record.steps) {
+    std::vector<double> row{step.time};
+    row.insert(row.end(), step.joints.begin(), step.joints.end());
+    append(row, poseNumbers(step.pose));
+    append(row, {step.error, step.drift});
+    append(row, step.facts);
+    row.push_back(step.active_limits);
+    table.add(row, std::string(control::describe(step.status)));
+  }
+  if (!table.finish())
+    throw Failure(kFailure, "the rows cannot be written");
+}
+
+void writeShapes(const fs::path& file, const TrackRecord& record) {
+  std::ofstream out(file);
+  Table table(out, {"end", "arm", "x", "y", "z"}, false);
+  for (const int end : {0, 1}) {
+    const auto& shapes = end == 0 ? record.first_shape : record.last_shape;
+    for (std::size_t arm = 0; arm < shapes.size(); ++arm) {
+      for (const Eigen::Vector3d& p : shapes[arm])
+        table.add({double(end), double(arm), p.x(), p.y(), p.z()}, "ok");
+    }
+  }
+  table.finish();
+}
+
+/// Smallest and largest of a fact along the path.
+std::pair<double, double> rangeOf(const TrackRecord& record, std::size_t fact) {
+  double lower = INFINITY, upper = -INFINITY;
+  for (const TrackStep& step : record.steps) {
+    if (step.time < 0.0)
+      continue;
+    lower = std::min(lower, step.facts[fact]);
+    upper = std::max(upper, step.facts[fact]);
+  }
+  return {lower, upper};
+}
+
+Json summary(const Options& o, const experiments::ObjectPath& path, const TrackRecord& record) {
+  Json directions = Json::array(), facts = Json::object();
+  for (const int d : path.directions)
+    directions.push_back(experiments::directionName(d));
+  int active = 0, periods = 0;
+  for (const TrackStep& step : record.steps) {
+    active += step.time >= 0.0 && step.active_limits > 0;
+    periods += step.time >= 0.0;
+  }
+  for (std::size_t k = 0; k < record.names.size() && periods > 0; ++k) {
+    const auto [lower, upper] = rangeOf(record, k);
+    facts[record.names[k]] = {lower, upper};
+  }
+  return {{"robot", o.robot},
+          {"method", o.method},
+          {"shape", o.shape},
+          {"along", directions},
+          {"size_m", o.size},
+          {"hold", o.hold},
+          {"periods", periods},
+          {"good", record.good()},
+          {"refused", record.refused},
+          {"stopped", record.stopped},
+          {"rms_error_m", record.rms_error},
+          {"max_error_m", record.max_error},
+          {"max_drift_m", record.max_drift},
+          {"periods_at_limits", active},
+          {"facts", facts}};
+}
+
+void print(const Json& json, bool assisted) {
+  if (json["refused"] != "") {
+    std::printf("refused: %s\n", json["refused"].get<std::string>().c_str());
+    return;
+  }
+  std::string along;
+  for (const Json& name : json["along"])
+    along += (along.empty() ? "" : ", ") + name.get<std::string>();
+  std::printf("%s along %s of %.1f mm, held: %s, %s: %d periods, %d with a limit in force\n",
+              json["shape"].get<std::string>().c_str(), along.c_str(), 1e3 * json["size_m"].get<double>(),
+              json["hold"].get<std::string>().c_str(), json["method"].get<std::string>().c_str(),
+              json["periods"].get<int>(), json["periods_at_limits"].get<int>());
+  std::printf("  %-32s %10s %10s\n", "", "rms", "largest");
+  std::printf("  %-32s %10.4f %10.4f\n", assisted ? "error of the tip, mm" : "error of the object, mm",
+              1e3 * json["rms_error_m"].get<double>(), 1e3 * json["max_error_m"].get<double>());
+  std::printf("  %-32s %10s %10.2g\n", assisted ? "contact open, mm" : "drift of the contacts, mm", "",
+              1e3 * json["max_drift_m"].get<double>());
+  std::printf("  %-32s %10s %10s\n", "", "smallest", "largest");
+  for (const auto& [name, range] : json["facts"].items())
+    std::printf("  %-32s %10.4f %10.4f\n", name.c_str(), range[0].is_null() ? NAN : range[0].get<double>(),
+                range[1].is_null() ? NAN : range[1].get<double>());
+  if (json["stopped"] != "")
+    std::printf("not good: %s\n", json["stopped"].get<std::string>().c_str());
+}
+
+int run(Options o) {
+  config::CooperativeRobot robot = cooperativeRobot(o.robot);
+  const auto need = [&](bool there, const char* what) {
+    if (!there)
+      throw Failure(kUsage, robot.file.string() + ": " + what + ": found none, expected one for this command");
+  };
+  std::unique_ptr<experiments::Mechanism> mechanism;
+  if (assisted(o)) {
+    need(robot.assistance.has_value(), "assistance");
+    mechanism = std::make_unique<experiments::AssistedMechanism>(robot);
+  } else {
+    need(robot.object.has_value(), "object");
+    if (!o.contact.empty()) {
+      for (auto& contact : robot.object->contacts)
+        contact.type = kinematics::grasp::contactType(o.contact);
+    }
+    mechanism = std::make_unique<experiments::HeldObjectMechanism>(robot);
+  }
+  experiments::ObjectPath path{
+      experiments::pathShape(o.shape), directionsOf(o.along), o.size, o.duration, mechanism->length(),
+      experiments::hold(o.hold)};
+  if (o.along.empty()) {
+    if (const std::string why = mechanism->settle(mechanism->home()); !why.empty())
+      throw Failure(kFailure, "home: " + why);
+    path.directions = possible(*mechanism, path);
+  }
+  try {
+    path.check();
+  } catch (const std::invalid_argument& error) {
+    throw Failure(kUsage, error.what());
+  }
+  experiments::TrackOptions track;
+  track.method = control::methodFromName(o.method).value();
+  track.parameters = robot.parameters;
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const TrackRecord record = experiments::track(*mechanism, path, track, [&](double time, double duration) {
+    if (terminal)
+      std::fprintf(stderr, "\r%6.2f of %.2f s ", time, duration);
+  });
+  if (terminal)
+    std::fprintf(stderr, "\r%30s\r", "");
+  const Json json = summary(o, path, record);
+  if (o.json)
+    std::cout << json.dump(2) << '\n';
+  else
+    print(json, assisted(o));
+  if (!o.figure.empty() && o.csv.empty())
+    o.csv = fs::path(o.figure).replace_extension(".csv").string();
+  if (!o.csv.empty()) {
+    if (fs::path(o.csv).has_parent_path())
+      fs::create_directories(fs::path(o.csv).parent_path());
+    std::ofstream out(o.csv);
+    writeRows(out, record, jointNames(robot, assisted(o)));
+  }
+  if (!o.figure.empty() && record.refused.empty()) {
+    const std::string shapes = fs::path(o.csv).replace_extension(".shapes.csv").string();
+    writeShapes(shapes, record);
+    drawFigures("cooperative.py", {"track", o.csv, shapes, o.figure});
+  }
+  return record.good() ? kOk : kFailure;
+}
+
+void add(CLI::App& app, int& exit_code, bool assist) {
+  auto options = std::make_shared<Options>();
+  options->robot = assist ? "ablation-assist" : "ablation-pair";
+  CLI::App* command = assist ? app.add_subcommand("target-assist", "both arms move the tip of the one that is pushed")
+                             : app.add_subcommand("co-manipulate", "arms move the object that they hold");
+  command->add_option("-r,--robot", options->robot, "cooperative robot file or preset")->capture_default_str();
+  if (assist) {
+    options->contact = "assist";
+    options->hold = "places";
+  } else {
+    command->add_option("--contact", options->contact, "contact type instead of those of the file")
+        ->check(CLI::IsMember({"frictionless", "point", "soft_finger", "rigid"}));
+  }
+  command->add_option("--shape", options->shape, "line, circle or lissajous")
+      ->check(CLI::IsMember({"line", "circle", "lissajous"}))
+      ->capture_default_str();
+  command->add_option("--along", options->along,
+                      "directions of the shape: of x, y, z, rx, ry, rz one for a line, else two; the first that the "
+                      "arms can move in");
+  command->add_option("--size", options->size, "amplitude, m; of a turn the same on the object's size")
+      ->check(CLI::Range(1e-6, 1.0))
+      ->capture_default_str();
+  command->add_option("--duration", options->duration, "s")->check(CLI::Range(0.1, 3600.0))->capture_default_str();
+  command->add_option("--hold", options->hold, "what is held beside the directions: none, places, or all")
+      ->check(CLI::IsMember({"none", "places", "all"}))
+      ->capture_default_str();
+  std::vector<std::string> methods;
+  for (int m = 0; m < control::kMethodCount; ++m)
+    methods.emplace_back(control::name(static_cast<control::Method>(m)));
+  command->add_option("--method", options->method, "redundancy resolution")
+      ->check(CLI::IsMember(methods))
+      ->capture_default_str();
+  command->add_option("--csv", options->csv, "file with a row a period, SI");
+  command->add_option("--figure", options->figure, "PNG file: arms, path, errors, forces");
+  command->add_flag("--json", options->json, "JSON instead of text");
+  command->footer(
+      "Ends with 1 where the arms cannot do it, with the reason, or do it worse than 1 mm or 0.1 mm of "
+      "contact drift.\nDocumentation: docs/cooperative.md");
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+}
+
+}  // namespace
+
+void registerTracks(CLI::App& app, int& exit_code) {
+  add(app, exit_code, false);
+  add(app, exit_code, true);
+}
+
+}  // namespace tandem::cli
