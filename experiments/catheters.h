@@ -41,7 +41,8 @@ class HeldObjectMechanism final : public Mechanism {
 
   const kinematics::grasp::Grasp& grasp() const;
   const kinematics::grasp::GraspState& state() const;
-  /// Stiffness of the object's pose as held here, and of arm k alone at the object's origin, robot base frame.
+  /// Stiffness of the object's pose, and of arm k alone at the object's origin, robot base frame; of unloaded contacts:
+  /// the geometric term of a load is not in it.
   kinematics::grasp::Matrix6 stiffness() const;
   kinematics::grasp::Matrix6 stiffnessOf(int contact) const;
 

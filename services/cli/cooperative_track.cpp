@@ -251,6 +251,8 @@ void add(CLI::App& app, int& exit_code, bool assist) {
     options->contact = "assist";
     options->hold = "places";
   } else {
+    options->shape = "line";  // the one that the preset's rigid contacts leave
+    options->size = 3e-3;
     command->add_option("--contact", options->contact, "contact type instead of those of the file")
         ->check(CLI::IsMember({"frictionless", "point", "soft_finger", "rigid"}));
   }

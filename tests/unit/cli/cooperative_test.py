@@ -154,7 +154,7 @@ class Demonstrations(unittest.TestCase):
 
     def test_co_manipulation(self):
         path = self.folder / "run.csv"
-        answer = system.run("cooperative", "co-manipulate", "--shape", "line", "--size", 0.003, "--json", "--csv", path, "--figure",
+        answer = system.run("cooperative", "co-manipulate", "--json", "--csv", path, "--figure",
                             self.folder / "run.png", timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         found = json.loads(answer.stdout)
@@ -168,7 +168,7 @@ class Demonstrations(unittest.TestCase):
         self.assertGreater((self.folder / "run.png").stat().st_size, 10000)
 
     def test_a_request_outside_the_movable_directions_is_refused_in_words(self):
-        answer = system.run("cooperative", "co-manipulate", "--contact", "rigid", "--along", "x,y")
+        answer = system.run("cooperative", "co-manipulate", "--contact", "rigid", "--shape", "circle", "--along", "x,y")
         self.assertEqual(answer.returncode, 1)
         self.assertIn("refused: ", answer.stdout)
         self.assertIn("missing: ", answer.stdout)

@@ -59,6 +59,12 @@ control:
   translation_step_mm: 0.8
   singular_lever_mm: 0.4
   posture_gain_per_s: 1.5
+  hqp_zeta: 0.002
+  spread_distance_mm: 3
+  spread_gain_per_s: 0.5
+  barrier_gain_per_s: 4
+  least_stability: 0.3
+  least_distance_mm: 5
 )";
 
 Robot load(const std::string& text) {
@@ -175,6 +181,12 @@ TEST(Robot, EveryKeyReachesItsField) {
   EXPECT_DOUBLE_EQ(p.translation_step, 8e-4);
   EXPECT_DOUBLE_EQ(p.singular_lever, 4e-4);
   EXPECT_DOUBLE_EQ(p.posture_gain, 1.5);
+  EXPECT_DOUBLE_EQ(p.hqp_zeta, 0.002);
+  EXPECT_DOUBLE_EQ(p.spread_distance, 3e-3);
+  EXPECT_DOUBLE_EQ(p.spread_gain, 0.5);
+  EXPECT_DOUBLE_EQ(p.barrier_gain, 4.0);
+  EXPECT_DOUBLE_EQ(p.least_stability, 0.3);
+  EXPECT_DOUBLE_EQ(p.least_distance, 5e-3);
 }
 
 TEST(Robot, LimitsReachTheirFields) {
