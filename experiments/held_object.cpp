@@ -73,32 +73,32 @@ struct HeldObjectMechanism::Parts {
   };
 
   /// Tips under the contact forces of a rest; the contacts' compliance beside them.
-  std::string load(const RobotVector& q, Rest& rest) const {
-    rest.compliance.setZero(grasp.rows(), grasp.rows());
+  std::string load(const RobotVector& q, Rest& at) const {
+    at.compliance.setZero(grasp.rows(), grasp.rows());
     for (std::size_t k = 0; k < arms.size(); ++k) {
-      const Eigen::Isometry3d frame = rest.pose * held.contacts[k].frame;
+      const Eigen::Isometry3d frame = at.pose * held.contacts[k].frame;
       const Eigen::Index row = grasp.firstRow(static_cast<int>(k));
       // The force acts where contact and tip are held together: the lever is fixed to the tip.
       const Eigen::Vector3d lever = -(frame.linear() * held.contacts[k].hand.inverse().translation());
       const auto map = toTip(held.contacts[k], frame, frame.translation() - lever);
-      const Wrench wrench = -map * rest.force.segment(row, rows(k));
-      const auto status = models[k].tip(jointsOf(q, k), wrench, rest.branches[k], rest.tips[k]);
+      const Wrench wrench = -map * at.force.segment(row, rows(k));
+      const auto status = models[k].tip(jointsOf(q, k), wrench, at.branches[k], at.tips[k]);
       if (status != kinematics::ModelStatus::kOk)
         return arms[k]->name + ": " + std::string(kinematics::describe(status));
-      rest.compliance.block(row, row, rows(k), rows(k)) = map.transpose() * rest.tips[k].compliance * map;
+      at.compliance.block(row, row, rows(k), rows(k)) = map.transpose() * at.tips[k].compliance * map;
     }
     return {};
   }
 
-  std::string evaluate(Rest& rest) const {
+  std::string evaluate(Rest& at) const {
     std::vector<const Tip*> pointers;
-    for (const LoadedTip& tip : rest.tips)
+    for (const LoadedTip& tip : at.tips)
       pointers.push_back(&tip);
-    return grasp.evaluate(rest.pose, pointers, rest.state) ? "" : "a number of the grasp is not finite";
+    return grasp.evaluate(at.pose, pointers, at.state) ? "" : "a number of the grasp is not finite";
   }
 
-  /// From the rest given to the one at other joints; what is left in `rest` is one only if the answer is empty.
-  std::string find(const RobotVector& q, Rest& rest) const;
+  /// From the rest given to the one at other joints; what is left in `at` is one only if the answer is empty.
+  std::string find(const RobotVector& q, Rest& at) const;
 
   /// How pose and forces change with the joints, by differences of rests: forces turn with the object, which the
   /// Jacobians of unloaded contacts leave out.
@@ -140,24 +140,24 @@ struct HeldObjectMechanism::Parts {
   MotionJacobian jacobian;  ///< of the object
 };
 
-std::string HeldObjectMechanism::Parts::find(const RobotVector& q, Rest& rest) const {
+std::string HeldObjectMechanism::Parts::find(const RobotVector& q, Rest& at) const {
   const double length = grasp.length();
   const Twist scale = (Twist() << 1, 1, 1, 1 / length, 1 / length, 1 / length).finished();
   for (int k = 0; k < kMaxIterations; ++k) {
-    if (const std::string why = load(q, rest); !why.empty())
+    if (const std::string why = load(q, at); !why.empty())
       return why;
-    if (const std::string why = evaluate(rest); !why.empty())
+    if (const std::string why = evaluate(at); !why.empty())
       return why;
-    const Twist balance = rest.state.by_object.transpose() * rest.force + wrench();
-    if (rest.state.drift.norm() + balance.cwiseProduct(scale).norm() * kClosed / kUnanswered < kClosed)
+    const Twist balance = at.state.by_object.transpose() * at.force + wrench();
+    if (at.state.drift.norm() + balance.cwiseProduct(scale).norm() * kClosed / kUnanswered < kClosed)
       return {};
     // d falls by C df + B G^T t to zero, and G B^T (f + df) + w = 0.
-    const MatrixXd stiffness = rest.compliance.ldlt().solve(MatrixXd(rest.state.by_object * scale.asDiagonal()));
-    const MatrixXd whole = scale.asDiagonal() * rest.state.by_object.transpose() * stiffness;
-    const VectorXd right = scale.cwiseProduct(balance) + stiffness.transpose() * rest.state.drift;
+    const MatrixXd stiffness = at.compliance.ldlt().solve(MatrixXd(at.state.by_object * scale.asDiagonal()));
+    const MatrixXd whole = scale.asDiagonal() * at.state.by_object.transpose() * stiffness;
+    const VectorXd right = scale.cwiseProduct(balance) + stiffness.transpose() * at.state.drift;
     const Twist t = scale.cwiseProduct(Twist(whole.completeOrthogonalDecomposition().solve(right)));
-    rest.force += rest.compliance.ldlt().solve(VectorXd(rest.state.drift - rest.state.by_object * t));
-    rest.pose = displaced(rest.pose, t);
+    at.force += at.compliance.ldlt().solve(VectorXd(at.state.drift - at.state.by_object * t));
+    at.pose = displaced(at.pose, t);
   }
   return "the contacts cannot hold the object: no forces carry its load with all contacts closed";
 }

@@ -4,7 +4,7 @@
 export const kJointsPerArm = 8;
 export const kAllArms = 255;
 export const kPort = 255;
-export const kMethods = ["nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"];
+export const kMethods = ["nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns", "hqp"];
 export const kPhases = ["idle", "running", "paused", "finished", "failed"];
 export const Phase = { idle: 0, running: 1, paused: 2, finished: 3, failed: 4 };
 export const State = { disabled: 0, enabled: 1, paused: 2, fault: 3 };

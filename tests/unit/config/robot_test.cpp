@@ -183,10 +183,8 @@ TEST(Robot, EveryKeyReachesItsField) {
   EXPECT_DOUBLE_EQ(p.posture_gain, 1.5);
   EXPECT_DOUBLE_EQ(p.hqp_zeta, 0.002);
   EXPECT_DOUBLE_EQ(p.spread_distance, 3e-3);
-  EXPECT_DOUBLE_EQ(p.spread_gain, 0.5);
-  EXPECT_DOUBLE_EQ(p.barrier_gain, 4.0);
-  EXPECT_DOUBLE_EQ(p.least_stability, 0.3);
-  EXPECT_DOUBLE_EQ(p.least_distance, 5e-3);
+  EXPECT_TRUE(p.spread_gain == 0.5 && p.barrier_gain == 4.0);
+  EXPECT_TRUE(p.least_stability == 0.3 && p.least_distance == 5e-3);
 }
 
 TEST(Robot, LimitsReachTheirFields) {

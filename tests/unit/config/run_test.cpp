@@ -173,9 +173,9 @@ TEST(Validate, EveryPresetIsGood) {
     if (!entry.is_regular_file())
       continue;
     const std::string kind = validate(entry.path()).kind;
-    EXPECT_EQ(entry.path().parent_path().filename(), kind == "trajectory" ? "trajectories"
-                                                     : kind == "hardware" ? kind
-                                                                          : kind + "s");
+    EXPECT_EQ(entry.path().parent_path().filename(), kind == "trajectory"                          ? "trajectories"
+                                                     : kind == "hardware" || kind == "cooperative" ? kind
+                                                                                                   : kind + "s");
     ++count;
   }
   EXPECT_GE(count, 10);
