@@ -92,8 +92,9 @@ class Root:
                   'DEBIAN_FRONTEND=noninteractive "$@"')
         return run(["unshare", "--mount", "--pid", "--fork", "--kill-child", "bash", "-c", script, "-", *words], timeout)
 
-    def install(self, *what):
-        """Installs packages by name or as files, with what they depend on and nothing they merely recommend."""
+    def install(self, *what, simulate=False):
+        """Installs packages by name or as files, with what they depend on and nothing they merely recommend; or says what
+        it would do."""
         names = []
         for item in what:
             if isinstance(item, pathlib.Path):
@@ -102,7 +103,7 @@ class Root:
             else:
                 names.append(item)
         words = ["apt-get", "-q", "-y", "-o", "APT::Keep-Downloaded-Packages=true", "-o", "APT::Sandbox::User=root",
-                 "install", "--no-install-recommends", *names]
+                 "install", "--no-install-recommends", *(["--simulate"] if simulate else []), *names]
         output = self.inside(*words, timeout=400)
         for item in what:
             if isinstance(item, pathlib.Path):

@@ -62,8 +62,9 @@ def reap(process):
     if process.poll() is None:
         process.kill()
         process.wait()
-    process.stdout.close()
-    process.stderr.close()
+    for stream in (process.stdout, process.stderr):
+        if stream:
+            stream.close()
 
 
 def free_domain():
