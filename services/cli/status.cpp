@@ -187,10 +187,12 @@ void printStatus(const nlohmann::ordered_json& json) {
       std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),
                   what.get<std::string>().c_str());
   }
-  for (const auto& clock : json["clocks"])
-    std::printf("  clock of %s: %+.3f ms against this one's, within %.3f ms\n",
-                clock["host"].get<std::string>().c_str(), 1e3 * clock["offset_s"].get<double>(),
-                1e3 * clock["within_s"].get<double>());
+  for (const auto& clock : json["clocks"]) {
+    const std::string host = clock["host"].get<std::string>();
+    if (!host.empty())  // a deployment without hosts has one clock
+      std::printf("  clock of %s: %+.3f ms against this one's, within %.3f ms\n", host.c_str(),
+                  1e3 * clock["offset_s"].get<double>(), 1e3 * clock["within_s"].get<double>());
+  }
   if (json.contains("warning"))
     std::printf("  %s\n", json["warning"].get<std::string>().c_str());
 }
