@@ -4,20 +4,33 @@
 #include "config/key_table.h"
 
 namespace tandem::config {
+namespace {
 
-std::optional<std::size_t> findArm(const Robot& robot, const std::string& name) {
-  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
-    if (robot.arms[k].name == name || robot.arms[k].name == "arm_" + name)
+template <class Arm>
+std::optional<std::size_t> find(const std::vector<Arm>& arms, const std::string& name) {
+  for (std::size_t k = 0; k < arms.size(); ++k) {
+    if (arms[k].name == name || arms[k].name == "arm_" + name)
       return k;
   }
   return std::nullopt;
 }
 
-std::string armNames(const Robot& robot) {
+template <class Arm>
+std::string namesOf(const std::vector<Arm>& arms) {
   std::vector<std::string> names;
-  for (const Arm& arm : robot.arms)
+  for (const Arm& arm : arms)
     names.push_back(arm.name);
   return join(names);
 }
+
+}  // namespace
+
+std::optional<std::size_t> findArm(const Robot& robot, const std::string& name) { return find(robot.arms, name); }
+std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name) {
+  return find(robot.arms, name);
+}
+
+std::string armNames(const Robot& robot) { return namesOf(robot.arms); }
+std::string armNames(const CooperativeRobot& robot) { return namesOf(robot.arms); }
 
 }  // namespace tandem::config

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Arms by what people call them. */
+/** @file Arms by what people call them, of robots of every kind. */
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/config.h"
+#include "config/cooperative.h"
 
 namespace tandem::config {
 
 /// Index of the arm of that name, or of arm_NAME.
 std::optional<std::size_t> findArm(const Robot& robot, const std::string& name);
+std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name);
 
 /// "arm_a, arm_b", for errors.
 std::string armNames(const Robot& robot);
+std::string armNames(const CooperativeRobot& robot);
 
 }  // namespace tandem::config

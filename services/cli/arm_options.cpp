@@ -8,10 +8,20 @@
 
 namespace tandem::cli {
 
-const config::Arm& armOf(const config::Robot& robot, const std::string& name) {
+namespace {
+
+template <class Robot>
+const auto& named(const Robot& robot, const std::string& name) {
   if (const auto k = config::findArm(robot, name))
     return robot.arms[*k];
   throw Failure(kUsage, "--arm: found '" + name + "', expected one of: " + config::armNames(robot));
+}
+
+}  // namespace
+
+const config::Arm& armOf(const config::Robot& robot, const std::string& name) { return named(robot, name); }
+const config::CatheterArm& armOf(const config::CooperativeRobot& robot, const std::string& name) {
+  return named(robot, name);
 }
 
 Eigen::VectorXd numbersOf(const std::string& option, const std::string& text, int count) {

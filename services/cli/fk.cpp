@@ -50,16 +50,10 @@ std::vector<std::string> header(const Options& options, int n) {
     return names;
   }
   names.push_back("stability");
-  const auto matrix = [&names](const std::string& letter, int columns) {
-    for (int i = 1; i <= 6; ++i) {
-      for (int j = 1; j <= columns; ++j)
-        names.push_back(letter + std::to_string(i) + std::to_string(j));
-    }
-  };
   if (options.jacobian)
-    matrix("j", 2 * n);
+    append(names, numbered("j", 6, 2 * n));
   if (options.compliance)
-    matrix("c", 6);
+    append(names, numbered("c", 6, 6));
   if (options.end_angles)
     append(names, numbered("alpha", n));
   if (options.branch) {
@@ -94,12 +88,7 @@ class Answerer {
     if (why.empty())
       return;
     all_ok_ = false;
-    std::vector<double> blank;
-    if (options_.shape > 0) {
-      blank.assign(table.names().size(), std::nan(""));
-      blank[0] = index;
-    }
-    table.add(blank, why);
+    addUnanswered(options_, index, why, table);
   }
 
   bool allOk() const { return all_ok_; }
@@ -213,6 +202,15 @@ int run(const Options& options) {
 }
 
 }  // namespace
+
+void addUnanswered(const FkOptions& options, int row, const std::string& why, Table& table) {
+  std::vector<double> blank;
+  if (options.shape > 0) {
+    blank.assign(table.names().size(), std::nan(""));
+    blank[0] = row;
+  }
+  table.add(blank, why);
+}
 
 void registerFk(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();

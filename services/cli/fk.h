@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "services/cli/table.h"
+
 namespace tandem::cli {
 
 struct FkOptions {
@@ -13,6 +15,9 @@ struct FkOptions {
   bool shape_details = false, json = false;
   int shape = 0;
 };
+
+/// A row without an answer; among points of a shape it has its number.
+void addUnanswered(const FkOptions& options, int row, const std::string& why, Table& table);
 
 /// Forward kinematics of a catheter of a cooperative robot: rows of insertion (m), roll, bend (rad).
 /// @throw Failure(kUsage) for an option that a catheter does not have.

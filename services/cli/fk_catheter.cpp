@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <iostream>
 
 #include "config/cooperative.h"
@@ -13,16 +12,6 @@ namespace {
 
 namespace catheter = kinematics::catheter;
 using kinematics::ModelStatus;
-
-const config::CatheterArm& armOf(const config::CooperativeRobot& robot, const std::string& name) {
-  std::string names;
-  for (const config::CatheterArm& arm : robot.arms) {
-    if (arm.name == name || arm.name == "arm_" + name)
-      return arm;
-    names += (names.empty() ? "" : ", ") + arm.name;
-  }
-  throw Failure(kUsage, "--arm: found '" + name + "', expected one of: " + names);
-}
 
 void check(const FkOptions& o, bool elastic) {
   const auto refuse = [](bool wrong, const std::string& why) {
@@ -45,16 +34,10 @@ std::vector<std::string> header(const FkOptions& o) {
     return names;
   }
   names.push_back("pull");
-  const auto matrix = [&names](const std::string& letter, int columns) {
-    for (int i = 1; i <= 6; ++i) {
-      for (int j = 1; j <= columns; ++j)
-        names.push_back(letter + std::to_string(i) + std::to_string(j));
-    }
-  };
   if (o.jacobian)
-    matrix("j", catheter::kJoints);
+    append(names, numbered("j", 6, catheter::kJoints));
   if (o.compliance)
-    matrix("c", 6);
+    append(names, numbered("c", 6, 6));
   return names;
 }
 
@@ -82,12 +65,7 @@ class Answerer {
     if (why.empty())
       return;
     all_ok_ = false;
-    std::vector<double> blank;
-    if (options_.shape > 0) {
-      blank.assign(table.names().size(), std::nan(""));
-      blank[0] = index;
-    }
-    table.add(blank, why);
+    addUnanswered(options_, index, why, table);
   }
 
   bool allOk() const { return all_ok_; }

@@ -45,4 +45,13 @@ std::vector<std::string> numbered(const std::string& name, int count) {
   return names;
 }
 
+std::vector<std::string> numbered(const std::string& name, int rows, int columns) {
+  std::vector<std::string> names;
+  for (int i = 1; i <= rows; ++i) {
+    for (int j = 1; j <= columns; ++j)
+      names.push_back(name + std::to_string(i) + std::to_string(j));
+  }
+  return names;
+}
+
 }  // namespace tandem::cli

@@ -31,6 +31,9 @@ class Table {
 /// "name_1", ..., "name_n".
 std::vector<std::string> numbered(const std::string& name, int count);
 
+/// "name11", "name12", ... of a matrix, by rows.
+std::vector<std::string> numbered(const std::string& name, int rows, int columns);
+
 /// Appends a list to a list.
 template <class T>
 void append(std::vector<T>& list, const std::vector<T>& more) {
