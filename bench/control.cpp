@@ -8,6 +8,7 @@
 #include "bench/enroll.h"
 #include "bench/percentiles.h"
 #include "bench/step_problems.h"
+#include "control/methods.h"
 #include "control/quadratic_program.h"
 #include "control/resolver.h"
 
@@ -116,10 +117,11 @@ void enrollAll() {
     }
     enroll(name + "ipopt/cold", [=](auto& state) { timeProgram(state, Backend::kIpopt, rows, false, kFew); });
   }
-  for (const Method method : {Method::kNspwln, Method::kNspwlnJoint, Method::kNspqp, Method::kSnsqp}) {
+  for (int m = 0; m < control::kMethodCount; ++m) {
+    const auto method = static_cast<Method>(m);
     const std::string name = "step/" + std::string(control::name(method)) + "/";
     enroll(name + "active-set/cold", [=](auto& state) { timeStep(state, method, Backend::kActiveSet, kMany); });
-    if (method == Method::kNspqp || method == Method::kSnsqp)
+    if (control::solvesProgrammes(method))
       enroll(name + "ipopt/cold", [=](auto& state) { timeStep(state, method, Backend::kIpopt, kFew); });
   }
 }

@@ -10,6 +10,7 @@
 #include "bench/joint_paths.h"
 #include "bench/percentiles.h"
 #include "bench/step_problems.h"
+#include "control/methods.h"
 #include "planning/reference_tracker.h"
 
 namespace tandem::bench {
@@ -161,10 +162,10 @@ void enrollAll() {
       for (const bool warm : {true, false})
         enroll(name + (warm ? "warm" : "cold"),
                [=](auto& state) { timeCycle(state, 2, model, method, Backend::kActiveSet, warm); });
+      if (control::solvesProgrammes(method))
+        enroll("cycle/" + std::string(control::name(method)) + "/" + model + "/ipopt/warm",
+               [=](auto& state) { timeCycle(state, 2, model, method, Backend::kIpopt, true); });
     }
-    for (const Method method : {Method::kNspqp, Method::kSnsqp})
-      enroll("cycle/" + std::string(control::name(method)) + "/" + model + "/ipopt/warm",
-             [=](auto& state) { timeCycle(state, 2, model, method, Backend::kIpopt, true); });
     for (int arms = 1; arms <= safety::kMaxArms; ++arms)
       enroll("arms/snsqp/" + model + "/active-set/" + std::to_string(arms),
              [=](auto& state) { timeCycle(state, arms, model, Method::kSnsqp, Backend::kActiveSet, true); });

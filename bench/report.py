@@ -127,12 +127,21 @@ def methods(results):
         ["method", "points reached", "iterations a run", "RMS of x_AB, mm", "RMS of x_A, mm", "iterations beyond limits", "gate acted"], rows
 
 
+def montecarlo(results):
+    runs = results.files.get("simulation", {}).get("montecarlo", [])
+    alone = {r["method"]: r["tasks_per_s"] for r in runs if r["jobs"] == 1}
+    rows = [[r["method"], str(r["jobs"]), str(r["tasks"]), f"{r['seconds']:.2f}", f"{r['tasks_per_s']:.1f}", f"{r['tasks_per_s'] / alone[r['method']]:.2f}",
+             f"{r['succeeded']} of {r['feasible']}"] for r in runs]
+    return "Monte Carlo: random tasks a second", \
+        ["method", "cores", "tasks", "s", "tasks per s", "of one core's", "feasible ones done"], rows
+
+
 def instructions(results):
     return "Instructions per call, by callgrind", ["what", "instructions"], \
         [[name, str(count)] for name, count in results.files.get("instructions", {}).items()]
 
 
-SECTIONS = (kinematics, cooperative, steps, cycles, scaling, hal, trips, batches, simulation, methods, instructions)
+SECTIONS = (kinematics, cooperative, steps, cycles, scaling, hal, trips, batches, simulation, methods, montecarlo, instructions)
 
 
 def show(title, heads, rows, markdown):

@@ -4,32 +4,46 @@
 #include <cmath>
 #include <utility>
 
+#include "control/sized.h"
+
 namespace tandem::control {
 namespace {
 
-/// Lower triangle L of H + shift I, into `L`. A pivot that rounding could have left counts as none.
+/// Lower triangle L of H + shift I, into `L`, zeros above. A pivot that rounding could have left counts as none.
+template <int N>
 bool cholesky(const QpMatrix& H, double shift, QpMatrix& L) {
   constexpr double kRounding = 1e-13;
   const int n = static_cast<int>(H.rows());
-  L = H;
   for (int j = 0; j < n; ++j) {
-    double* const column = &L(0, j);
+    // Whole columns: what they hold above the diagonal is not used, and loops of one length have no ends to care for.
+    SizedVector<N> column = sized<N>(&H(0, j), n);
     column[j] += shift;
     const double before = column[j];
-    for (int k = 0; k < j; ++k) {
-      const double* const left = &L(0, k);
-      const double factor = left[j];
-      for (int i = j; i < n; ++i)
-        column[i] -= left[i] * factor;
-    }
+    for (int k = 0; k < j; ++k)
+      column -= L(j, k) * sized<N>(&L(0, k), n);
     if (!(column[j] > kRounding * before))
       return false;
-    const double root = std::sqrt(column[j]), inverse = 1.0 / root;
-    column[j] = root;
-    for (int i = j + 1; i < n; ++i)
-      column[i] *= inverse;
+    column *= 1.0 / std::sqrt(column[j]);
+    for (int i = 0; i < j; ++i)
+      column[i] = 0.0;
+    sized<N>(&L(0, j), n) = column;
   }
   return true;
+}
+
+/// The transposed inverse of L, into `J`.
+template <int N>
+void invert(const QpMatrix& L, QpMatrix& J) {
+  const int n = static_cast<int>(L.rows());
+  for (int i = 0; i < n; ++i) {
+    SizedVector<N> rest = SizedVector<N>::Zero(n);
+    rest[i] = 1.0;
+    for (int k = i; k < n; ++k) {
+      const double solved = rest[k] / L(k, k);
+      rest -= solved * sized<N>(&L(0, k), n);
+      J(i, k) = solved;
+    }
+  }
 }
 
 bool isDiagonal(const QpMatrix& H) {
@@ -62,32 +76,29 @@ bool ActiveFactors::factorise(const QpMatrix& H, double shift) {
     }
     return true;
   }
-  if (!cholesky(H, shift, R_))
-    return false;
-  // Column i of J = L^-T, from the bottom up: J(k, i) for k <= i.
-  for (int i = 0; i < n_; ++i) {
-    double* const column = &J_(0, i);
-    column[i] = 1.0 / R_(i, i);
-    for (int k = i - 1; k >= 0; --k) {
-      const double* const below = &R_(0, k);
-      double sum = 0.0;
-      for (int j = k + 1; j <= i; ++j)
-        sum += below[j] * column[j];
-      column[k] = -sum / below[k];
-    }
-  }
-  return true;
+  bool definite = false;
+  withSize(n_, [&]<int N>() {
+    definite = cholesky<N>(H, shift, R_);
+    if (definite)
+      invert<N>(R_, J_);
+  });
+  return definite;
 }
 
 void ActiveFactors::unconstrainedMinimum(const QpVector& g, QpVector& x) {
   take(g);
-  x.setZero(n_);
-  for (int j = 0; j < n_; ++j) {
-    const double* const column = &J_(0, j);
-    const double factor = direction_[j];
-    for (int i = 0; i < n_; ++i)
-      x[i] -= column[i] * factor;
-  }
+  x.resize(n_);
+  withSize(n_, [&]<int N>() { combine<N>(0, x); });
+  x = -x;
+}
+
+/// The columns of J from `first` on, each times its entry of the direction.
+template <int N>
+void ActiveFactors::combine(int first, QpVector& sum) const {
+  SizedVector<N> total = SizedVector<N>::Zero(n_);
+  for (int j = first; j < n_; ++j)
+    total += direction_[j] * sized<N>(&J_(0, j), n_);
+  sized<N>(sum.data(), n_) = total;
 }
 
 void ActiveFactors::loadDirection() {
@@ -100,13 +111,11 @@ void ActiveFactors::loadDirection() {
 }
 
 void ActiveFactors::take(const QpVector& normal) {
-  for (int j = 0; j < n_; ++j) {
-    const double* const column = &J_(0, j);
-    double sum = 0.0;
-    for (int i = 0; i < n_; ++i)
-      sum += column[i] * normal[i];
-    direction_[j] = sum;
-  }
+  withSize(n_, [&]<int N>() {
+    const SizedVector<N> given = sized<N>(normal.data(), n_);
+    for (int j = 0; j < n_; ++j)
+      direction_[j] = sized<N>(&J_(0, j), n_).dot(given);
+  });
   loadDirection();
 }
 
@@ -117,15 +126,7 @@ void ActiveFactors::takeUnit(int i, double sign) {
 }
 
 const QpVector& ActiveFactors::primalStep() {
-  double* const step = primal_.data();
-  for (int i = 0; i < n_; ++i)
-    step[i] = 0.0;
-  for (int j = active_; j < n_; ++j) {
-    const double* const column = &J_(0, j);
-    const double factor = direction_[j];
-    for (int i = 0; i < n_; ++i)
-      step[i] += column[i] * factor;
-  }
+  withSize(n_, [&]<int N>() { combine<N>(active_, primal_); });
   return primal_;
 }
 
@@ -157,17 +158,14 @@ bool ActiveFactors::append() {
     J_.col(active_).swap(J_.col(largest));
   }
   const double first = direction_[active_], turned = first > 0.0 ? -length : length;
-  double* const head = &J_(0, active_);
   direction_[active_] = first - turned;  // w
   const double h = length * (length + std::abs(first));
-  for (int i = 0; i < n_; ++i)
-    primal_[i] = (primal_[i] - turned * head[i]) / h;  // J_2 w / h
-  for (int j = active_; j < n_; ++j) {
-    double* const column = &J_(0, j);
-    const double factor = direction_[j];
-    for (int i = 0; i < n_; ++i)
-      column[i] -= primal_[i] * factor;
-  }
+  withSize(n_, [&]<int N>() {
+    const SizedVector<N> turn =
+        (sized<N>(primal_.data(), n_) - turned * sized<N>(&J_(0, active_), n_)) / h;  // J_2 w / h
+    for (int j = active_; j < n_; ++j)
+      sized<N>(&J_(0, j), n_) -= direction_[j] * turn;
+  });
   double* const column = &R_(0, active_);
   for (int i = 0; i < active_; ++i)
     column[i] = direction_[i];

@@ -40,6 +40,8 @@ class ActiveFactors {
 
  private:
   void loadDirection();
+  template <int N>
+  void combine(int first, QpVector& sum) const;
 
   int n_ = 0, active_ = 0;
   QpMatrix J_, R_;

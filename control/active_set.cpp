@@ -19,9 +19,12 @@ constexpr double kUnreachable = 1e-10;
 /// Residual of an answer that needs no second look.
 constexpr double kExact = 5e-9;
 
+/// Whether all numbers are finite: zero times another one is not zero.
+bool finite(const auto& numbers) { return (numbers.array() * 0.0).sum() == 0.0; }
+
 bool finite(const QuadraticProgram& qp) {
-  return qp.H.allFinite() && qp.g.allFinite() && qp.E.allFinite() && qp.e.allFinite() && qp.A.allFinite() &&
-         !qp.b.hasNaN() && !qp.lower.hasNaN() && !qp.upper.hasNaN();
+  return finite(qp.H) && finite(qp.g) && finite(qp.E) && finite(qp.e) && finite(qp.A) && !qp.b.hasNaN() &&
+         !qp.lower.hasNaN() && !qp.upper.hasNaN();
 }
 
 }  // namespace
@@ -179,9 +182,13 @@ int ActiveSet::mostViolated() {
   worst_ = worst_warm_ = -1;
   amount_ = amount_warm_ = 0.0;
   const int lower = equalities_, upper = lower + n_, row = upper + n_;
+  const auto look = [this](int id, double slack) {
+    if (slack < 0.0)
+      propose(id, slack);
+  };
   for (int i = 0; i < n_; ++i) {
-    propose(lower + i, x_[i] - qp_->lower[i]);
-    propose(upper + i, qp_->upper[i] - x_[i]);
+    look(lower + i, x_[i] - qp_->lower[i]);
+    look(upper + i, qp_->upper[i] - x_[i]);
   }
   if (rows_ > 0) {
     row_slack_ = qp_->b;
@@ -192,7 +199,7 @@ int ActiveSet::mostViolated() {
         row_slack_[i] -= column[i] * x;
     }
     for (int i = 0; i < rows_; ++i)
-      propose(row + i, row_slack_[i]);
+      look(row + i, row_slack_[i]);
   }
   return worst_warm_ >= 0 ? worst_warm_ : worst_;
 }

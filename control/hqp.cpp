@@ -41,8 +41,14 @@ namespace {
  * also where active limits change. The last task is answered as near as the limits allow instead of more slowly in its
  * own direction: what cannot go straight goes along the limit.
  *
- * D_k damps the singular directions of J_k as far as the tasks before leave it free, and nothing else (damping.h). W
- * weighs a translation by spread_distance as a rotation by 1 rad. qdot_c is the velocity towards the posture where
+ * D_k damps the singular directions of J_k as far as the tasks before leave it free, and nothing else (damping.h).
+ * Holding a task, J_i qdot = J_i qdot_i, in a direction in which joints hardly move it, pins these joints to what
+ * rounding makes of 0 / 0, and it jumps with every digit. Where a task is near singular, tasks are therefore held as
+ *
+ *   J_i qdot + eta w = J_i qdot_i   at the cost 1/2 |w|^2,
+ *
+ * which lets go of directions far below eta alone, continuously, and changes a task by less than eta times a velocity.
+ * W weighs a translation by spread_distance as a rotation by 1 rad. qdot_c is the velocity towards the posture where
  * there is one, else away from limits and neighbours that are nearer than spread_distance (spreadVelocity()). */
 class Hqp final : public Resolver {
  public:
@@ -63,12 +69,18 @@ class Hqp final : public Resolver {
   }
 
  private:
-  /// Sizes the QP: `extra` variables behind the velocities, rows of L; equalities hold tasks before `level`.
+  /// Sizes the QP: `extra` variables behind the velocities, rows of L; equalities hold tasks before `level`, with w
+  /// behind all other variables where one of them is near singular.
   void setLimits(const StepProblem& problem, const Solution& solution, int level, int extra, int equalities) {
     const int rows = solution.bounds.row_count;
+    int held = 0;
     for (int i = 0; i < level; ++i)
-      equalities += static_cast<int>(done_[i].size());
-    qp_.resize(problem.joint_count + extra, equalities, rows + problem.barrier_count);
+      held += static_cast<int>(done_[i].size());
+    const int soft = singular_ ? held : 0;
+    qp_.resize(problem.joint_count + extra + soft, held + equalities, rows + problem.barrier_count);
+    for (int i = 0; i < soft; ++i)
+      qp_.E(i, problem.joint_count + extra + i) = kHold;
+    qp_.H.diagonal().tail(soft).setOnes();
     addLimits(problem, solution.bounds, qp_);
     for (int i = 0; i < problem.barrier_count; ++i) {
       qp_.A.row(rows + i).head(problem.joint_count) = -problem.barrier[i].gradient.transpose();
@@ -110,7 +122,7 @@ class Hqp final : public Resolver {
         qp_.A(rows + i, n) = rate_[i] - now;
       }
     }
-    costOfShare(n);
+    costOfShare(n, 0);
     const RobotVector before = solution.velocity;
     if (solve(*margins_, solution) != SolveStatus::kSolved)
       solution.velocity = before;
@@ -122,8 +134,8 @@ class Hqp final : public Resolver {
   }
 
   /// -s + zeta/2 (|qdot|_W^2 + s^2 + ...), s standing behind the velocities.
-  void costOfShare(int n) {
-    qp_.H.diagonal().setConstant(parameters_.hqp_zeta);
+  void costOfShare(int n, int damped) {
+    qp_.H.diagonal().segment(n, 1 + damped).setConstant(parameters_.hqp_zeta);
     qp_.H.diagonal().head(n) = parameters_.hqp_zeta * weight_;
     qp_.g[n] = -1.0;
     qp_.lower[n] = 0.0;
@@ -167,8 +179,9 @@ class Hqp final : public Resolver {
     const Task& task = problem.task[k];
     const int size = static_cast<int>(task.velocity.size());
     const bool singular = damp(problem, k) > 0;
-    setLimits(problem, solution, k, singular ? 1 + size : 1, size);
-    costOfShare(n);
+    const int damped = singular ? size : 0;
+    setLimits(problem, solution, k, 1 + damped, size);
+    costOfShare(n, damped);
     qp_.upper[n] = 1.0 / (1.0 - kReserve);
     const RobotVector before = solution.velocity;
     const TaskVector now = task.jacobian.lazyProduct(solution.velocity);
@@ -178,6 +191,7 @@ class Hqp final : public Resolver {
     if (singular)
       qp_.E.block(row, n + 1, size, size) = factor_;
     qp_.e.segment(row, size) = now;
+    singular_ = singular_ || singular;
     const SolveStatus status = solve(*backend_[k], solution);
     if (status != SolveStatus::kSolved)
       return status;
@@ -196,13 +210,14 @@ class Hqp final : public Resolver {
     qp_.H.topLeftCorner(n, n) = task.jacobian.transpose().lazyProduct(task.jacobian);
     qp_.g.head(n) = -(task.jacobian.transpose().lazyProduct(task.velocity));
     if (extra > 0) {
-      qp_.H.topRightCorner(n, size) = task.jacobian.transpose().lazyProduct(factor_);
-      qp_.H.bottomLeftCorner(size, n) = factor_.lazyProduct(task.jacobian);
-      qp_.H.bottomRightCorner(size, size) = factor_.lazyProduct(factor_);
-      qp_.g.tail(size) = -factor_.lazyProduct(task.velocity);
+      qp_.H.block(0, n, n, size) = task.jacobian.transpose().lazyProduct(factor_);
+      qp_.H.block(n, 0, size, n) = factor_.lazyProduct(task.jacobian);
+      qp_.H.block(n, n, size, size) = factor_.lazyProduct(factor_);
+      qp_.g.segment(n, size) = -factor_.lazyProduct(task.velocity);
+      singular_ = true;
     }
     qp_.H.diagonal().head(n) += kNearestZeta * weight_;
-    qp_.H.diagonal().tail(extra).array() += kNearestZeta;
+    qp_.H.diagonal().segment(n, extra).array() += kNearestZeta;
     const SolveStatus status = solve(*backend_[k], solution);
     const TaskVector now = task.jacobian.lazyProduct(solution.velocity);
     const double wanted = task.velocity.squaredNorm();
@@ -216,7 +231,7 @@ class Hqp final : public Resolver {
                                    ? postureVelocity(problem, parameters_, parameters_.rotation_velocity)
                                    : spreadVelocity(problem, parameters_);
     setLimits(problem, solution, problem.task_count, 0, 0);
-    qp_.H.diagonal() = weight_;
+    qp_.H.diagonal().head(n) = weight_;
     qp_.g.head(n) = -weight_.cwiseProduct(wanted);
     return solve(*last_, solution);
   }
@@ -232,6 +247,7 @@ class Hqp final : public Resolver {
     }
     before_.resize(0, problem.joint_count);
     before_damping_.resize(0, 0);
+    singular_ = false;
     recovery_.apply(problem, solution.bounds, solution.velocity);
     settleMargins(problem, solution);
     for (int k = 0; k < problem.task_count; ++k) {
@@ -250,6 +266,7 @@ class Hqp final : public Resolver {
 
   static constexpr double kRounding = 1e-9;
   static constexpr double kReserve = 0.02;      ///< delta
+  static constexpr double kHold = 1e-9;         ///< eta, m/rad: far above rounding, far below what can be seen
   static constexpr double kNearestZeta = 1e-6;  ///< zeta_m, m^2/rad^2
 
   using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxEqualities, kMaxEqualities>;
@@ -264,7 +281,8 @@ class Hqp final : public Resolver {
   EqualityMatrix before_;                    ///< Jacobians of the levels so far
   Gram before_damping_;                      ///< their D^2
   Eigen::LLT<Gram> before_factor_;
-  TaskGram factor_;  ///< D_k
+  TaskGram factor_;        ///< D_k
+  bool singular_ = false;  ///< a task so far is near singular
 };
 
 }  // namespace

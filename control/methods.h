@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Factories of the methods, one per source file. Used by resolver.cpp alone. */
+/** @file Factories of the methods, one per source file, for resolver.cpp; and what benchmarks ask of them. */
 #pragma once
 
 #include <memory>
@@ -15,5 +15,10 @@ std::unique_ptr<Resolver> makeNspqp(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeSnsqp(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeSns(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeHqp(const MethodParameters& parameters);
+
+/// Whether a method solves quadratic programmes, so that MethodParameters::backend changes its time.
+constexpr bool solvesProgrammes(Method method) {
+  return method == Method::kNspqp || method == Method::kSnsqp || method == Method::kHqp;
+}
 
 }  // namespace tandem::control

@@ -7,6 +7,7 @@
 
 #include "control/active_set.h"
 #include "control/ipopt_backend.h"
+#include "control/sized.h"
 
 namespace tandem::control {
 
@@ -45,21 +46,25 @@ std::string_view describe(QpStatus status) {
 double kktResidual(const QuadraticProgram& qp, const QpSolution& s) noexcept {
   const int n = qp.variables();
   double largest = 0.0, size = 1e-300;
-  for (int i = 0; i < n; ++i) {
-    double sum = qp.g[i] + s.z[i];
-    size = std::max({size, std::abs(qp.g[i]), std::abs(s.z[i])});
-    const auto add = [&](double term) {
+  withSize(n, [&]<int N>() {
+    using Array = Eigen::Array<double, N, 1, Eigen::ColMajor, N == Eigen::Dynamic ? kMaxVariables : N, 1>;
+    Array sum = sized<N>(qp.g.data(), n), sizes = sum.abs();
+    const auto add = [&](const Array& term) {
       sum += term;
-      size = std::max(size, std::abs(term));
+      sizes = sizes.max(term.abs());
     };
+    add(sized<N>(s.z.data(), n));
     for (int j = 0; j < n; ++j)
-      add(qp.H(i, j) * s.x[j]);
+      add(s.x[j] * sized<N>(&qp.H(0, j), n).array());  // H is symmetric
     for (int j = 0; j < qp.equalities(); ++j)
-      add(qp.E(j, i) * s.y[j]);
-    for (int j = 0; j < qp.rows(); ++j)
-      add(qp.A(j, i) * s.w[j]);
-    largest = std::max(largest, std::abs(sum));
-  }
+      add(s.y[j] * qp.E.row(j).transpose().array());
+    for (int j = 0; j < qp.rows(); ++j) {
+      if (s.w[j] != 0.0)
+        add(s.w[j] * qp.A.row(j).transpose().array());
+    }
+    largest = n > 0 ? sum.abs().maxCoeff() : 0.0;
+    size = n > 0 ? std::max(size, sizes.maxCoeff()) : size;
+  });
   double worst = largest / size;
   const double x_size = std::max(s.x.size() > 0 ? s.x.cwiseAbs().maxCoeff() : 0.0, 1e-6);
   double dual_size = std::max(s.z.size() > 0 ? s.z.cwiseAbs().maxCoeff() : 0.0, 1e-30);
@@ -78,8 +83,9 @@ double kktResidual(const QuadraticProgram& qp, const QpSolution& s) noexcept {
     if (s.z[i] < 0.0)
       complementary(s.z[i], s.x[i] - qp.lower[i]);
   }
+  const RowVector slacks = qp.b - qp.A.lazyProduct(s.x);
   for (int j = 0; j < qp.rows(); ++j) {
-    const double slack = qp.b[j] - qp.A.row(j).dot(s.x);
+    const double slack = slacks[j];
     primal(-slack);
     worst = std::max(worst, -s.w[j] / dual_size);
     complementary(s.w[j], slack);

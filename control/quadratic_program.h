@@ -13,11 +13,11 @@
 
 namespace tandem::control {
 
-/// Joint velocities, one task scale, and what damping leaves of that task.
-inline constexpr int kMaxVariables = safety::kMaxJoints + 1 + kMaxTaskRows;
+inline constexpr int kMaxEqualities = kMaxTasks * kMaxTaskRows;
+/// Joint velocities, one task scale, what damping leaves of that task, and what holding tasks lets go.
+inline constexpr int kMaxVariables = safety::kMaxJoints + 1 + kMaxTaskRows + kMaxEqualities;
 /// Coupled rows and margins.
 inline constexpr int kMaxInequalities = kMaxRows + kMaxBarriers;
-inline constexpr int kMaxEqualities = kMaxTasks * kMaxTaskRows;
 
 using QpMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
 using QpVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxVariables, 1>;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "control/methods.h"
 
@@ -59,6 +60,32 @@ void slowDown(const StepProblem& problem, double limit, RobotVector& velocity) {
   }
   if (fastest > limit)
     velocity *= limit / fastest;
+}
+
+/** What rounding leaves outside rows must not reach the joints: where many limits and tasks depend on each other it is
+ * far below what can be seen, and far above what the gate takes for rounding. Each row moves its first joint, as far as
+ * the bounds allow, then its second; neighbouring rows pass it on. */
+void tidy(const StepProblem& problem, Solution& solution) {
+  constexpr double kRounding = 1e-8;  // m/s; more is no rounding: a method that knows no rows, for the gate to see
+  constexpr int kPasses = 4;
+  const VelocityBounds& bounds = solution.bounds;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    bool changed = false;
+    for (int i = 0; i < bounds.row_count; ++i) {
+      const CoupledRow& row = problem.row[i];
+      for (const auto& [joint, a] : {std::pair{row.first, row.a_first}, std::pair{row.second, row.a_second}}) {
+        const double excess = row.a_first * solution.velocity[row.first] +
+                              row.a_second * solution.velocity[row.second] - bounds.row_rate[i];
+        if (!(excess > 0.0 && excess < kRounding) || a == 0.0)
+          continue;
+        double& velocity = solution.velocity[joint];
+        velocity = std::clamp(velocity - excess / a, bounds.lower[joint], bounds.upper[joint]);
+        changed = true;
+      }
+    }
+    if (!changed)
+      return;
+  }
 }
 
 /** Where all tubes of an arm lie in one plane, turning them moves the tip out of that plane only, and a task within the
@@ -154,6 +181,7 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
   }
   leaveSaddle(problem, parameters_.period, parameters_.rotation_velocity, solution);
   slowDown(problem, parameters_.rotation_velocity, solution.velocity);
+  tidy(problem, solution);
   for (int k = 0; k < problem.task_count; ++k) {
     const Task& task = problem.task[k];
     double squares = 0.0;

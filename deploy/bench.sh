@@ -19,7 +19,7 @@ leaves results (bench.json has all of them) and figures:
   bench_round_trip  state to control to command over DDS, beside a bare Fast DDS ping-pong of messages of the same size
   bench_security    a round trip from state to command between two participants, secured beside plain
   batch.py          tip poses in batches of 1 to 100,000, Python beside C++ in the same run, on one core and on all
-  simulation.py     lock-step simulation, in one process and over DDS
+  simulation.py     lock-step simulation, in one process and over DDS; Monte Carlo, on one core and on all
   instructions.py   instructions per call, counted by callgrind, against bench/instructions.json: more than 5 % above is an error
 
 Percentiles are over the cases (10,000 joint vectors, 2,000 programmes, steps or cycles, 5,000 cycles of the HAL; fewer for

@@ -6,20 +6,19 @@
 
 #include "config/cooperative.h"
 #include "experiments/mechanism.h"
+#include "kinematics/grasp/held.h"
 
 namespace tandem::experiments {
 
-/** Arms that hold one object (section III of Norouzi-Ghazbi et al.), as Cosserat rods under their contact forces.
+/** Arms that hold one object (section III of Norouzi-Ghazbi et al.), as Cosserat rods under their contact forces: see
+ * kinematics/grasp/held.h. above() holds the internal forces: with Z their basis and C the contacts' compliance,
  *
- * At rest every loaded tip is where the object's contact is, and the contact forces f carry the load w on the object:
- * d(f, object) = 0 and G B^T f + w = 0, solved by Newton's method with the arms' compliances. above() holds the
- * internal forces: with Z their basis and C the contacts' compliance,
+ *   Z^T C d(f - f*)/dq qdot = gain Z^T C (f* - f),        f* the forces that answer the load and squeeze as is asked
+ * for.
  *
- *   Z^T C df/dq qdot = gain Z^T C (f* - f),        f* the forces that answer the load and squeeze as is asked for.
- *
- * Where nothing is loaded the left side is Z^T B J qdot: the contact consistency B (J - G^T) = 0. Derivatives are
- * differences of rests: the arms are so soft that forces that turn with the object matter. drift() is |Z^T C (f - f*)|:
- * by how much the arms, were they free, would come apart, or into each other, other than as wanted. */
+ * Where nothing is loaded the left side is Z^T B J qdot: the contact consistency B (J - G^T) = 0. drift() is
+ * |Z^T C (f - f*)|: by how much the arms, were they free, would come apart, or into each other, other than as wanted.
+ */
 class HeldObjectMechanism final : public Mechanism {
  public:
   /// @throw std::invalid_argument where the robot file has no object. @param robot  outlives this
@@ -35,14 +34,21 @@ class HeldObjectMechanism final : public Mechanism {
   double length() const override;
   std::vector<control::Task> above(double gain) const override;
   double drift() const override;
-  std::string trouble() const override;
+  std::string impossible() const override;
+  std::string trouble() const override { return troubleOf(rest()); }
   std::vector<std::pair<std::string, double>> facts() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
+  /// What is wrong with a rest of this object, in words; empty: nothing.
+  std::string troubleOf(const kinematics::grasp::Hold& rest) const;
+  const kinematics::grasp::HeldObject& model() const;
+  const RobotVector& joints() const;  ///< of the last rest
   const kinematics::grasp::Grasp& grasp() const;
   const kinematics::grasp::GraspState& state() const;
-  /// Stiffness of the object's pose, and of arm k alone at the object's origin, robot base frame; of unloaded contacts:
-  /// the geometric term of a load is not in it.
+  /// The rest with its derivatives: stiffness under the loads that there are, what a load does.
+  const kinematics::grasp::Hold& rest() const;
+  /// Stiffness of the object's pose under the loads that there are, robot base frame; and what arm k alone adds to it
+  /// at the object's origin, without what forces add that turn with the object.
   kinematics::grasp::Matrix6 stiffness() const;
   kinematics::grasp::Matrix6 stiffnessOf(int contact) const;
 

@@ -2,6 +2,7 @@
 """Draws what `tandem cooperative` leaves as CSV files (docs/csv.md).
 
     cooperative.py track CSV SHAPES PNG    arms, path, errors and forces of co-manipulate and target-assist
+    cooperative.py payload CSV PNG NAME... stiffness and payload by direction, of all arms and of each one alone
     cooperative.py reach CSV PNG           tips reached with assistance, and which of them lie beyond the target's own
 
 Files written are listed on standard output. Ends with 1 where a file is missing or is not of this format, with 2 where
@@ -12,6 +13,7 @@ import pathlib
 import sys
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from figures import MM, Failure, plt
 from mechanics import ARMS, columns
@@ -84,9 +86,33 @@ def draw_reach(source, target):
     return [target]
 
 
+def draw_payload(source, target, *holders):
+    """What holders carry in the planes of the robot's axes: a row of stiffness, a row of payload."""
+    table = columns(source)
+    if "payload" not in table or len(holders) <= np.max(table["holder"]):
+        raise Failure(f"{source}: not of `tandem cooperative payload` with {len(holders)} holders")
+    figure, axes = plt.subplots(2, 3, figsize=(11, 7.2), layout="constrained", subplot_kw={"projection": "polar"})
+    for row, (name, label) in enumerate((("stiffness", "stiffness (N/m)"), ("payload", "payload (N)"))):
+        for plane, ax in enumerate(axes[row]):
+            for holder, text in enumerate(holders):
+                chosen = (table["holder"] == holder) & (table["plane"] == plane) & (table["stiffness"] > 0)
+                if chosen.any():
+                    closed = np.append(np.flatnonzero(chosen), np.flatnonzero(chosen)[0])
+                    ax.plot(table["angle"][closed], table[name][closed], color=ARMS[holder], linewidth=1.6,
+                            label="all arms" if holder == 0 else f"{text} alone")
+            first, second = "xyz"[plane], "xyz"[(plane + 1) % 3]
+            ax.set_xticks([0, np.pi / 2, np.pi, 3 * np.pi / 2], [f"+{first}", f"+{second}", f"-{first}", f"-{second}"])
+            ax.yaxis.set_major_locator(MaxNLocator(3))
+            ax.set_title(label)
+    axes[0, 0].legend(loc="lower left", bbox_to_anchor=(-0.25, -0.25))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(target)
+    return [target]
+
+
 def main():
-    kinds = {"track": (draw_track, 5), "reach": (draw_reach, 4)}
-    if len(sys.argv) < 2 or sys.argv[1] not in kinds or len(sys.argv) != kinds[sys.argv[1]][1]:
+    kinds = {"track": (draw_track, [3]), "reach": (draw_reach, [2]), "payload": (draw_payload, range(3, 12))}
+    if len(sys.argv) < 2 or sys.argv[1] not in kinds or len(sys.argv) - 2 not in kinds[sys.argv[1]][1]:
         print(__doc__.strip(), file=sys.stderr)
         return 0 if sys.argv[1:] in (["--help"], ["-h"]) else 2
     try:

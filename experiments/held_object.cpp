@@ -1,108 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 #include "experiments/catheters.h"
-#include "experiments/object_path.h"
-#include "kinematics/rotations.h"
+#include "kinematics/grasp/held.h"
 
 namespace tandem::experiments {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using kinematics::LoadedTip;
-using kinematics::Tip;
 using kinematics::Wrench;
 namespace grasp = kinematics::grasp;
 namespace catheter = kinematics::catheter;
 
 namespace {
 
-constexpr int kMaxIterations = 60;
-constexpr double kClosed = 1e-10;     // m and rad, by which contacts may be open
-constexpr double kUnanswered = 1e-7;  // N and N m per metre of size, of the load
-
-/// Wrench by contact components: B_i R_i^T shifted from the tool tip to the contact, transposed.
-Eigen::Matrix<double, 6, Eigen::Dynamic> toTip(const grasp::Contact& contact,
-                                               const Eigen::Isometry3d& frame,
-                                               const Eigen::Vector3d& tip) {
-  const grasp::Selection b = grasp::selection(contact.type);
-  const Eigen::Matrix<double, 6, Eigen::Dynamic> local = b.transpose();
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench(6, b.rows());
-  for (Eigen::Index k = 0; k < b.rows(); ++k) {
-    const Eigen::Vector3d force = frame.linear() * local.col(k).head<3>();
-    const Eigen::Vector3d moment = frame.linear() * local.col(k).tail<3>();
-    wrench.col(k) << force, moment + (frame.translation() - tip).cross(force);
-  }
-  return wrench;
+std::vector<catheter::ElasticArm> armsOf(const config::CooperativeRobot& robot, const config::HeldObject& object) {
+  std::vector<catheter::ElasticArm> arms;
+  for (const int arm : object.arms)
+    arms.push_back(robot.arms[static_cast<std::size_t>(arm)].model);
+  return arms;
 }
 
 }  // namespace
 
 struct HeldObjectMechanism::Parts {
   Parts(const config::CooperativeRobot& robot, const config::HeldObject& object)
-      : held(object), grasp(object.contacts, object.size), rest() {
-    rest.pose = object.pose;
-    rest.force = VectorXd::Zero(grasp.rows());
+      : held(object), model(grasp::Grasp(object.contacts, object.size), armsOf(robot, object)) {
+    rest = model.start(object.pose);
     for (const int arm : object.arms) {
       arms.push_back(&robot.arms[static_cast<std::size_t>(arm)]);
-      models.emplace_back(arms.back()->model);
       limits.push_back(&arms.back()->limits);
     }
-    rest.tips.resize(arms.size());
-    rest.branches.resize(arms.size());
   }
 
+  const grasp::Grasp& grasp() const { return model.grasp(); }
   Eigen::Index rows(std::size_t k) const {
-    return grasp.firstRow(static_cast<int>(k) + 1) - grasp.firstRow(static_cast<int>(k));
+    return grasp().firstRow(static_cast<int>(k) + 1) - grasp().firstRow(static_cast<int>(k));
   }
   RobotVector::ConstSegmentReturnType jointsOf(const RobotVector& q, std::size_t k) const {
     return q.segment(static_cast<Eigen::Index>(k) * catheter::kJoints, catheter::kJoints);
   }
-
-  /** Where everything comes to rest, and all that is known there. */
-  struct Rest {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    VectorXd force;  ///< on the object, contact components
-    std::vector<kinematics::cosserat::RodBranch> branches;
-    std::vector<LoadedTip> tips;
-    MatrixXd compliance;
-    grasp::GraspState state;
-  };
-
-  /// Tips under the contact forces of a rest; the contacts' compliance beside them.
-  std::string load(const RobotVector& q, Rest& at) const {
-    at.compliance.setZero(grasp.rows(), grasp.rows());
+  grasp::ContactLoad loadAt(std::size_t k, const VectorXd& force) const {
+    return grasp::loadOf(held.contacts[k], force.segment(grasp().firstRow(static_cast<int>(k)), rows(k)));
+  }
+  /// The forces that are to be held at a squeeze.
+  VectorXd wanted(double squeeze) const {
+    grasp::Twist left;
+    return grasp().contactForces(rest.state, wrench(), squeeze, left);
+  }
+  /// Whether contacts neither slip nor pull under forces, and press where they live by friction.
+  bool holds(const VectorXd& force) const {
     for (std::size_t k = 0; k < arms.size(); ++k) {
-      const Eigen::Isometry3d frame = at.pose * held.contacts[k].frame;
-      const Eigen::Index row = grasp.firstRow(static_cast<int>(k));
-      // The force acts where contact and tip are held together: the lever is fixed to the tip.
-      const Eigen::Vector3d lever = -(frame.linear() * held.contacts[k].hand.inverse().translation());
-      const auto map = toTip(held.contacts[k], frame, frame.translation() - lever);
-      const Wrench wrench = -map * at.force.segment(row, rows(k));
-      const auto status = models[k].tip(jointsOf(q, k), wrench, at.branches[k], at.tips[k]);
-      if (status != kinematics::ModelStatus::kOk)
-        return arms[k]->name + ": " + std::string(kinematics::describe(status));
-      at.compliance.block(row, row, rows(k), rows(k)) = map.transpose() * at.tips[k].compliance * map;
+      const grasp::ContactLoad load = loadAt(k, force);
+      if (held.contacts[k].type != grasp::ContactType::kRigid && (!(load.normal > 0.0) || load.slips))
+        return false;
     }
-    return {};
+    return true;
   }
-
-  std::string evaluate(Rest& at) const {
-    std::vector<const Tip*> pointers;
-    for (const LoadedTip& tip : at.tips)
-      pointers.push_back(&tip);
-    return grasp.evaluate(at.pose, pointers, at.state) ? "" : "a number of the grasp is not finite";
-  }
-
-  /// From the rest given to the one at other joints; what is left in `at` is one only if the answer is empty.
-  std::string find(const RobotVector& q, Rest& at) const;
-
-  /// How pose and forces change with the joints, by differences of rests: forces turn with the object, which the
-  /// Jacobians of unloaded contacts leave out.
-  std::string differentiate();
 
   Wrench wrench() const {
     Wrench load;
@@ -112,13 +69,22 @@ struct HeldObjectMechanism::Parts {
 
   /// Z^T C (f - wanted f).
   VectorXd strain() const {
-    grasp::Twist left;
-    const VectorXd wanted = grasp.contactForces(rest.state, wrench(), held.squeeze, left);
-    return rest.state.internal_forces.transpose() * (rest.compliance * (rest.force - wanted));
+    return rest.state.internal_forces.transpose() * (rest.compliance * (rest.force - wanted(held.squeeze)));
   }
 
-  /// Z^T C df/dq: Z^T B J where nothing is loaded.
-  MatrixXd strainRates() const { return rest.state.internal_forces.transpose() * (rest.compliance * force_rates); }
+  /// Z^T C d(f - wanted f)/dq: Z^T B J where nothing is loaded. Wanted forces are those of the object's own frame, in
+  /// which the load turns the other way.
+  MatrixXd strainRates() const {
+    MatrixXd rates = rest.force_by_joints;
+    for (Eigen::Index j = 0; j < rates.cols(); ++j) {
+      const Eigen::Vector3d turn = rest.jacobian.col(j).tail<3>();
+      Wrench change;
+      change << held.load.cross(turn), Eigen::Vector3d::Zero();
+      grasp::Twist left;
+      rates.col(j) -= grasp().contactForces(rest.state, change, 0.0, left);
+    }
+    return rest.state.internal_forces.transpose() * (rest.compliance * rates);
+  }
 
   /// Orthonormal combinations of its rows, as many as joints can change independently.
   MatrixXd choice(const MatrixXd& rates) const {
@@ -129,58 +95,14 @@ struct HeldObjectMechanism::Parts {
   }
 
   const config::HeldObject& held;
-  grasp::Grasp grasp;
+  grasp::HeldObject model;
   std::vector<const config::CatheterArm*> arms;
-  std::vector<catheter::ElasticCatheter> models;
   std::vector<const safety::ArmLimits*> limits;
 
   RobotVector joints;
-  Rest rest;
-  MatrixXd force_rates;     ///< of contact forces by joint velocity
-  MotionJacobian jacobian;  ///< of the object
+  grasp::Hold rest;
+  MotionJacobian jacobian;
 };
-
-std::string HeldObjectMechanism::Parts::find(const RobotVector& q, Rest& at) const {
-  const double length = grasp.length();
-  const Twist scale = (Twist() << 1, 1, 1, 1 / length, 1 / length, 1 / length).finished();
-  for (int k = 0; k < kMaxIterations; ++k) {
-    if (const std::string why = load(q, at); !why.empty())
-      return why;
-    if (const std::string why = evaluate(at); !why.empty())
-      return why;
-    const Twist balance = at.state.by_object.transpose() * at.force + wrench();
-    if (at.state.drift.norm() + balance.cwiseProduct(scale).norm() * kClosed / kUnanswered < kClosed)
-      return {};
-    // d falls by C df + B G^T t to zero, and G B^T (f + df) + w = 0.
-    const MatrixXd stiffness = at.compliance.ldlt().solve(MatrixXd(at.state.by_object * scale.asDiagonal()));
-    const MatrixXd whole = scale.asDiagonal() * at.state.by_object.transpose() * stiffness;
-    const VectorXd right = scale.cwiseProduct(balance) + stiffness.transpose() * at.state.drift;
-    const Twist t = scale.cwiseProduct(Twist(whole.completeOrthogonalDecomposition().solve(right)));
-    at.force += at.compliance.ldlt().solve(VectorXd(at.state.drift - at.state.by_object * t));
-    at.pose = displaced(at.pose, t);
-  }
-  return "the contacts cannot hold the object: no forces carry its load with all contacts closed";
-}
-
-std::string HeldObjectMechanism::Parts::differentiate() {
-  constexpr double kStep = 1e-5;  // m and rad: closed to 1e-10, so good to 1e-5
-  force_rates.resize(grasp.rows(), joints.size());
-  jacobian.resize(6, joints.size());
-  for (Eigen::Index j = 0; j < joints.size(); ++j) {
-    Rest back = rest, ahead = rest;
-    RobotVector q = joints;
-    q[j] = joints[j] - kStep;
-    std::string why = find(q, back);
-    q[j] = joints[j] + kStep;
-    if (why.empty())
-      why = find(q, ahead);
-    if (!why.empty())
-      return why;
-    force_rates.col(j) = (ahead.force - back.force) / (2.0 * kStep);
-    jacobian.col(j) = difference(back.pose, ahead.pose) / (2.0 * kStep);
-  }
-  return {};
-}
 
 HeldObjectMechanism::HeldObjectMechanism(const config::CooperativeRobot& robot) {
   if (!robot.object)
@@ -208,18 +130,20 @@ RobotVector HeldObjectMechanism::home() const {
 
 std::string HeldObjectMechanism::settle(const RobotVector& q) {
   Parts& parts = *parts_;
-  const Parts::Rest before = parts.rest;
-  if (const std::string why = parts.find(q, parts.rest); !why.empty()) {
-    parts.rest = before;
-    return why;
-  }
+  const grasp::HoldStatus status = parts.model.settle(q, parts.wrench(), parts.rest);
+  if (status == grasp::HoldStatus::kArm)
+    return parts.arms[static_cast<std::size_t>(parts.rest.arm)]->name + ": " +
+           std::string(kinematics::describe(parts.rest.arm_status));
+  if (status != grasp::HoldStatus::kOk)
+    return std::string(grasp::describe(status));
   parts.joints = q;
-  return parts.differentiate();
+  parts.jacobian = parts.rest.jacobian;
+  return {};
 }
 
 const Eigen::Isometry3d& HeldObjectMechanism::pose() const { return parts_->rest.pose; }
 const MotionJacobian& HeldObjectMechanism::jacobian() const { return parts_->jacobian; }
-double HeldObjectMechanism::length() const { return parts_->grasp.length(); }
+double HeldObjectMechanism::length() const { return parts_->grasp().length(); }
 
 std::vector<control::Task> HeldObjectMechanism::above(double gain) const {
   const MatrixXd rates = parts_->strainRates();
@@ -237,21 +161,51 @@ std::vector<control::Task> HeldObjectMechanism::above(double gain) const {
 
 double HeldObjectMechanism::drift() const { return (parts_->choice(parts_->strainRates()) * parts_->strain()).norm(); }
 
-std::string HeldObjectMechanism::trouble() const {
+std::string HeldObjectMechanism::impossible() const {
+  const Parts& parts = *parts_;
+  if (parts.holds(parts.wanted(parts.held.squeeze)))
+    return {};
+  // The least squeeze that would do: from none that does to one that does, by halves.
+  constexpr double kMost = 1e3;  // N
+  double lower = parts.held.squeeze, upper = std::max(lower, 1e-6);
+  while (upper < kMost && !parts.holds(parts.wanted(upper)))
+    lower = upper, upper *= 2.0;
+  char text[200];
+  if (upper >= kMost) {
+    std::snprintf(text, sizeof text, "no squeeze keeps its contacts from slipping under its load: normals do not face");
+    return text;
+  }
+  while (upper - lower > 1e-3 * upper && upper > 1e-9) {
+    const double middle = 0.5 * (lower + upper);
+    (parts.holds(parts.wanted(middle)) ? upper : lower) = middle;
+  }
+  if (parts.held.load.isZero())
+    std::snprintf(text, sizeof text, "its contacts live by friction: found a squeeze of %g N, expected one above zero",
+                  parts.held.squeeze);
+  else
+    std::snprintf(text, sizeof text,
+                  "its contacts would slip under its load: found a squeeze of %g N, expected more than %.3g N",
+                  parts.held.squeeze, upper);
+  return text;
+}
+
+std::string HeldObjectMechanism::troubleOf(const grasp::Hold& rest) const {
   const Parts& parts = *parts_;
   std::string text;
+  const VectorXd force = rest.force;
+  const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : "; ") + what; };
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
-    const grasp::Contact& contact = parts.held.contacts[k];
-    const auto load =
-        grasp::loadOf(contact, parts.rest.force.segment(parts.grasp.firstRow(static_cast<int>(k)), parts.rows(k)));
+    const grasp::ContactLoad load = parts.loadAt(k, force);
     if (load.separates)
-      text += (text.empty() ? "" : "; ") + parts.arms[k]->name + " would have to pull at its contact";
+      add(parts.arms[k]->name + " would have to pull at its contact");
     else if (load.slips)
-      text += (text.empty() ? "" : "; ") + parts.arms[k]->name + " slips: its contact needs " +
-              std::to_string(load.used).substr(0, 5) + " of its friction";
-    if (parts.rest.tips[k].conjugate_points > 0)
-      text += (text.empty() ? "" : "; ") + parts.arms[k]->name + " buckles";
+      add(parts.arms[k]->name + " slips: its contact needs " + std::to_string(load.used).substr(0, 5) +
+          " of its friction");
+    if (rest.buckled[k] > 0)
+      add(parts.arms[k]->name + " buckles");
   }
+  if (rest.unstable > 0 && text.empty())
+    add("the arms give way under what they hold: its rest is not stable");
   return text;
 }
 
@@ -259,8 +213,7 @@ std::vector<std::pair<std::string, double>> HeldObjectMechanism::facts() const {
   const Parts& parts = *parts_;
   std::vector<std::pair<std::string, double>> facts;
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
-    const auto load = grasp::loadOf(parts.held.contacts[k],
-                                    parts.rest.force.segment(parts.grasp.firstRow(static_cast<int>(k)), parts.rows(k)));
+    const grasp::ContactLoad load = parts.loadAt(k, parts.rest.force);
     facts.emplace_back("normal_N_" + parts.arms[k]->name, load.normal);
     facts.emplace_back("friction_used_" + parts.arms[k]->name, load.used);
   }
@@ -272,12 +225,10 @@ std::vector<std::vector<Eigen::Vector3d>> HeldObjectMechanism::shapes() const {
   const Parts& parts = *parts_;
   std::vector<std::vector<Eigen::Vector3d>> shapes;
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
-    const Eigen::Isometry3d frame = parts.rest.pose * parts.held.contacts[k].frame;
-    const Wrench wrench = -toTip(parts.held.contacts[k], frame, parts.rest.tips[k].pose.translation()) *
-                          parts.rest.force.segment(parts.grasp.firstRow(static_cast<int>(k)), parts.rows(k));
     auto branch = parts.rest.branches[k];
     std::vector<kinematics::cosserat::RodPoint> points;
-    parts.models[k].shape(parts.jointsOf(parts.joints, k), wrench, branch, 60, points);
+    const Wrench wrench = parts.model.wrenchOn(static_cast<int>(k), parts.rest);
+    parts.model.arms()[k].shape(parts.jointsOf(parts.joints, k), wrench, branch, 60, points);
     std::vector<Eigen::Vector3d> places;
     for (const auto& point : points)
       places.push_back(point.pose.translation());
@@ -287,21 +238,20 @@ std::vector<std::vector<Eigen::Vector3d>> HeldObjectMechanism::shapes() const {
   return shapes;
 }
 
-const grasp::Grasp& HeldObjectMechanism::grasp() const { return parts_->grasp; }
+const grasp::Grasp& HeldObjectMechanism::grasp() const { return parts_->grasp(); }
 const grasp::GraspState& HeldObjectMechanism::state() const { return parts_->rest.state; }
+const grasp::Hold& HeldObjectMechanism::rest() const { return parts_->rest; }
+const grasp::HeldObject& HeldObjectMechanism::model() const { return parts_->model; }
+const RobotVector& HeldObjectMechanism::joints() const { return parts_->joints; }
 
 grasp::Matrix6 HeldObjectMechanism::stiffnessOf(int contact) const {
   const Parts& parts = *parts_;
-  const Eigen::Index row = parts.grasp.firstRow(contact), count = parts.rows(static_cast<std::size_t>(contact));
+  const Eigen::Index row = parts.grasp().firstRow(contact), count = parts.rows(static_cast<std::size_t>(contact));
   const MatrixXd at_object = parts.rest.state.by_object.middleRows(row, count);
-  return at_object.transpose() * parts.rest.compliance.block(row, row, count, count).ldlt().solve(at_object);
+  const MatrixXd compliance = parts.rest.compliance.block(row, row, count, count);
+  return at_object.transpose() * compliance.ldlt().solve(at_object);
 }
 
-grasp::Matrix6 HeldObjectMechanism::stiffness() const {
-  grasp::Matrix6 sum = grasp::Matrix6::Zero();
-  for (std::size_t k = 0; k < parts_->arms.size(); ++k)
-    sum += stiffnessOf(static_cast<int>(k));
-  return sum;
-}
+grasp::Matrix6 HeldObjectMechanism::stiffness() const { return parts_->rest.stiffness; }
 
 }  // namespace tandem::experiments

@@ -50,6 +50,9 @@ class Mechanism {
     return {};
   }
 
+  /// Why what above() wants would not do even if it came true, in words: contacts that slip under the forces that they
+  /// are to be held at. Asked before anything moves. Empty: nothing.
+  virtual std::string impossible() const { return {}; }
   /// What is wrong with this rest although it is one, in words: a contact that slips. Empty: nothing.
   virtual std::string trouble() const { return {}; }
   /// By how much what above() wants is not so, m: 0 where it wants nothing.

@@ -14,7 +14,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Singular values below this part of the largest one are none.
+/// Singular values below this part of the largest one are none: rods are solved to 1e-11 of their length, and
+/// derivatives are those of the solution; contacts' softness, of which ratios reach 1e4, leaves about a thousandth of
+/// this.
 constexpr double kRank = 1e-7;
 /// A direction this near to the movable ones counts as one of them, as a sine.
 constexpr double kOutside = 1e-4;
@@ -62,9 +64,8 @@ Spaces motionSpaces(const Mechanism& mechanism, const std::vector<int>& tracked)
   }
   const MatrixXd free = spacesOf(above).null;
   // What is left of rates beside those that above() forbids is rounding below this part of them.
-  constexpr double kRounding = 1e-3;
   const MatrixXd rows = rowsOf(mechanism.jacobian(), tracked, mechanism.length());
-  return spacesOf(rows * free, kRounding * rows.norm());
+  return spacesOf(rows * free, kRank * rows.norm());
 }
 
 std::string listed(const Eigen::Matrix<double, 6, Eigen::Dynamic>& twists, double length) {
@@ -95,9 +96,63 @@ class Run {
 
   const RobotVector& joints() const { return joints_; }
 
-  /// A period with the frame to be at `wanted`, moving by `rate`. @return empty, or why there is none
-  std::string step(double time, const Eigen::Isometry3d& wanted, const Twist& rate, TrackRecord& record) {
-    const Twist error = difference(mechanism_.pose(), wanted);
+  /// Home, then what above() wants, with what is moved held in place. @return empty, or why it does not come true
+  std::string prepare(TrackRecord& record) {
+    if (const std::string why = mechanism_.settle(joints_); !why.empty())
+      return "home: " + why;
+    for (const auto& [name, value] : mechanism_.facts())
+      record.names.push_back(name);
+    if (const std::string why = mechanism_.impossible(); !why.empty())
+      return why;
+    const double period = options_.parameters.period;
+    const Eigen::Isometry3d held = mechanism_.pose();
+    constexpr double kPart = 0.02;  // of the drift that is allowed, where the path may begin
+    for (double left = options_.patience; mechanism_.drift() > kPart * options_.most_drift; left -= period) {
+      const std::string why = step(-left, held, false, record);
+      if (!why.empty() || left < period)
+        return "before the path: " + (why.empty() ? "what comes before it does not come true" : why);
+    }
+    return mechanism_.trouble();
+  }
+
+  /// A period along the path, or held at its start where no path is given. @return empty, or why there is none
+  std::string step(double time, const Eigen::Isometry3d& start, bool moves, TrackRecord& record) {
+    const double period = options_.parameters.period;
+    // By the velocities in the middle of the period, which are those of the whole to the second order: arms turn by so
+    // much in one that velocities of its beginning would open the contacts.
+    const double error = solve(time, start, moves);
+    note(time, error, record);
+    if (!solved())
+      return std::string(describe(solution_.status));
+    if (const std::string why = mechanism_.settle(moved(0.5 * period)); !why.empty())
+      return why;
+    solve(time + 0.5 * period, start, moves);
+    if (!solved())
+      return std::string(describe(solution_.status));
+    joints_ = moved(period);
+    return mechanism_.settle(joints_);
+  }
+
+ private:
+  bool solved() const {
+    return solution_.status == control::SolveStatus::kSolved || solution_.status == control::SolveStatus::kInfeasible;
+  }
+
+  /// Joints after a while at the velocities found, inside their box.
+  RobotVector moved(double time) const {
+    RobotVector q = joints_ + time * solution_.velocity;
+    for (int j = 0; j < problem_.joint_count; ++j)
+      q[j] = std::clamp(q[j], problem_.joint[static_cast<std::size_t>(j)].lower,
+                        problem_.joint[static_cast<std::size_t>(j)].upper);
+    return q;
+  }
+
+  /// Velocities at the rest that there is. @return by how much what is tracked is off, m
+  double solve(double time, const Eigen::Isometry3d& start, bool moves) {
+    Twist displacement = Twist::Zero(), rate = Twist::Zero();
+    if (moves)
+      path_.at(time, displacement, rate);
+    const Twist error = difference(mechanism_.pose(), displaced(start, displacement));
     problem_.setPosition(joints_);
     problem_.task_count = 0;
     for (const control::Task& task : mechanism_.above(options_.gain))
@@ -108,17 +163,9 @@ class Run {
       addTask(task.jacobian, task.velocity);
     problem_.posture = mechanism_.home();
     resolver_->solve(problem_, solution_);
-    note(time, rowsOf(error, tracked_, length).norm(), record);
-    if (solution_.status != control::SolveStatus::kSolved && solution_.status != control::SolveStatus::kInfeasible)
-      return std::string(describe(solution_.status));
-    joints_ += options_.parameters.period * solution_.velocity;
-    for (int j = 0; j < problem_.joint_count; ++j)
-      joints_[j] = std::clamp(joints_[j], problem_.joint[static_cast<std::size_t>(j)].lower,
-                              problem_.joint[static_cast<std::size_t>(j)].upper);
-    return mechanism_.settle(joints_);
+    return rowsOf(error, tracked_, length).norm();
   }
 
- private:
   void addTask(const MatrixXd& jacobian, const VectorXd& velocity) {
     if (problem_.task_count == control::kMaxTasks || jacobian.rows() > control::kMaxTaskRows)
       throw std::invalid_argument("found more tasks or rows than " + std::to_string(control::kMaxTasks) + " of " +
@@ -217,35 +264,17 @@ TrackRecord track(Mechanism& mechanism,
   path.check();
   TrackRecord record;
   Run run(mechanism, path, options);
-  record.refused = mechanism.settle(run.joints());
-  if (!record.refused.empty()) {
-    record.refused = "home: " + record.refused;
-    return record;
-  }
-  for (const auto& [name, value] : mechanism.facts())
-    record.names.push_back(name);
-  const double period = options.parameters.period;
-  const Eigen::Isometry3d held = mechanism.pose();
-  constexpr double kPart = 0.02;  // of the drift that is allowed, where the path may begin
-  for (double left = options.patience; mechanism.drift() > kPart * options.most_drift; left -= period) {
-    const std::string why = run.step(-left, held, Twist::Zero(), record);
-    if (!why.empty() || left < period) {
-      record.refused = "before the path: " + (why.empty() ? "what comes before it does not come true" : why);
-      return record;
-    }
-  }
-  record.refused = mechanism.trouble();
+  record.refused = run.prepare(record);
   if (record.refused.empty())
     record.refused = refusal(mechanism, path);
   if (!record.refused.empty())
     return record;
   record.first_shape = mechanism.shapes();
   const Eigen::Isometry3d start = mechanism.pose();
+  const double period = options.parameters.period;
   const int steps = static_cast<int>(std::ceil(path.duration / period)) + 1;
-  Twist displacement, rate;
   for (int k = 0; k < steps && record.stopped.empty(); ++k) {
-    path.at(k * period, displacement, rate);
-    record.stopped = run.step(k * period, displaced(start, displacement), rate, record);
+    record.stopped = run.step(k * period, start, true, record);
     if (record.stopped.empty())
       record.stopped = mechanism.trouble();
     if (!record.stopped.empty())
@@ -256,6 +285,17 @@ TrackRecord track(Mechanism& mechanism,
   record.last_shape = mechanism.shapes();
   judge(options, record);
   return record;
+}
+
+std::string prepare(Mechanism& mechanism, const TrackOptions& options, RobotVector& joints) {
+  ObjectPath here;
+  here.directions = {0, 1};
+  here.length = mechanism.length();
+  TrackRecord record;
+  Run run(mechanism, here, options);
+  const std::string why = run.prepare(record);
+  joints = run.joints();
+  return why;
 }
 
 }  // namespace tandem::experiments

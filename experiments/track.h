@@ -53,6 +53,10 @@ Movability movability(const Mechanism& mechanism, const std::vector<int>& tracke
 /// Why a mechanism at rest cannot follow a path, in words; empty where it can.
 std::string refusal(const Mechanism& mechanism, const ObjectPath& path);
 
+/** Brings what above() wants true, what is moved held where it is at home.
+ * @param joints  where that is  @return empty, or why it does not come true */
+std::string prepare(Mechanism& mechanism, const TrackOptions& options, RobotVector& joints);
+
 /** Each period: settle, then the hierarchy above() > path > below() > posture at home, solved with limits, and a step.
  *
  * First above() comes true with what is moved held in place, then the path is begun if refusal() has nothing to say.

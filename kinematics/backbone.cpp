@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "kinematics/compliant_model.h"
 #include "kinematics/constant_curvature.h"
 #include "kinematics/rigid_model.h"
 
@@ -8,8 +9,9 @@ namespace tandem::kinematics {
 namespace {
 
 constexpr int kShapePoints = 129;
-/// Steps of central differences: rounding and the cubic term of a model that is good to 1e-12 m are both below 1e-7.
-constexpr double kTranslationStep = 2e-6, kRotationStep = 1e-5;
+/// Steps of central differences: rounding of a model that is good to 1e-12 m is below 1e-6; where a place lies near a
+/// jump of curvature, what a step sees of it is of the size of the step.
+constexpr double kTranslationStep = 1e-6, kRotationStep = 1e-5;
 
 /// Cubic Hermite interpolation of a sampled backbone; straight on beyond its end.
 void interpolate(const std::vector<ShapePoint>& shape, double s, BackbonePoint& point) {
@@ -26,6 +28,33 @@ void interpolate(const std::vector<ShapePoint>& shape, double s, BackbonePoint& 
   point.position += beyond * point.tangent;
 }
 
+/** Central differences of the places of a backbone, by all joints.
+ * @param places  places(q, branch, take) calls take(i, position) for every point; a status */
+template <class Places>
+void differentiate(const JointsRef& q, const Branch& branch, std::vector<BackbonePoint>& points, const Places& places) {
+  const auto joints = static_cast<int>(q.size());
+  for (BackbonePoint& point : points)
+    point.jacobian.setZero(3, joints);
+  safety::ArmVector moved = q;
+  for (int j = 0; j < joints; ++j) {
+    const double step = j < joints / 2 ? kTranslationStep : kRotationStep;
+    double span = 0.0;
+    for (const double sense : {1.0, -1.0}) {
+      moved[j] = q[j] + sense * step;
+      Branch aside = branch;
+      const bool there = places(moved, aside, [&](std::size_t i, const Eigen::Vector3d& position) {
+                           points[i].jacobian.col(j) += sense * position;
+                         }) == ModelStatus::kOk;
+      for (std::size_t i = 0; !there && i < points.size(); ++i)
+        points[i].jacobian.col(j) += sense * points[i].position;
+      span += there ? step : 0.0;
+    }
+    moved[j] = q[j];
+    for (BackbonePoint& point : points)
+      point.jacobian.col(j) /= std::max(span, 1e-12);  // on an edge of equation (1) one side is enough
+  }
+}
+
 }  // namespace
 
 ModelStatus ArmModel::backbone(const JointsRef& q,
@@ -40,36 +69,78 @@ ModelStatus ArmModel::backbone(const JointsRef& q,
   points.resize(s.size());
   for (std::size_t i = 0; i < s.size(); ++i)
     interpolate(shape, s[i], points[i]);
-  if (!derivatives)
-    return ModelStatus::kOk;
-  const int joints = arm().jointCount();
-  for (BackbonePoint& point : points)
-    point.jacobian.setZero(3, joints);
-  safety::ArmVector moved = q;
-  for (int j = 0; j < joints; ++j) {
-    const double step = j < joints / 2 ? kTranslationStep : kRotationStep;
-    double span = 0.0;
-    for (const double sense : {1.0, -1.0}) {
-      moved[j] = q[j] + sense * step;
-      Branch aside = branch;
-      const bool there = this->shape(moved, none, aside, kShapePoints, shape) == ModelStatus::kOk;
+  if (derivatives) {
+    differentiate(q, branch, points, [&](const JointsRef& moved, Branch& aside, const auto& take) {
+      const ModelStatus status = this->shape(moved, none, aside, kShapePoints, shape);
       BackbonePoint point;
-      for (std::size_t i = 0; i < s.size(); ++i) {
-        if (there)
-          interpolate(shape, s[i], point);
-        points[i].jacobian.col(j) += sense * (there ? point.position : points[i].position);
+      for (std::size_t i = 0; status == ModelStatus::kOk && i < s.size(); ++i) {
+        interpolate(shape, s[i], point);
+        take(i, point.position);
       }
-      span += there ? step : 0.0;
-    }
-    moved[j] = q[j];
-    for (BackbonePoint& point : points)
-      point.jacobian.col(j) /= std::max(span, 1e-12);  // on an edge of equation (1) one side is enough
+      return status;
+    });
   }
   return ModelStatus::kOk;
 }
 
 Gradient ArmModel::stabilityGradient(const JointsRef&, const Branch&) const {
   return Gradient::Zero(arm().jointCount());
+}
+
+/// take(i, place, tangent) for every arc length, from sweeps that sample so many at a time.
+template <class Take>
+ModelStatus CompliantModel::places(const JointsRef& q,
+                                   Branch& branch,
+                                   const std::vector<double>& s,
+                                   const Take& take) const noexcept {
+  if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
+    return status;
+  if (const ModelStatus status = unload(q, branch); status != ModelStatus::kOk)
+    return status;
+  Segmentation parts;
+  segment(arm_, q, parts);
+  Equilibrium::Root root;
+  if (const ModelStatus status = equilibrium_.find(q, branch, root); status != ModelStatus::kOk)
+    return status;
+  std::array<ShapePoint, kShapePoints> samples;
+  for (std::size_t begin = 0; begin < s.size() || begin == 0; begin += samples.size()) {
+    const std::span<ShapePoint> piece(samples.data(), std::min(samples.size(), s.size() - begin));
+    for (std::size_t i = 0; i < piece.size(); ++i)
+      piece[i].s = std::min(s[begin + i], parts.length());
+    const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose, piece);
+    if (begin == 0) {
+      root.linearise(sweep);
+      root.remember(q, branch);
+    }
+    Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
+    end.linear() = sweep.endRotation();
+    end.translation() = sweep.endPosition();
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      const Eigen::Isometry3d frame = arm_.base * end * piece[i].pose;
+      const Eigen::Vector3d tangent = frame.linear().col(2);
+      take(begin + i, frame.translation() + (s[begin + i] - piece[i].s) * tangent, tangent);
+    }
+  }
+  return ModelStatus::kOk;
+}
+
+ModelStatus CompliantModel::backbone(const JointsRef& q,
+                                     Branch& branch,
+                                     const std::vector<double>& s,
+                                     bool derivatives,
+                                     std::vector<BackbonePoint>& points) const {
+  points.resize(s.size());
+  const ModelStatus status = places(q, branch, s, [&](std::size_t i, const auto& position, const auto& tangent) {
+    points[i].s = s[i];
+    points[i].position = position;
+    points[i].tangent = tangent;
+  });
+  if (status == ModelStatus::kOk && derivatives) {
+    differentiate(q, branch, points, [&](const JointsRef& moved, Branch& aside, const auto& take) {
+      return places(moved, aside, s, [&](std::size_t i, const auto& position, const auto&) { take(i, position); });
+    });
+  }
+  return status;
 }
 
 ModelStatus RigidModel::backbone(const JointsRef& q,

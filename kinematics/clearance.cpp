@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kinematics/body_maker.h"
+
 namespace tandem::kinematics {
 namespace {
 
@@ -52,14 +54,13 @@ struct Ball {
   Vector3d centre;
   double radius;
 };
-std::vector<Ball> balls(const Body& body) {
-  std::vector<Ball> result;
+using Balls = std::array<Ball, BodyMaker::kMostNodes - 1>;
+void encloseIn(const Body& body, Balls& balls) {
   for (std::size_t k = 0; k < body.radius.size(); ++k) {
     const Vector3d& p = body.nodes[k].position;
     const Vector3d& r = body.nodes[k + 1].position;
-    result.push_back({0.5 * (p + r), 0.5 * (r - p).norm() + body.radius[k]});
+    balls[k] = {0.5 * (p + r), 0.5 * (r - p).norm() + body.radius[k]};
   }
-  return result;
 }
 
 /// Signed distance of a place to the port, and its gradient.
@@ -82,26 +83,37 @@ double distanceTo(const Port& port, const Vector3d& place, Vector3d& gradient) {
 }  // namespace
 
 ModelStatus makeBody(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body) {
+  return BodyMaker().make(model, q, branch, derivatives, body);
+}
+
+void BodyMaker::reserve(Body& body) {
+  body.nodes.reserve(kMostNodes);
+  body.radius.reserve(kMostNodes - 1);
+}
+
+ModelStatus BodyMaker::make(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body) {
   const ConcentricTubeArm& arm = model.arm();
   const int n = arm.tubeCount();
   if (q.size() != 2 * n)
     return ModelStatus::kWrongSize;
-  std::vector<double> s{0.0};
-  std::vector<Eigen::RowVectorXd> slope{Eigen::RowVectorXd::Zero(n)};  // of s by the translations
+  using Slope = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxTubes>;
+  std::array<Slope, kMostNodes> slope;  // of s by the translations
+  slope[0].setZero(n);
+  s_.assign(1, 0.0);
   body.radius.clear();
   body.joints = 2 * n;
   for (int i = n - 1; i >= 0; --i) {
-    const double start = s.back(), end = std::max(start, q[i] + arm.tubes[i].length());
-    const Eigen::RowVectorXd start_slope = slope.back();
-    const Eigen::RowVectorXd end_slope = end > start ? Eigen::RowVectorXd::Unit(n, i).eval() : start_slope;
+    const double start = s_.back(), end = std::max(start, q[i] + arm.tubes[i].length());
+    const Slope start_slope = slope[s_.size() - 1];
+    const Slope end_slope = end > start ? Slope(Slope::Unit(n, i)) : start_slope;
     for (int k = 1; k <= Body::kPieces; ++k) {
       const double x = static_cast<double>(k) / Body::kPieces;
-      s.push_back(k == Body::kPieces ? end : start + x * (end - start));
-      slope.push_back((1.0 - x) * start_slope + x * end_slope);
+      slope[s_.size()] = (1.0 - x) * start_slope + x * end_slope;
+      s_.push_back(k == Body::kPieces ? end : start + x * (end - start));
       body.radius.push_back(0.5 * arm.tubes[i].outer_diameter);
     }
   }
-  if (const ModelStatus status = model.backbone(q, branch, s, derivatives, body.nodes); status != ModelStatus::kOk)
+  if (const ModelStatus status = model.backbone(q, branch, s_, derivatives, body.nodes); status != ModelStatus::kOk)
     return status;
   for (std::size_t k = 0; k < body.nodes.size(); ++k) {
     if (derivatives)
@@ -113,11 +125,13 @@ ModelStatus makeBody(const ArmModel& model, const JointsRef& q, Branch& branch, 
 }
 
 Clearance clearance(const Body& a, const Body& b) {
-  const std::vector<Ball> balls_a = balls(a), balls_b = balls(b);
+  Balls balls_a, balls_b;
+  encloseIn(a, balls_a);
+  encloseIn(b, balls_b);
   double least = std::numeric_limits<double>::infinity(), x_least = 0.0, y_least = 0.0;
   std::size_t i_least = 0, k_least = 0;
-  for (std::size_t i = 0; i < balls_a.size(); ++i) {
-    for (std::size_t k = 0; k < balls_b.size(); ++k) {
+  for (std::size_t i = 0; i < a.radius.size(); ++i) {
+    for (std::size_t k = 0; k < b.radius.size(); ++k) {
       const double bound = least + balls_a[i].radius + balls_b[k].radius;
       if ((balls_a[i].centre - balls_b[k].centre).squaredNorm() >= bound * bound && bound > 0.0)
         continue;

@@ -132,7 +132,7 @@ ModelStatus CompliantModel::shape(const JointsRef& q,
   Equilibrium::Root root;
   if (const ModelStatus status = equilibrium_.find(q, branch, root); status != ModelStatus::kOk)
     return status;
-  const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose, &shape);
+  const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose, shape);
   root.linearise(sweep);
   root.remember(q, branch);
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();

@@ -41,6 +41,13 @@ class CompliantModel final : public ArmModel {
                     int points,
                     std::vector<ShapePoint>& shape) const override;
 
+  /// Exact at every s, with central differences for the Jacobians. Allocates nothing that `points` has room for.
+  ModelStatus backbone(const JointsRef& q,
+                       Branch& branch,
+                       const std::vector<double>& s,
+                       bool derivatives,
+                       std::vector<BackbonePoint>& points) const override;
+
   /// Stability report, for people and planners: it follows the branch until it ends, so it is not for the periodic
   /// path.
   ModelStatus stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept;
@@ -59,6 +66,8 @@ class CompliantModel final : public ArmModel {
 
  private:
   ModelStatus unload(const JointsRef& q, Branch& branch) const noexcept;
+  template <class Take>
+  ModelStatus places(const JointsRef& q, Branch& branch, const std::vector<double>& s, const Take& take) const noexcept;
   ModelStatus loadedShape(const JointsRef& q,
                           const Wrench& wrench,
                           Branch& branch,

@@ -2,6 +2,7 @@
 /** @file From the ends of the tubes back to the motors: the unloaded arm as an initial value problem. */
 #pragma once
 
+#include <span>
 #include <type_traits>
 
 #include "kinematics/determinant_track.h"
@@ -39,7 +40,7 @@ class EndAngleSweep {
                 const Vector& end_angle,
                 double coupling,
                 StepDepth depth,
-                std::vector<ShapePoint>* samples = nullptr);
+                std::span<ShapePoint> samples = {});
 
   const Vector& baseAngle() const { return base_angle_; }            ///< alpha_i, rad
   const Square& baseByEnd() const { return base_by_end_; }           ///< d alpha / d theta
@@ -100,7 +101,7 @@ class EndAngleSweep {
   Vector beta_;
   double coupling_;
   StepDepth depth_;
-  std::vector<ShapePoint>* samples_;
+  std::span<ShapePoint> samples_;
   std::size_t unsampled_ = 0;  ///< samples in front of the present place
 
   double s_;                         ///< the present place, m

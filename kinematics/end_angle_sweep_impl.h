@@ -28,7 +28,7 @@ EndAngleSweep<Scalar>::EndAngleSweep(const ConcentricTubeArm& arm,
                                      const Vector& end_angle,
                                      double coupling,
                                      StepDepth depth,
-                                     std::vector<ShapePoint>* samples)
+                                     std::span<ShapePoint> samples)
     : arm_(arm),
       tubes_(arm.tubeCount()),
       parts_(parts),
@@ -36,7 +36,7 @@ EndAngleSweep<Scalar>::EndAngleSweep(const ConcentricTubeArm& arm,
       coupling_(coupling),
       depth_(depth),
       samples_(samples),
-      unsampled_(samples ? samples->size() : 0),
+      unsampled_(samples.size()),
       s_(parts.length()),
       psi_(end_angle),
       track_(parts.length()) {
@@ -266,8 +266,8 @@ template <class Place>
 void EndAngleSweep<Scalar>::sample(const Interval& part, const Scalar& length, const Place& place) {
   constexpr double kRounding = 1e-12;  // a sample at s = 0 is in the last piece, m
   const double h = valueOf(length);
-  for (; unsampled_ > 0 && (*samples_)[unsampled_ - 1].s >= s_ - h - kRounding; --unsampled_) {
-    ShapePoint& point = (*samples_)[unsampled_ - 1];
+  for (; unsampled_ > 0 && samples_[unsampled_ - 1].s >= s_ - h - kRounding; --unsampled_) {
+    ShapePoint& point = samples_[unsampled_ - 1];
     const double x = std::clamp((s_ - point.s) / h, 0.0, 1.0);
     point.psi.fill(std::numeric_limits<double>::quiet_NaN());
     point.moment.fill(std::numeric_limits<double>::quiet_NaN());

@@ -30,7 +30,7 @@ double energyOf(const ConcentricTubeArm& arm, const Segmentation& parts, const J
     }
   }
   const TubeJoints joints(q);
-  const EndAngleSweep<double> sweep(arm, parts, joints.beta, theta, 1.0, StepDepth::kPose, &points);
+  const EndAngleSweep<double> sweep(arm, parts, joints.beta, theta, 1.0, StepDepth::kPose, points);
   double energy = 0.0;
   for (std::size_t j = 0; j < points.size(); ++j) {
     const Segmentation::Interval& interval = parts.interval[intervals[j]];

@@ -129,6 +129,8 @@ void ReferenceTracker::step(const safety::RobotVector& q,
   const control::SolveStatus status = result.solution.status;
   if (status != control::SolveStatus::kSolved && status != control::SolveStatus::kInfeasible)
     result.status = TrackStatus::kSolver;
+  else if (resolver_->method() == control::Method::kHqp)
+    margins_.keep(tips_, q, problem_, result.solution);
 }
 
 }  // namespace tandem::planning

@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "kinematics/rotations.h"
+
 namespace tandem::kinematics::grasp {
 
 namespace {
@@ -76,6 +78,66 @@ void checkContacts(const std::vector<Contact>& contacts) {
       throw std::invalid_argument(name + ", spin radius: found " + std::to_string(contacts[k].spin_radius) +
                                   " m, expected a length above zero");
   }
+}
+
+Touch::Touch(const Contact& contact, const Eigen::Isometry3d& object, const Eigen::Isometry3d& tip)
+    : type(contact.type),
+      frame(object * contact.frame),
+      hand(tip * contact.hand),
+      to_tip(hand.translation() - tip.translation()),
+      to_body(hand.translation() - object.translation()) {
+  const Eigen::Vector3d ours = frame.linear().col(2), theirs = hand.linear().col(2);
+  spin = (ours + theirs) / (1.0 + ours.dot(theirs));
+}
+
+Matrix6 Touch::rows(const Eigen::Vector3d& lever) const {
+  const Eigen::Matrix3d turn = frame.linear().transpose();
+  Matrix6 result;
+  result << turn, -turn * skew(lever), Eigen::Matrix3d::Zero(), turn;
+  if (type == ContactType::kSoftFinger)
+    result.bottomRightCorner<1, 3>() = spin.transpose();
+  return result;
+}
+
+Twist Touch::drift() const {
+  const Eigen::Isometry3d apart = frame.inverse() * hand;
+  Twist twist;
+  twist << apart.translation(), logarithm(apart.linear());
+  if (type == ContactType::kSoftFinger) {
+    const Eigen::Quaterniond turn(apart.linear());  // the part about the normal, swing and twist
+    twist[5] = 2.0 * std::atan2(turn.w() < 0.0 ? -turn.z() : turn.z(), std::abs(turn.w()));
+  }
+  return twist;
+}
+
+TouchStiffness stiffnessOf(const Touch& touch, const Twist& force) {
+  using Eigen::Matrix3d;
+  using Eigen::Vector3d;
+  const Matrix3d pull = skew(touch.frame.linear() * force.head<3>());
+  TouchStiffness result{Matrix6::Zero(), Matrix6::Zero(), Matrix6::Zero(), Matrix6::Zero()};
+  // The force turns with the object, levers to the contact with tip and object.
+  result.on_arm_by_tip.bottomRightCorner<3, 3>() = pull * skew(touch.to_tip);
+  result.on_arm_by_object.topRightCorner<3, 3>() = -pull;
+  result.on_arm_by_object.bottomRightCorner<3, 3>() = -skew(touch.to_tip) * pull;
+  result.on_object_by_tip.bottomLeftCorner<3, 3>() = -pull;
+  result.on_object_by_tip.bottomRightCorner<3, 3>() = pull * skew(touch.to_tip);
+  result.on_object_by_object.topRightCorner<3, 3>() = -pull;
+  result.on_object_by_object.bottomLeftCorner<3, 3>() = pull;
+  result.on_object_by_object.bottomRightCorner<3, 3>() = -skew(touch.to_body) * pull;
+  Matrix3d moment_by_tip = Matrix3d::Zero(), moment_by_object = Matrix3d::Zero();
+  if (touch.type == ContactType::kSoftFinger) {
+    const Vector3d ours = touch.frame.linear().col(2), theirs = touch.hand.linear().col(2);
+    const double part = force[5] / (1.0 + ours.dot(theirs));
+    moment_by_object = -part * (skew(ours) + touch.spin * ours.cross(theirs).transpose());
+    moment_by_tip = -part * (skew(theirs) + touch.spin * theirs.cross(ours).transpose());
+  } else {
+    moment_by_object = -skew(touch.frame.linear() * force.tail<3>());
+  }
+  result.on_arm_by_tip.bottomRightCorner<3, 3>() += moment_by_tip;
+  result.on_arm_by_object.bottomRightCorner<3, 3>() += moment_by_object;
+  result.on_object_by_tip.bottomRightCorner<3, 3>() += moment_by_tip;
+  result.on_object_by_object.bottomRightCorner<3, 3>() += moment_by_object;
+  return result;
 }
 
 ContactLoad loadOf(const Contact& contact, const Eigen::Ref<const Eigen::VectorXd>& force) {

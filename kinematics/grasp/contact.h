@@ -50,6 +50,35 @@ struct Contact {
  * that is not finite. */
 void checkContacts(const std::vector<Contact>& contacts);
 
+/** A contact as it is, robot base frame. The arm touches where its tip's contact frame is; directions are those of the
+ * object's surface. A soft finger that has tilted passes its moment on about the axis `spin`, midway between the
+ * object's normal and the tip's: the one for which the moment does the work of the turn that is left to it. */
+struct Touch {
+  Touch(const Contact& contact, const Eigen::Isometry3d& object, const Eigen::Isometry3d& tip);
+
+  /// Contact components (all six) by the twist of a body whose origin is `lever` away from the contact: its transpose
+  /// makes wrenches of contact components.
+  Matrix6 rows(const Eigen::Vector3d& lever) const;
+  /// By how much the contact has come apart, arm less object, m and rad, contact frame. rows() are its derivatives, the
+  /// angular ones of a grip where it is closed.
+  Twist drift() const;
+
+  ContactType type;
+  Eigen::Isometry3d frame;          ///< contact frame of the object
+  Eigen::Isometry3d hand;           ///< the tip's: the same where the contact is a grip
+  Eigen::Vector3d spin;             ///< axis of a soft finger's moment, of size 1 / cos(tilt / 2)
+  Eigen::Vector3d to_tip, to_body;  ///< levers: from the tip's and from the object's origin to the contact
+};
+
+/** How the wrenches that a contact passes on change although its components do not: geometric stiffness. Columns are
+ * twists of the tip or the object, each at its own origin. */
+struct TouchStiffness {
+  Matrix6 on_arm_by_tip, on_arm_by_object;        ///< of rows(to_tip)^T force
+  Matrix6 on_object_by_tip, on_object_by_object;  ///< of rows(to_body)^T force
+};
+/// @param force  components that the contact passes on, all six
+TouchStiffness stiffnessOf(const Touch& touch, const Twist& force);
+
 /** How near a contact is to slipping. */
 struct ContactLoad {
   double normal = 0.0;      ///< force into the object, N; a contact other than a grip cannot pull

@@ -5,12 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "kinematics/rotations.h"
-
 namespace tandem::kinematics::grasp {
 
 using Eigen::Isometry3d;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
@@ -85,20 +82,6 @@ Any equilibrated(Any matrix, Eigen::Index columns) {
   return matrix;
 }
 
-/// Velocity of a point by that of another one on the same body: linear += angular x offset.
-Matrix6 shifted(const Vector3d& offset) {
-  Matrix6 result = Matrix6::Identity();
-  result.topRightCorner<3, 3>() = -skew(offset);
-  return result;
-}
-
-/// Base frame to contact frame.
-Matrix6 turned(const Matrix3d& rotation) {
-  Matrix6 result = Matrix6::Zero();
-  result.topLeftCorner<3, 3>() = result.bottomRightCorner<3, 3>() = rotation.transpose();
-  return result;
-}
-
 /// Everything in metres: angular components times this length.
 template <class Rows>
 Any scaled(const Rows& matrix, const ContactVector& rows) {
@@ -162,41 +145,29 @@ bool Grasp::evaluate(const Isometry3d& object, ArmTips tips, GraspState& state) 
       return false;
   }
   stack(object, tips, state);
-  drifts(object, tips, state);
   ranks(state);
   directions(state);
   state.degeneracies = degeneracies(state, tips);
   return true;
 }
 
-/// B G^T of (2) and B J of (1), (10).
+/// B G^T of (2) and B J of (1), (10), and by how much contacts are open.
 void Grasp::stack(const Isometry3d& object, ArmTips tips, GraspState& state) const {
   Eigen::Index columns = 0, column = 0;
   for (const Tip* tip : tips)
     columns += tip->jacobian.cols();
   state.by_object.setZero(rows_, 6);
   state.by_joints.setZero(rows_, columns);
-  for (std::size_t k = 0; k < contacts_.size(); ++k) {
-    const Isometry3d frame = object * contacts_[k].frame;
-    const Selection b = selection(contacts_[k].type) * turned(frame.linear());
-    const Vector3d place = frame.translation();
-    const Tip& tip = *tips[k];
-    const Eigen::Index row = first_row_[k];
-    state.by_object.middleRows(row, b.rows()) = b * shifted(place - object.translation());
-    state.by_joints.block(row, column, b.rows(), tip.jacobian.cols()) =
-        b * shifted(place - tip.pose.translation()) * tip.jacobian;
-    column += tip.jacobian.cols();
-  }
-}
-
-void Grasp::drifts(const Isometry3d& object, ArmTips tips, GraspState& state) const {
   state.drift.setZero(rows_);
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
-    const Isometry3d apart = (object * contacts_[k].frame).inverse() * tips[k]->pose * contacts_[k].hand;
-    Twist twist;
-    twist << apart.translation(), logarithm(apart.linear());
+    const Tip& tip = *tips[k];
+    const Touch touch(contacts_[k], object, tip.pose);
     const Selection b = selection(contacts_[k].type);
-    state.drift.segment(first_row_[k], b.rows()) = b * twist;
+    const Eigen::Index row = first_row_[k];
+    state.by_object.middleRows(row, b.rows()) = b * touch.rows(touch.to_body);
+    state.by_joints.block(row, column, b.rows(), tip.jacobian.cols()) = b * touch.rows(touch.to_tip) * tip.jacobian;
+    state.drift.segment(row, b.rows()) = b * touch.drift();
+    column += tip.jacobian.cols();
   }
 }
 
@@ -297,10 +268,9 @@ ContactVector Grasp::contactForces(const GraspState& state, const Twist& wrench,
 Matrix6 Grasp::objectStiffness(const Isometry3d& object, ArmTips tips, std::span<const Matrix6> compliances) const {
   Matrix6 stiffness = Matrix6::Zero();
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
-    const Isometry3d frame = object * contacts_[k].frame;
-    const Selection b = selection(contacts_[k].type) * turned(frame.linear());
-    const Selection at_tip = b * shifted(frame.translation() - tips[k]->pose.translation());
-    const Selection at_object = b * shifted(frame.translation() - object.translation());
+    const Touch touch(contacts_[k], object, tips[k]->pose);
+    const Selection b = selection(contacts_[k].type);
+    const Selection at_tip = b * touch.rows(touch.to_tip), at_object = b * touch.rows(touch.to_body);
     const Any compliance = at_tip * compliances[k] * at_tip.transpose();
     stiffness += at_object.transpose() * compliance.partialPivLu().solve(Any(at_object));
   }

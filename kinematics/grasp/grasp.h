@@ -99,7 +99,6 @@ class Grasp {
   void stack(const Eigen::Isometry3d& object, ArmTips tips, GraspState& state) const;
   void ranks(GraspState& state) const;
   void directions(GraspState& state) const;
-  void drifts(const Eigen::Isometry3d& object, ArmTips tips, GraspState& state) const;
   unsigned degeneracies(const GraspState& state, ArmTips tips) const;
 
   std::vector<Contact> contacts_;

@@ -19,6 +19,7 @@
 namespace tandem::python {
 namespace {
 
+using cli::RunState;
 using dds::jointIndex;
 
 /// Does `work` on a thread of its own; Ctrl-C and what `tell` raises interrupt it, and are raised when it has ended.

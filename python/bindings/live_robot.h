@@ -12,15 +12,9 @@
 
 #include "config/config.h"
 #include "control/parameters.h"
-#include "services/cli/client.h"
+#include "services/cli/motions.h"
 
 namespace tandem::python {
-
-/** How far a run is, or how it ended. */
-struct RunState {
-  std::uint32_t point = 0, points = 0, iterations = 0;  ///< iterations of all points so far
-  std::vector<double> errors;                           ///< m, one a task
-};
 
 /** Commands take the control lease and give it back; they come one at a time. stop() and looking need neither. All
  * calls wait, none of them holds the interpreter's lock, and all throw cli::Failure with the reason. */
@@ -49,10 +43,10 @@ class LiveRobot {
   /// All arms to the home of the robot file.
   void home();
   /// Enables, follows a trajectory (YAML text), disables. @param news  called from here while it runs
-  RunState run(const std::string& trajectory,
-               std::optional<control::Method> method,
-               bool keep_enabled,
-               const std::function<void(const RunState&)>& news);
+  cli::RunState run(const std::string& trajectory,
+                    std::optional<control::Method> method,
+                    bool keep_enabled,
+                    const std::function<void(const cli::RunState&)>& news);
   /// Stops all arms and waits until the drives report it; needs no connection and interrupts no command.
   void stop(const std::string& reason);
 
@@ -79,21 +73,17 @@ class LiveRobot {
   };
 
   bool waitFor(double seconds, const std::function<bool(const cli::Snapshot&)>& condition);
-  void giveLeaseBack() noexcept;
-  void expectNoFault(const cli::Snapshot& snapshot) const;
-  /// Pauses where a motion came to no end by itself, and says so.
-  [[noreturn]] void abandon(const std::string& what, bool trajectory);
-  void disable();
 
   config::Deployment deployment_;
   config::Robot robot_;
   double patience_;  ///< s of control's silence
-  std::atomic<bool> interrupted_{false}, cleaning_{false};
+  std::atomic<bool> interrupted_{false}, calm_{false};
   std::atomic<std::int64_t> heard_{0};  ///< when control was heard last, ns
   std::atomic<bool> connected_{false};
   std::mutex command_;
   std::vector<std::unique_ptr<Pose>> poses_;
   std::unique_ptr<cli::Client> client_;
+  std::optional<cli::Motions> motions_;
   std::vector<dds::Reader> readers_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "config/cooperative.h"
@@ -13,11 +14,21 @@ namespace tandem::cli {
 /// A cooperative robot by file or preset. @throw config::Error
 config::CooperativeRobot cooperativeRobot(const std::string& name);
 
+/** Which held object, and what to have otherwise than its file says. */
+struct HeldOptions {
+  std::string robot = "ablation-pair", contact, load;
+  std::optional<double> squeeze;
+};
+void addHeldOptions(CLI::App& command, HeldOptions& options);
+/// A robot with an object. @throw config::Error, or Failure(kUsage) where it has none or the load is no force
+config::CooperativeRobot heldRobot(const HeldOptions& options);
+
 void registerCooperative(CLI::App& app, int& exit_code);
 /// `tandem cooperative co-manipulate` and `target-assist`.
 void registerTracks(CLI::App& app, int& exit_code);
-/// `tandem cooperative mobility` and `reach`.
+/// `tandem cooperative mobility`, `payload` and `reach`.
 void registerMobility(CLI::App& app, int& exit_code);
+void registerPayload(CLI::App& app, int& exit_code);
 void registerReach(CLI::App& app, int& exit_code);
 
 }  // namespace tandem::cli

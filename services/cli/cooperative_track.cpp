@@ -26,12 +26,12 @@ using experiments::TrackRecord;
 using experiments::TrackStep;
 
 struct Options {
-  std::string robot, contact, shape = "lissajous", along, method = "nspqp", hold = "none", csv, figure;
+  bool assist = false;
+  HeldOptions held;
+  std::string shape = "lissajous", along, method = "nspqp", hold = "none", csv, figure;
   double size = 5e-3, duration = 10.0;
   bool json = false;
 };
-
-bool assisted(const Options& options) { return options.contact == "assist"; }
 
 std::vector<int> directionsOf(const std::string& text) {
   std::vector<int> directions;
@@ -137,7 +137,7 @@ Json summary(const Options& o, const experiments::ObjectPath& path, const TrackR
     const auto [lower, upper] = rangeOf(record, k);
     facts[record.names[k]] = {lower, upper};
   }
-  return {{"robot", o.robot},
+  return {{"robot", o.held.robot},
           {"method", o.method},
           {"shape", o.shape},
           {"along", directions},
@@ -180,21 +180,13 @@ void print(const Json& json, bool assisted) {
 }
 
 int run(Options o) {
-  config::CooperativeRobot robot = cooperativeRobot(o.robot);
-  const auto need = [&](bool there, const char* what) {
-    if (!there)
-      throw Failure(kUsage, robot.file.string() + ": " + what + ": found none, expected one for this command");
-  };
+  const config::CooperativeRobot robot = o.assist ? cooperativeRobot(o.held.robot) : heldRobot(o.held);
   std::unique_ptr<experiments::Mechanism> mechanism;
-  if (assisted(o)) {
-    need(robot.assistance.has_value(), "assistance");
+  if (o.assist) {
+    if (!robot.assistance)
+      throw Failure(kUsage, robot.file.string() + ": assistance: found none, expected one for this command");
     mechanism = std::make_unique<experiments::AssistedMechanism>(robot);
   } else {
-    need(robot.object.has_value(), "object");
-    if (!o.contact.empty()) {
-      for (auto& contact : robot.object->contacts)
-        contact.type = kinematics::grasp::contactType(o.contact);
-    }
     mechanism = std::make_unique<experiments::HeldObjectMechanism>(robot);
   }
   experiments::ObjectPath path{
@@ -224,14 +216,14 @@ int run(Options o) {
   if (o.json)
     std::cout << json.dump(2) << '\n';
   else
-    print(json, assisted(o));
+    print(json, o.assist);
   if (!o.figure.empty() && o.csv.empty())
     o.csv = fs::path(o.figure).replace_extension(".csv").string();
   if (!o.csv.empty()) {
     if (fs::path(o.csv).has_parent_path())
       fs::create_directories(fs::path(o.csv).parent_path());
     std::ofstream out(o.csv);
-    writeRows(out, record, jointNames(robot, assisted(o)));
+    writeRows(out, record, jointNames(robot, o.assist));
   }
   if (!o.figure.empty() && record.refused.empty()) {
     const std::string shapes = fs::path(o.csv).replace_extension(".shapes.csv").string();
@@ -243,18 +235,17 @@ int run(Options o) {
 
 void add(CLI::App& app, int& exit_code, bool assist) {
   auto options = std::make_shared<Options>();
-  options->robot = assist ? "ablation-assist" : "ablation-pair";
+  options->assist = assist;
   CLI::App* command = assist ? app.add_subcommand("target-assist", "both arms move the tip of the one that is pushed")
                              : app.add_subcommand("co-manipulate", "arms move the object that they hold");
-  command->add_option("-r,--robot", options->robot, "cooperative robot file or preset")->capture_default_str();
   if (assist) {
-    options->contact = "assist";
+    options->held.robot = "ablation-assist";
     options->hold = "places";
+    command->add_option("-r,--robot", options->held.robot, "cooperative robot file or preset")->capture_default_str();
   } else {
     options->shape = "line";  // the one that the preset's rigid contacts leave
     options->size = 3e-3;
-    command->add_option("--contact", options->contact, "contact type instead of those of the file")
-        ->check(CLI::IsMember({"frictionless", "point", "soft_finger", "rigid"}));
+    addHeldOptions(*command, options->held);
   }
   command->add_option("--shape", options->shape, "line, circle or lissajous")
       ->check(CLI::IsMember({"line", "circle", "lissajous"}))

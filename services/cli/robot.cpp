@@ -9,11 +9,8 @@
 #include <sstream>
 
 #include "config/arm_names.h"
-#include "planning/follower.h"
-#include "safety/faults.h"
-#include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
-#include "services/cli/client.h"
+#include "services/cli/motions.h"
 #include "services/cli/plan_print.h"
 #include "services/cli/plan_setup.h"
 #include "services/common/stop_signal.h"
@@ -32,8 +29,9 @@ struct Session {
   Session(const Options& options, bool lease)
       : deployment(config::loadDeployment(config::findFile(options.deployment, "deployment"))),
         robot(config::loadRobot(deployment.robot)),
-        client(deployment) {
-    client.interruptBy([this] { return stop.requested(); });
+        client(deployment),
+        motions(client, deployment, robot, [this](bool calm) { calm_ = calm; }) {
+    client.interruptBy([this] { return stop.requested() && !calm_; });
     client.connect(10.0);
     client.expectLife(2.0 + 3.0 * deployment.control_period);
     if (lease)
@@ -43,6 +41,10 @@ struct Session {
   config::Deployment deployment;
   config::Robot robot;
   Client client;
+  Motions motions;
+
+ private:
+  bool calm_ = false;
 };
 
 int done(const Options& options,
@@ -57,37 +59,14 @@ int done(const Options& options,
   return kOk;
 }
 
-/// Before a fault is cleared: power goes at once, then the lease is taken, which a client that has just gone may still
-/// hold.
-/// @return whether there is a fault to clear, and the lease is ours now.
-bool clearLease(Session& session) {
-  const Snapshot now = session.client.snapshot();
-  const auto faulty = [&](std::size_t k) { return (now.status.faults[k] | now.state.faults[k]) != 0; };
-  bool any = false;
-  for (std::size_t k = 0; k < now.status.arm_count; ++k)
-    any = any || faulty(k);
-  if (!any)
-    return false;
-  try {
-    dds::ControlRequest off;
-    off.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
-    off.value = "disable";
-    session.client.control(off);
-  } catch (const Failure&) {
-    // Refused for the fault alone; whatever was not in FAULT has no power now.
-  }
-  session.client.waitFor(1.5 * session.deployment.budgets.lease,
-                         [](const Snapshot& s) { return s.status.lease_holder == 0; });
-  session.client.acquireLease();
-  return true;
-}
-
 int stateCommand(const Options& options, const std::string& command) {
   const bool gives_power = command == "enable" || command == "resume";
   Session session(options, gives_power);
-  const bool clears = command == "disable" && clearLease(session);
-  session.client.stateCommand(command);
-  if (gives_power || clears)
+  if (command == "disable")
+    session.motions.disable();
+  else
+    session.client.stateCommand(command);
+  if (gives_power)
     session.client.releaseLease();
   return done(options, "all arms: " + command + "d");
 }
@@ -95,75 +74,25 @@ int stateCommand(const Options& options, const std::string& command) {
 int stop(const Options& options) {
   // Not a Session: a stop waits for nobody, least of all for the one whose silence may be the reason for it.
   Client client(config::loadDeployment(config::findFile(options.deployment, "deployment")));
-  client.stop("tandem robot stop");
-  const bool stopped = client.waitFor(2.0, [](const Snapshot& s) {
-    const auto& faults = s.state.faults;
-    return s.states > 0 &&
-           std::all_of(faults.begin(), faults.begin() + s.state.arm_count, [](auto f) { return f != 0; }) &&
-           std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
-  });
-  if (!stopped)
-    throw Failure(kFailure, "stop was sent, but the drives do not report standstill; is `tandem up` running?");
+  stopAndWait(client, "tandem robot stop");
   return done(options, "stopped; `tandem robot disable` clears the fault");
 }
 
 int moveJp(const Options& options) {
   Session session(options, true);
-  dds::ControlRequest request;
-  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kMoveJp);
-  const auto found = config::findArm(session.robot, options.arm);
-  if (!found)
+  const auto arm = config::findArm(session.robot, options.arm);
+  if (!arm)
     throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
-  request.arm = static_cast<std::uint8_t>(*found);
   if (options.joints.size() > safety::kMaxJointsPerArm)
     throw Failure(kUsage, "too many joints");
-  request.joint_count = static_cast<std::uint8_t>(options.joints.size());
-  std::copy(options.joints.begin(), options.joints.end(), request.joints.begin());
-  const std::uint64_t asked = session.client.control(request).value;
-  const std::size_t arm = request.arm;
-  const auto ended = [&](const Snapshot& s) {
-    return s.status.faults[arm] != 0 || (s.status.sequence > asked && s.status.busy[arm] == 0);
-  };
-  const auto reached = [&](const Snapshot& s) {
-    for (std::size_t j = 0; j < options.joints.size(); ++j) {
-      const double error =
-          s.state.position[dds::jointIndex(static_cast<int>(arm), static_cast<int>(j))] - options.joints[j];
-      if (std::abs(error) > safety::kAtRest)
-        return false;
-    }
-    return true;
-  };
-  constexpr double kLag = 2.0;  // s, of joints behind their setpoints
-  if (!session.client.waitFor(600.0, ended) || !session.client.waitFor(kLag, reached)) {
-    session.client.interruptBy({});
-    if (session.client.snapshot().status.faults[arm] != 0)
-      throw Failure(kFailure, "the arm went into FAULT on the way");
-    session.client.stateCommand("pause");
-    throw Failure(kFailure, "move_jp ended before the goal was reached; the arms are paused");
-  }
+  session.motions.moveJp(*arm, Eigen::VectorXd::Map(options.joints.data(), std::ssize(options.joints)));
   session.client.releaseLease();
   return done(options, "the arm is there");
 }
 
 int home(const Options& options) {
   Session session(options, true);
-  dds::ControlRequest request;
-  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kHome);
-  const std::uint64_t asked = session.client.control(request).value;
-  const bool there = session.client.waitFor(600.0, [&](const Snapshot& s) {
-    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
-      if (s.status.faults[k] != 0)
-        return true;
-      if (s.status.busy[k] != 0)
-        return false;
-    }
-    return s.status.sequence > asked;
-  });
-  session.client.interruptBy({});
-  if (!there)
-    session.client.stateCommand("pause");
-  if (!there || session.client.snapshot().status.faults[0] != 0)
-    throw Failure(kFailure, "the arms did not get home");
+  session.motions.home();
   session.client.releaseLease();
   return done(options, "the arms are at home");
 }
@@ -222,65 +151,35 @@ int runTrajectory(const Options& options) {
   }
   if (options.check || options.planned)
     checkFirst(session, text, options.method, options.planned);
-  client.stateCommand("enable");
-  const Snapshot enabled = client.snapshot();
-  client.waitFor(2.0, [&](const Snapshot& s) { return s.reference.answers_control >= enabled.status.sequence; });
-  dds::PlanningRequest request;
-  request.kind = 1;
-  request.trajectory = text;
-  request.planned = options.planned ? 1 : 0;
-  const std::uint32_t id = client.planning(request).value;
-  const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
-  const auto ours = [&](const Snapshot& s) { return s.reference.trajectory_id == id; };
-  const auto faulty = [](const Snapshot& s) {
-    return std::any_of(s.status.faults.begin(), s.status.faults.begin() + s.status.arm_count,
-                       [](safety::FaultMask faults) { return faults != 0; });
+  Motions::Run run{text, options.planned, options.keep_enabled};
+  bool told = false;
+  if (isatty(STDERR_FILENO) != 0 && !options.json) {
+    run.news = [&told](const RunState& state) {
+      told = true;
+      std::fprintf(stderr, "\rpoint %u of %u, errors", state.point, state.points);
+      for (const double error : state.errors)
+        std::fprintf(stderr, " %.3f", 1e3 * error);
+      std::fprintf(stderr, " mm   ");
+    };
+  }
+  const auto follow = [&] {
+    try {
+      return session.motions.run(run);
+    } catch (...) {
+      std::fputs(told ? "\n" : "", stderr);
+      throw;
+    }
   };
-  std::uint32_t shown = 0;
-  const bool ended = client.waitFor(24.0 * 3600.0, [&](const Snapshot& s) {
-    if (faulty(s))
-      return true;
-    if (terminal && ours(s) && s.reference.point != shown) {
-      shown = s.reference.point;
-      std::fprintf(stderr, "\rpoint %u of %u, errors %.3f and %.3f mm   ", s.reference.point, s.reference.point_count,
-                   1e3 * s.status.task_error[0], 1e3 * s.status.task_error[1]);
-    }
-    const auto phase = static_cast<planning::Phase>(s.reference.phase);
-    return ours(s) && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
-  });
-  if (terminal)
-    std::fprintf(stderr, "\n");
-  // Planning may notice a fault before control says which one it is.
-  constexpr double kReason = 0.5;  // s
-  if (ended && static_cast<planning::Phase>(client.snapshot().reference.phase) == planning::Phase::kFailed)
-    client.waitFor(kReason, faulty);
-  const Snapshot last = client.snapshot();
-  if (!ended) {
-    client.interruptBy({});
-    client.stateCommand("pause");
-    dds::PlanningRequest give_up;
-    give_up.kind = 4;
-    client.planning(give_up);
-    throw Failure(kFailure, "interrupted; the arms are paused, the trajectory is given up");
-  }
-  for (std::size_t k = 0; k < last.status.arm_count; ++k) {
-    if (last.status.faults[k] != 0) {
-      throw Failure(kFailure,
-                    session.robot.arms[k].name + " is in FAULT: " + safety::describeFaults(last.status.faults[k]));
-    }
-  }
-  if (!options.keep_enabled)
-    client.stateCommand("disable");
+  const RunState last = follow();
+  std::fputs(told ? "\n" : "", stderr);
   client.releaseLease();
-  const auto phase = static_cast<planning::Phase>(last.reference.phase);
-  const nlohmann::ordered_json json{{"phase", planning::name(phase)},
-                                    {"points", last.reference.point_count},
-                                    {"iterations", last.reference.total_iterations}};
+  const nlohmann::ordered_json json{
+      {"phase", planning::name(last.phase)}, {"points", last.points}, {"iterations", last.iterations}};
   done(options,
-       std::string(planning::name(phase)) + ": " + std::to_string(last.reference.point_count) + " points, " +
-           std::to_string(last.reference.total_iterations) + " iterations",
+       std::string(planning::name(last.phase)) + ": " + std::to_string(last.points) + " points, " +
+           std::to_string(last.iterations) + " iterations",
        json);
-  return phase == planning::Phase::kFinished ? kOk : kFailure;
+  return last.phase == planning::Phase::kFinished ? kOk : kFailure;
 }
 
 }  // namespace

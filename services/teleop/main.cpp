@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "config/arm_names.h"
+#include "safety/faults.h"
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
@@ -107,6 +108,25 @@ class Session {
     return status_;
   }
 
+  /// The first arm in FAULT, with what led there and what to do; empty where there is none.
+  std::string fault() const {
+    const cli::Snapshot now = client_.snapshot();
+    for (std::size_t k = 0; k < now.status.arm_count; ++k)
+      if (const safety::FaultMask faults = now.status.faults[k] | now.state.faults[k]; faults != 0)
+        return robot_.arms[k].name + " is in FAULT: " + safety::describeFaults(faults) +
+               "; `tandem robot disable` clears it";
+    return {};
+  }
+
+  /// Why a robot that followed this operator does not any longer, other than by his will; empty where that is not so.
+  std::string stopped() const {
+    const dds::TeleopStatus s = status();
+    if (s.client != client_.id() || s.state != static_cast<std::uint8_t>(State::kStopped))
+      return {};
+    const std::string found = fault();
+    return found.empty() ? s.reason : found;
+  }
+
   /// A line for people whenever something changes.
   void tell() {
     const dds::TeleopStatus s = status();
@@ -119,6 +139,8 @@ class Session {
       line += "; " + s.reason;
     if (!s.limited_by.empty())
       line += "; limited by " + s.limited_by;
+    if (const std::string found = fault(); !found.empty())
+      line += "; " + found;
     if (line != told_ && !options_.quiet)
       std::cout << line << std::endl;
     told_ = line;
@@ -178,8 +200,8 @@ void expectEnabled(Session& session, const Options& options) {
   }
 }
 
-/// Until the device or somebody ends it.
-void drive(Session& session, teleop::Device& device, const Options& options, const service::StopSignal& stop) {
+/// Until the device or somebody ends it. @return why a trace was not followed to its end
+std::string drive(Session& session, teleop::Device& device, const Options& options, const service::StopSignal& stop) {
   const std::int64_t start = service::monotonicNow();
   while (!stop.requested()) {
     const teleop::Reading reading = device.read(1e-9 * static_cast<double>(service::monotonicNow() - start));
@@ -189,10 +211,16 @@ void drive(Session& session, teleop::Device& device, const Options& options, con
     const dds::ControlStatus status = session.client().snapshot().status;
     if (status.lease_holder != session.client().id())
       throw Failure(cli::kFailure, "the control lease is lost");
+    // A trace cannot let go of the switch and hold it again: what is left of it would not be the recorded motion.
+    if (device.kind() == planning::teleoperation::Device::kTrace) {
+      if (const std::string reason = session.stopped(); !reason.empty())
+        return "the trace was not followed to its end: " + reason;
+    }
     if (reading.end)
-      return;
+      break;
     stop.waitFor(1.0 / options.rate);
   }
+  return {};
 }
 
 int run(const Options& options) {
@@ -210,8 +238,9 @@ int run(const Options& options) {
   expectEnabled(session, options);
   if (!options.quiet)
     std::cout << device->describe() << std::endl;
+  std::string trouble;
   try {
-    drive(session, *device, options, stop);
+    trouble = drive(session, *device, options, stop);
   } catch (...) {
     session.send({}, device->kind());  // at once, rather than by silence
     throw;
@@ -222,9 +251,14 @@ int run(const Options& options) {
     session.send({}, device->kind());
     return s.status.source != static_cast<std::uint8_t>(dds::Source::kTeleoperation);
   });
-  if (options.enable)
+  const std::string fault = session.fault();
+  if (options.enable && fault.empty())  // a fault stays latched: it is for people to look at
     session.client().stateCommand("disable");
   session.client().releaseLease();
+  if (trouble.empty())
+    trouble = fault;
+  if (!trouble.empty())
+    throw Failure(cli::kFailure, trouble);
   return cli::kOk;
 }
 

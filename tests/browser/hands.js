@@ -62,6 +62,44 @@ module.exports = ({ robot, me, enable, shot }) => {
       await cut("letting the pointer go", since, /ready|released/);
     },
 
+    async "a gamepad moves the tip, and stops it when it is pulled out"() {
+      await ready();
+      // Neither Chromium nor this kernel need have a gamepad: the page is told of one as browsers tell.
+      await page().evaluate(() => {
+        const buttons = Array.from({ length: 17 }, () => ({ pressed: false, touched: false, value: 0 }));
+        window.pad = { index: 0, id: "test", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons };
+        navigator.getGamepads = () => [window.pad];
+        window.dispatchEvent(Object.assign(new Event("gamepadconnected"), { gamepad: window.pad }));
+      });
+      const set = (axes, held, clutch) =>
+        page().evaluate(
+          ([a, h, c]) => {
+            window.pad.axes = a;
+            for (const [button, down] of [[7, h], [4, c]]) Object.assign(window.pad.buttons[button], { pressed: down, value: +down });
+          },
+          [axes, held, clutch],
+        );
+      await set([0, -1, 0, 0], false, false);
+      const before = monotonic();
+      await robot().stands("while the trigger is not held", before);
+      await set([0, -1, 0, 0], true, false);
+      await me().text("#teleop-held", /held: gamepad/);
+      await robot().moves("stick and trigger of the gamepad");
+      await set([0, -1, 0, 0], true, true);
+      await me().text("#teleop-state", /clutched/);
+      await set([0, -1, 0, 0], true, false);
+      await me().text("#teleop-state", /following/);
+      const since = monotonic();
+      await page().evaluate(() => {
+        const gamepad = window.pad;
+        gamepad.connected = false;
+        navigator.getGamepads = () => [null];
+        window.dispatchEvent(Object.assign(new Event("gamepaddisconnected"), { gamepad }));
+      });
+      await cut("pulling the gamepad out", since, /disconnected/);
+      await page().evaluate(() => delete navigator.getGamepads);
+    },
+
     async "a hidden tab stops teleoperation"() {
       await hold("ArrowUp");
       const since = monotonic();

@@ -39,6 +39,17 @@ class Benchmarks(unittest.TestCase):
                 self.assertLessEqual(run_of_it["p50"], run_of_it["p99"], name)
             self.assertLess(runs["tubes/tip/rigid/cold/2"]["p50"], runs["tubes/tip/rigid/cold/4"]["p50"])
 
+    def test_monte_carlo_a_second(self):
+        sys.path.insert(0, str(BENCH))
+        import simulation  # pylint: disable=import-outside-toplevel,import-error
+        with tempfile.TemporaryDirectory() as name:
+            rows = [simulation.montecarlo(BIN / "tandem", "hqp", jobs, tasks=10, times=1) for jobs in (1, 2)]
+            pathlib.Path(name, "simulation.json").write_text(json.dumps({"montecarlo": rows}))
+            for row in rows:
+                self.assertEqual((row["succeeded"], row["feasible"]), (9, 9))
+                self.assertAlmostEqual(row["tasks_per_s"] * row["seconds"], 10)
+            self.assertRegex(run(sys.executable, BENCH / "report.py", name, "--markdown"), r"\| hqp \| 2 \| 10 \| .* \| 9 of 9 \|")
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

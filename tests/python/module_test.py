@@ -189,11 +189,14 @@ class Documentation(unittest.TestCase):
         self.assertEqual(names["answer"]["reach"], "reached", names["answer"])
 
     def test_examples_draw_their_figures(self):
+        page = (SOURCE / "docs/python.md").read_text()
         with tempfile.TemporaryDirectory() as folder:
             for example in sorted((SOURCE / "python/examples").glob("*.py")):
+                self.assertIn(f"| `{example.name}` |", page)
                 figure = pathlib.Path(folder, f"{example.stem}.png")
                 subprocess.run([sys.executable, example, figure], check=True, timeout=120,
-                               env={**os.environ, "PYTHONPATH": str(BIN.parent / "python")})
+                               env={**os.environ, "PYTHONPATH": str(BIN.parent / "python"),
+                                    "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"})
                 self.assertGreater(figure.stat().st_size, 10000, example)
 
 

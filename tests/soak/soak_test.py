@@ -16,7 +16,6 @@ PROBE = pathlib.Path(sys.argv.pop(2))  # the library to preload
 SECONDS = float(os.environ.get("TANDEM_SOAK", "60"))
 SETTLED = 10.0        # s, after which memory counts
 GROWTH = 512          # KiB in the minutes that follow: pages that were not touched before, no leak of a loop at 1 kHz
-BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"  # function, on any machine
 
 
 def resident(pid):
@@ -32,8 +31,10 @@ class Soak(system.SystemTest):
         os.environ["TANDEM_PROBE"] = str(self.folder / "probe")
         os.environ["LD_PRELOAD"] = str(PROBE)
         self.addCleanup(os.environ.pop, "LD_PRELOAD", None)
-        running = self.start("laptop-1khz", budgets=BUDGETS)
+        running = self.start("laptop-1khz", budgets=system.WIDE_BUDGETS)
         del os.environ["LD_PRELOAD"]  # clients need none
+        if system.may_have_priorities():
+            running.give_priorities()
         line = self.trajectory("to-and-fro", [0, 8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
         back = self.trajectory("back", [0, -8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
         began, before, runs = time.monotonic(), None, 0

@@ -201,6 +201,14 @@ class Watcher:
         self._process.stdout.close()
 
 
+WIDE_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"  # function, on any machine
+PRIORITIES = {"sim": 30, "control": 20}  # SCHED_FIFO, as systemd gives them: docs/deployment.md
+
+
+def may_have_priorities():
+    return subprocess.run(["chrt", "--fifo", "1", "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
 class System:
     """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind.
 
@@ -252,6 +260,11 @@ class System:
             self.events.append(event)
             if event["event"] == name:
                 return event
+
+    def give_priorities(self):
+        """To all threads: what those of DDS hand over late is late."""
+        for name, priority in PRIORITIES.items():
+            subprocess.run(["chrt", "--all-tasks", "--fifo", "--pid", str(priority), str(self.pids[name])], check=True)
 
     def end_watch(self):
         if self._watcher:

@@ -53,7 +53,7 @@ class Live:
 class Computations(system.SystemTest):
     # Function is tested here, on any machine, however busy. A computation of seconds on the thread that publishes
     # references, or at its priority on a lock of it, would break these budgets, too.
-    budgets = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"
+    budgets = system.WIDE_BUDGETS
 
     def setUp(self):
         super().setUp()

@@ -19,7 +19,7 @@ class RealTime:
 
     preset, period, steps = "", 0.0, ()
     # Function is tested here, on any machine, however busy; the time budgets have tests of their own.
-    budgets = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"
+    budgets = system.WIDE_BUDGETS
 
     def setUp(self):
         super().setUp()

@@ -129,6 +129,16 @@ class Teleoperation(system.SystemTest):
         self.assertIn("another client holds the control lease", told[1])
         self.assert_refused(self.system.robot("run", self.long_line()), "lease")
 
+    def test_a_fault_is_told_and_stays(self):
+        self.begin()
+        process = self.teleop(self.trace("long", (0.3, 0, (0, 0, 0)), (20.0, 1, (0, 1, 0))))
+        self.until_moving(process)
+        self.assert_ok(self.system.robot("stop"))
+        told = process.communicate(timeout=30)
+        self.assertEqual(process.returncode, 1, told)
+        self.assertIn("the trace was not followed to its end: arm_a is in FAULT", told[1])
+        self.assertEqual(self.system.states(), ["FAULT", "FAULT"])
+
     def test_a_forbidden_region_is_not_entered(self):
         self.begin()
         before = self.tips()

@@ -173,6 +173,40 @@ class Demonstrations(unittest.TestCase):
         self.assertIn("refused: ", answer.stdout)
         self.assertIn("missing: ", answer.stdout)
 
+    def test_an_object_is_driven_along_a_lissajous_by_friction(self):
+        answer = system.run("cooperative", "co-manipulate", "--contact", "soft_finger", "--squeeze", "0.002",
+                            "--load=0,0,-0.0003", "--shape", "lissajous", "--along", "y,z", "--hold", "places",
+                            "--json", timeout=120)
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        found = json.loads(answer.stdout)
+        self.assertLess(found["max_drift_m"], 1e-4)
+        self.assertLess(max(found["facts"][f"friction_used_arm_{arm}"][1] for arm in "ab"), 1.0)
+
+    def test_a_grasp_that_would_slip_is_refused_with_the_squeeze_that_would_do(self):
+        answer = system.run("cooperative", "co-manipulate", "--contact", "point", "--squeeze", "0.001",
+                            "--load=0,0,-0.01")
+        self.assertEqual(answer.returncode, 1)
+        self.assertIn("found a squeeze of 0.001 N, expected more than", answer.stdout)
+        answer = system.run("cooperative", "co-manipulate", "--load", "0,0")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("--load", answer.stderr)
+
+    def test_payload_of_the_pair_and_of_each_arm(self):
+        answer = system.run("cooperative", "payload", "--json", "--directions", 8, "--figure", self.folder / "load.png",
+                            timeout=120)
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        pair, *alone = json.loads(answer.stdout)["holders"]
+        self.assertEqual([holder["name"] for holder in alone], ["arm_a", "arm_b"])
+        for holder in alone:
+            for one, all_arms in zip(holder["directions"], pair["directions"]):
+                self.assertLess(one["stiffness_N_per_m"], all_arms["stiffness_N_per_m"])
+                self.assertGreater(one["payload_N"], 0.0)
+        rows = list(csv.DictReader(open(self.folder / "load.csv", encoding="utf-8")))
+        self.assertEqual(len(rows), 3 * 3 * 8)
+        first = next(row for row in rows if row["holder"] == "0")
+        self.assertAlmostEqual(float(first["payload"]), pair["directions"][0]["payload_N"], places=9)
+        self.assertGreater((self.folder / "load.png").stat().st_size, 10000)
+
     def test_target_assist(self):
         answer = system.run("cooperative", "target-assist", "--json", "--figure", self.folder / "run.png", timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)

@@ -5,6 +5,7 @@
 #include "control/active_set.h"
 #include "control/conflict.h"
 #include "control/resolver.h"
+#include "tests/unit/control/largest_share.h"
 #include "tests/unit/support/ark_problem.h"
 
 namespace tandem::test {
@@ -158,22 +159,8 @@ TEST(Outcomes, TheTaskScaleIsTheBestThereIs) {
       continue;
     resolver->solve(ark.problem, solution);
     ASSERT_EQ(solution.status, SolveStatus::kSolved);
-    control::QuadraticProgram lp;
-    lp.resize(13, 3, solution.bounds.row_count);
-    lp.g[12] = -1.0;
-    lp.lower.head(12) = solution.bounds.lower;
-    lp.upper.head(12) = solution.bounds.upper;
-    lp.lower[12] = 0.0;
-    lp.upper[12] = 1.0;
-    lp.E.leftCols(12) = ark.problem.task[0].jacobian;
-    lp.E.col(12) = -ark.problem.task[0].velocity;
-    for (int i = 0; i < solution.bounds.row_count; ++i) {
-      lp.A(i, ark.problem.row[i].first) = ark.problem.row[i].a_first;
-      lp.A(i, ark.problem.row[i].second) = ark.problem.row[i].a_second;
-      lp.b[i] = solution.bounds.row_rate[i];
-    }
     control::QpSolution best;
-    solver.solve(lp, best);
+    solver.solve(largestShare(ark.problem, solution.bounds), best);
     ASSERT_EQ(best.status, control::QpStatus::kSolved);
     ASSERT_LT(best.residual, 1e-9);
     EXPECT_NEAR(solution.scale[0], best.x[12], 1e-9);

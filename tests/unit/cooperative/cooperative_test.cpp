@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "experiments/catheters.h"
+#include "experiments/payload.h"
 #include "experiments/track.h"
+#include "tests/unit/kinematics/differences.h"
 
 namespace tandem::experiments::test {
 namespace {
@@ -61,6 +63,177 @@ TEST(HeldObject, RigidContactsMoveAlongTheirCommonAxisAloneAndSayWhatIsMissing) 
     EXPECT_LT(step.time, 0.0) << "moved along a path that was refused";
 }
 
+/// A pair that squeezes what it holds and carries its weight.
+config::CooperativeRobot pressing(ContactType type) {
+  config::CooperativeRobot robot = holding(type);
+  robot.object->squeeze = 0.002;
+  robot.object->load = {0.0001, -0.0001, -0.0003};
+  return robot;
+}
+
+/// Presses; grips do so by a bend, as joints bring about no even squeeze of all that they hold.
+RobotVector pressed(HeldObjectMechanism& mechanism, const config::CooperativeRobot& robot) {
+  RobotVector q = mechanism.home();
+  if (robot.object->contacts[0].type == ContactType::kRigid) {
+    q[2] += 0.03;
+    EXPECT_EQ(mechanism.settle(q), "");
+  } else {
+    EXPECT_EQ(prepare(mechanism, optionsOf(robot), q), "");
+  }
+  return q;
+}
+
+TEST(HeldObject, SagsUnderALoadAsItsStiffnessSays) {
+  for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
+    config::CooperativeRobot robot = pressing(type);
+    HeldObjectMechanism mechanism(robot);
+    const RobotVector q = pressed(mechanism, robot);
+    const auto rest = mechanism.rest();
+    const Eigen::Vector3d load = robot.object->load;
+    for (int k = 0; k < 3; ++k) {
+      const tandem::test::Difference sag = tandem::test::differentiate(
+          [&](double h) -> Eigen::VectorXd {
+            auto there = rest;
+            kinematics::Wrench wrench = kinematics::Wrench::Zero();
+            wrench.head<3>() = load + h * Eigen::Vector3d::Unit(k);
+            EXPECT_EQ(mechanism.model().settle(q, wrench, there), kinematics::grasp::HoldStatus::kOk);
+            return difference(rest.pose, there.pose);
+          },
+          3e-4);
+      EXPECT_LT((sag.value - rest.displacement_by_load.col(k)).head<3>().norm(), 1e-5 * sag.value.head<3>().norm());
+    }
+  }
+}
+
+TEST(HeldObject, JacobianUnderALoadIsThatOfTheRests) {
+  for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
+    const config::CooperativeRobot robot = pressing(type);
+    HeldObjectMechanism mechanism(robot);
+    const RobotVector q = pressed(mechanism, robot);
+    const auto rest = mechanism.rest();
+    EXPECT_GT(rest.force.norm(), robot.object->squeeze);
+    for (Eigen::Index j = 0; j < q.size(); ++j) {
+      const tandem::test::Difference slope = tandem::test::differentiate(
+          [&](double h) -> Eigen::VectorXd {
+            auto there = rest;
+            kinematics::Wrench wrench = kinematics::Wrench::Zero();
+            wrench.head<3>() = robot.object->load;
+            EXPECT_EQ(mechanism.model().settle(q + h * RobotVector::Unit(q.size(), j), wrench, there),
+                      kinematics::grasp::HoldStatus::kOk);
+            return difference(rest.pose, there.pose);
+          },
+          j % 3 == 0 ? 5e-4 : 0.005);
+      // As contacts see it: turns about the line between two points are no one's.
+      const Eigen::VectorXd wrong = rest.state.by_object * (slope.value - rest.jacobian.col(j));
+      EXPECT_LT(wrong.norm(), 1e-5 * (rest.state.by_object * slope.value).norm()) << nameOf(type);
+    }
+  }
+}
+
+/// The object along a Lissajous figure in directions that it can be moved in, squeezed and loaded, by several methods.
+TEST(HeldObject, FollowsALissajousWithoutDriftOrSlip) {
+  for (const ContactType type : {ContactType::kPoint, ContactType::kSoftFinger}) {
+    for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp, control::Method::kHqp}) {
+      const config::CooperativeRobot robot = pressing(type);
+      HeldObjectMechanism mechanism(robot);
+      const ObjectPath path{PathShape::kLissajous, {1, 2}, 2e-3, 6.0, mechanism.length(), Hold::kPlaces};
+      const TrackRecord record = track(mechanism, path, optionsOf(robot, method));
+      SCOPED_TRACE(std::string(nameOf(type)) + ", " + std::string(control::name(method)));
+      EXPECT_TRUE(record.good()) << record.refused << record.stopped;
+      EXPECT_LT(record.max_drift, 1e-4);
+      EXPECT_LT(record.max_error, 1e-3);
+      for (const TrackStep& step : record.steps) {
+        if (step.time < 0.0)
+          continue;
+        for (std::size_t k = 0; k < record.names.size(); ++k) {
+          if (record.names[k].starts_with("normal"))
+            EXPECT_NEAR(step.facts[k], robot.object->squeeze, 0.3 * robot.object->squeeze);
+          if (record.names[k].starts_with("friction"))
+            EXPECT_LT(step.facts[k], 1.0);
+        }
+      }
+    }
+  }
+}
+
+TEST(HeldObject, WhatCannotBeHeldIsRefusedBeforeAnythingMoves) {
+  config::CooperativeRobot robot = pressing(ContactType::kPoint);
+  const auto refusalAt = [&](double squeeze) {
+    robot.object->squeeze = squeeze;
+    HeldObjectMechanism mechanism(robot);
+    EXPECT_EQ(mechanism.settle(mechanism.home()), "");
+    return mechanism.impossible();
+  };
+  const std::string refused = refusalAt(1e-5);
+  ASSERT_NE(refused.find("expected more than "), std::string::npos) << refused;
+  const double least = std::stod(refused.substr(refused.rfind("than ") + 5));
+  // The least squeeze is one: just below it is refused as well, just above it is not.
+  EXPECT_NE(refusalAt(0.98 * least), "");
+  EXPECT_EQ(refusalAt(1.02 * least), "");
+  robot.object->squeeze = 1e-5;
+  HeldObjectMechanism mechanism(robot);
+  const TrackRecord record = track(mechanism, pathOf(PathShape::kLissajous, {1, 2}, mechanism), optionsOf(robot));
+  EXPECT_EQ(record.refused, refused);
+  EXPECT_TRUE(record.steps.empty());
+  robot.object->load.setZero();
+  EXPECT_NE(refusalAt(0.0).find("live by friction"), std::string::npos);
+}
+
+/// Two soft arms that press a short object harder and harder tip it over, as a column buckles.
+TEST(HeldObject, ASqueezeThatTipsTheObjectOverIsToldBeforeThePath) {
+  config::CooperativeRobot robot = pressing(ContactType::kPoint);
+  robot.object->squeeze = 0.03;
+  HeldObjectMechanism mechanism(robot);
+  const TrackRecord record = track(mechanism, pathOf(PathShape::kLissajous, {1, 2}, mechanism), optionsOf(robot));
+  EXPECT_NE(record.refused, "");
+  for (const TrackStep& step : record.steps)
+    EXPECT_LT(step.time, 0.0);
+}
+
+TEST(Payload, IsThatOfTheRestsAndOfTheFrictionThatThereIs) {
+  config::CooperativeRobot robot = holding(ContactType::kPoint);
+  robot.object->squeeze = 0.002;
+  HeldObjectMechanism mechanism(robot);
+  RobotVector q;
+  ASSERT_EQ(prepare(mechanism, optionsOf(robot), q), "");
+  const PayloadStudy study(robot, mechanism);
+  ASSERT_EQ(study.holders(), (std::vector<std::string>{"all", "arm_a", "arm_b"}));
+  EXPECT_NE(study.refusal(1), "");  // a point holds nothing alone
+  const Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();
+  const Payload carried = study.carried(0, down, {0.02, 10.0});
+  EXPECT_NE(carried.limit, "");
+  // That load is carried, and a little more is not.
+  for (const double part : {0.99, 1.01}) {
+    kinematics::grasp::Hold hold = mechanism.rest();
+    std::string trouble;
+    for (int k = 1; k <= 50 && trouble.empty(); ++k) {
+      kinematics::Wrench load = kinematics::Wrench::Zero();
+      load.head<3>() = part * k / 50.0 * carried.load * down;
+      trouble = mechanism.model().settle(q, load, hold) == kinematics::grasp::HoldStatus::kOk
+                    ? mechanism.troubleOf(hold)
+                    : "no rest";
+      if ((hold.pose.translation() - mechanism.pose().translation()).norm() > 0.02)
+        trouble = "sag";
+    }
+    EXPECT_EQ(trouble.empty(), part < 1.0) << trouble;
+  }
+  EXPECT_NEAR(study.carried(0, down, {0.0002, 10.0}).sag, 0.0002, 2e-6);
+
+  // Grips: two arms are stiffer than each of them, and what one gives way by is its compliance.
+  config::CooperativeRobot gripping = holding(ContactType::kRigid);
+  HeldObjectMechanism grip(gripping);
+  ASSERT_EQ(prepare(grip, optionsOf(gripping), q), "");
+  const PayloadStudy grips(gripping, grip);
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d along = Eigen::Vector3d::Unit(k);
+    const double all = grips.carried(0, along, {}).stiffness;
+    for (std::size_t arm = 1; arm <= 2; ++arm) {
+      EXPECT_EQ(grips.refusal(arm), "");
+      EXPECT_GT(all, grips.carried(arm, along, {}).stiffness);
+    }
+  }
+}
+
 TEST(Assisted, FollowsACircleWithBothArmsAndHoldsThePush) {
   const config::CooperativeRobot robot = preset("ablation-assist");
   AssistedMechanism mechanism(robot);
@@ -85,7 +258,8 @@ TEST(Assisted, SaysWhyThereIsNoRest) {
 
 TEST(ObjectPath, RateIsTheDerivativeOfTheFrame) {
   for (const PathShape shape : {PathShape::kLine, PathShape::kCircle, PathShape::kLissajous}) {
-    const ObjectPath path{shape, shape == PathShape::kLine ? std::vector{4} : std::vector{3, 5}, 0.01, 4.0, 0.02, Hold::kAll};
+    const ObjectPath path{shape,     shape == PathShape::kLine ? std::vector{4} : std::vector{3, 5}, 0.01, 4.0, 0.02,
+                          Hold::kAll};
     for (double t = 0.1; t < 4.0; t += 0.37) {
       const double h = 1e-5;
       Twist at, rate, before, after, ignored;

@@ -77,6 +77,18 @@ TEST_F(Ark2024, FeasibleTasksHaveAWitnessInsideAllLimits) {
     EXPECT_GT(count, 0);
 }
 
+/// Targets out of reach stretch the arms straight, where tasks depend on each other and limits meet in corners.
+TEST_F(Ark2024, HqpNeverAsksForWhatTheGateHasToClip) {
+  run = {.seed = 1, .tasks = 10000, .infeasible = 0.1, .methods = {control::Method::kHqp}, .cases = {ErrorSizes{}}};
+  for (const int index : {999, 2769, 4169, 4189, 5309, 7269}) {
+    SCOPED_TRACE("task " + std::to_string(index));
+    const TaskResult result = runTask(robot, model, options, run, 0, index).front();
+    EXPECT_GT(result.iterations, 500);
+    EXPECT_EQ(result.gate_actions, 0u);
+    EXPECT_EQ(result.violations, 0);
+  }
+}
+
 TEST_F(Ark2024, TasksOutOfReachAreOutOfReach) {
   for (int i = 0; i < 20; ++i) {
     const RandomTask t = task(i, false, options);

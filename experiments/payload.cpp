@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "experiments/payload.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::experiments {
+
+namespace grasp = kinematics::grasp;
+using kinematics::Wrench;
+
+PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const HeldObjectMechanism& mechanism)
+    : holders_{"all"}, refusals_{""} {
+  const config::HeldObject& object = *robot.object;
+  Wrench load;
+  load << object.load, Eigen::Vector3d::Zero();
+  mechanisms_.push_back(&mechanism);
+  joints_.push_back(mechanism.joints());
+  rests_.push_back(mechanism.rest());
+  loads_.push_back(load);
+  alone_.reserve(object.arms.size());
+  for (std::size_t k = 0; k < object.arms.size(); ++k) {
+    config::CooperativeRobot one = robot;
+    one.object->arms = {object.arms[k]};
+    one.object->contacts = {object.contacts[k]};
+    one.object->squeeze = 0.0;
+    alone_.push_back(std::move(one));
+    owned_.push_back(std::make_unique<HeldObjectMechanism>(alone_.back()));
+    mechanisms_.push_back(owned_.back().get());
+    joints_.push_back(mechanism.joints().segment(static_cast<Eigen::Index>(k) * kinematics::catheter::kJoints,
+                                                 kinematics::catheter::kJoints));
+    loads_.push_back(load);
+    holders_.push_back(robot.arms[static_cast<std::size_t>(object.arms[k])].name);
+    std::string why;
+    if (object.contacts[k].type == grasp::ContactType::kRigid)
+      why = owned_.back()->settle(joints_.back());
+    else
+      why = "a contact of this type holds nothing alone";
+    refusals_.push_back(why);
+    rests_.push_back(owned_.back()->rest());
+  }
+}
+
+std::string PayloadStudy::trouble(std::size_t holder, const grasp::Hold& rest, double most_sag) const {
+  const std::string why = mechanisms_[holder]->troubleOf(rest);
+  if (!why.empty())
+    return why;
+  const double sag = (rest.pose.translation() - rests_[holder].pose.translation()).norm();
+  return sag > most_sag ? "the object gives way by more than is allowed" : "";
+}
+
+Payload PayloadStudy::carried(std::size_t holder,
+                              const Eigen::Vector3d& direction,
+                              const PayloadOptions& options) const {
+  Payload result;
+  result.limit = refusals_[holder];
+  if (!result.limit.empty())
+    return result;
+  const grasp::HeldObject& model = mechanisms_[holder]->model();
+  grasp::Hold good = rests_[holder];
+  result.stiffness = 1.0 / direction.dot(good.displacement_by_load.topLeftCorner<3, 3>() * direction);
+  result.limit = trouble(holder, good, options.most_sag);
+  if (!result.limit.empty())
+    return result;
+  const double part = 0.1 * options.most_sag;
+  double step = options.most_load;
+  while (result.load < options.most_load) {
+    const double softness = (good.displacement_by_load.topLeftCorner<3, 3>() * direction).norm();
+    step = std::min({step, part / softness, options.most_load - result.load});
+    grasp::Hold next = good;
+    Wrench load = loads_[holder];
+    load.head<3>() += (result.load + step) * direction;
+    const grasp::HoldStatus status = model.settle(joints_[holder], load, next);
+    const std::string why = status == grasp::HoldStatus::kOk ? trouble(holder, next, options.most_sag)
+                                                             : "no rest: " + std::string(describe(status));
+    if (why.empty()) {
+      good = next;
+      result.load += step;
+      continue;
+    }
+    result.limit = why;
+    step *= 0.5;
+    if (step < 1e-3 * result.load || step < 1e-9)
+      break;
+  }
+  if (result.load >= options.most_load)
+    result.limit = "none up to where the search ends";
+  result.sag = (good.pose.translation() - rests_[holder].pose.translation()).norm();
+  return result;
+}
+
+}  // namespace tandem::experiments

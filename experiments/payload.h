@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What arms carry together, and each of them alone: stiffness and payload of a held object by direction. */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/catheters.h"
+
+namespace tandem::experiments {
+
+struct PayloadOptions {
+  double most_sag = 10e-3;  ///< m: the object may give way so far
+  double most_load = 10.0;  ///< N, where the search ends
+};
+
+/** In one direction, the joints standing still. */
+struct Payload {
+  double stiffness = 0.0;  ///< force for a displacement along itself, N/m, all else free to follow
+  double load = 0.0;       ///< largest force on the object's origin that it carries on top of the one it has, N
+  double sag = 0.0;        ///< by how much the object has given way under it, m
+  std::string limit;       ///< what a larger one would do
+};
+
+/** Rests from which loads are added: of all arms as they press now, and of each one alone that holds the object by
+ * itself at the same joints. */
+class PayloadStudy {
+ public:
+  /// @param mechanism  at rest; outlives this
+  PayloadStudy(const config::CooperativeRobot& robot, const HeldObjectMechanism& mechanism);
+
+  /// "all", then the arms by name.
+  const std::vector<std::string>& holders() const { return holders_; }
+  /// Why a holder holds nothing; empty where it does.
+  const std::string& refusal(std::size_t holder) const { return refusals_[holder]; }
+  const kinematics::grasp::Hold& rest(std::size_t holder) const { return rests_[holder]; }
+
+  /// The load grows in steps of a tenth of the sag that is allowed, and the last step is halved until it is known to a
+  /// thousandth. Many threads may ask at once. @param direction  of size one, robot base frame
+  Payload carried(std::size_t holder, const Eigen::Vector3d& direction, const PayloadOptions& options) const;
+
+ private:
+  std::string trouble(std::size_t holder, const kinematics::grasp::Hold& rest, double most_sag) const;
+
+  std::vector<config::CooperativeRobot> alone_;
+  std::vector<std::unique_ptr<HeldObjectMechanism>> owned_;
+  std::vector<const HeldObjectMechanism*> mechanisms_;
+  std::vector<RobotVector> joints_;
+  std::vector<kinematics::Wrench> loads_;
+  std::vector<kinematics::grasp::Hold> rests_;
+  std::vector<std::string> holders_, refusals_;
+};
+
+}  // namespace tandem::experiments

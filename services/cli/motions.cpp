@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/cli/motions.h"
+
+#include <algorithm>
+
+#include "safety/faults.h"
+#include "safety/joint_motion.h"
+#include "services/cli/arguments.h"
+
+namespace tandem::cli {
+namespace {
+
+constexpr double kMotionTime = 600.0;       // s
+constexpr double kRunTime = 24.0 * 3600.0;  // s
+constexpr double kLag = 2.0;                // s, of joints behind their setpoints, and of services behind each other
+constexpr double kReason = 0.5;             // s: planning may notice a fault before control says which one it is
+
+dds::ControlRequest controlRequest(dds::ControlKind kind) {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(kind);
+  return request;
+}
+
+bool faulty(const Snapshot& s) {
+  return std::any_of(s.status.faults.begin(), s.status.faults.begin() + s.status.arm_count,
+                     [](safety::FaultMask faults) { return faults != 0; });
+}
+
+RunState stateOf(const Snapshot& s) {
+  RunState state{static_cast<planning::Phase>(s.reference.phase),
+                 s.reference.point,
+                 s.reference.point_count,
+                 s.reference.total_iterations,
+                 {}};
+  state.errors.assign(s.status.task_error.begin(), s.status.task_error.begin() + s.status.task_count);
+  return state;
+}
+
+}  // namespace
+
+/// While it lives nothing interrupts.
+class Motions::Calm {
+ public:
+  explicit Calm(const Motions& motions) : motions_(motions) { motions_.calm_(true); }
+  ~Calm() { motions_.calm_(false); }
+  Calm(const Calm&) = delete;
+  Calm& operator=(const Calm&) = delete;
+
+ private:
+  const Motions& motions_;
+};
+
+Motions::Motions(Client& client,
+                 const config::Deployment& deployment,
+                 const config::Robot& robot,
+                 std::function<void(bool)> calm,
+                 Wait wait)
+    : client_(client), deployment_(deployment), robot_(robot), calm_(std::move(calm)), wait_(std::move(wait)) {
+  if (!wait_)
+    wait_ = [this](double seconds, const auto& condition) { return client_.waitFor(seconds, condition); };
+}
+
+/// @throw Failure that names the first arm in FAULT, and the fault
+void Motions::expectNoFault(const Snapshot& s) const {
+  for (std::size_t k = 0; k < std::min<std::size_t>(s.status.arm_count, robot_.arms.size()); ++k) {
+    if (s.status.faults[k] != 0)
+      throw Failure(kFailure, robot_.arms[k].name + " is in FAULT: " + safety::describeFaults(s.status.faults[k]));
+  }
+}
+
+/// Pauses where a motion came to no end by itself, and says so.
+void Motions::abandon(const std::string& what, bool trajectory) {
+  const Calm calm(*this);
+  expectNoFault(client_.snapshot());
+  client_.stateCommand("pause");
+  if (trajectory) {
+    dds::PlanningRequest give_up;
+    give_up.kind = 4;
+    client_.planning(give_up);
+  }
+  throw Failure(kFailure, what + "; the arms are paused");
+}
+
+void Motions::disable() {
+  const Snapshot now = client_.snapshot();
+  const auto& drives = now.state.faults;
+  if (!faulty(now) &&
+      std::all_of(drives.begin(), drives.begin() + now.state.arm_count, [](auto f) { return f == 0; })) {
+    client_.stateCommand("disable");
+    return;
+  }
+  // Power goes at once; a fault is cleared under the lease, which whoever has just gone may still hold.
+  try {
+    dds::ControlRequest off = controlRequest(dds::ControlKind::kStateCommand);
+    off.value = "disable";
+    client_.control(off);
+  } catch (const Failure&) {
+    // Refused for the fault alone; whatever was not in FAULT has no power now.
+  }
+  wait_(1.5 * deployment_.budgets.lease, [](const Snapshot& s) { return s.status.lease_holder == 0; });
+  client_.acquireLease();
+  try {
+    client_.stateCommand("disable");
+  } catch (...) {
+    giveLeaseBack();
+    throw;
+  }
+  giveLeaseBack();
+}
+
+void Motions::moveJp(std::size_t arm, const Eigen::VectorXd& joints) {
+  dds::ControlRequest request = controlRequest(dds::ControlKind::kMoveJp);
+  request.arm = static_cast<std::uint8_t>(arm);
+  request.joint_count = static_cast<std::uint8_t>(joints.size());
+  std::copy(joints.begin(), joints.end(), request.joints.begin());
+  const std::uint64_t asked = client_.control(request).value;
+  const auto ended = [&](const Snapshot& s) {
+    return s.status.faults[arm] != 0 || (s.status.sequence > asked && s.status.busy[arm] == 0);
+  };
+  const auto reached = [&](const Snapshot& s) {
+    for (int j = 0; j < joints.size(); ++j) {
+      const double error = s.state.position[dds::jointIndex(static_cast<int>(arm), j)] - joints[j];
+      if (std::abs(error) > safety::kAtRest)
+        return false;
+    }
+    return true;
+  };
+  if (!wait_(kMotionTime, ended) || !wait_(kLag, reached))
+    abandon("move_jp ended before the goal was reached", false);
+}
+
+void Motions::home() {
+  const std::uint64_t asked = client_.control(controlRequest(dds::ControlKind::kHome)).value;
+  const bool there = wait_(kMotionTime, [&](const Snapshot& s) {
+    const auto busy = s.status.busy.begin();
+    const bool moves = std::any_of(busy, busy + s.status.arm_count, [](auto b) { return b != 0; });
+    return faulty(s) || (s.status.sequence > asked && !moves);
+  });
+  if (!there)
+    abandon("the arms did not get home", false);
+  expectNoFault(client_.snapshot());
+}
+
+RunState Motions::run(const Run& run) {
+  client_.stateCommand("enable");
+  const std::uint64_t enabled = client_.snapshot().status.sequence;
+  wait_(kLag, [&](const Snapshot& s) { return s.reference.answers_control >= enabled; });
+  dds::PlanningRequest request;
+  request.kind = 1;
+  request.trajectory = run.trajectory;
+  request.planned = run.planned ? 1 : 0;
+  const std::uint32_t id = client_.planning(request).value;
+  std::uint32_t told = 0;
+  const bool ended = wait_(kRunTime, [&](const Snapshot& s) {
+    if (faulty(s))
+      return true;
+    const bool ours = s.reference.trajectory_id == id;
+    if (run.news && ours && s.status.task_count > 0 && s.reference.point != told) {
+      told = s.reference.point;
+      run.news(stateOf(s));
+    }
+    const auto phase = static_cast<planning::Phase>(s.reference.phase);
+    return ours && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
+  });
+  if (!ended)
+    abandon("interrupted; the trajectory is given up", true);
+  if (stateOf(client_.snapshot()).phase == planning::Phase::kFailed)
+    wait_(kReason, faulty);
+  const Snapshot last = client_.snapshot();
+  expectNoFault(last);
+  if (!run.keep_enabled)
+    client_.stateCommand("disable");
+  return stateOf(last);
+}
+
+void stopAndWait(Client& client, const std::string& reason) {
+  client.stop(reason);
+  const bool stopped = client.waitFor(kLag, [](const Snapshot& s) {
+    const auto& faults = s.state.faults;
+    return s.states > 0 &&
+           std::all_of(faults.begin(), faults.begin() + s.state.arm_count, [](auto f) { return f != 0; }) &&
+           std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
+  });
+  if (!stopped)
+    throw Failure(kFailure, "stop was sent, but the drives do not report standstill; is `tandem up` running?");
+}
+
+void Motions::giveLeaseBack() noexcept {
+  const Calm calm(*this);
+  try {
+    client_.releaseLease();
+    constexpr double kShown = 0.5;  // s: the answer may be faster than the status that says so
+    client_.waitFor(kShown, [this](const Snapshot& s) { return s.status.lease_holder != client_.id(); });
+  } catch (const std::exception&) {
+    // As the header says.
+  }
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What clients of a running system do in several requests and waits: motions, and the way out of a fault. */
+#pragma once
+
+#include <Eigen/Core>
+
+#include "planning/follower.h"
+#include "services/cli/client.h"
+
+namespace tandem::cli {
+
+/** How far a run is, or how it ended. */
+struct RunState {
+  planning::Phase phase = planning::Phase::kRunning;
+  std::uint32_t point = 0, points = 0, iterations = 0;  ///< iterations of all points so far
+  std::vector<double> errors;                           ///< m, one a task
+};
+
+/** Motions of a robot whose lease the client holds. Each waits for its end, and throws Failure with the reason where
+ * that is not what was asked for: arms that still move are paused then. */
+class Motions {
+ public:
+  using Wait = std::function<bool(double seconds, const std::function<bool(const Snapshot&)>& condition)>;
+
+  /// Client and files are kept by reference.
+  /// @param calm  calm(true): from now on nothing interrupts the client, for what has to be said after an interruption
+  /// @param wait  as Client::waitFor(); empty: that one
+  Motions(Client& client,
+          const config::Deployment& deployment,
+          const config::Robot& robot,
+          std::function<void(bool)> calm,
+          Wait wait = {});
+
+  /// Disables all arms. Takes the lease where that has to clear a fault, and gives it back.
+  void disable();
+  /// Until the arm is there, to safety::kAtRest. @param joints  m and rad
+  void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
+  /// All arms to the home of the robot file.
+  void home();
+
+  struct Run {
+    std::string trajectory;  ///< YAML text
+    bool planned = false;    ///< with the joints that planning finds
+    bool keep_enabled = false;
+    std::function<void(const RunState&)> news{};  ///< called from here at every new point
+  };
+  /// Enables, follows a trajectory, disables. @return how it ended, which may be before the last point
+  RunState run(const Run& run);
+
+  /// Gives the lease back, whatever interrupts. Who does not answer has forgotten it, or will: nobody keeps it alive.
+  void giveLeaseBack() noexcept;
+
+ private:
+  class Calm;
+  void expectNoFault(const Snapshot& snapshot) const;
+  [[noreturn]] void abandon(const std::string& what, bool trajectory);
+
+  Client& client_;
+  const config::Deployment& deployment_;
+  const config::Robot& robot_;
+  std::function<void(bool)> calm_;
+  Wait wait_;
+};
+
+/// Stops all arms and waits until the drives report it; needs no connection and no lease. @throw Failure
+void stopAndWait(Client& client, const std::string& reason);
+
+}  // namespace tandem::cli
