@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "safety/dimensions.h"
 #include "safety/faults.h"
 
 namespace tandem::safety {
@@ -62,6 +63,27 @@ class StateStamps {
     std::int64_t stamp = 0;
   };
   std::array<Slot, kSlots> slots_{};
+};
+
+/** Remembers which published state was the first to show an arm in FAULT. A `disable` clears what whoever sent it has
+ * seen: one that was on its way when the fault came takes nothing away. */
+class ShownFaults {
+ public:
+  /// Notes what the state with this sequence, which is being published, shows of an arm.
+  void record(int arm, bool fault, std::uint64_t sequence) noexcept {
+    std::uint64_t& first = first_[static_cast<std::size_t>(arm)];
+    first = !fault ? 0 : first == 0 ? sequence : first;
+  }
+  /// Whether who answers that state knows of the fault that the arm is in.
+  bool seen(int arm, std::uint64_t answers_state) const noexcept {
+    const std::uint64_t first = first_[static_cast<std::size_t>(arm)];
+    return first != 0 && answers_state >= first;
+  }
+  /// The fault is being cleared; the next one is another.
+  void forget(int arm) noexcept { first_[static_cast<std::size_t>(arm)] = 0; }
+
+ private:
+  std::array<std::uint64_t, kMaxArms> first_{};  ///< 0: none is shown
 };
 
 }  // namespace tandem::safety

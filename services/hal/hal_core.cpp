@@ -46,6 +46,7 @@ void HalCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noe
   // A command that answers a state of another session answers none of ours: its age is infinite.
   const bool ours = from.state_session == setup_.session;
   readCommand(from, ours ? stamps_.age(from.answers_state, now) : safety::kUnlimited, command_);
+  keepUnseenFaults(robot_, ours ? from.answers_state : 0, shown_faults_, command_);
   robot_.command(command_, now);
 }
 
@@ -88,6 +89,7 @@ void HalCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   state.stamp = now;
   state.placements = robot_.placements();
   writeState(robot_, state);
+  recordFaults(state, shown_faults_);
   // Whoever has disabled an arm in FAULT shall wait for its boot, and not take what is being cleared for a new fault.
   for (int a = 0; a < robot_.armCount(); ++a) {
     if (robot_.arm(a).recovering())

@@ -56,6 +56,7 @@ class HalCore {
   const Setup& setup_;
   hal::RobotHardware robot_;
   safety::StateStamps stamps_;
+  safety::ShownFaults shown_faults_;
   std::uint64_t sequence_ = 0;
   safety::RobotCommand command_;
 };

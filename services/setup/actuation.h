@@ -15,6 +15,31 @@ namespace tandem::service {
 /// A command off the wire. @param age of the state that it answers, s; infinite where that is none of ours.
 void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCommand& command) noexcept;
 
+/// Takes out of a command what would disable an arm whose fault its sender cannot have seen.
+template <class Robot>
+void keepUnseenFaults(const Robot& robot,
+                      std::uint64_t answers_state,
+                      safety::ShownFaults& shown,
+                      safety::RobotCommand& command) noexcept {
+  for (int k = 0; k < robot.armCount(); ++k) {
+    safety::DriveRequest& request = command.request[static_cast<std::size_t>(k)];
+    if (request != safety::DriveRequest::kDisable || robot.state(k) != safety::OperatingState::kFault)
+      continue;
+    if (shown.seen(k, answers_state))
+      shown.forget(k);
+    else
+      request = safety::DriveRequest::kKeep;
+  }
+}
+
+/// Notes what a state that is about to be published shows.
+inline void recordFaults(const dds::ActuationState& state, safety::ShownFaults& shown) noexcept {
+  for (int k = 0; k < state.arm_count; ++k) {
+    const auto drives = static_cast<safety::OperatingState>(state.operating_state[static_cast<std::size_t>(k)]);
+    shown.record(k, drives == safety::OperatingState::kFault, state.sequence);
+  }
+}
+
 /** All arms as `robot` (a SimulatedDrives or a RobotHardware) shows them. Session, sequence and stamp are the caller's.
  */
 template <class Robot>

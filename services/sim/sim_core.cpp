@@ -75,6 +75,7 @@ bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noe
   // A command that answers a state of another session answers none of ours: its age is infinite.
   const bool ours = from.state_session == setup_.session;
   readCommand(from, ours ? lock_step_ ? 0.0 : stamps_.age(from.answers_state, now) : safety::kUnlimited, command_);
+  keepUnseenFaults(drives_, ours ? from.answers_state : 0, shown_faults_, command_);
   if (!lock_step_) {
     drives_.command(command_, now);
     return false;
@@ -115,6 +116,7 @@ void SimCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   state.placements = placements_;
   state.lock_step = lock_step_ ? 1 : 0;
   writeState(drives_, state);
+  recordFaults(state, shown_faults_);
   stamps_.record(state.sequence, now);
 }
 

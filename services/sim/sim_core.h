@@ -58,6 +58,7 @@ class SimCore {
   std::uint64_t told_ = 0;        ///< the last measurement that has been asked for
   std::uint32_t placements_ = 0;  ///< resets
   safety::StateStamps stamps_;
+  safety::ShownFaults shown_faults_;
   std::int64_t simulated_time_ = 0;  ///< ns, lock-step
   std::uint64_t sequence_ = 0;
   std::uint64_t caught_up_ = 0, left_out_ = 0;  ///< periods

@@ -114,5 +114,32 @@ TEST(Faults, AnOrderRightAfterItsOppositeIsNone) {
   }
 }
 
+TEST(Faults, AStopStaysLatchedInDrivesWhoseFaultControlHadNotSeen) {
+  // Both hear of the stop at once; what control then asks for comes from a state in which the drives were ENABLED.
+  for (int delay = 1; delay < 60; delay += 7) {
+    SCOPED_TRACE(delay);
+    System s;
+    s.command_delay = delay;
+    s.getMoving();
+    while (s.ticks % s.control_every != s.control_every - 1)
+      s.tick();
+    s.control.stop();
+    s.tick();
+    ASSERT_EQ(s.output.command.request[0], static_cast<std::uint8_t>(safety::DriveRequest::kDisable));
+    s.sim.onStop();
+    s.run(0.3);
+    EXPECT_TRUE(s.standing());
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_EQ(s.drives(k), OperatingState::kFault);
+      EXPECT_EQ(s.state.faults[static_cast<std::size_t>(k)], bit(Fault::kStopRequested));
+    }
+    s.order(dds::ControlKind::kKeepLease);
+    ASSERT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
+    s.run(0.3);
+    EXPECT_EQ(s.drives(0), OperatingState::kDisabled) << "a disable of somebody who has seen the fault clears it";
+    EXPECT_EQ(s.state.faults[0], 0u);
+  }
+}
+
 }  // namespace
 }  // namespace tandem::test
