@@ -262,9 +262,12 @@ class System:
                 return event
 
     def give_priorities(self):
-        """To all threads: what those of DDS hand over late is late."""
+        """To all threads, for what those of DDS hand over late is late. @return whether this user may."""
+        if not may_have_priorities():
+            return False
         for name, priority in PRIORITIES.items():
             subprocess.run(["chrt", "--all-tasks", "--fifo", "--pid", str(priority), str(self.pids[name])], check=True)
+        return True
 
     def end_watch(self):
         if self._watcher:
