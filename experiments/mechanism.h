@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "control/step_problem.h"
+#include "planning/object_path.h"
 
 namespace tandem::experiments {
 
 using safety::RobotVector;
-/// Linear, angular.
-using Twist = Eigen::Matrix<double, 6, 1>;
+using planning::Twist;
 using MotionJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /** A robot at rest at some joints. settle() is called first, and all else is about the joints that it was called with.

@@ -7,9 +7,15 @@
 #include <vector>
 
 #include "control/resolver.h"
-#include "experiments/object_path.h"
+#include "experiments/mechanism.h"
 
 namespace tandem::experiments {
+
+using planning::difference;
+using planning::displaced;
+using planning::Hold;
+using planning::ObjectPath;
+using planning::PathShape;
 
 struct TrackOptions {
   control::Method method = control::Method::kNspqp;

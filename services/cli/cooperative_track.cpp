@@ -38,7 +38,7 @@ std::vector<int> directionsOf(const std::string& text) {
   std::istringstream line(text);
   for (std::string name; std::getline(line, name, ',');) {
     try {
-      directions.push_back(experiments::directionOf(name));
+      directions.push_back(planning::directionOf(name));
     } catch (const std::invalid_argument& error) {
       throw Failure(kUsage, "--along: " + std::string(error.what()));
     }
@@ -47,8 +47,8 @@ std::vector<int> directionsOf(const std::string& text) {
 }
 
 /// The first directions that the mechanism can be moved in, where none are given: places before turns.
-std::vector<int> possible(experiments::Mechanism& mechanism, experiments::ObjectPath path) {
-  const std::size_t wanted = path.shape == experiments::PathShape::kLine ? 1 : 2;
+std::vector<int> possible(experiments::Mechanism& mechanism, planning::ObjectPath path) {
+  const std::size_t wanted = path.shape == planning::PathShape::kLine ? 1 : 2;
   std::vector<int> found;
   for (int k = 0; k < 6 && found.size() < wanted; ++k) {
     path.directions = {k};
@@ -58,7 +58,7 @@ std::vector<int> possible(experiments::Mechanism& mechanism, experiments::Object
   if (found.size() < wanted) {
     throw Failure(kFailure,
                   "the arms move what they hold along " +
-                      (found.empty() ? std::string("none") : "no more than " + experiments::directionName(found[0])) +
+                      (found.empty() ? std::string("none") : "no more than " + planning::directionName(found[0])) +
                       " of x, y, z, rx, ry, rz, and the shape needs " + std::to_string(wanted) +
                       "; see tandem cooperative mobility, or use --shape line");
   }
@@ -124,10 +124,10 @@ std::pair<double, double> rangeOf(const TrackRecord& record, std::size_t fact) {
   return {lower, upper};
 }
 
-Json summary(const Options& o, const experiments::ObjectPath& path, const TrackRecord& record) {
+Json summary(const Options& o, const planning::ObjectPath& path, const TrackRecord& record) {
   Json directions = Json::array(), facts = Json::object();
   for (const int d : path.directions)
-    directions.push_back(experiments::directionName(d));
+    directions.push_back(planning::directionName(d));
   int active = 0, periods = 0;
   for (const TrackStep& step : record.steps) {
     active += step.time >= 0.0 && step.active_limits > 0;
@@ -189,9 +189,9 @@ int run(Options o) {
   } else {
     mechanism = std::make_unique<experiments::HeldObjectMechanism>(robot);
   }
-  experiments::ObjectPath path{
-      experiments::pathShape(o.shape), directionsOf(o.along), o.size, o.duration, mechanism->length(),
-      experiments::hold(o.hold)};
+  planning::ObjectPath path{
+      planning::pathShape(o.shape), directionsOf(o.along), o.size, o.duration, mechanism->length(),
+      planning::holdOf(o.hold)};
   if (o.along.empty()) {
     if (const std::string why = mechanism->settle(mechanism->home()); !why.empty())
       throw Failure(kFailure, "home: " + why);
