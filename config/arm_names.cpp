@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/arm_names.h"
 
+#include <algorithm>
+
 #include "config/key_table.h"
 
 namespace tandem::config {
@@ -29,6 +31,19 @@ std::optional<std::size_t> findArm(const Robot& robot, const std::string& name) 
 std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name) {
   return find(robot.arms, name);
 }
+
+std::vector<std::string> jointNames(const Arm& arm) {
+  if (arm.model.tubes.empty())
+    return {"insertion", "roll", "bend"};
+  std::vector<std::string> names;
+  for (const char* kind : {"beta_", "alpha_"}) {
+    for (int i = 1; i <= arm.model.tubeCount(); ++i)
+      names.push_back(kind + std::to_string(i));
+  }
+  return names;
+}
+
+bool isTranslation(const Arm& arm, int joint) { return joint < std::max(arm.model.tubeCount(), 1); }
 
 std::string armNames(const Robot& robot) { return namesOf(robot.arms); }
 std::string armNames(const CooperativeRobot& robot) { return namesOf(robot.arms); }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <variant>
 
+#include "config/any_robot.h"
 #include "config/cooperative.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
@@ -49,7 +50,7 @@ Summary summarize(const Experiment& experiment) {
 }
 
 Summary summarize(const Deployment& deployment) {
-  const Robot robot = loadRobot(deployment.robot);
+  const Robot robot = loadAnyRobot(deployment.robot);
   std::vector<std::string> processes;
   for (const Process& process : deployment.processes)
     processes.push_back(process.name);

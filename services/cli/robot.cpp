@@ -8,7 +8,9 @@
 #include <numbers>
 #include <sstream>
 
+#include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "config/path.h"
 #include "services/cli/arguments.h"
 #include "services/cli/motions.h"
 #include "services/cli/plan_print.h"
@@ -28,7 +30,7 @@ struct Options {
 struct Session {
   Session(const Options& options, bool lease)
       : deployment(config::loadDeployment(config::findFile(options.deployment, "deployment"))),
-        robot(config::loadRobot(deployment.robot)),
+        robot(config::loadAnyRobot(deployment.robot)),
         client(deployment),
         motions(client, deployment, robot, [this](bool calm) { calm_ = calm; }) {
     client.interruptBy([this] { return stop.requested() && !calm_; });

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "config/any_robot.h"
 #include "control/conflict.h"
 #include "planning/follower.h"
 #include "safety/operating_state.h"
@@ -260,7 +261,7 @@ void askAll(Client& client) {
 
 int runStatus(const std::string& name, bool as_json, bool follow) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   Client client(deployment);
   const bool several = deployment.hosts.size() > 1;
   client.connect(5.0);
@@ -332,7 +333,7 @@ int runCheck(const std::string& name) {
 
 int runTopics(const std::string& name, bool as_json) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const dds::TopicInfo& topic : dds::allTopics(service::armNames(robot))) {
     const std::string ros = dds::rosTopicName(deployment.prefix, topic.name);

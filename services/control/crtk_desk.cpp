@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "config/arm_names.h"
 #include "services/common/periodic_loop.h"
 
 namespace tandem::service {
@@ -40,11 +41,9 @@ bool allFinite(const List& numbers) {
 }  // namespace
 
 std::vector<std::string> jointNames(const config::Arm& arm) {
-  std::vector<std::string> names;
-  for (const char* kind : {"_beta_", "_alpha_"}) {
-    for (int i = 1; i <= arm.model.tubeCount(); ++i)
-      names.push_back(arm.name + kind + std::to_string(i));
-  }
+  std::vector<std::string> names = config::jointNames(arm);
+  for (std::string& name : names)
+    name = arm.name + "_" + name;
   return names;
 }
 
