@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/arm_names.h"
 
-#include <algorithm>
-
 #include "config/key_table.h"
 
 namespace tandem::config {
@@ -42,8 +40,6 @@ std::vector<std::string> jointNames(const Arm& arm) {
   }
   return names;
 }
-
-bool isTranslation(const Arm& arm, int joint) { return joint < std::max(arm.model.tubeCount(), 1); }
 
 std::string armNames(const Robot& robot) { return namesOf(robot.arms); }
 std::string armNames(const CooperativeRobot& robot) { return namesOf(robot.arms); }

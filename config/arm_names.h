@@ -17,8 +17,6 @@ std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::str
 
 /// beta_1 ... beta_n, alpha_1 ... alpha_n of tubes; insertion, roll, bend of a catheter.
 std::vector<std::string> jointNames(const Arm& arm);
-/// Whether a joint's position is a length, m; an angle, rad, otherwise.
-bool isTranslation(const Arm& arm, int joint);
 
 /// "arm_a, arm_b", for errors.
 std::string armNames(const Robot& robot);

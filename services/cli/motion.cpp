@@ -59,8 +59,8 @@ int jointIndex(const config::Arm& arm, const std::string& name) {
     // b1 is beta_1.
     if (name == names[j] || name == names[j].substr(0, 1) + names[j].substr(names[j].find('_') + 1))
       return static_cast<int>(j);
-    known +=
-        (j > 0 ? ", " : "") + names[j] + (config::isTranslation(arm, static_cast<int>(j)) ? " (mm/s)" : " (deg/s)");
+    known += (j > 0 ? ", " : "") + names[j] +
+             (safety::isTranslation(static_cast<int>(j), arm.jointCount()) ? " (mm/s)" : " (deg/s)");
   }
   throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
 }
@@ -72,7 +72,7 @@ int jog(const Options& options) {
   const std::uint8_t arm = armIndex(robot, options.arm);
   const int joint = jointIndex(robot.arms[arm], options.joint);
   const int joints = robot.arms[arm].limits.jointCount();
-  const bool translation = config::isTranslation(robot.arms[arm], joint);
+  const bool translation = safety::isTranslation(joint, joints);
   Client client(deployment);
   client.interruptBy([&] { return stop.requested(); });
   client.connect(10.0);

@@ -126,7 +126,7 @@ export function driveRecord(hal: HalStatus, arm: number, jointCount: number): st
   const amount = hal.fault_amount[arm] ?? 0;
   const allowed = hal.fault_allowed[arm] ?? 0;
   if (amount === 0 && allowed === 0) return text;
-  const unit = joint === kNoJoint ? "s" : 2 * joint < jointCount ? "m" : "rad";
+  const unit = joint === kNoJoint ? "s" : joint < Math.floor(jointCount / 2) ? "m" : "rad";
   text += `: ${number(amount)} ${unit}`;
   return allowed > 0 ? `${text}, allowed ${number(allowed)} ${unit}` : text;
 }
@@ -173,9 +173,13 @@ export function limitsInTheWay(status: ControlStatus, arms: readonly string[]): 
 
 /** By dds::HoldReason. */
 export const holdReason = (hold: number): string =>
-  ["", "no tip has been measured yet", "the last measurement of a tip is too old", "a tip is not seen by its tracker"][
-    hold
-  ] ?? "for a reason that this page does not know";
+  [
+    "",
+    "no tip has been measured yet",
+    "the last measurement of a tip is too old",
+    "a tip is not seen by its tracker",
+    "no rest of what the arms move is known near their joints",
+  ][hold] ?? "for a reason that this page does not know";
 
 /** By control::SolveStatus. */
 export const solveStatus = (status: number): string =>
