@@ -70,6 +70,9 @@ test("the drives' record reads as in tandem status", () => {
   } as unknown as HalStatus;
   expect(driveRecord(hal, 0, 6)).toBe("");
   expect(driveRecord(hal, 1, 6)).toBe("drive (following error) of joint 5: 0.031 rad, allowed 0.02 rad");
+  // Of a catheter's three joints the insertion alone is a length.
+  const roll = { ...hal, fault_joint: Uint8Array.of(255, 1) } as HalStatus;
+  expect(driveRecord(roll, 1, 3)).toBe("drive (following error) of joint 2: 0.031 rad, allowed 0.02 rad");
 });
 
 test("limits in the way are named, however many there are said to be", () => {

@@ -7,6 +7,7 @@ import type { Robot } from "../state/robot";
 import { shortName } from "../state/words";
 import { ArmView, baseAxis } from "./armview";
 import { Guides } from "./guides";
+import { ObjectView } from "./object";
 
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
 export type Preset = (typeof kPresets)[number];
@@ -17,6 +18,8 @@ const kSoftwareGap = 100; // ms
 export class View {
   readonly arms: ArmView[];
   readonly guides: Guides;
+  /** What the arms hold. */
+  readonly object: ObjectView | null;
   readonly camera: THREE.PerspectiveCamera;
   readonly controls: OrbitControls;
   readonly scene = new THREE.Scene();
@@ -55,6 +58,7 @@ export class View {
     this.controls.addEventListener("change", () => this.touch());
     this.arms = robot.arms.map((arm, k) => new ArmView(arm, k, shortName(arm.name)));
     this.guides = new Guides(robot.arms.length);
+    this.object = robot.object && new ObjectView(robot.object);
     this.into = new THREE.Vector3();
     this.middle = new THREE.Vector3();
     for (const arm of robot.arms) {
@@ -77,6 +81,7 @@ export class View {
     key.position.set(0.3, 0.6, 1);
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
     this.scene.add(this.guides.group, this.ruler(), ...this.arms.map((arm) => arm.group));
+    if (this.object) this.scene.add(this.object.mesh);
     if (robot.port) {
       const { frame, radius } = robot.port;
       const port = new THREE.Mesh(
