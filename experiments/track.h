@@ -17,6 +17,11 @@ using planning::Hold;
 using planning::ObjectPath;
 using planning::PathShape;
 
+/// Of the drift that is allowed, where a path may begin.
+inline constexpr double kPrepared = 0.02;
+/// What is said where it does not come to that.
+inline const std::string kUnprepared = "what comes before it does not come true";
+
 struct TrackOptions {
   control::Method method = control::Method::kNspqp;
   control::MethodParameters parameters;
