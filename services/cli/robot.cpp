@@ -111,9 +111,11 @@ int setMethod(const Options& options) {
   return done(options, options.name + (parameter ? " = " + options.value : ""));
 }
 
-/// Text of a trajectory file; a shape from CSV is read here, so that planning needs no file of ours.
+/// Text of a trajectory or a path file; a shape from CSV is read here, so that planning needs no file of ours.
 std::string trajectoryText(const std::string& name) {
-  const auto file = config::findFile(name, "trajectory");
+  const auto file = config::findFile(name, "trajectory|path");
+  if (config::kindOf(file) == "path")
+    return config::formatPath(config::loadPath(file));
   std::ifstream in(file);
   std::stringstream text;
   text << in.rdbuf();
@@ -144,6 +146,10 @@ void checkFirst(Session& session, const std::string& text, std::string method, b
 int runTrajectory(const Options& options) {
   const std::string text = trajectoryText(options.trajectory);
   Session session(options, true);
+  if (session.robot.catheters && (options.check || options.planned))
+    throw Failure(kUsage, std::string(options.check ? "--check" : "--planned") + ": found for the catheters of " +
+                              session.robot.file.string() +
+                              ", expected none: of catheters planning judges a path when it is started");
   Client& client = session.client;
   if (!options.method.empty()) {
     const auto method = control::methodFromName(options.method);
@@ -175,11 +181,13 @@ int runTrajectory(const Options& options) {
   const RunState last = follow();
   std::fputs(told ? "\n" : "", stderr);
   client.releaseLease();
-  const nlohmann::ordered_json json{
-      {"phase", planning::name(last.phase)}, {"points", last.points}, {"iterations", last.iterations}};
+  const nlohmann::ordered_json json{{"phase", planning::name(last.phase)},
+                                    {"points", last.points},
+                                    {"iterations", last.iterations},
+                                    {"why", last.why}};
   done(options,
        std::string(planning::name(last.phase)) + ": " + std::to_string(last.points) + " points, " +
-           std::to_string(last.iterations) + " iterations",
+           std::to_string(last.iterations) + " iterations" + (last.why.empty() ? "" : ": " + last.why),
        json);
   return last.phase == planning::Phase::kFinished ? kOk : kFailure;
 }
@@ -206,7 +214,8 @@ void registerRobot(CLI::App& app, int& exit_code) {
   CLI::App* move =
       add("move-jp", "move one ENABLED arm to a joint vector along a straight line in joint space", moveJp);
   move->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
-  move->add_option("joints", options->joints, "beta_1..beta_n alpha_1..alpha_n, m and rad; -- before negative numbers")
+  move->add_option("joints", options->joints,
+                   "beta_1..beta_n alpha_1..alpha_n, or insertion roll bend; m and rad; -- before negative numbers")
       ->required();
   add("home", "move all ENABLED arms to the home of the robot file", home);
   CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);
@@ -214,8 +223,9 @@ void registerRobot(CLI::App& app, int& exit_code) {
   CLI::App* set = add("set", "set a parameter of the method or a gain", setMethod);
   set->add_option("name", options->name, "e.g. tip_gain, nspqp_zeta, bounds")->required();
   set->add_option("value", options->value, "its value")->required();
-  CLI::App* run = add("run", "enable, follow a trajectory, disable", runTrajectory);
-  run->add_option("trajectory", options->trajectory, "trajectory file or preset: circle, line, rectangle, lissajous")
+  CLI::App* run = add("run", "enable, follow a trajectory or a path, disable", runTrajectory);
+  run->add_option("trajectory", options->trajectory,
+                  "trajectory file or preset: circle, line, rectangle, lissajous; of catheters a path: lift, tip-eight")
       ->required();
   run->add_option("-m,--method", options->method, "method (default: the one in force)");
   run->add_flag("--check", options->check, "ask planning first, and start only what can be run from here");
