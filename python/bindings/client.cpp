@@ -109,7 +109,7 @@ class Client {
     last.reset();
   }
 
-  Robot robot() const { return Robot(here()->robot().file.string()); }
+  Robot robot() const { return Robot(std::make_shared<const config::Robot>(here()->robot())); }
   py::dict status() const {
     const auto live = here();
     const cli::Snapshot s = snapshot(*live);
@@ -194,10 +194,9 @@ class Client {
   }
   py::dict run(const py::object& trajectory, const py::object& method, bool keep_enabled, const py::object& progress) {
     const auto live = here();
-    const planning::TrajectorySpec spec =
-        py::isinstance<Trajectory>(trajectory)
-            ? py::cast<Trajectory>(trajectory).spec
-            : config::loadTrajectory(config::findFile(py::cast<std::string>(trajectory), "trajectory"));
+    const std::string text = py::isinstance<Trajectory>(trajectory)
+                                 ? config::formatTrajectory(py::cast<Trajectory>(trajectory).spec)
+                                 : cli::runText(py::cast<std::string>(trajectory));
     std::optional<control::Method> wanted;
     if (!method.is_none())
       wanted = methodFrom(py::cast<std::string>(method));
@@ -209,7 +208,7 @@ class Client {
         progress(state->point, state->points, state->errors);
     };
     await(
-        *live, [&, text = config::formatTrajectory(spec)] { end = live->run(text, wanted, keep_enabled, put); }, tell);
+        *live, [&] { end = live->run(text, wanted, keep_enabled, put); }, tell);
     py::dict result;
     result["points"] = end.points;
     result["iterations"] = end.iterations;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "config/cooperative.h"
+#include "config/path.h"
 #include "safety/faults.h"
 #include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
@@ -180,6 +182,12 @@ RunState Motions::run(const Run& run) {
   if (!run.keep_enabled)
     client_.stateCommand("disable");
   return end;
+}
+
+std::string runText(const std::string& name_or_path) {
+  const auto file = config::findFile(name_or_path, "trajectory|path");
+  return config::kindOf(file) == "path" ? config::formatPath(config::loadPath(file))
+                                        : config::formatTrajectory(config::loadTrajectory(file));
 }
 
 void stopAndWait(Client& client, const std::string& reason) {

@@ -63,6 +63,10 @@ class Motions {
   Wait wait_;
 };
 
+/// Text for Motions::Run of a trajectory or path by file or preset; a shape from CSV is read here, so that planning
+/// needs no file of ours. @throw config::Error
+std::string runText(const std::string& name_or_path);
+
 /// Stops all arms and waits until the drives report it; needs no connection and no lease. @throw Failure
 void stopAndWait(Client& client, const std::string& reason);
 

@@ -2,15 +2,12 @@
 /** @file tandem robot: commands to a running system, under the control lease. */
 #include <unistd.h>
 
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
 #include "config/any_robot.h"
 #include "config/arm_names.h"
-#include "config/path.h"
 #include "services/cli/arguments.h"
 #include "services/cli/motions.h"
 #include "services/cli/plan_print.h"
@@ -111,17 +108,6 @@ int setMethod(const Options& options) {
   return done(options, options.name + (parameter ? " = " + options.value : ""));
 }
 
-/// Text of a trajectory or a path file; a shape from CSV is read here, so that planning needs no file of ours.
-std::string trajectoryText(const std::string& name) {
-  const auto file = config::findFile(name, "trajectory|path");
-  if (config::kindOf(file) == "path")
-    return config::formatPath(config::loadPath(file));
-  std::ifstream in(file);
-  std::stringstream text;
-  text << in.rdbuf();
-  return config::formatTrajectory(config::parseTrajectory(text.str(), file.string(), file.parent_path()));
-}
-
 /// Asks planning, from where the robot stands, under the lease: nobody moves it meanwhile.
 /// @throw Failure where the trajectory cannot be had
 void checkFirst(Session& session, const std::string& text, std::string method, bool planned) {
@@ -144,7 +130,7 @@ void checkFirst(Session& session, const std::string& text, std::string method, b
 }
 
 int runTrajectory(const Options& options) {
-  const std::string text = trajectoryText(options.trajectory);
+  const std::string text = runText(options.trajectory);
   Session session(options, true);
   if (session.robot.catheters && (options.check || options.planned))
     throw Failure(kUsage, std::string(options.check ? "--check" : "--planned") + ": found for the catheters of " +
