@@ -20,8 +20,4 @@ using ArmVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMax
 /// Joint vector of a whole robot, arms stacked in the order of the robot file.
 using RobotVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 
-/// Whether a joint of an arm is a translation, m, not a rotation, rad: the first half of a tube arm's joints, the first
-/// of a catheter's three.
-constexpr bool isTranslation(int joint, int joint_count) noexcept { return joint < joint_count / 2; }
-
 }  // namespace tandem::safety

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "safety/dimensions.h"
+#include "safety/joint_kinds.h"
 
 namespace tandem::safety {
 namespace {

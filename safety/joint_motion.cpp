@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "safety/joint_kinds.h"
+
 namespace tandem::safety {
 
 double moveVelocity(const ArmLimits& limits, int joint) noexcept {

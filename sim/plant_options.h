@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "safety/dimensions.h"
+#include "safety/joint_kinds.h"
 
 namespace tandem::sim {
 

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "safety/joint_kinds.h"
+
 namespace tandem::sim {
 namespace {
 

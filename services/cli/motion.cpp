@@ -8,6 +8,7 @@
 
 #include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "safety/joint_kinds.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
 #include "services/common/stop_signal.h"

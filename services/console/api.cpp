@@ -9,6 +9,7 @@
 #include "config/any_robot.h"
 #include "config/arm_names.h"
 #include "config/path.h"
+#include "safety/joint_kinds.h"
 
 namespace tandem::console {
 namespace {

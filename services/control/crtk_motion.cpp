@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "safety/joint_kinds.h"
 #include "safety/joint_motion.h"
 #include "services/control/smooth_motion.h"
 
