@@ -117,7 +117,7 @@ class Run {
   std::string step(double time, const planning::FrameReference& reference, TrackRecord& record) {
     const double period = options_.parameters.period;
     const auto settle = [this](const RobotVector& q) { return q == settled_ ? std::string() : mechanism_.settle(q); };
-    TrackStep noted = noteOf(time);
+    TrackStep noted = noteStep(mechanism_, joints_, time);
     const std::string why = stepByMiddle(mechanism_, settle, tracker_, joints_, reference, period, rest_, result_);
     noted.error = result_.error[0];
     noted.active_limits = result_.solution.active_count;
@@ -133,17 +133,6 @@ class Run {
   }
 
  private:
-  TrackStep noteOf(double time) const {
-    TrackStep step;
-    step.time = time;
-    step.joints = joints_;
-    step.pose = mechanism_.pose();
-    step.drift = mechanism_.drift();
-    for (const auto& [name, value] : mechanism_.facts())
-      step.facts.push_back(value);
-    return step;
-  }
-
   Mechanism& mechanism_;
   const ObjectPath& path_;
   const TrackOptions& options_;
@@ -152,6 +141,19 @@ class Run {
   planning::TrackResult result_;
   RobotVector joints_, settled_;
 };
+
+}  // namespace
+
+TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double time) {
+  TrackStep step;
+  step.time = time;
+  step.joints = joints;
+  step.pose = mechanism.pose();
+  step.drift = mechanism.drift();
+  for (const auto& [name, value] : mechanism.facts())
+    step.facts.push_back(value);
+  return step;
+}
 
 void judge(const TrackOptions& options, TrackRecord& record) {
   double squares = 0.0;
@@ -177,8 +179,6 @@ void judge(const TrackOptions& options, TrackRecord& record) {
     record.stopped =
         "the path is left by " + millimetres(record.max_error) + ", more than " + millimetres(options.most_error);
 }
-
-}  // namespace
 
 Movability movability(const Mechanism& mechanism, const std::vector<int>& tracked) {
   const Spaces spaces = motionSpaces(mechanism, tracked);

@@ -29,15 +29,6 @@ bool faulty(const Snapshot& s) {
                      [](safety::FaultMask faults) { return faults != 0; });
 }
 
-/// Why the last run failed, in planning's words; empty where it does not say.
-std::string failureOf(const Snapshot& s) {
-  const std::string failed = std::string(planning::name(planning::Phase::kFailed)) + ": ";
-  const auto said = s.diagnostics.find("tandem-planning");
-  return said != s.diagnostics.end() && said->second.message.starts_with(failed)
-             ? said->second.message.substr(failed.size())
-             : "";
-}
-
 RunState stateOf(const Snapshot& s) {
   RunState state{static_cast<planning::Phase>(s.reference.phase), s.reference.point, s.reference.point_count,
                  s.reference.total_iterations};
@@ -182,6 +173,14 @@ RunState Motions::run(const Run& run) {
   if (!run.keep_enabled)
     client_.stateCommand("disable");
   return end;
+}
+
+std::string failureOf(const Snapshot& s) {
+  const std::string failed = std::string(planning::name(planning::Phase::kFailed)) + ": ";
+  const auto said = s.diagnostics.find("tandem-planning");
+  return said != s.diagnostics.end() && said->second.message.starts_with(failed)
+             ? said->second.message.substr(failed.size())
+             : "";
 }
 
 std::string runText(const std::string& name_or_path) {

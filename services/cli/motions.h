@@ -63,6 +63,9 @@ class Motions {
   Wait wait_;
 };
 
+/// Why the last run failed, in planning's words; empty where it does not say.
+std::string failureOf(const Snapshot& snapshot);
+
 /// Text for Motions::Run of a trajectory or path by file or preset; a shape from CSV is read here, so that planning
 /// needs no file of ours. @throw config::Error
 std::string runText(const std::string& name_or_path);
