@@ -281,7 +281,9 @@ void bindClient(py::module_& module) {
       .def("home", &Client::home, "Moves all ENABLED arms to the home of the robot file.")
       .def("run", &Client::run, "trajectory"_a, py::kw_only(), "method"_a = py::none(), "keep_enabled"_a = false,
            "progress"_a = py::none(),
-           "Enables, follows a trajectory (Trajectory, preset or file) from where the tips are, disables. progress("
+           "Enables, follows a trajectory (Trajectory, preset or file; of catheters a path by preset or file) from "
+           "where "
+           "the tips are, disables. progress("
            "point, points, errors) is called as points are reached, errors in m; what it raises pauses the arms and is "
            "raised here. A dict of points, iterations, errors (m).");
 }
