@@ -47,6 +47,11 @@ test("words for limits are those of tandem solve", () => {
   }
   expect(limitName(0, "arm_a", 2)).toBe("tube 2 of arm A against tube 1");
   expect(limitName(99, "arm_b", 1)).toContain("does not know");
+  expect([1, 5, 7].map((kind) => limitName(kind, "arm_b", kind === 7 ? 2 : 1, true))).toEqual([
+    "velocity limit of insertion of arm B",
+    "rotation limit of roll of arm B",
+    "largest rotation in a step of bend of arm B",
+  ]);
 });
 
 test("masks of faults become all their words, and bits of a newer robot are not lost", () => {

@@ -14,7 +14,7 @@
 #include "python/bindings/trajectory.h"
 #include "services/cli/arguments.h"
 #include "services/dds/convert.h"
-#include "services/setup/process.h"
+#include "services/setup/limit_words.h"
 
 namespace tandem::python {
 namespace {
@@ -82,12 +82,10 @@ py::dict armStatus(const cli::Snapshot& s, int arm) {
 }
 
 py::list limitWords(const config::Robot& robot, const dds::ControlStatus& status) {
-  const std::vector<std::string> names = service::shortArmNames(robot);
   py::list words;
-  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i)
-    words.append(control::describe(control::NamedLimit{static_cast<control::LimitKind>(status.limit_kind[i]),
-                                                       status.limit_arm[i], status.limit_tube[i]},
-                                   names));
+  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < robot.arms.size(); ++i)
+    words.append(service::describeLimit(
+        robot, {static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i], status.limit_tube[i]}));
   return words;
 }
 
@@ -117,7 +115,7 @@ class Client {
     all["deployment"] = live->deployment().name;
     all["robot"] = live->robot().name;
     all["method"] = std::string(control::name(static_cast<control::Method>(s.status.method)));
-    all["model"] = s.status.model == 1 ? "compliant" : "rigid";
+    all["model"] = live->robot().catheters ? "elastic" : s.status.model == 1 ? "compliant" : "rigid";
     all["feedback"] = std::string(planning::name(static_cast<planning::Feedback>(s.status.feedback)));
     all["lease"] = s.status.lease_holder == 0 ? "free" : s.status.lease_holder == live->id() ? "ours" : "held";
     all["source"] = std::string(dds::describe(static_cast<dds::Source>(s.status.source)));
