@@ -58,9 +58,9 @@ void ObjectPath::check() const {
     throw std::invalid_argument("directions: found " + std::to_string(directions.size()) + ", expected " +
                                 (wanted == 1 ? "one for a line" : "two different ones for a circle or a lissajous"));
   }
-  for (const auto& [value, name] : {std::pair{size, "size"}, {duration, "duration"}, {length, "length"}}) {
+  for (const auto& [value, what] : {std::pair{size, "size"}, {duration, "duration"}, {length, "length"}}) {
     if (!(value > 0.0) || !std::isfinite(value))
-      throw std::invalid_argument(std::string(name) + ": found " + std::to_string(value) + ", expected more than 0");
+      throw std::invalid_argument(std::string(what) + ": found " + std::to_string(value) + ", expected more than 0");
   }
 }
 

@@ -152,7 +152,7 @@ std::string CrtkDesk::badFrame(const std::string& frame) const {
 std::string CrtkDesk::parse(const dds::JointState& message, CrtkOrder& order) const {
   std::vector<std::string> names;
   for (const int k : armsOf(order.group)) {
-    for (const std::string& name : jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
+    for (const std::string& name : service::jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
       names.push_back(name);
   }
   const bool velocity = verbOf(order.verb).kind == CrtkKind::kVelocity;

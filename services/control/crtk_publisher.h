@@ -47,8 +47,8 @@ class CrtkPublisher {
   /** Where a tip is and how it moves, or the relative position of two. */
   struct Place {
     bool known = false;
-    Eigen::Vector3d position, linear, angular;
-    Eigen::Quaterniond orientation;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero(), linear = position, angular = position;
+    Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
     bool moves = true;  ///< how it moves is known, too
   };
   struct Joints {

@@ -27,7 +27,7 @@ void Settler::settle(const Wish& wish) {
     follower_.emplace(makeRestFollower(setup_.robot));
   placement_ = wish.placement;
   const safety::RobotVector q = Eigen::VectorXd::Map(wish.joints.data(), wish.joint_count);
-  const bool moved = !answer_.rest.known() || q != follower_->joints();
+  const bool moved = !answer_.rest.known() || q != answer_.rest.q();
   const std::string why = follower_->settle(q);
   if (!why.empty() && why != told_)
     spdlog::warn("no rest at the present joints: {}", why);
