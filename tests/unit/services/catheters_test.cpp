@@ -76,6 +76,7 @@ void expectSameAsInOneProcess(const std::string& preset, const std::string& text
   path.length = mechanism->length();
   experiments::TrackOptions options;
   options.parameters = system.setup.robot.parameters;
+  options.parameters.period = system.setup.deployment.control_period;
   options.gain = 5.0;
   const experiments::TrackRecord record = experiments::track(*mechanism, path, options);
   ASSERT_TRUE(record.good()) << record.refused << record.stopped;
@@ -123,7 +124,7 @@ TEST(Catheters, FollowAPathInRealTime) {
   EXPECT_EQ(static_cast<planning::Phase>(system.reference_message.phase), planning::Phase::kFinished)
       << system.planning.ended();
   EXPECT_LT(error, 5e-5) << "of what is moved";
-  EXPECT_GT(farthest, 1e-3);
+  EXPECT_GT(farthest, 3e-4) << "it has been there";
   EXPECT_LT((q - home).cwiseAbs().maxCoeff(), 1e-4) << "the path ends where it began";
   EXPECT_EQ(system.output.status.hold, 0);
 }
@@ -161,9 +162,11 @@ TEST(Catheters, StopLatchesOnAPathAndMoveJpFollowsAfterwards) {
   ASSERT_EQ(system.startText(pathText("z")).accepted, 1);
   system.run(0.4);
   ASSERT_FALSE(system.standing());
+  system.order(dds::ControlKind::kKeepLease);
   system.control.stop();
   system.sim.onStop();
   system.run(0.5);
+  system.order(dds::ControlKind::kKeepLease);
   EXPECT_TRUE(system.standing());
   EXPECT_EQ(system.shown(0), OperatingState::kFault);
   EXPECT_EQ(static_cast<planning::Phase>(system.reference_message.phase), planning::Phase::kFailed);
