@@ -84,7 +84,7 @@ void PathFollower::ask(const planning::FrameReference& frame) {
   reference_.tasks[0].kind = planning::TaskKind::kFrame;
   reference_.tasks[0].position = frame.position;
   reference_.frame = frame;
-  wanted_ = frameOf(frame);
+  wanted_ = frameOf(frame.after(options_.parameters.period));
 }
 
 /// What is wrong with the rest along the path.
@@ -142,6 +142,7 @@ bool PathFollower::update(const safety::RobotVector& q, planning::Reference& ref
     if (progress_.total_iterations == 0)
       ask(planning::heldReference(path_, follower_.mechanism().pose()));
     reference_.frame.feed_forward.setZero();
+    wanted_ = frameOf(reference_.frame);
     reference = reference_;
     return true;
   }

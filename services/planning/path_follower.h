@@ -63,7 +63,7 @@ class PathFollower {
   planning::ObjectPath path_;
   Part part_ = Part::kBefore;
   Eigen::Isometry3d start_ = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d wanted_ = Eigen::Isometry3d::Identity();  ///< by the last reference
+  Eigen::Isometry3d wanted_ = Eigen::Isometry3d::Identity();  ///< a period after the last reference
   int periods_ = 0;                                           ///< of this part
   planning::Reference reference_;
   planning::Progress progress_;

@@ -89,7 +89,7 @@ TEST(Path, Refusals) {
       {"[x, y]", "[x, x]", "x]", 0, "along[1]", "x"},
       {"[x, y]", "[x, w]", "w]", 0, "along[1]", "expected one of x, y, z, rx, ry, rz"},
       {"[x, y]", "[]", "[]", 0, "along", "expected a list of 1 to 2"},
-      {"size_mm: 5", "size_mm: 0", "0\n", 0, "size_mm", "expected"},
+      {"size_mm: 5", "size_mm: 0", "0\nduration", 0, "size_mm", "expected a length from 0.001 to 1000 in mm"},
       {"size_mm: 5", "size: 5", "size: 5", 0, "size", "size_mm"},
       {"duration_s: 10", "duration_s: -1", "-1", 0, "duration_s", "found -1"},
       {"hold: places", "hold: some", "some", 0, "hold", "expected one of none, places, all"},
