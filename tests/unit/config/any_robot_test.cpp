@@ -72,7 +72,7 @@ TEST(AnyRobot, DeploymentsOfCathetersRefuseWhatOnlyTubesHave) {
       {"hardware: ark2024-two-buses", "hardware: found drives for the catheters of ablation-pair.yaml"},
       {"port: {radius_mm: 5, depth_mm: 10}", "port: found a port for the catheters"},
       {"plant: {seed: 3}", "plant: found a plant that differs for the catheters"},
-      {"plant: {model: compliant, tube_errors: [{arm: arm_a, tube: 1, length_mm: 1}]}", "plant: found a plant"},
+      {"plant: {model: compliant, tube_errors: [{arm: arm_a, tube: 1, length: 0.1}]}", "plant: found a plant"},
       {"model: compliant", "model: found 'compliant' for the catheters"},
       {"feedback: sensor", "feedback: found 'sensor' for the catheters"},
   };
@@ -81,7 +81,7 @@ TEST(AnyRobot, DeploymentsOfCathetersRefuseWhatOnlyTubesHave) {
         folder.write("bad.yaml", replaced(good, "prefix: tandem", std::string(line) + "\nprefix: tandem"));
     const std::string refusal = refusalOf([&] { loadDeployment(file); });
     EXPECT_NE(refusal.find(words), std::string::npos) << line << ": " << refusal;
-    EXPECT_NE(refusal.find("bad.yaml:5:"), std::string::npos) << "the line: " << refusal;
+    EXPECT_NE(refusal.find("bad.yaml:6:"), std::string::npos) << "the line: " << refusal;
   }
 }
 
