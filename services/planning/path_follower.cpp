@@ -110,7 +110,7 @@ bool PathFollower::before() {
     periods_ = 0;
     return along();
   }
-  if (periods_++ * options_.parameters.period > options_.patience)
+  if (periods_++ * options_.parameters.period >= options_.patience)
     return end("before the path: " + experiments::kUnprepared);
   ask(planning::heldReference(path_, start_));
   return true;
@@ -152,7 +152,7 @@ bool PathFollower::update(const safety::RobotVector& q, planning::Reference& ref
     const bool there = progress_.tip_error <= kTolerance;
     if (there)
       progress_.phase = Phase::kFinished, progress_.converged_points = kPoints;
-    else if (periods_++ * options_.parameters.period > kPatience)
+    else if (periods_++ * options_.parameters.period >= kPatience)
       end("the end of the path is missed by " + millimetres(progress_.tip_error) + ", more than " +
           millimetres(kTolerance));
     running = progress_.phase == Phase::kRunning;
