@@ -22,7 +22,7 @@ class Operated(system.SystemTest):
         artifacts.mkdir(parents=True, exist_ok=True)
         # Software rendering takes both cores of a small machine for itself. Watchdogs have tests of their own, at their
         # default budgets; here the page is what is tested.
-        path = system.deployment(self.folder, preset, budgets="{lease_ms: 3000, age_periods: 10, "
+        path = system.deployment(self.folder, preset, budgets="{minimum_age_ms: 1000, lease_ms: 3000, "
                                  "planning_reference_ms: 1000, teleoperation_ms: 500}", **changes)
         others = ("executable: tandem-recorder", "executable: tandem-console")
         lines = [line for line in path.read_text().splitlines() if not any(other in line for other in others)]

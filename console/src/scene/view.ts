@@ -34,6 +34,8 @@ export class View {
   private readonly into: THREE.Vector3;
   private readonly middle: THREE.Vector3;
   private readonly reach: number;
+  /** How far the bases are from their middle. */
+  private readonly spread: number;
   private readonly up = new THREE.Vector3(1, 0, 0);
 
   constructor(
@@ -65,6 +67,9 @@ export class View {
       this.into.add(new THREE.Vector3().fromArray(baseAxis(arm, [0, 0, 1])));
       this.middle.addScaledVector(new THREE.Vector3().fromArray(arm.base.position), 1 / robot.arms.length);
     }
+    this.spread = Math.max(
+      ...robot.arms.map((arm) => this.middle.distanceTo(new THREE.Vector3().fromArray(arm.base.position))),
+    );
     if (this.into.lengthSq() < 1e-6) this.into.set(0, 0, 1);
     this.into.normalize();
     this.reach = Math.max(0.1, ...robot.arms.map((arm) => Math.max(...arm.tubes.map((tube) => tube.length))));
@@ -122,9 +127,9 @@ export class View {
     const centre = this.middle.clone().lerp(tips, 0.5);
     const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
     const extent = Math.max(0.08, tips.distanceTo(this.middle));
-    // What is long lies across the screen.
-    const half = Math.atan(Math.tan((0.5 * this.camera.fov * Math.PI) / 180) * Math.max(1, this.camera.aspect));
-    const far = ((0.5 * extent) / Math.tan(half)) * 1.3;
+    // What is long lies across the screen; bases that are far apart lie one above the other.
+    const slope = Math.tan((0.5 * this.camera.fov * Math.PI) / 180);
+    const far = 1.3 * Math.max((0.5 * extent) / (slope * Math.max(1, this.camera.aspect)), this.spread / slope);
     const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
       this.controls.target.copy(target);
       this.camera.position.copy(target).addScaledVector(direction.normalize(), distance);
