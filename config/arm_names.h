@@ -15,6 +15,9 @@ namespace tandem::config {
 std::optional<std::size_t> findArm(const Robot& robot, const std::string& name);
 std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name);
 
+/// beta_1 ... beta_n, alpha_1 ... alpha_n of tubes; insertion, roll, bend of a catheter.
+std::vector<std::string> jointNames(const Arm& arm);
+
 /// "arm_a, arm_b", for errors.
 std::string armNames(const Robot& robot);
 std::string armNames(const CooperativeRobot& robot);

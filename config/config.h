@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -44,12 +45,16 @@ class Error : public std::runtime_error {
   std::string key_;
 };
 
+struct CooperativeRobot;
+
 /** One arm of a robot file. */
 struct Arm {
   std::string name;                     ///< topic name, e.g. arm_a
-  kinematics::ConcentricTubeArm model;  ///< tubes, base, tool
+  kinematics::ConcentricTubeArm model;  ///< tubes, base, tool; without tubes for a catheter
   safety::ArmLimits limits;
   Eigen::VectorXd home;  ///< joint vector, m and rad, inside the limits
+
+  int jointCount() const { return limits.jointCount(); }
 };
 
 /** A robot file. */
@@ -60,6 +65,8 @@ struct Robot {
   control::MethodParameters parameters;  ///< defaults for this robot
   std::vector<std::string> warnings;     ///< "FILE:LINE:COLUMN: KEY: ...", e.g. Poisson's ratio above 0.5
   std::filesystem::path file;
+  /// Catheters that work together, of which `arms` tells names, limits and home; null: concentric tubes.
+  std::shared_ptr<const CooperativeRobot> catheters;
 };
 
 /** A start configuration of an experiment: joint vectors of all arms in the robot's order, m and rad. */

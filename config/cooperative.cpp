@@ -78,7 +78,8 @@ CatheterArm readCatheter(const Map& map) {
   arm.model.proximal = readWall(map.map("proximal"));
   arm.model.distal = readWall(map.map("distal"));
   arm.tendon_offset = map.number("tendon_offset");
-  const double radius = 0.5 * map.map("distal").number("outer_diameter");
+  arm.outer_diameter = map.map("distal").number("outer_diameter");
+  const double radius = 0.5 * arm.outer_diameter;
   if (arm.tendon_offset >= radius) {
     map.fail("tendon_offset", "found " + map.inUnit("tendon_offset", arm.tendon_offset) +
                                   ", expected less than half the outer diameter of the bending end, " +

@@ -18,7 +18,8 @@ namespace tandem::config {
 struct CatheterArm {
   std::string name;
   kinematics::catheter::ElasticArm model;
-  double tendon_offset = 0.0;  ///< distance of the pull wires from the axis, m
+  double tendon_offset = 0.0;   ///< distance of the pull wires from the axis, m
+  double outer_diameter = 0.0;  ///< of the bending end, m
   safety::ArmLimits limits;
   Eigen::VectorXd home;  ///< inside the limits
 };

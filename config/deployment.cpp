@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "config/cooperative.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
 
@@ -193,6 +194,24 @@ void readFeedback(const Map& map, Deployment& deployment) {
   }
 }
 
+/// What only concentric tubes can have.
+void refuseForCatheters(const Map& map, const Deployment& deployment) {
+  const auto refuse = [&](const char* key, const std::string& found, const std::string& expected) {
+    map.fail(key, "found " + found + " for the catheters of " + deployment.robot.filename().string() + ", expected " +
+                      expected);
+  };
+  if (map.has("hardware"))
+    refuse("hardware", "drives", "none: catheters are simulated");
+  if (map.has("port"))
+    refuse("port", "a port", "none: distances are kept of concentric tubes alone");
+  if (map.has("plant"))
+    refuse("plant", "a plant that differs", "none: the simulated catheters are those of the robot file");
+  if (map.text("model") != "rigid")
+    refuse("model", "'" + map.text("model") + "'", "no such key: they have one model, which gives way");
+  if (map.text("feedback") != "model")
+    refuse("feedback", "'" + map.text("feedback") + "'", "model: no tracker sees what they move");
+}
+
 }  // namespace
 
 const Host* hostAmong(const Deployment& deployment, const std::set<std::string>& addresses) {
@@ -208,7 +227,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   Deployment deployment;
   deployment.file = file;
   deployment.name = map.text("name");
-  deployment.robot = robotPath(map, file);
+  deployment.robot = companionPath(map, "robot", file, "robot|cooperative");
   if (map.has("hardware"))
     deployment.hardware = companionPath(map, "hardware", file);
   deployment.prefix = map.text("prefix");
@@ -227,6 +246,8 @@ Deployment loadDeployment(const std::filesystem::path& file) {
     deployment.port->radius = port.number("radius");
     deployment.port->depth = port.number("depth");
   }
+  if (kindOf(deployment.robot) == "cooperative")
+    refuseForCatheters(map, deployment);
   readFeedback(map, deployment);
   deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
   deployment.black_box = readBlackBox(map.map("black_box"), file);

@@ -14,13 +14,14 @@ const Mapping& cooperativeTable();
 const Mapping& experimentTable();
 const Mapping& deploymentTable();
 const Mapping& trajectoryTable();
+const Mapping& pathTable();
 const Mapping& hardwareTable();
 /// The `plant` of a deployment.
 const Mapping& plantTable();
 /// The `teleoperation` of a deployment.
 const Mapping& teleoperationTable();
 
-/// "robot", "experiment", "deployment", "trajectory", "hardware", "cooperative".
+/// "robot", "experiment", "deployment", "trajectory", "hardware", "cooperative", "path".
 const std::vector<std::string>& kinds();
 
 /// The table of a kind. @throw std::invalid_argument for an unknown kind.

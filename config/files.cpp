@@ -174,8 +174,8 @@ fs::path findShared(const std::string& installed, const std::vector<std::string>
 
 fs::path robotPath(const Map& map, const fs::path& file) { return companionPath(map, "robot", file); }
 
-fs::path companionPath(const Map& map, const std::string& kind, const fs::path& file) {
-  const std::string name = map.text(kind);
+fs::path companionPath(const Map& map, const std::string& key, const fs::path& file, const std::string& presets_of) {
+  const std::string name = map.text(key), kind = presets_of.empty() ? key : presets_of;
   const fs::path beside = (file.parent_path() / name).lexically_normal();
   if (isFile(beside))
     return beside;
@@ -186,8 +186,8 @@ fs::path companionPath(const Map& map, const std::string& kind, const fs::path& 
       // Told below, with the place of the key.
     }
   }
-  map.fail(kind, "found '" + name +
-                     "', expected a file relative to this one's folder or one of the presets: " + presetNames(kind));
+  map.fail(key, "found '" + name +
+                    "', expected a file relative to this one's folder or one of the presets: " + presetNames(kind));
 }
 
 }  // namespace tandem::config

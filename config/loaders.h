@@ -20,7 +20,11 @@ std::filesystem::path findPreset(const std::string& name, const std::string& kin
 std::filesystem::path robotPath(const Map& map, const std::filesystem::path& file);
 
 /// A key that names another file, `robot` or `hardware`, in the same way.
-std::filesystem::path companionPath(const Map& map, const std::string& kind, const std::filesystem::path& file);
+/// @param kind  of presets, as findFile() takes it; empty: the key says it
+std::filesystem::path companionPath(const Map& map,
+                                    const std::string& key,
+                                    const std::filesystem::path& file,
+                                    const std::string& kind = {});
 
 /// [beta_1..beta_n, alpha_1..alpha_n] from the keys `beta` and `alpha`, inside the limits.
 /// @throw Error at the element that is outside.

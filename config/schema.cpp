@@ -213,8 +213,8 @@ std::string rowOf(const Field& field, bool is_choice) {
 }  // namespace
 
 const std::vector<std::string>& kinds() {
-  static const std::vector<std::string> all{"robot",      "experiment", "deployment",
-                                            "trajectory", "hardware",   "cooperative"};
+  static const std::vector<std::string> all{"robot",    "experiment",  "deployment", "trajectory",
+                                            "hardware", "cooperative", "path"};
   return all;
 }
 
@@ -231,6 +231,8 @@ const Mapping& tableOf(const std::string& kind) {
     return hardwareTable();
   if (kind == "cooperative")
     return cooperativeTable();
+  if (kind == "path")
+    return pathTable();
   throw std::invalid_argument("found the kind '" + kind + "', expected one of " + join(kinds()));
 }
 

@@ -2,9 +2,11 @@
 #include <cmath>
 #include <variant>
 
+#include "config/any_robot.h"
 #include "config/cooperative.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
+#include "config/path.h"
 
 namespace tandem::config {
 namespace {
@@ -48,7 +50,7 @@ Summary summarize(const Experiment& experiment) {
 }
 
 Summary summarize(const Deployment& deployment) {
-  const Robot robot = loadRobot(deployment.robot);
+  const Robot robot = loadAnyRobot(deployment.robot);
   std::vector<std::string> processes;
   for (const Process& process : deployment.processes)
     processes.push_back(process.name);
@@ -84,6 +86,17 @@ Summary summarize(const planning::TrajectorySpec& spec) {
           {}};
 }
 
+Summary summarize(const planning::ObjectPath& path) {
+  std::vector<std::string> directions;
+  for (const int direction : path.directions)
+    directions.push_back(planning::directionName(direction));
+  return {"path",
+          "path " + path.name + ": " + nameOf(path.shape) + " along " + join(directions) + " of " +
+              formatNumber(1e3 * path.size) + " mm in " + formatNumber(path.duration) +
+              " s, held: " + nameOf(path.held),
+          {}};
+}
+
 Summary summarize(const CooperativeRobot& robot) {
   std::string text = "cooperative robot " + robot.name + ": " + count(robot.arms.size(), "catheter", "catheters");
   if (robot.object) {
@@ -116,6 +129,8 @@ Summary validate(const std::filesystem::path& file) {
     return summarize(loadHardware(file));
   if (kind == "cooperative")
     return summarize(loadCooperative(file));
+  if (kind == "path")
+    return summarize(loadPath(file));
   return summarize(loadTrajectory(file));
 }
 

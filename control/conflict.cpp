@@ -20,7 +20,7 @@ Joint place(const StepProblem& problem, int joint) {
   const int tubes = (problem.arm_offset[result.arm + 1] - problem.arm_offset[result.arm]) / 2;
   const int within = joint - problem.arm_offset[result.arm];
   result.rotation = within >= tubes;
-  result.tube = within % tubes + 1;
+  result.tube = (result.rotation ? within - tubes : within) + 1;
   return result;
 }
 

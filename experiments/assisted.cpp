@@ -78,6 +78,12 @@ std::vector<std::pair<std::string, double>> AssistedMechanism::facts() const {
            1e3 * assist::beyondAlone(relation_.pair.target.arm, robot_.range(), chain_.tip.pose.translation())}};
 }
 
+std::vector<Eigen::Isometry3d> AssistedMechanism::tips() const {
+  // The assist arm's tip touches: its frame is that of the contact where it is gripped, turned by the roll.
+  Eigen::Isometry3d assist = chain_.contact * Eigen::AngleAxisd(joints_[4], Eigen::Vector3d::UnitZ());
+  return {chain_.tip.pose, assist};
+}
+
 std::vector<std::vector<Eigen::Vector3d>> AssistedMechanism::shapes() const {
   // The whole target as one rod would not carry the contact in its middle: its proximal end as a rod of its own, which
   // ends at the base of bending, and then the arc.

@@ -37,6 +37,7 @@ class HeldObjectMechanism final : public Mechanism {
   std::string impossible() const override;
   std::string trouble() const override { return troubleOf(rest()); }
   std::vector<std::pair<std::string, double>> facts() const override;
+  std::vector<Eigen::Isometry3d> tips() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
   /// What is wrong with a rest of this object, in words; empty: nothing.
@@ -73,6 +74,7 @@ class AssistedMechanism final : public Mechanism {
   std::vector<control::Task> below(double gain) const override;
   double drift() const override { return chain_.gap; }
   std::vector<std::pair<std::string, double>> facts() const override;
+  std::vector<Eigen::Isometry3d> tips() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
   const kinematics::assist::TargetAssist& model() const { return model_; }

@@ -221,6 +221,13 @@ std::vector<std::pair<std::string, double>> HeldObjectMechanism::facts() const {
   return facts;
 }
 
+std::vector<Eigen::Isometry3d> HeldObjectMechanism::tips() const {
+  std::vector<Eigen::Isometry3d> tips;
+  for (std::size_t k = 0; k < parts_->arms.size(); ++k)
+    tips.push_back(parts_->rest.tips[k].pose);
+  return tips;
+}
+
 std::vector<std::vector<Eigen::Vector3d>> HeldObjectMechanism::shapes() const {
   const Parts& parts = *parts_;
   std::vector<std::vector<Eigen::Vector3d>> shapes;

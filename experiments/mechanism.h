@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "control/step_problem.h"
+#include "planning/object_path.h"
 
 namespace tandem::experiments {
 
+using planning::Twist;
 using safety::RobotVector;
-/// Linear, angular.
-using Twist = Eigen::Matrix<double, 6, 1>;
 using MotionJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /** A robot at rest at some joints. settle() is called first, and all else is about the joints that it was called with.
@@ -59,6 +59,8 @@ class Mechanism {
   virtual double drift() const { return 0.0; }
   /// Further numbers of this rest, a name with its unit and a value: columns of the table.
   virtual std::vector<std::pair<std::string, double>> facts() const { return {}; }
+  /// Where the tool tips of the arms are, robot base frame; empty where that is not known.
+  virtual std::vector<Eigen::Isometry3d> tips() const { return {}; }
   /// Points of the arms, for a figure: a list of places, m, robot base frame, for each arm.
   virtual std::vector<std::vector<Eigen::Vector3d>> shapes() const { return {}; }
 };

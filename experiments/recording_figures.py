@@ -47,6 +47,11 @@ def load(folder, name):
     return table if table and table.rows else None
 
 
+def joint_name(joint, count):
+    """Of an arm with so many joints: tubes have two each, the three of a catheter have names."""
+    return ["insertion", "roll", "bend"][joint] if count == 3 else f"tube {joint % (count // 2) + 1}"
+
+
 def axes(rows, title, height=2.2, **more):
     figure, found = plt.subplots(rows, 1, figsize=(9, 1 + height * rows), sharex=True, squeeze=False, **more)
     figure.suptitle(title)
@@ -64,10 +69,10 @@ def joints(folder, arms, counts, title):
         for j in range(count):
             rotation, i = j >= count // 2, JOINTS_PER_ARM * k + j
             pane, scale = panes[2 * k + rotation], 180 / np.pi if rotation else 1e3
-            tube = j % (count // 2) + 1
-            line, = pane.plot(time, scale * position[i], label=f"tube {tube}")
+            line, = pane.plot(time, scale * position[i], label=joint_name(j, count))
             pane.plot(time, scale * setpoint[i], "--", color=line.get_color(), linewidth=0.8)
-            pane.set_ylabel(f"{arm}\n" + ("α [deg]" if rotation else "β [mm]"))
+            pane.set_ylabel(f"{arm}\n" + ("α [deg]" if rotation else "β [mm]") if count != 3 else
+                            f"{arm}\n" + ("angles [deg]" if rotation else "insertion [mm]"))
     for pane in panes:
         pane.legend(fontsize="x-small", ncol=4, loc="best")
     return figure

@@ -12,9 +12,10 @@ std::string RunKey::name() const { return trajectory + "-" + configuration + "-"
 RobotModel::RobotModel(const config::Robot& robot, const std::string& model) {
   offset_.push_back(0);
   for (const config::Arm& arm : robot.arms) {
-    owned_.push_back(kinematics::makeArmModel(model, arm.model));
+    if (!robot.catheters)
+      owned_.push_back(kinematics::makeArmModel(model, arm.model));
     owned_limits_.push_back(arm.limits);
-    offset_.push_back(offset_.back() + arm.model.jointCount());
+    offset_.push_back(offset_.back() + arm.jointCount());
   }
   for (const auto& owned : owned_)
     models_.push_back(owned.get());

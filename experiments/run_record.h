@@ -72,9 +72,10 @@ class RobotModel {
   /// @throw std::invalid_argument as kinematics::makeArmModel() does.
   explicit RobotModel(const config::Robot& robot, const std::string& model = "rigid");
 
+  /// Empty for catheters, which are no arms of their own: see experiments/mechanism.h.
   const std::vector<const kinematics::ArmModel*>& models() const { return models_; }
   const std::vector<const safety::ArmLimits*>& limits() const { return limits_; }
-  int armCount() const { return static_cast<int>(models_.size()); }
+  int armCount() const { return static_cast<int>(limits_.size()); }
   int jointCount() const { return offset_.back(); }
   int offset(int arm) const { return offset_[static_cast<std::size_t>(arm)]; }
   int size(int arm) const { return offset(arm + 1) - offset(arm); }

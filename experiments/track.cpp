@@ -6,7 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "experiments/mechanism_rest.h"
 #include "kinematics/grasp/grasp.h"
+#include "planning/path_reference.h"
 
 namespace tandem::experiments {
 namespace {
@@ -75,24 +77,21 @@ std::string listed(const Eigen::Matrix<double, 6, Eigen::Dynamic>& twists, doubl
   return text.empty() ? "none" : text;
 }
 
-/** One run: the problem of a period, and what is noted of it. */
+planning::ReferenceTracker makeTracker(const Mechanism& mechanism, const TrackOptions& options) {
+  return {mechanism.limits(), mechanism.kinds(),  mechanism.home(),
+          options.method,     options.parameters, {options.gain, options.gain}};
+}
+
+/** One run, and what is noted of it. */
 class Run {
  public:
   Run(Mechanism& mechanism, const ObjectPath& path, const TrackOptions& options)
       : mechanism_(mechanism),
         path_(path),
         options_(options),
-        tracked_(path.tracked()),
-        resolver_(control::makeResolver(options.method, options.parameters)) {
-    const auto& limits = mechanism.limits();
-    problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
-    const auto kinds = mechanism.kinds();
-    joints_ = mechanism.home();
-    if (static_cast<int>(kinds.size()) != problem_.joint_count || joints_.size() != problem_.joint_count)
-      throw std::invalid_argument("mechanism: kinds, home and limits are not of the same joints");
-    for (std::size_t j = 0; j < kinds.size(); ++j)
-      problem_.joint[j].kind = kinds[j];
-  }
+        tracker_(makeTracker(mechanism, options)),
+        joints_(mechanism.home()),
+        settled_(joints_) {}
 
   const RobotVector& joints() const { return joints_; }
 
@@ -105,99 +104,56 @@ class Run {
     if (const std::string why = mechanism_.impossible(); !why.empty())
       return why;
     const double period = options_.parameters.period;
-    const Eigen::Isometry3d held = mechanism_.pose();
-    constexpr double kPart = 0.02;  // of the drift that is allowed, where the path may begin
-    for (double left = options_.patience; mechanism_.drift() > kPart * options_.most_drift; left -= period) {
-      const std::string why = step(-left, held, false, record);
+    const planning::FrameReference held = planning::heldReference(path_, mechanism_.pose());
+    for (double left = options_.patience; mechanism_.drift() > kPrepared * options_.most_drift; left -= period) {
+      const std::string why = step(-left, held, record);
       if (!why.empty() || left < period)
-        return "before the path: " + (why.empty() ? "what comes before it does not come true" : why);
+        return "before the path: " + (why.empty() ? kUnprepared : why);
     }
     return mechanism_.trouble();
   }
 
-  /// A period along the path, or held at its start where no path is given. @return empty, or why there is none
-  std::string step(double time, const Eigen::Isometry3d& start, bool moves, TrackRecord& record) {
+  /// A period of following. @return empty, or why there is none
+  std::string step(double time, const planning::FrameReference& reference, TrackRecord& record) {
     const double period = options_.parameters.period;
-    // By the velocities in the middle of the period, which are those of the whole to the second order: arms turn by so
-    // much in one that velocities of its beginning would open the contacts.
-    const double error = solve(time, start, moves);
-    note(time, error, record);
-    if (!solved())
-      return std::string(describe(solution_.status));
-    if (const std::string why = mechanism_.settle(moved(0.5 * period)); !why.empty())
+    const auto settle = [this](const RobotVector& q) { return q == settled_ ? std::string() : mechanism_.settle(q); };
+    TrackStep noted = noteStep(mechanism_, joints_, time);
+    const std::string why = stepByMiddle(mechanism_, settle, tracker_, joints_, reference, period, rest_, result_);
+    noted.error = result_.error[0];
+    noted.active_limits = result_.solution.active_count;
+    noted.status = result_.solution.status;
+    record.steps.push_back(std::move(noted));
+    if (!why.empty())
       return why;
-    solve(time + 0.5 * period, start, moves);
-    if (!solved())
-      return std::string(describe(solution_.status));
-    joints_ = moved(period);
+    if (result_.status != planning::TrackStatus::kOk)
+      return std::string(describe(result_.solution.status));
+    joints_ = tracker_.moved(joints_, period * result_.solution.velocity);
+    settled_ = joints_;
     return mechanism_.settle(joints_);
   }
 
  private:
-  bool solved() const {
-    return solution_.status == control::SolveStatus::kSolved || solution_.status == control::SolveStatus::kInfeasible;
-  }
-
-  /// Joints after a while at the velocities found, inside their box.
-  RobotVector moved(double time) const {
-    RobotVector q = joints_ + time * solution_.velocity;
-    for (int j = 0; j < problem_.joint_count; ++j)
-      q[j] = std::clamp(q[j], problem_.joint[static_cast<std::size_t>(j)].lower,
-                        problem_.joint[static_cast<std::size_t>(j)].upper);
-    return q;
-  }
-
-  /// Velocities at the rest that there is. @return by how much what is tracked is off, m
-  double solve(double time, const Eigen::Isometry3d& start, bool moves) {
-    Twist displacement = Twist::Zero(), rate = Twist::Zero();
-    if (moves)
-      path_.at(time, displacement, rate);
-    const Twist error = difference(mechanism_.pose(), displaced(start, displacement));
-    problem_.setPosition(joints_);
-    problem_.task_count = 0;
-    for (const control::Task& task : mechanism_.above(options_.gain))
-      addTask(task.jacobian, task.velocity);
-    const double length = mechanism_.length();
-    addTask(rowsOf(mechanism_.jacobian(), tracked_, length), rowsOf(rate + options_.gain * error, tracked_, length));
-    for (const control::Task& task : mechanism_.below(options_.gain))
-      addTask(task.jacobian, task.velocity);
-    problem_.posture = mechanism_.home();
-    resolver_->solve(problem_, solution_);
-    return rowsOf(error, tracked_, length).norm();
-  }
-
-  void addTask(const MatrixXd& jacobian, const VectorXd& velocity) {
-    if (problem_.task_count == control::kMaxTasks || jacobian.rows() > control::kMaxTaskRows)
-      throw std::invalid_argument("found more tasks or rows than " + std::to_string(control::kMaxTasks) + " of " +
-                                  std::to_string(control::kMaxTaskRows) + " each");
-    control::Task& task = problem_.task[static_cast<std::size_t>(problem_.task_count++)];
-    task.jacobian = jacobian;
-    task.velocity = velocity;
-  }
-
-  void note(double time, double error, TrackRecord& record) {
-    TrackStep step;
-    step.time = time;
-    step.joints = joints_;
-    step.pose = mechanism_.pose();
-    step.error = error;
-    step.drift = mechanism_.drift();
-    for (const auto& [name, value] : mechanism_.facts())
-      step.facts.push_back(value);
-    step.active_limits = solution_.active_count;
-    step.status = solution_.status;
-    record.steps.push_back(std::move(step));
-  }
-
   Mechanism& mechanism_;
   const ObjectPath& path_;
   const TrackOptions& options_;
-  std::vector<int> tracked_;
-  std::unique_ptr<control::Resolver> resolver_;
-  control::StepProblem problem_;
-  control::Solution solution_;
-  RobotVector joints_;
+  planning::ReferenceTracker tracker_;
+  planning::Rest rest_;
+  planning::TrackResult result_;
+  RobotVector joints_, settled_;
 };
+
+}  // namespace
+
+TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double time) {
+  TrackStep step;
+  step.time = time;
+  step.joints = joints;
+  step.pose = mechanism.pose();
+  step.drift = mechanism.drift();
+  for (const auto& [name, value] : mechanism.facts())
+    step.facts.push_back(value);
+  return step;
+}
 
 void judge(const TrackOptions& options, TrackRecord& record) {
   double squares = 0.0;
@@ -223,8 +179,6 @@ void judge(const TrackOptions& options, TrackRecord& record) {
     record.stopped =
         "the path is left by " + millimetres(record.max_error) + ", more than " + millimetres(options.most_error);
 }
-
-}  // namespace
 
 Movability movability(const Mechanism& mechanism, const std::vector<int>& tracked) {
   const Spaces spaces = motionSpaces(mechanism, tracked);
@@ -274,7 +228,7 @@ TrackRecord track(Mechanism& mechanism,
   const double period = options.parameters.period;
   const int steps = static_cast<int>(std::ceil(path.duration / period)) + 1;
   for (int k = 0; k < steps && record.stopped.empty(); ++k) {
-    record.stopped = run.step(k * period, start, true, record);
+    record.stopped = run.step(k * period, planning::pathReference(path, start, k * period, period), record);
     if (record.stopped.empty())
       record.stopped = mechanism.trouble();
     if (!record.stopped.empty())

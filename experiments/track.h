@@ -7,9 +7,20 @@
 #include <vector>
 
 #include "control/resolver.h"
-#include "experiments/object_path.h"
+#include "experiments/mechanism.h"
 
 namespace tandem::experiments {
+
+using planning::difference;
+using planning::displaced;
+using planning::Hold;
+using planning::ObjectPath;
+using planning::PathShape;
+
+/// Of the drift that is allowed, where a path may begin.
+inline constexpr double kPrepared = 0.02;
+/// What is said where it does not come to that.
+inline const std::string kUnprepared = "what comes before it does not come true";
 
 struct TrackOptions {
   control::Method method = control::Method::kNspqp;
@@ -32,6 +43,10 @@ struct TrackStep {
   control::SolveStatus status = control::SolveStatus::kSolved;
 };
 
+/// What is known of a period at its beginning, without error, limits and status. @param mechanism  at rest at the
+/// joints
+TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double time);
+
 /** What a run leaves behind. */
 struct TrackRecord {
   std::string refused;             ///< why nothing has moved; empty where it has
@@ -43,6 +58,9 @@ struct TrackRecord {
 
   bool good() const { return refused.empty() && stopped.empty(); }
 };
+
+/// Fills in the errors of a run from its steps, and says what is wrong with them where nothing stopped it.
+void judge(const TrackOptions& options, TrackRecord& record);
 
 /** Tracked directions in which a mechanism at rest can and cannot be moved while above() holds; columns are twists. */
 struct Movability {

@@ -14,6 +14,18 @@ enum class TaskKind : std::uint8_t {
   kNone = 0,
   kRelativePosition = 1,  ///< x_AB = tip of `arm` minus tip of `other_arm`, robot base frame
   kTipPosition = 2,       ///< tip of `arm`, robot base frame
+  kFrame = 3,             ///< what catheters move: Reference::frame, the only task of its reference
+};
+
+/** Where a frame shall be, which arms move together. */
+struct FrameReference {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();                              ///< m, robot base frame
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();                 ///< robot base frame <- frame
+  Eigen::Matrix<double, 6, 1> feed_forward = Eigen::Matrix<double, 6, 1>::Zero();  ///< m/s, rad/s, robot base frame
+  std::array<bool, 6> tracked{};  ///< which of x, y, z and turns about them count
+
+  /// Where it is after a while at its feed-forward, s.
+  FrameReference after(double time) const noexcept;
 };
 
 /** One task: where a tip, or the difference of two tips, shall be. */
@@ -34,6 +46,7 @@ struct Reference {
   int task_count = 0;
   std::array<TaskReference, kMaxTasks> tasks{};
   safety::RobotVector posture;  ///< q_p of all arms' joints, stacked, m and rad; empty: none
+  FrameReference frame;         ///< of a task of kind kFrame
 };
 
 }  // namespace tandem::planning

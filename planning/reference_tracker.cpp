@@ -21,6 +21,22 @@ ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> mode
   problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
 }
 
+ReferenceTracker::ReferenceTracker(std::vector<const safety::ArmLimits*> limits,
+                                   const std::vector<control::JointKind>& kinds,
+                                   const safety::RobotVector& posture,
+                                   control::Method method,
+                                   const control::MethodParameters& parameters,
+                                   Gains gains)
+    : margins_({}, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains), posture_(posture) {
+  problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
+  if (static_cast<int>(kinds.size()) != problem_.joint_count || posture.size() != problem_.joint_count)
+    throw std::invalid_argument("found kinds of " + std::to_string(kinds.size()) + " and a posture of " +
+                                std::to_string(posture.size()) + " joints, expected both of the " +
+                                std::to_string(problem_.joint_count) + " that the limits are of");
+  for (std::size_t j = 0; j < kinds.size(); ++j)
+    problem_.joint[j].kind = kinds[j];
+}
+
 bool ReferenceTracker::computeTips(const safety::RobotVector& q, TrackResult& result) noexcept {
   const bool known = tips_.update(q);
   result.model = tips_.status();
@@ -73,6 +89,7 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
 
 void ReferenceTracker::clear(TrackResult& result) const noexcept {
   result.status = TrackStatus::kOk;
+  result.first_task = 0;
   result.error.fill(0.0);
   result.solution.velocity.setZero(problem_.joint_count);
   result.solution.status = control::SolveStatus::kFailed;
@@ -89,7 +106,7 @@ void ReferenceTracker::hold(const safety::RobotVector& q,
                             TrackStatus reason,
                             TrackResult& result) noexcept {
   clear(result);
-  result.status = computeTips(q, result) ? reason : TrackStatus::kModel;
+  result.status = tips_.armCount() == 0 || computeTips(q, result) ? reason : TrackStatus::kModel;
   problem_.setPosition(setpoint);
   problem_.task_count = 0;
 }
@@ -125,12 +142,16 @@ void ReferenceTracker::step(const safety::RobotVector& q,
       return;
   }
   margins_.set(tips_, q, reference, problem_);
+  solve(result);
+  if (result.status == TrackStatus::kOk && resolver_->method() == control::Method::kHqp)
+    margins_.keep(tips_, q, problem_, result.solution);
+}
+
+void ReferenceTracker::solve(TrackResult& result) noexcept {
   resolver_->solve(problem_, result.solution);
   const control::SolveStatus status = result.solution.status;
   if (status != control::SolveStatus::kSolved && status != control::SolveStatus::kInfeasible)
     result.status = TrackStatus::kSolver;
-  else if (resolver_->method() == control::Method::kHqp)
-    margins_.keep(tips_, q, problem_, result.solution);
 }
 
 }  // namespace tandem::planning

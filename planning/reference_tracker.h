@@ -9,6 +9,7 @@
 #include "kinematics/arm_model.h"
 #include "planning/margins.h"
 #include "planning/reference.h"
+#include "planning/rest.h"
 #include "planning/tips.h"
 #include "safety/limits.h"
 
@@ -26,6 +27,7 @@ enum class TrackStatus : std::uint8_t {
   kReference,  ///< the reference names an arm that there is not, or holds a number that is not finite
   kSolver,     ///< see Solution::status
   kSensor,     ///< the tip of an arm that the reference names has not been measured
+  kRest,       ///< no rest of what the arms move together is known
 };
 
 /** Result of one step. Reused from step to step. */
@@ -34,7 +36,8 @@ struct TrackResult {
   kinematics::ModelStatus model = kinematics::ModelStatus::kOk;
   int model_arm = 0;                                    ///< whose model could not answer
   control::Solution solution;                           ///< velocity is zero unless status is kOk
-  std::array<double, kMaxTasks> error{};                ///< |x_d - x| per task, m
+  int first_task = 0;                                   ///< of the problem: the reference's; others may come before
+  std::array<double, kMaxTasks> error{};                ///< |x_d - x| per task, m; of a frame, a radian counts length
   std::array<kinematics::Tip, safety::kMaxArms> tip{};  ///< the model's, at the joint positions given
 };
 
@@ -49,6 +52,28 @@ class ReferenceTracker {
                    control::Method method,
                    const control::MethodParameters& parameters,
                    Gains gains);
+
+  /// For arms that move one thing together. @param kinds, posture  of all joints; posture: where they go as far as
+  /// nothing else is wanted of them
+  ReferenceTracker(std::vector<const safety::ArmLimits*> limits,
+                   const std::vector<control::JointKind>& kinds,
+                   const safety::RobotVector& posture,
+                   control::Method method,
+                   const control::MethodParameters& parameters,
+                   Gains gains);
+
+  /// Of arms that move one thing together, with the hierarchy: tasks above the motion, the frame, tasks below it, the
+  /// posture. Gains::relative is that of the arms' own tasks, Gains::tip that of the frame.
+  /// @param rest  near q; what it says is taken to q to first order
+  /// @param setpoint  the joints from which the velocities will be integrated: where limits are counted from
+  void step(const Rest& rest,
+            const safety::RobotVector& q,
+            const safety::RobotVector& setpoint,
+            const FrameReference& reference,
+            TrackResult& result) noexcept;
+
+  /// Joints displaced, inside their box.
+  safety::RobotVector moved(const safety::RobotVector& q, const safety::RobotVector& by) const noexcept;
 
   /// Tips, errors and joint velocities.
   /// @param q  measured joints, all arms stacked: where the tips are
@@ -94,6 +119,9 @@ class ReferenceTracker {
 
  private:
   void clear(TrackResult& result) const noexcept;
+  void addRestTask(const RestTask& from, const safety::RobotVector& away) noexcept;
+  double addFrame(const Rest& rest, const safety::RobotVector& away, const FrameReference& reference) noexcept;
+  void solve(TrackResult& result) noexcept;
   TrackStatus setTask(const TaskReference& wanted,
                       const MeasuredTips* measured,
                       const TrackResult& result,
@@ -105,6 +133,7 @@ class ReferenceTracker {
   std::unique_ptr<control::Resolver> resolver_;
   Gains gains_;
   control::StepProblem problem_;
+  safety::RobotVector posture_;  ///< of arms that move one thing together
 };
 
 }  // namespace tandem::planning

@@ -30,6 +30,8 @@ std::optional<Feedback> feedbackFromName(std::string_view name);
  */
 class TipFollower {
  public:
+  /// Of no arms: no update has an answer.
+  TipFollower() : offset_{0} {}
   /// Models in the robot's order; they must outlive this.
   explicit TipFollower(std::vector<const kinematics::ArmModel*> models);
 

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "safety/joint_kinds.h"
+
 namespace tandem::safety {
 namespace {
 
@@ -59,7 +61,7 @@ std::string describe(const FaultRecord& record, int joint_count) {
     text += " of joint " + std::to_string(record.joint + 1);
   if (record.amount == 0.0 && record.allowed == 0.0)
     return text;
-  const std::string unit = !has_joint ? " s" : 2 * record.joint < joint_count ? " m" : " rad";
+  const std::string unit = !has_joint ? " s" : isTranslation(record.joint, joint_count) ? " m" : " rad";
   text += ": " + number(record.amount) + unit;
   if (record.allowed > 0.0)
     text += ", allowed " + number(record.allowed) + unit;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "safety/dimensions.h"
+#include "safety/joint_kinds.h"
 
 namespace tandem::sim {
 
@@ -16,7 +17,9 @@ struct PerAxisKind {
   double translation = 0.0;
   double rotation = 0.0;
   /// Of this joint of an arm with so many joints: translations come first.
-  double of(int joint, int joint_count) const noexcept { return 2 * joint < joint_count ? translation : rotation; }
+  double of(int joint, int joint_count) const noexcept {
+    return safety::isTranslation(joint, joint_count) ? translation : rotation;
+  }
   bool isZero() const noexcept { return translation == 0.0 && rotation == 0.0; }
 };
 

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "safety/joint_kinds.h"
+
 namespace tandem::sim {
 namespace {
 
@@ -12,8 +14,6 @@ using safety::ArmVector;
 
 /// A start that misses a limit by rounding is inside.
 constexpr double kInsideTolerance = 1e-9;
-
-bool isTranslation(int joint, int joint_count) { return 2 * joint < joint_count; }
 
 PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOptions& options) {
   const int n = limits.jointCount();
@@ -23,7 +23,8 @@ PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOp
   for (int j = 0; j < n; ++j) {
     // The reference may use the whole speed of the joint; a hair more lets the plant keep up with it exactly.
     plant.velocity[j] = limits.joints[j].velocity * (1.0 + 1e-6);
-    plant.acceleration[j] = isTranslation(j, n) ? options.translation_acceleration : options.rotation_acceleration;
+    plant.acceleration[j] =
+        safety::isTranslation(j, n) ? options.translation_acceleration : options.rotation_acceleration;
   }
   return plant;
 }
@@ -105,7 +106,7 @@ void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
   const int n = arm.supervisor.limits().jointCount();
   for (int j = 0; j < n; ++j) {
     const double window =
-        isTranslation(j, n) ? options_.following_error_translation : options_.following_error_rotation;
+        safety::isTranslation(j, n) ? options_.following_error_translation : options_.following_error_rotation;
     const double position = arm.plant.position()[j];
     // Delay and lag are how this drive is; it fails when it is not where they would have brought it.
     const double error = std::abs(arm.plant.expected()[j] - position);

@@ -17,6 +17,7 @@ import { tabs } from "./panels/tabs";
 import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
+import { ofCatheters } from "./state/robot";
 import type { Robot } from "./state/robot";
 import { World } from "./state/world";
 import { Devices } from "./teleop/devices";
@@ -73,7 +74,7 @@ export class App {
     const operate = new Operate(this.c);
     const run = new Run(this.c);
     const method = new MethodPanel(this.c);
-    const hands = new Hands(this.c);
+    const hands = ofCatheters(robot) ? null : new Hands(this.c);
     const header = new Header(this.c, this.stop);
     const bars = new Bars(this.c);
     place.append(this.hud.element);
@@ -83,13 +84,13 @@ export class App {
       tabs([
         ["Operate", h("div", {}, operate.element, run.element)],
         ["Method", method.element],
-        ["Teleoperate", hands.element],
+        ...(hands ? [["Teleoperate", hands.element] as [string, HTMLElement]] : []),
         ["Health", this.health.element],
       ]),
       messages.element,
     );
     root.replaceChildren(header.element, h("main", {}, place, side), h("footer", {}, bars.element, charts.element));
-    this.panels = [header, operate, run, method, hands, bars, charts, this.hud, this.health];
+    this.panels = [header, operate, run, method, ...(hands ? [hands] : []), bars, charts, this.hud, this.health];
     clock.start();
     link.open();
     const frame = (): void => {

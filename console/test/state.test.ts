@@ -47,6 +47,11 @@ test("words for limits are those of tandem solve", () => {
   }
   expect(limitName(0, "arm_a", 2)).toBe("tube 2 of arm A against tube 1");
   expect(limitName(99, "arm_b", 1)).toContain("does not know");
+  expect([1, 5, 7].map((kind) => limitName(kind, "arm_b", kind === 7 ? 2 : 1, true))).toEqual([
+    "velocity limit of insertion of arm B",
+    "rotation limit of roll of arm B",
+    "largest rotation in a step of bend of arm B",
+  ]);
 });
 
 test("masks of faults become all their words, and bits of a newer robot are not lost", () => {
@@ -70,6 +75,9 @@ test("the drives' record reads as in tandem status", () => {
   } as unknown as HalStatus;
   expect(driveRecord(hal, 0, 6)).toBe("");
   expect(driveRecord(hal, 1, 6)).toBe("drive (following error) of joint 5: 0.031 rad, allowed 0.02 rad");
+  // Of a catheter's three joints the insertion alone is a length.
+  const roll = { ...hal, fault_joint: Uint8Array.of(255, 1) } as HalStatus;
+  expect(driveRecord(roll, 1, 3)).toBe("drive (following error) of joint 2: 0.031 rad, allowed 0.02 rad");
 });
 
 test("limits in the way are named, however many there are said to be", () => {

@@ -14,7 +14,7 @@
 #include "python/bindings/trajectory.h"
 #include "services/cli/arguments.h"
 #include "services/dds/convert.h"
-#include "services/setup/process.h"
+#include "services/setup/limit_words.h"
 
 namespace tandem::python {
 namespace {
@@ -82,12 +82,10 @@ py::dict armStatus(const cli::Snapshot& s, int arm) {
 }
 
 py::list limitWords(const config::Robot& robot, const dds::ControlStatus& status) {
-  const std::vector<std::string> names = service::shortArmNames(robot);
   py::list words;
-  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i)
-    words.append(control::describe(control::NamedLimit{static_cast<control::LimitKind>(status.limit_kind[i]),
-                                                       status.limit_arm[i], status.limit_tube[i]},
-                                   names));
+  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < robot.arms.size(); ++i)
+    words.append(service::describeLimit(
+        robot, {static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i], status.limit_tube[i]}));
   return words;
 }
 
@@ -109,7 +107,7 @@ class Client {
     last.reset();
   }
 
-  Robot robot() const { return Robot(here()->robot().file.string()); }
+  Robot robot() const { return Robot(std::make_shared<const config::Robot>(here()->robot())); }
   py::dict status() const {
     const auto live = here();
     const cli::Snapshot s = snapshot(*live);
@@ -117,7 +115,7 @@ class Client {
     all["deployment"] = live->deployment().name;
     all["robot"] = live->robot().name;
     all["method"] = std::string(control::name(static_cast<control::Method>(s.status.method)));
-    all["model"] = s.status.model == 1 ? "compliant" : "rigid";
+    all["model"] = live->robot().catheters ? "elastic" : s.status.model == 1 ? "compliant" : "rigid";
     all["feedback"] = std::string(planning::name(static_cast<planning::Feedback>(s.status.feedback)));
     all["lease"] = s.status.lease_holder == 0 ? "free" : s.status.lease_holder == live->id() ? "ours" : "held";
     all["source"] = std::string(dds::describe(static_cast<dds::Source>(s.status.source)));
@@ -194,10 +192,9 @@ class Client {
   }
   py::dict run(const py::object& trajectory, const py::object& method, bool keep_enabled, const py::object& progress) {
     const auto live = here();
-    const planning::TrajectorySpec spec =
-        py::isinstance<Trajectory>(trajectory)
-            ? py::cast<Trajectory>(trajectory).spec
-            : config::loadTrajectory(config::findFile(py::cast<std::string>(trajectory), "trajectory"));
+    const std::string text = py::isinstance<Trajectory>(trajectory)
+                                 ? config::formatTrajectory(py::cast<Trajectory>(trajectory).spec)
+                                 : cli::runText(py::cast<std::string>(trajectory));
     std::optional<control::Method> wanted;
     if (!method.is_none())
       wanted = methodFrom(py::cast<std::string>(method));
@@ -209,7 +206,7 @@ class Client {
         progress(state->point, state->points, state->errors);
     };
     await(
-        *live, [&, text = config::formatTrajectory(spec)] { end = live->run(text, wanted, keep_enabled, put); }, tell);
+        *live, [&] { end = live->run(text, wanted, keep_enabled, put); }, tell);
     py::dict result;
     result["points"] = end.points;
     result["iterations"] = end.iterations;
@@ -282,7 +279,9 @@ void bindClient(py::module_& module) {
       .def("home", &Client::home, "Moves all ENABLED arms to the home of the robot file.")
       .def("run", &Client::run, "trajectory"_a, py::kw_only(), "method"_a = py::none(), "keep_enabled"_a = false,
            "progress"_a = py::none(),
-           "Enables, follows a trajectory (Trajectory, preset or file) from where the tips are, disables. progress("
+           "Enables, follows a trajectory (Trajectory, preset or file; of catheters a path by preset or file) from "
+           "where "
+           "the tips are, disables. progress("
            "point, points, errors) is called as points are reached, errors in m; what it raises pauses the arms and is "
            "raised here. A dict of points, iterations, errors (m).");
 }

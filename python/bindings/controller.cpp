@@ -57,7 +57,7 @@ class Controller {
              planning::Gains gains,
              const py::kwargs& options)
       : robot_(robot),
-        model_((checkModel(model), *robot.file), model),
+        model_((checkModel(model), robot.tubes()), model),
         tracker_(model_.models(), model_.limits(), methodFrom(method), parametersFrom(robot, period, options), gains) {}
 
   Step step(const py::object& q, const std::vector<Target>& targets, const py::object& setpoint) {

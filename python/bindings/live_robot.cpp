@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "config/any_robot.h"
 #include "services/cli/arguments.h"
 
 namespace tandem::python {
@@ -45,7 +46,7 @@ LiveRobot::Command::~Command() {
 
 LiveRobot::LiveRobot(const std::string& deployment)
     : deployment_(config::loadDeployment(config::findFile(deployment, "deployment"))),
-      robot_(config::loadRobot(deployment_.robot)),
+      robot_(config::loadAnyRobot(deployment_.robot)),
       patience_(2.0 + 3.0 * deployment_.control_period) {
   cli::Client::Taps taps;
   taps.status = [this](const dds::ControlStatus&) { heard_ = Clock::now().time_since_epoch().count(); };
@@ -142,7 +143,8 @@ RunState LiveRobot::run(const std::string& trajectory,
   if (state.phase != planning::Phase::kFinished)
     throw Failure(cli::kFailure, "the run has " + std::string(planning::name(state.phase)) + " at point " +
                                      std::to_string(state.point) + " of " + std::to_string(state.points) + ", after " +
-                                     std::to_string(state.iterations) + " iterations");
+                                     std::to_string(state.iterations) + " iterations" +
+                                     (state.why.empty() ? "" : ": " + state.why));
   return state;
 }
 

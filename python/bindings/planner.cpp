@@ -20,7 +20,7 @@ class Planner {
           std::optional<double> clearance,
           int starts,
           std::uint64_t seed)
-      : robot_(robot), model_((checkModel(model), *robot.file), model) {
+      : robot_(robot), model_((checkModel(model), robot.tubes()), model) {
     options_.demands.stability = stability;
     options_.demands.clearance = clearance;
     options_.starts = starts;

@@ -25,7 +25,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 class Arm {
  public:
   Arm(const Robot& robot, int index, const std::string& model)
-      : robot_(robot.file),
+      : robot_((robot.tubes(), robot.file)),
         index_(static_cast<std::size_t>(index)),
         name_of_model_(model),
         model_(kinematics::makeArmModel(model, robot_->arms[index_].model)) {}
@@ -265,6 +265,12 @@ void bindArm(py::module_& module) {
 void checkModel(const std::string& model) {
   if (model != "rigid" && model != "compliant")
     throw py::value_error("model: found '" + model + "', expected 'rigid' or 'compliant'");
+}
+
+const config::Robot& Robot::tubes() const {
+  if (file->catheters)
+    throw py::value_error("robot: found the catheters of " + file->file.string() + ", expected concentric tubes");
+  return *file;
 }
 
 int Robot::indexOf(const std::string& arm) const {

@@ -17,6 +17,11 @@ struct Robot {
   explicit Robot(const std::string& name_or_path)
       : file(std::make_shared<const config::Robot>(config::loadRobot(config::findFile(name_or_path, "robot")))) {}
 
+  /// Of any kind, already loaded.
+  explicit Robot(std::shared_ptr<const config::Robot> loaded) : file(std::move(loaded)) {}
+
+  /// The file. @throw py::value_error where its arms are catheters, which the module's models do not know
+  const config::Robot& tubes() const;
   /// Index of an arm by its name, or by what stands behind "arm_" in it. @throw py::key_error
   int indexOf(const std::string& arm) const;
   int jointCount() const;

@@ -14,7 +14,7 @@ class Simulator {
  public:
   Simulator(const Robot& robot, const py::object& start, const std::string& model, double period)
       : robot_(robot),
-        model_((checkModel(model), *robot.file), model),
+        model_((checkModel(model), robot.tubes()), model),
         options_(optionsOf(period, model)),
         plant_(*robot_.file,
                model_,

@@ -20,7 +20,8 @@ figure = plt.figure(figsize=(11, 5), layout="constrained")
 for place, (robot, options) in enumerate(RUNS.items()):
     with tempfile.TemporaryDirectory() as folder:
         drawn = pathlib.Path(folder, "run.png")
-        subprocess.run(["tandem", "cooperative", robot, *options, "--figure", drawn], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(["tandem", "cooperative", robot, "--offline", *options, "--figure", drawn], check=True,
+                       stdout=subprocess.DEVNULL)
         shapes = np.genfromtxt(drawn.with_suffix(".shapes.csv"), delimiter=",", names=True)
         path = np.genfromtxt(drawn.with_suffix(".csv"), delimiter=",", names=True)
     axis = figure.add_subplot(1, 2, place + 1, projection="3d")

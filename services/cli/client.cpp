@@ -196,7 +196,7 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& r
   if (!answered)
     throw Failure(kFailure, std::string(who) + " did not answer");
   if (answer.accepted == 0)
-    throw Failure(kFailure, std::string(who) + " refused: " + answer.reason);
+    throw Refusal(who, answer.reason);
   return answer;
 }
 

@@ -10,11 +10,23 @@
 #include <mutex>
 #include <thread>
 
+#include "services/cli/arguments.h"
 #include "services/cli/clocks.h"
 #include "services/dds/bus.h"
 #include "services/setup/process.h"
 
 namespace tandem::cli {
+
+/** A service has answered a request with no. */
+class Refusal : public Failure {
+ public:
+  Refusal(const std::string& who, const std::string& reason)
+      : Failure(kFailure, who + " refused: " + reason), reason_(reason) {}
+  const std::string& reason() const { return reason_; }
+
+ private:
+  std::string reason_;
+};
 
 /** What was last heard of each topic. */
 struct Snapshot {
@@ -62,7 +74,8 @@ class Client {
   /// Waits until sim (or hal), control and planning are heard and hear us. @throw Failure naming who is silent.
   void connect(double seconds);
 
-  /// Requests; each waits up to 10 s for its answer. @throw Failure with the service's reason, or for a viewer.
+  /// Requests; each waits up to 10 s for its answer. @throw Refusal with the service's reason; Failure for a viewer, or
+  /// where there is no answer.
   dds::Reply control(dds::ControlRequest request);
   dds::Reply planning(dds::PlanningRequest request);
   dds::Reply sim(dds::SimRequest request);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem cooperative co-manipulate, target-assist: an object or a tip along a path, in one process. */
+/** @file tandem cooperative co-manipulate, target-assist: an object or a tip along a path, over DDS or in one process.
+ */
 #include <unistd.h>
 
 #include <cmath>
@@ -9,12 +10,15 @@
 #include <iostream>
 #include <sstream>
 
+#include "config/any_robot.h"
 #include "experiments/catheters.h"
 #include "experiments/track.h"
 #include "services/cli/arguments.h"
 #include "services/cli/arm_options.h"
 #include "services/cli/cooperative.h"
 #include "services/cli/figure.h"
+#include "services/cli/path_runner.h"
+#include "services/cli/supervisor.h"
 #include "services/cli/table.h"
 
 namespace tandem::cli {
@@ -30,7 +34,8 @@ struct Options {
   HeldOptions held;
   std::string shape = "lissajous", along, method = "nspqp", hold = "none", csv, figure;
   double size = 5e-3, duration = 10.0;
-  bool json = false;
+  std::string log = "warn";
+  bool json = false, offline = false;
 };
 
 std::vector<int> directionsOf(const std::string& text) {
@@ -38,7 +43,7 @@ std::vector<int> directionsOf(const std::string& text) {
   std::istringstream line(text);
   for (std::string name; std::getline(line, name, ',');) {
     try {
-      directions.push_back(experiments::directionOf(name));
+      directions.push_back(planning::directionOf(name));
     } catch (const std::invalid_argument& error) {
       throw Failure(kUsage, "--along: " + std::string(error.what()));
     }
@@ -47,8 +52,8 @@ std::vector<int> directionsOf(const std::string& text) {
 }
 
 /// The first directions that the mechanism can be moved in, where none are given: places before turns.
-std::vector<int> possible(experiments::Mechanism& mechanism, experiments::ObjectPath path) {
-  const std::size_t wanted = path.shape == experiments::PathShape::kLine ? 1 : 2;
+std::vector<int> possible(experiments::Mechanism& mechanism, planning::ObjectPath path) {
+  const std::size_t wanted = path.shape == planning::PathShape::kLine ? 1 : 2;
   std::vector<int> found;
   for (int k = 0; k < 6 && found.size() < wanted; ++k) {
     path.directions = {k};
@@ -58,7 +63,7 @@ std::vector<int> possible(experiments::Mechanism& mechanism, experiments::Object
   if (found.size() < wanted) {
     throw Failure(kFailure,
                   "the arms move what they hold along " +
-                      (found.empty() ? std::string("none") : "no more than " + experiments::directionName(found[0])) +
+                      (found.empty() ? std::string("none") : "no more than " + planning::directionName(found[0])) +
                       " of x, y, z, rx, ry, rz, and the shape needs " + std::to_string(wanted) +
                       "; see tandem cooperative mobility, or use --shape line");
   }
@@ -124,10 +129,10 @@ std::pair<double, double> rangeOf(const TrackRecord& record, std::size_t fact) {
   return {lower, upper};
 }
 
-Json summary(const Options& o, const experiments::ObjectPath& path, const TrackRecord& record) {
+Json summary(const Options& o, const planning::ObjectPath& path, const TrackRecord& record) {
   Json directions = Json::array(), facts = Json::object();
   for (const int d : path.directions)
-    directions.push_back(experiments::directionName(d));
+    directions.push_back(planning::directionName(d));
   int active = 0, periods = 0;
   for (const TrackStep& step : record.steps) {
     active += step.time >= 0.0 && step.active_limits > 0;
@@ -139,6 +144,7 @@ Json summary(const Options& o, const experiments::ObjectPath& path, const TrackR
   }
   return {{"robot", o.held.robot},
           {"method", o.method},
+          {"offline", o.offline},
           {"shape", o.shape},
           {"along", directions},
           {"size_m", o.size},
@@ -175,11 +181,47 @@ void print(const Json& json, bool assisted) {
   for (const auto& [name, range] : json["facts"].items())
     std::printf("  %-32s %10.4f %10.4f\n", name.c_str(), range[0].is_null() ? NAN : range[0].get<double>(),
                 range[1].is_null() ? NAN : range[1].get<double>());
+  std::printf("  %s\n", json["offline"].get<bool>() ? "in one process" : "over DDS in lock-step");
   if (json["stopped"] != "")
     std::printf("not good: %s\n", json["stopped"].get<std::string>().c_str());
 }
 
+/// The services run a robot file as it is.
+void refuseChanges(const HeldOptions& held) {
+  const auto refuse = [](const char* option) {
+    throw Failure(kUsage, std::string(option) +
+                              ": found beside a run over DDS, whose processes read the robot file as it is; expected "
+                              "--offline with it, or the value in the file");
+  };
+  if (!held.contact.empty())
+    refuse("--contact");
+  if (held.squeeze)
+    refuse("--squeeze");
+  if (!held.load.empty())
+    refuse("--load");
+}
+
+using Progress = std::function<void(double, double)>;
+
+/// By simulator, control and planning, as processes. @param mechanism  at rest at home
+TrackRecord trackOverDds(const Options& o,
+                         const config::CooperativeRobot& robot,
+                         experiments::Mechanism& mechanism,
+                         const planning::ObjectPath& path,
+                         const experiments::TrackOptions& options,
+                         const Progress& progress) {
+  config::loadAnyRobot(robot.file);  // refused here, once, rather than by every process
+  const OwnDeployment own(robot.file, options.parameters.period, options.gain, options.method);
+  TrackRecord record;
+  withProcesses(own.deployment(), o.log, [&](const std::function<bool()>& interrupted) {
+    record = PathRunner(own.deployment(), interrupted).run(mechanism, path, options, progress);
+  });
+  return record;
+}
+
 int run(Options o) {
+  if (!o.offline)
+    refuseChanges(o.held);
   const config::CooperativeRobot robot = o.assist ? cooperativeRobot(o.held.robot) : heldRobot(o.held);
   std::unique_ptr<experiments::Mechanism> mechanism;
   if (o.assist) {
@@ -189,14 +231,13 @@ int run(Options o) {
   } else {
     mechanism = std::make_unique<experiments::HeldObjectMechanism>(robot);
   }
-  experiments::ObjectPath path{
-      experiments::pathShape(o.shape), directionsOf(o.along), o.size, o.duration, mechanism->length(),
-      experiments::hold(o.hold)};
-  if (o.along.empty()) {
-    if (const std::string why = mechanism->settle(mechanism->home()); !why.empty())
-      throw Failure(kFailure, "home: " + why);
+  planning::ObjectPath path{planning::pathShape(o.shape), directionsOf(o.along),   o.size, o.duration,
+                            mechanism->length(),          planning::holdOf(o.hold)};
+  path.name = o.assist ? "target-assist" : "co-manipulate";
+  if (const std::string why = mechanism->settle(mechanism->home()); !why.empty())
+    throw Failure(kFailure, "home: " + why);
+  if (o.along.empty())
     path.directions = possible(*mechanism, path);
-  }
   try {
     path.check();
   } catch (const std::invalid_argument& error) {
@@ -206,10 +247,12 @@ int run(Options o) {
   track.method = control::methodFromName(o.method).value();
   track.parameters = robot.parameters;
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  const TrackRecord record = experiments::track(*mechanism, path, track, [&](double time, double duration) {
+  const Progress progress = [terminal](double time, double duration) {
     if (terminal)
       std::fprintf(stderr, "\r%6.2f of %.2f s ", time, duration);
-  });
+  };
+  const TrackRecord record = o.offline ? experiments::track(*mechanism, path, track, progress)
+                                       : trackOverDds(o, robot, *mechanism, path, track, progress);
   if (terminal)
     std::fprintf(stderr, "\r%30s\r", "");
   const Json json = summary(o, path, record);
@@ -268,9 +311,12 @@ void add(CLI::App& app, int& exit_code, bool assist) {
       ->capture_default_str();
   command->add_option("--csv", options->csv, "file with a row a period, SI");
   command->add_option("--figure", options->figure, "PNG file: arms, path, errors, forces");
+  command->add_flag("--offline", options->offline, "in one process, without DDS: the same numbers");
+  command->add_option("--log", options->log, "log level of the services")->capture_default_str();
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
-      "Ends with 1 where the arms cannot do it, with the reason, or do it worse than 1 mm or 0.1 mm of "
+      "Runs simulator, control and planning as processes, over DDS in lock-step.\nEnds with 1 where the arms cannot do "
+      "it, with the reason, or do it worse than 1 mm or 0.1 mm of "
       "contact drift.\nDocumentation: docs/cooperative.md");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
 }

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/any_robot.h"
 #include "services/cli/arguments.h"
 #include "services/cli/doctor_checks.h"
 
@@ -28,7 +29,7 @@ void print(const Finding& finding) {
 
 int run(const Options& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
-  config::loadRobot(deployment.robot);
+  config::loadAnyRobot(deployment.robot);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   Finding::Level worst = Finding::Level::kGood;
   const auto tell = [&](const std::vector<Finding>& findings) {

@@ -14,8 +14,6 @@
 #include "services/cli/experiment_runner.h"
 #include "services/cli/figure.h"
 #include "services/cli/supervisor.h"
-#include "services/common/stop_signal.h"
-#include "services/setup/process.h"
 
 namespace tandem::cli {
 namespace {
@@ -150,21 +148,11 @@ int run(Options options) {
     if (deployment.relative_gain != experiment.relative_gain || deployment.tip_gain != experiment.tip_gain) {
       throw Failure(kUsage, "deployment and experiment differ in their gains");
     }
-    service::StopSignal stop;
-    Supervisor supervisor(deployment, service::hostName(deployment), options.log);
-    std::optional<DeadProcess> dead;
-    try {
-      ExperimentRunner runner(deployment, robot, model,
-                              [&] { return stop.requested() || dead || (dead = supervisor.poll()).has_value(); });
+    withProcesses(deployment, options.log, [&](const std::function<bool()>& interrupted) {
+      ExperimentRunner runner(deployment, robot, model, interrupted);
       summaries = runAll(options, robot, plans,
                          [&](const auto& plan, const auto& progress) { return runner.run(plan, progress); });
-    } catch (const Failure&) {
-      if (dead)
-        throw Failure(kFailure, dead->describe());
-      if (stop.requested())
-        throw Failure(kFailure, "interrupted");
-      throw;
-    }
+    });
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!options.figures.empty())

@@ -6,7 +6,9 @@
 #include <numbers>
 #include <thread>
 
+#include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "safety/joint_kinds.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
 #include "services/common/stop_signal.h"
@@ -30,7 +32,7 @@ int home(const Options& options) {
   constexpr double kRepeat = 0.2;  // s, of the keep-alive of 1 s
   service::StopSignal stop;
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   Client client(deployment);
   client.interruptBy([&] { return stop.requested(); });
   dds::HalRequest request;
@@ -52,25 +54,26 @@ int home(const Options& options) {
 }
 
 int jointIndex(const config::Arm& arm, const std::string& name) {
-  const int tubes = arm.limits.jointCount() / 2;
-  for (int tube = 1; tube <= tubes; ++tube) {
-    if (name == "beta_" + std::to_string(tube) || name == "b" + std::to_string(tube))
-      return tube - 1;
-    if (name == "alpha_" + std::to_string(tube) || name == "a" + std::to_string(tube))
-      return tubes + tube - 1;
+  const std::vector<std::string> names = config::jointNames(arm);
+  std::string known;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    // b1 is beta_1.
+    if (name == names[j] || name == names[j].substr(0, 1) + names[j].substr(names[j].find('_') + 1))
+      return static_cast<int>(j);
+    known += (j > 0 ? ", " : "") + names[j] +
+             (safety::isTranslation(static_cast<int>(j), arm.jointCount()) ? " (mm/s)" : " (deg/s)");
   }
-  throw Failure(kUsage, "joint '" + name + "', expected beta_1 to beta_" + std::to_string(tubes) +
-                            " (mm/s) or alpha_1 to alpha_" + std::to_string(tubes) + " (deg/s)");
+  throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
 }
 
 int jog(const Options& options) {
   service::StopSignal stop;
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   const std::uint8_t arm = armIndex(robot, options.arm);
   const int joint = jointIndex(robot.arms[arm], options.joint);
   const int joints = robot.arms[arm].limits.jointCount();
-  const bool translation = 2 * joint < joints;
+  const bool translation = safety::isTranslation(joint, joints);
   Client client(deployment);
   client.interruptBy([&] { return stop.requested(); });
   client.connect(10.0);
@@ -119,8 +122,9 @@ void registerJog(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("jog", "move one joint of an ENABLED arm at a speed, within its limits");
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   command->add_option("arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
-  command->add_option("joint", options->joint, "beta_1 ... alpha_n")->required();
-  command->add_option("speed", options->speed, "mm/s for beta, deg/s for alpha; -- before a negative one")->required();
+  command->add_option("joint", options->joint, "beta_1 ... alpha_n; of a catheter insertion, roll, bend")->required();
+  command->add_option("speed", options->speed, "mm/s for beta or insertion, else deg/s; -- before a negative one")
+      ->required();
   command->add_option("--for", options->seconds, "s")->capture_default_str()->check(CLI::Range(0.0, 60.0));
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return jog(*options); }); });
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "config/cooperative.h"
+#include "config/path.h"
 #include "safety/faults.h"
 #include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
@@ -13,7 +15,8 @@ namespace {
 constexpr double kMotionTime = 600.0;       // s
 constexpr double kRunTime = 24.0 * 3600.0;  // s
 constexpr double kLag = 2.0;                // s, of joints behind their setpoints, and of services behind each other
-constexpr double kReason = 0.5;             // s: planning may notice a fault before control says which one it is
+constexpr double kReason =
+    0.5;  // s: planning may notice a fault before control says which one it is, and says why it failed
 
 dds::ControlRequest controlRequest(dds::ControlKind kind) {
   dds::ControlRequest request;
@@ -27,11 +30,8 @@ bool faulty(const Snapshot& s) {
 }
 
 RunState stateOf(const Snapshot& s) {
-  RunState state{static_cast<planning::Phase>(s.reference.phase),
-                 s.reference.point,
-                 s.reference.point_count,
-                 s.reference.total_iterations,
-                 {}};
+  RunState state{static_cast<planning::Phase>(s.reference.phase), s.reference.point, s.reference.point_count,
+                 s.reference.total_iterations};
   state.errors.assign(s.status.task_error.begin(), s.status.task_error.begin() + s.status.task_count);
   return state;
 }
@@ -164,13 +164,29 @@ RunState Motions::run(const Run& run) {
   });
   if (!ended)
     abandon("interrupted; the trajectory is given up", true);
-  if (stateOf(client_.snapshot()).phase == planning::Phase::kFailed)
+  RunState end = stateOf(client_.snapshot());
+  if (end.phase == planning::Phase::kFailed) {
     wait_(kReason, faulty);
-  const Snapshot last = client_.snapshot();
-  expectNoFault(last);
+    end.why = failureOf(client_.snapshot());
+  }
+  expectNoFault(client_.snapshot());
   if (!run.keep_enabled)
     client_.stateCommand("disable");
-  return stateOf(last);
+  return end;
+}
+
+std::string failureOf(const Snapshot& s) {
+  const std::string failed = std::string(planning::name(planning::Phase::kFailed)) + ": ";
+  const auto said = s.diagnostics.find("tandem-planning");
+  return said != s.diagnostics.end() && said->second.message.starts_with(failed)
+             ? said->second.message.substr(failed.size())
+             : "";
+}
+
+std::string runText(const std::string& name_or_path) {
+  const auto file = config::findFile(name_or_path, "trajectory|path");
+  return config::kindOf(file) == "path" ? config::formatPath(config::loadPath(file))
+                                        : config::formatTrajectory(config::loadTrajectory(file));
 }
 
 void stopAndWait(Client& client, const std::string& reason) {

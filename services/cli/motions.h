@@ -13,7 +13,8 @@ namespace tandem::cli {
 struct RunState {
   planning::Phase phase = planning::Phase::kRunning;
   std::uint32_t point = 0, points = 0, iterations = 0;  ///< iterations of all points so far
-  std::vector<double> errors;                           ///< m, one a task
+  std::vector<double> errors{};                         ///< m, one a task
+  std::string why{};                                    ///< a failed run: as planning says, where it does
 };
 
 /** Motions of a robot whose lease the client holds. Each waits for its end, and throws Failure with the reason where
@@ -39,7 +40,7 @@ class Motions {
   void home();
 
   struct Run {
-    std::string trajectory;  ///< YAML text
+    std::string trajectory;  ///< YAML text of a trajectory, or of a path for catheters
     bool planned = false;    ///< with the joints that planning finds
     bool keep_enabled = false;
     std::function<void(const RunState&)> news{};  ///< called from here at every new point
@@ -61,6 +62,13 @@ class Motions {
   std::function<void(bool)> calm_;
   Wait wait_;
 };
+
+/// Why the last run failed, in planning's words; empty where it does not say.
+std::string failureOf(const Snapshot& snapshot);
+
+/// Text for Motions::Run of a trajectory or path by file or preset; a shape from CSV is read here, so that planning
+/// needs no file of ours. @throw config::Error
+std::string runText(const std::string& name_or_path);
 
 /// Stops all arms and waits until the drives report it; needs no connection and no lease. @throw Failure
 void stopAndWait(Client& client, const std::string& reason);

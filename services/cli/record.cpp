@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/any_robot.h"
 #include "services/cli/arguments.h"
 #include "services/cli/role.h"
 #include "services/common/stop_signal.h"
@@ -49,7 +50,7 @@ void tell(const Options& options, const char* event, const service::Recorder::To
 
 int run(const Options& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   const std::vector<dds::TopicInfo> topics =
       service::chooseTopics(dds::allTopics(service::armNames(robot)), options.topics);
   const service::RunInfo info = service::describeRun(deployment, robot);

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "config/any_robot.h"
 #include "services/cli/arguments.h"
 #include "services/cli/recordings.h"
 #include "services/cli/resimulation.h"
@@ -98,7 +99,7 @@ class Guard {
 
 int play(const Options& options, Recording& recording) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   const auto topics = targets(options, recording, robot);
   const recording::Selection selection = recording.select(options.topics, options.start, options.seconds);
   service::StopSignal stop;

@@ -12,6 +12,7 @@
 #include <optional>
 #include <sstream>
 
+#include "config/any_robot.h"
 #include "services/cli/arguments.h"
 #include "services/dds/raw.h"
 #include "services/sim/sim_core.h"
@@ -154,7 +155,7 @@ int resimulate(Recording& recording) {
   service::Setup setup;
   setup.name = "sim";
   setup.deployment = config::loadDeployment(files.deployment());
-  setup.robot = config::loadRobot(setup.deployment.robot);
+  setup.robot = config::loadAnyRobot(setup.deployment.robot);
   setup.session = run.states.begin()->second.session;
   Replica replica(run, setup);
   std::uint64_t compared = 0, different = 0;

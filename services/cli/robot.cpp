@@ -2,12 +2,11 @@
 /** @file tandem robot: commands to a running system, under the control lease. */
 #include <unistd.h>
 
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
+#include "config/any_robot.h"
 #include "config/arm_names.h"
 #include "services/cli/arguments.h"
 #include "services/cli/motions.h"
@@ -28,7 +27,7 @@ struct Options {
 struct Session {
   Session(const Options& options, bool lease)
       : deployment(config::loadDeployment(config::findFile(options.deployment, "deployment"))),
-        robot(config::loadRobot(deployment.robot)),
+        robot(config::loadAnyRobot(deployment.robot)),
         client(deployment),
         motions(client, deployment, robot, [this](bool calm) { calm_ = calm; }) {
     client.interruptBy([this] { return stop.requested() && !calm_; });
@@ -109,15 +108,6 @@ int setMethod(const Options& options) {
   return done(options, options.name + (parameter ? " = " + options.value : ""));
 }
 
-/// Text of a trajectory file; a shape from CSV is read here, so that planning needs no file of ours.
-std::string trajectoryText(const std::string& name) {
-  const auto file = config::findFile(name, "trajectory");
-  std::ifstream in(file);
-  std::stringstream text;
-  text << in.rdbuf();
-  return config::formatTrajectory(config::parseTrajectory(text.str(), file.string(), file.parent_path()));
-}
-
 /// Asks planning, from where the robot stands, under the lease: nobody moves it meanwhile.
 /// @throw Failure where the trajectory cannot be had
 void checkFirst(Session& session, const std::string& text, std::string method, bool planned) {
@@ -140,8 +130,12 @@ void checkFirst(Session& session, const std::string& text, std::string method, b
 }
 
 int runTrajectory(const Options& options) {
-  const std::string text = trajectoryText(options.trajectory);
+  const std::string text = runText(options.trajectory);
   Session session(options, true);
+  if (session.robot.catheters && (options.check || options.planned))
+    throw Failure(kUsage, std::string(options.check ? "--check" : "--planned") + ": found for the catheters of " +
+                              session.robot.file.string() +
+                              ", expected none: of catheters planning judges a path when it is started");
   Client& client = session.client;
   if (!options.method.empty()) {
     const auto method = control::methodFromName(options.method);
@@ -173,11 +167,13 @@ int runTrajectory(const Options& options) {
   const RunState last = follow();
   std::fputs(told ? "\n" : "", stderr);
   client.releaseLease();
-  const nlohmann::ordered_json json{
-      {"phase", planning::name(last.phase)}, {"points", last.points}, {"iterations", last.iterations}};
+  const nlohmann::ordered_json json{{"phase", planning::name(last.phase)},
+                                    {"points", last.points},
+                                    {"iterations", last.iterations},
+                                    {"why", last.why}};
   done(options,
        std::string(planning::name(last.phase)) + ": " + std::to_string(last.points) + " points, " +
-           std::to_string(last.iterations) + " iterations",
+           std::to_string(last.iterations) + " iterations" + (last.why.empty() ? "" : ": " + last.why),
        json);
   return last.phase == planning::Phase::kFinished ? kOk : kFailure;
 }
@@ -204,7 +200,8 @@ void registerRobot(CLI::App& app, int& exit_code) {
   CLI::App* move =
       add("move-jp", "move one ENABLED arm to a joint vector along a straight line in joint space", moveJp);
   move->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
-  move->add_option("joints", options->joints, "beta_1..beta_n alpha_1..alpha_n, m and rad; -- before negative numbers")
+  move->add_option("joints", options->joints,
+                   "beta_1..beta_n alpha_1..alpha_n, or insertion roll bend; m and rad; -- before negative numbers")
       ->required();
   add("home", "move all ENABLED arms to the home of the robot file", home);
   CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);
@@ -212,8 +209,9 @@ void registerRobot(CLI::App& app, int& exit_code) {
   CLI::App* set = add("set", "set a parameter of the method or a gain", setMethod);
   set->add_option("name", options->name, "e.g. tip_gain, nspqp_zeta, bounds")->required();
   set->add_option("value", options->value, "its value")->required();
-  CLI::App* run = add("run", "enable, follow a trajectory, disable", runTrajectory);
-  run->add_option("trajectory", options->trajectory, "trajectory file or preset: circle, line, rectangle, lissajous")
+  CLI::App* run = add("run", "enable, follow a trajectory or a path, disable", runTrajectory);
+  run->add_option("trajectory", options->trajectory,
+                  "trajectory file or preset: circle, line, rectangle, lissajous; of catheters a path: lift, tip-eight")
       ->required();
   run->add_option("-m,--method", options->method, "method (default: the one in force)");
   run->add_flag("--check", options->check, "ask planning first, and start only what can be run from here");

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "config/any_robot.h"
 #include "control/conflict.h"
 #include "planning/follower.h"
 #include "safety/operating_state.h"
@@ -16,6 +17,7 @@
 #include "services/common/stop_signal.h"
 #include "services/dds/convert.h"
 #include "services/setup/diagnostics.h"
+#include "services/setup/limit_words.h"
 
 namespace tandem::cli {
 namespace {
@@ -44,14 +46,13 @@ nlohmann::ordered_json limitsJson(const config::Robot& robot, const dds::Control
   constexpr const char* kHow[] = {"", "forbid the tasks", "hold the tasks back"};
   nlohmann::ordered_json json{{"how", kHow[std::min<std::size_t>(status.limited, 2)]},
                               {"limits", nlohmann::ordered_json::array()}};
-  const std::vector<std::string> names = service::shortArmNames(robot);
-  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i) {
+  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < robot.arms.size(); ++i) {
     const control::NamedLimit limit{static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i],
                                     status.limit_tube[i]};
     json["limits"].push_back({{"arm", robot.arms[status.limit_arm[i]].name},
                               {"tube", status.limit_tube[i]},
                               {"bound", status.limit_bound[i]},
-                              {"words", control::describe(limit, names)}});
+                              {"words", service::describeLimit(robot, limit)}});
   }
   return json;
 }
@@ -95,7 +96,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   json["stamps_ns"] = {
       {"state", s.state.stamp}, {"status", s.status.stamp}, {"reference", s.reference.stamp}, {"hal", s.hal.stamp}};
   json["method"] = control::name(static_cast<control::Method>(s.status.method));
-  json["model"] = s.status.model == 1 ? "compliant" : "rigid";
+  json["model"] = robot.catheters ? "elastic" : s.status.model == 1 ? "compliant" : "rigid";
   json["feedback"] = planning::name(static_cast<planning::Feedback>(s.status.feedback));
   json["hold"] = dds::describe(static_cast<dds::HoldReason>(s.status.hold));
   json["lease_holder"] = s.status.lease_holder;
@@ -260,7 +261,7 @@ void askAll(Client& client) {
 
 int runStatus(const std::string& name, bool as_json, bool follow) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   Client client(deployment);
   const bool several = deployment.hosts.size() > 1;
   client.connect(5.0);
@@ -332,7 +333,7 @@ int runCheck(const std::string& name) {
 
 int runTopics(const std::string& name, bool as_json) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const dds::TopicInfo& topic : dds::allTopics(service::armNames(robot))) {
     const std::string ros = dds::rosTopicName(deployment.prefix, topic.name);

@@ -13,7 +13,9 @@
 #include <thread>
 
 #include "services/cli/arguments.h"
+#include "services/common/stop_signal.h"
 #include "services/dds/host_addresses.h"
+#include "services/setup/process.h"
 
 namespace tandem::cli {
 
@@ -105,6 +107,23 @@ void Supervisor::stopAll() {
     waitpid(child.pid, nullptr, 0);
   }
   children_.clear();
+}
+
+void withProcesses(const config::Deployment& deployment,
+                   const std::string& log_level,
+                   const std::function<void(const std::function<bool()>&)>& body) {
+  service::StopSignal stop;
+  Supervisor supervisor(deployment, service::hostName(deployment), log_level);
+  std::optional<DeadProcess> dead;
+  try {
+    body([&] { return stop.requested() || dead || (dead = supervisor.poll()).has_value(); });
+  } catch (const Failure&) {
+    if (dead)
+      throw Failure(kFailure, dead->describe());
+    if (stop.requested())
+      throw Failure(kFailure, "interrupted");
+    throw;
+  }
 }
 
 }  // namespace tandem::cli

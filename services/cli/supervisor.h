@@ -4,6 +4,7 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,5 +56,12 @@ class Supervisor {
 
   std::vector<Child> children_;
 };
+
+/** Runs `body` beside the processes of a deployment on this host, which are started for it and ended after it.
+ * @param body  gets what says that a process has died or Ctrl-C was pressed
+ * @throw Failure that names either, where that is why `body` failed. */
+void withProcesses(const config::Deployment& deployment,
+                   const std::string& log_level,
+                   const std::function<void(const std::function<bool()>& interrupted)>& body);
 
 }  // namespace tandem::cli

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <iostream>
 
-#include "config/config.h"
+#include "config/any_robot.h"
 #include "services/cli/arguments.h"
 #include "services/setup/process.h"
 
@@ -26,7 +26,7 @@ std::string instanceOf(const std::string& name) {
 int run(const std::string& name) {
   const std::string instance = instanceOf(name);
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
-  config::loadRobot(deployment.robot);
+  config::loadAnyRobot(deployment.robot);
   const auto fail = [&](const std::string& text) { throw Failure(kUsage, deployment.file.string() + ": " + text); };
   if (deployment.clock == config::ClockMode::kLockStep)
     fail("clock: found lock_step, expected real_time: units are for robots, `tandem experiment` runs in lock-step");

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/any_robot.h"
 #include "services/cli/arguments.h"
 #include "services/cli/client.h"
 #include "services/cli/console.h"
@@ -109,7 +110,7 @@ bool meet(const Options& options,
 
 int run(const Options& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
-  config::loadRobot(deployment.robot);  // refused here, once, rather than by every process
+  config::loadAnyRobot(deployment.robot);  // refused here, once, rather than by every process
   const std::string host = service::hostName(deployment);
   service::StopSignal stop;
   Supervisor supervisor(deployment, host, options.log);

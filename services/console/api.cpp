@@ -3,17 +3,24 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "config/any_robot.h"
+#include "config/arm_names.h"
+#include "config/path.h"
+#include "safety/joint_kinds.h"
 
 namespace tandem::console {
 namespace {
 
+using Eigen::Isometry3d;
 using Json = nlohmann::ordered_json;
 
 /// JSON knows no infinity: what has no limit is null.
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json describePose(const Eigen::Isometry3d& pose) {
+Json describePose(const Isometry3d& pose) {
   const Eigen::Quaterniond turn(pose.linear());
   return {{"position", {pose.translation().x(), pose.translation().y(), pose.translation().z()}},
           {"orientation", {turn.x(), turn.y(), turn.z(), turn.w()}}};
@@ -29,28 +36,76 @@ Json describeTube(const kinematics::Tube& tube) {
           {"sections", sections}};
 }
 
-Json describeLimits(const safety::ArmLimits& limits) {
+Json describeJoints(const config::Arm& arm) {
+  const std::vector<std::string> names = config::jointNames(arm);
   Json joints = Json::array();
-  for (const safety::JointLimit& joint : limits.joints)
-    joints.push_back({{"lower", finite(joint.lower)},
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const safety::JointLimit& joint = arm.limits.joints[j];
+    joints.push_back({{"name", names[j]},
+                      {"translation", safety::isTranslation(static_cast<int>(j), arm.jointCount())},
+                      {"lower", finite(joint.lower)},
                       {"upper", finite(joint.upper)},
                       {"velocity", finite(joint.velocity)},
                       {"stop_deceleration", finite(joint.stop_deceleration)}});
+  }
   return joints;
+}
+
+/// What arms of every kind have.
+Json describeArm(const config::Arm& arm, const char* type, Json tubes, const Isometry3d& base, const Isometry3d& tool) {
+  return {{"name", arm.name},
+          {"type", type},
+          {"joint_count", arm.jointCount()},
+          {"tubes", std::move(tubes)},
+          {"joints", describeJoints(arm)},
+          {"home", std::vector<double>(arm.home.begin(), arm.home.end())},
+          {"base", describePose(base)},
+          {"tool", describePose(tool)}};
 }
 
 Json describeArm(const config::Arm& arm) {
   Json tubes = Json::array();
   for (const kinematics::Tube& tube : arm.model.tubes)
     tubes.push_back(describeTube(tube));
-  return {{"name", arm.name},
-          {"type", "concentric_tube"},
-          {"joint_count", arm.model.jointCount()},
-          {"tubes", tubes},
-          {"joints", describeLimits(arm.limits)},
-          {"home", std::vector<double>(arm.home.begin(), arm.home.end())},
-          {"base", describePose(arm.model.base)},
-          {"tool", describePose(arm.model.tool)}};
+  return describeArm(arm, "concentric_tube", std::move(tubes), arm.model.base, arm.model.tool);
+}
+
+/// A catheter is one tube, as long as it gets, without sections: what bends it is no precurvature.
+Json describeCatheter(const config::Arm& arm, const config::CatheterArm& catheter) {
+  const kinematics::catheter::Arm& model = catheter.model.arm;
+  const double length = arm.limits.joints[0].upper + model.bending_length + std::max(0.0, model.tool.translation().z());
+  return describeArm(arm, "catheter",
+                     Json::array({{{"length", length},
+                                   {"outer_radius", catheter.outer_diameter / 2},
+                                   {"inner_radius", 0.0},
+                                   {"sections", Json::array()}}}),
+                     model.base, model.tool);
+}
+
+Json describeArms(const config::Robot& robot) {
+  Json arms = Json::array();
+  const std::vector<int> order = robot.catheters ? config::armsInOrder(*robot.catheters) : std::vector<int>{};
+  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
+    arms.push_back(robot.catheters
+                       ? describeCatheter(robot.arms[k], robot.catheters->arms[static_cast<std::size_t>(order[k])])
+                       : describeArm(robot.arms[k]));
+  }
+  return arms;
+}
+
+/// What the arms hold, and where it touches each of them; null where they hold nothing.
+Json describeObject(const config::Robot& robot) {
+  if (!robot.catheters || !robot.catheters->object)
+    return nullptr;
+  const config::HeldObject& object = *robot.catheters->object;
+  Json contacts = Json::array();
+  for (std::size_t k = 0; k < object.contacts.size(); ++k) {
+    contacts.push_back({{"arm", robot.arms[k].name},
+                        {"type", nameOf(object.contacts[k].type)},
+                        {"frame", describePose(object.contacts[k].frame)},
+                        {"hand", describePose(object.contacts[k].hand)}});
+  }
+  return {{"size", object.size}, {"contacts", contacts}};
 }
 
 Json describeControl(const config::Deployment& deployment, const config::Robot& robot) {
@@ -83,9 +138,6 @@ Json describeBudgets(const config::Deployment& deployment) {
 }  // namespace
 
 Json describeRobot(const config::Deployment& deployment, const config::Robot& robot) {
-  Json arms = Json::array();
-  for (const config::Arm& arm : robot.arms)
-    arms.push_back(describeArm(arm));
   Json port = nullptr;
   if (deployment.port)
     port = {{"frame", describePose(deployment.port->frame)},
@@ -99,19 +151,27 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
           {"lock_step", deployment.clock == config::ClockMode::kLockStep},
           {"status_period", deployment.status_period},
           {"secured", !deployment.security.empty()},
-          {"arms", arms},
+          {"arms", describeArms(robot)},
+          {"object", describeObject(robot)},
           {"port", port},
           {"control", describeControl(deployment, robot)},
           {"budgets", describeBudgets(deployment)}};
 }
 
-Json describeTrajectories() {
+Json describeTrajectories(const config::Robot& robot) {
   Json all = Json::array();
-  for (const auto& file : config::presets("trajectory")) {
+  const auto add = [&all](const std::filesystem::path& file, const std::string& name, const std::string& yaml) {
+    all.push_back({{"name", name}, {"summary", config::validate(file).text}, {"yaml", yaml}});
+  };
+  for (const auto& file : config::presets(robot.catheters ? "path" : "trajectory")) {
     try {
-      const planning::TrajectorySpec spec = config::loadTrajectory(file);
-      all.push_back(
-          {{"name", spec.name}, {"summary", config::validate(file).text}, {"yaml", config::formatTrajectory(spec)}});
+      if (robot.catheters) {
+        const planning::ObjectPath path = config::loadPath(file);
+        add(file, path.name, config::formatPath(path));
+      } else {
+        const planning::TrajectorySpec spec = config::loadTrajectory(file);
+        add(file, spec.name, config::formatTrajectory(spec));
+      }
     } catch (const config::Error& error) {
       spdlog::warn("{}", error.what());
     }

@@ -9,11 +9,12 @@
 
 namespace tandem::console {
 
-/// The robot: deployment, arms with tubes, limits and base, port, methods with their parameters, budgets.
+/// The robot: deployment, arms with tubes, limits and base, what they hold, port, methods with their parameters,
+/// budgets.
 nlohmann::ordered_json describeRobot(const config::Deployment& deployment, const config::Robot& robot);
 
-/// The trajectories among the presets: name, words for people, and the text that planning/request takes. Those that
-/// cannot be loaded are left out, with a warning in the log.
-nlohmann::ordered_json describeTrajectories();
+/// The trajectories among the presets, or the paths for catheters: name, words for people, and the text that
+/// planning/request takes. Those that cannot be loaded are left out, with a warning in the log.
+nlohmann::ordered_json describeTrajectories(const config::Robot& robot);
 
 }  // namespace tandem::console

@@ -73,11 +73,11 @@ class Console {
         access_(options_, !setup.deployment.security.empty(), ownNames()),
         page_(findPage(options.page)),
         robot_(console::describeRobot(setup.deployment, setup.robot)),
-        trajectories_(console::describeTrajectories().dump()),
+        trajectories_(console::describeTrajectories(setup.robot).dump()),
         bus_(service::busOptions(setup.deployment, setup.name)),
         bytes_(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole)),
         diagnostics_(bus_, setup.name, setup.robot.name),
-        markers_(bus_, service::armNames(setup.robot)),
+        markers_(bus_, setup.robot),
         clock_(bus_, setup),
         hub_(bytes_, service::armNames(setup.robot), std::to_string(setup.session)),
         server_(options_, hub_, access_, page_, [this](auto path, auto role) { return answer(path, role); }) {}

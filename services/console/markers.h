@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The arms as markers: what RViz, Foxglove and Lichtblick draw without knowing of Tandem. */
+/** @file The arms and what they hold as markers: what RViz, Foxglove and Lichtblick draw without knowing of Tandem. */
 #pragma once
 
 #include <atomic>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "config/any_robot.h"
 #include "services/dds/bus.h"
 
 namespace tandem::console {
@@ -15,20 +18,33 @@ namespace tandem::console {
 /// @param stamp  ns since the epoch
 dds::MarkerArray markersOf(const dds::Shape& shape, const std::string& arm, std::int64_t stamp);
 
-/** Publishes the markers of all arms as long as somebody listens; otherwise it reads nothing either. */
+/// A held object: a cube of its size.
+/// @param pose  robot base frame <- object  @param stamp  ns since the epoch
+dds::MarkerArray markersOf(const config::HeldObject& object,
+                           const Eigen::Isometry3d& pose,
+                           const std::string& frame,
+                           std::int64_t stamp);
+
+/** Publishes the markers of all arms, and of what they hold, as long as somebody listens; otherwise it reads nothing
+ * either. */
 class Markers {
  public:
-  Markers(dds::Bus& bus, std::vector<std::string> arms);
+  Markers(dds::Bus& bus, const config::Robot& robot);
 
   /// Begins or ends, as listeners have come or gone. Now and then, on one thread.
   void look();
   bool active() const { return !shapes_.empty(); }
 
  private:
+  void moved(std::size_t arm, const dds::PoseStamped& tip);
+
   dds::Bus& bus_;
   std::vector<std::string> arms_;
+  std::optional<config::HeldObject> object_;
+  std::mutex mutex_;
+  std::vector<std::optional<Eigen::Isometry3d>> tips_;  ///< of the arms that hold it
   dds::Writer<dds::MarkerArray> writer_;
-  std::vector<dds::Reader> shapes_;
+  std::vector<dds::Reader> shapes_, poses_;
 };
 
 }  // namespace tandem::console

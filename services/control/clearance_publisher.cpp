@@ -74,7 +74,8 @@ dds::Clearances ClearanceMeter::measure(const dds::ActuationState& state) {
 }
 
 ClearancePublisher::ClearancePublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
-    : meter_(setup, robot),
+    : measures_(!robot.models().empty()),
+      meter_(setup, robot),
       writer_(bus.writer(dds::kControlClearance)),
       states_(outbox_.latest<dds::ActuationState>([this](const dds::ActuationState& state) {
         if (state.sequence > 0)

@@ -36,10 +36,14 @@ class ClearancePublisher {
   /// Before enterRealtime(): the thread inherits the scheduling of the caller.
   void start() { outbox_.start(); }
   void stop() { outbox_.stop(); }
-  /// Wait-free; from one thread.
-  void post(const dds::ActuationState& state) noexcept { states_.post(state); }
+  /// Wait-free; from one thread. Of catheters nothing is said.
+  void post(const dds::ActuationState& state) noexcept {
+    if (measures_)
+      states_.post(state);
+  }
 
  private:
+  bool measures_;
   ClearanceMeter meter_;
   dds::Writer<dds::Clearances> writer_;
   Outbox outbox_;

@@ -40,6 +40,8 @@ ControlCore::ControlCore(const Setup& setup,
       tips_(lock_step_, setup.deployment.budgets.tipAge(period_)),
       operator_(setup, arm_count_),
       crtk_(setup, robot) {
+  if (setup.robot.catheters)
+    frames_ = std::make_unique<FrameLoop>(setup);
   tip_places_.fill(Eigen::Vector3d::Zero());
   q_.setZero(robot.jointCount());
   velocity_.setZero(robot.jointCount());
@@ -60,8 +62,11 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
   }
   const bool new_session = state_.session != 0 && state.session != state_.session;
   // Elastic arms remember their way; there is none to where somebody put them.
-  if (new_session || state.placements != state_.placements)
+  if (new_session || state.placements != state_.placements) {
     tracker_->restart();
+    if (frames_)
+      frames_->restart();
+  }
   fresh_state_ = fresh_state_ || new_session || state.sequence != state_.sequence;
   state_ = state;
   if (new_session)
@@ -204,6 +209,10 @@ void ControlCore::closeLoop(std::int64_t now) noexcept {
     tasks_ = dds::tasksOf(reference_);
     takePosture();
   }
+  if (frames_) {
+    hold_ = frames_->step(now, base_, lastSent(), tasks_, *tracker_, track_);
+    return;
+  }
   hold_ = sensor_ ? tips_.check(tasks_, state_, command_times_, now) : dds::HoldReason::kNone;
   if (hold_ != dds::HoldReason::kNone) {
     tracker_->hold(q_, base_, planning::TrackStatus::kSensor, track_);
@@ -224,12 +233,13 @@ void ControlCore::follow(std::int64_t now) noexcept {
   if (track_.status == planning::TrackStatus::kModel)
     latchMoving({bit(safety::Fault::kSolver), safety::FaultCause::kModel});
   // That the limits forbid a task is an answer, with a velocity. A solver that gives none, step after step, is broken.
-  const bool unsolved = track_.status == planning::TrackStatus::kSolver;
+  const bool no_rest = hold_ == dds::HoldReason::kNoRest;
+  const bool unsolved = no_rest || track_.status == planning::TrackStatus::kSolver;
   unsolved_ = unsolved ? unsolved_ + period_ : 0.0;
   const double allowed = setup_.deployment.budgets.commandAge(period_);
   if (unsolved_ > allowed * (1.0 + 1e-9)) {
-    latchMoving({bit(safety::Fault::kSolver), safety::FaultCause::kNoSolution, safety::FaultRecord::kNoJoint, unsolved_,
-                 allowed});
+    latchMoving({bit(safety::Fault::kSolver), no_rest ? safety::FaultCause::kModel : safety::FaultCause::kNoSolution,
+                 safety::FaultRecord::kNoJoint, unsolved_, allowed});
     unsolved_ = 0.0;
   }
   for (int k = 0; k < arm_count_; ++k) {
@@ -346,6 +356,8 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
       moveJoints(k, now);
   }
   fillCommand(now, advance, output.command);
+  if (frames_ && state_.sequence > 0)
+    frames_->ask(now, base_, lastSent(), *tracker_);
   fillLimits(output.limits);
   fillStatus(now, output.status);
   fresh_state_ = false;

@@ -12,6 +12,7 @@
 #include "safety/joint_motion.h"
 #include "services/common/spsc_queue.h"
 #include "services/control/crtk_motion.h"
+#include "services/control/frame_loop.h"
 #include "services/control/operator_desk.h"
 #include "services/control/orders.h"
 #include "services/control/tip_feedback.h"
@@ -44,6 +45,9 @@ class ControlCore {
   /// For the thread that publishes; after cycle().
   void fillMoments(std::int64_t now, OperatorMoment& operators, CrtkMoment& crtk) const noexcept;
   void stop() noexcept;  ///< the stop topic: every arm into FAULT
+
+  /// Of catheters, whose thread is started and stopped by whoever runs the loop; null for tubes.
+  FrameLoop* frames() noexcept { return frames_.get(); }
 
   /// One cycle. `advance`: lock-step, the plant shall take one step with the command.
   void cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept;
@@ -141,13 +145,15 @@ class ControlCore {
   bool fresh_state_ = false;     ///< state_ came since the last cycle
   std::int64_t state_seen_ = 0;  ///< when the last new state was there, ns
   dds::PlanningReference reference_;
-  bool sensor_;  ///< errors are those of measured tips
+  std::unique_ptr<FrameLoop> frames_;  ///< of catheters
+  bool sensor_;                        ///< errors are those of measured tips
   TipFeedback tips_;
   dds::HoldReason hold_ = dds::HoldReason::kNone;  ///< of this cycle
   static constexpr std::size_t kSentVelocities = 16;
   std::array<safety::RobotVector, kSentVelocities> sent_;  ///< velocities of the last commands, by sequence
-  std::uint32_t spent_trajectory_ = 0;                     ///< was running when an arm lost power: never followed again
-  safety::StateStamps command_times_, status_times_;       ///< when each was sent: echoes are judged on our own clock
+  const safety::RobotVector& lastSent() const noexcept { return sent_[command_sequence_ % kSentVelocities]; }
+  std::uint32_t spent_trajectory_ = 0;                ///< was running when an arm lost power: never followed again
+  safety::StateStamps command_times_, status_times_;  ///< when each was sent: echoes are judged on our own clock
   std::uint64_t command_sequence_ = 0, status_sequence_ = 0, answered_state_ = 0;
   std::int64_t first_cycle_ = 0;
   safety::RobotVector q_;     ///< measured

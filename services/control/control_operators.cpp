@@ -42,6 +42,8 @@ bool ControlCore::trajectoryRuns() const noexcept {
 
 /// What stands against the operator's motion now.
 OperatorReason ControlCore::againstOperator() const noexcept {
+  if (frames_)
+    return OperatorReason::kCatheters;
   if (!operator_.engaged() && trajectoryRuns())
     return OperatorReason::kTrajectory;
   for (int k = 0; k < arm_count_; ++k) {
@@ -84,6 +86,8 @@ const char* ControlCore::againstCrtk(const CrtkOrder& order, std::int64_t now) c
     return "in lock-step only move_jp and move_jr are obeyed; use a deployment with clock: real_time";
   if (verb.level == CrtkLevel::kHold)
     return nullptr;
+  if (frames_ && verb.space != CrtkSpace::kJoint)
+    return "catheters that work together are moved by paths and by joints, not tip by tip";
   if (trajectoryRuns())
     return "a trajectory is running";
   const bool pair = order.group == kPairGroup;

@@ -63,8 +63,10 @@ void ControlCore::fillConflict(dds::ControlStatus& status) noexcept {
     status.limited = static_cast<std::uint8_t>(dds::Limited::kForbidden);
   } else if (solution.status == control::SolveStatus::kSolved && hold_ == dds::HoldReason::kNone) {
     bool undone = false;
+    const auto first = static_cast<std::size_t>(track_.first_task);
     for (std::size_t k = 0; k < static_cast<std::size_t>(tasks_.task_count); ++k)
-      undone = undone || solution.residual[k] > kLeft * tracker_->problem().task[k].velocity.norm() + 1e-9;
+      undone =
+          undone || solution.residual[first + k] > kLeft * tracker_->problem().task[first + k].velocity.norm() + 1e-9;
     if (!undone)
       return;
     control::standingAt(tracker_->problem(), solution, standing_);
@@ -110,8 +112,9 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     status.task_count = static_cast<std::uint8_t>(tasks_.task_count);
     for (std::size_t k = 0; k < status.task_count; ++k) {
       status.task_error[k] = track_.error[k];
-      status.task_scale[k] = solution.scale[k];
-      status.task_residual[k] = solution.residual[k];
+      const std::size_t of_problem = static_cast<std::size_t>(track_.first_task) + k;
+      status.task_scale[k] = solution.scale[of_problem];
+      status.task_residual[k] = solution.residual[of_problem];
     }
     status.iterations = static_cast<std::uint32_t>(solution.iterations);
     status.kkt_residual = solution.kkt_residual;

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "config/arm_names.h"
 #include "services/common/periodic_loop.h"
 
 namespace tandem::service {
@@ -40,11 +41,9 @@ bool allFinite(const List& numbers) {
 }  // namespace
 
 std::vector<std::string> jointNames(const config::Arm& arm) {
-  std::vector<std::string> names;
-  for (const char* kind : {"_beta_", "_alpha_"}) {
-    for (int i = 1; i <= arm.model.tubeCount(); ++i)
-      names.push_back(arm.name + kind + std::to_string(i));
-  }
+  std::vector<std::string> names = config::jointNames(arm);
+  for (std::string& name : names)
+    name = arm.name + "_" + name;
   return names;
 }
 
@@ -153,7 +152,7 @@ std::string CrtkDesk::badFrame(const std::string& frame) const {
 std::string CrtkDesk::parse(const dds::JointState& message, CrtkOrder& order) const {
   std::vector<std::string> names;
   for (const int k : armsOf(order.group)) {
-    for (const std::string& name : jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
+    for (const std::string& name : service::jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
       names.push_back(name);
   }
   const bool velocity = verbOf(order.verb).kind == CrtkKind::kVelocity;

@@ -76,7 +76,7 @@ class CrtkDesk {
   std::map<std::pair<int, int>, Entry> entries_;  ///< by group and verb
 };
 
-/// "beta_1" ... "alpha_n" behind the arm's name, as in measured_js.
+/// "arm_a_beta_1" ...: config::jointNames() behind the arm's name, as in measured_js.
 std::vector<std::string> jointNames(const config::Arm& arm);
 
 }  // namespace tandem::service

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "safety/joint_kinds.h"
 #include "safety/joint_motion.h"
 #include "services/control/smooth_motion.h"
 
@@ -169,7 +170,7 @@ bool CrtkMotion::goalOfJoints(const CrtkOrder& order,
     return false;
   }
   for (int j = 0; verb.level == CrtkLevel::kServo && j < n; ++j) {
-    const bool translation = 2 * j < n;
+    const bool translation = safety::isTranslation(j, n);
     const double most = translation ? options_.translation_step : options_.rotation_step;
     const double step = std::abs(goal[j] - here[j]);
     if (step <= most)

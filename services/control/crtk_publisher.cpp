@@ -26,7 +26,7 @@ CrtkPublisher::Ends::Ends(dds::Bus& bus, const std::string& group)
       operating_state(bus.writer(dds::kOperatingState, group)) {}
 
 CrtkPublisher::Arm::Arm(dds::Bus& bus, const config::Arm& from)
-    : name(from.name), joint_names(jointNames(from)), ends(bus, from.name), shape(bus.writer(dds::kShape, from.name)) {}
+    : name(from.name), joint_names(service::jointNames(from)), ends(bus, from.name), shape(bus.writer(dds::kShape, from.name)) {}
 
 CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
     : setup_(setup),
@@ -35,6 +35,8 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiment
       diagnostics_(bus, setup.name, setup.robot.name) {
   for (const config::Arm& from : setup.robot.arms)
     arms_.emplace_back(bus, from);
+  if (setup.robot.catheters)
+    catheters_.emplace(setup, robot);
   if (arms_.size() >= 2) {
     pair_.emplace(bus, dds::kPair);
     pair_names_ = arms_[0].joint_names;
@@ -44,6 +46,7 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiment
 
 void CrtkPublisher::publish(const Moment& moment) {
   publishDiagnostics(moment);
+  catheters_known_ = catheters_ && catheters_->update(moment.state);
   for (int k = 0; k < robot_.armCount(); ++k)
     publishArm(arms_[static_cast<std::size_t>(k)], k, moment);
   if (pair_)
@@ -67,12 +70,15 @@ void CrtkPublisher::publishArm(Arm& arm, int k, const Moment& moment) {
     arm.branch = {};
   arm.session = moment.state.session;
   arm.placements = moment.state.placements;
-  if (arm.measured.valid) {
+  if (catheters_known_) {
+    publishCatheter(arm, k, moment.state.stamp);
+  } else if (arm.measured.valid && !catheters_) {
     arm.measured.place = placeOf(k, arm.measured, arm.branch);
     publishShape(arm, k, moment.state.stamp, Eigen::VectorXd::Map(arm.measured.position.data(), robot_.size(k)));
   }
   kinematics::Branch ahead = arm.branch;
-  arm.setpoint.place = placeOf(k, arm.setpoint, ahead);
+  if (!catheters_)
+    arm.setpoint.place = placeOf(k, arm.setpoint, ahead);
   publish(arm.ends, arm.joint_names, arm.measured, arm.setpoint, moment.state.stamp);
   publishGoals(arm.ends, k, arm.joint_names, moment);
 }
@@ -95,6 +101,7 @@ void CrtkPublisher::publishPair(const Moment& moment) {
     joined.velocity.insert(joined.velocity.end(), other.velocity.begin(), other.velocity.end());
     Place& place = joined.place;
     place.known = place.known && other.place.known;
+    place.moves = place.moves && other.place.moves;
     if (place.known) {
       place.position -= other.place.position;
       place.linear -= other.place.linear;
@@ -134,6 +141,8 @@ void CrtkPublisher::publish(Ends& ends,
     Eigen::Vector3d::Map(pose.position.data()) = place.position;
     Eigen::Vector4d::Map(pose.orientation.data()) = place.orientation.coeffs();  // x y z w
     cp.write(pose);
+    if (!place.moves)
+      return;
     dds::TwistStamped twist{stamp, frame_, {}, {}};
     Eigen::Vector3d::Map(twist.linear.data()) = place.linear;
     Eigen::Vector3d::Map(twist.angular.data()) = place.angular;
@@ -203,13 +212,23 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
                                      : Diagnostics::Level::kWarn;
   diagnostics_.publish(monotonicNow(), moment.state.stamp, level,
                        states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + faults,
-                       {{"model", setup_.deployment.model},
+                       {{"model", setup_.robot.catheters ? "catheters" : setup_.deployment.model},
                         {"feedback", std::string(planning::name(setup_.deployment.feedback))},
                         {"method", std::string(control::name(static_cast<control::Method>(status.method)))},
                         {"cycles", std::to_string(status.cycles)},
                         {"overruns", std::to_string(status.overruns)},
                         {"jitter_max_s", std::to_string(status.jitter_max)},
                         {"cycle_time_max_s", std::to_string(status.cycle_time_max)}});
+}
+
+void CrtkPublisher::publishCatheter(Arm& arm, int k, std::int64_t stamp) {
+  const Eigen::Isometry3d& tip = catheters_->tip(k);
+  const Eigen::Vector3d still = Eigen::Vector3d::Zero();
+  arm.measured.place = {true, tip.translation(), still, still, Eigen::Quaterniond(tip.linear()), false};
+  dds::Shape shape = catheters_->shape(k);
+  shape.stamp = stamp;
+  shape.frame = frame_;
+  arm.shape.write(shape);
 }
 
 void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "experiments/run_record.h"
+#include "services/control/catheter_places.h"
 #include "services/control/crtk_order.h"
 #include "services/control/operator_desk.h"
 #include "services/setup/diagnostics.h"
@@ -46,8 +47,9 @@ class CrtkPublisher {
   /** Where a tip is and how it moves, or the relative position of two. */
   struct Place {
     bool known = false;
-    Eigen::Vector3d position, linear, angular;
-    Eigen::Quaterniond orientation;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero(), linear = position, angular = position;
+    Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+    bool moves = true;  ///< how it moves is known, too
   };
   struct Joints {
     bool valid = true;
@@ -78,10 +80,13 @@ class CrtkPublisher {
   dds::OperatingState stateOf(int k, const Moment& moment) const;
   void publishDiagnostics(const Moment& moment);
   void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
+  void publishCatheter(Arm& arm, int k, std::int64_t stamp);
 
   const Setup& setup_;
   const experiments::RobotModel& robot_;
   std::string frame_;
+  std::optional<CatheterPlaces> catheters_;
+  bool catheters_known_ = false;  ///< at the joints of this moment
   std::vector<Arm> arms_;
   std::optional<Ends> pair_;
   std::vector<std::string> pair_names_;  ///< of its joints

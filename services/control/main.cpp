@@ -139,6 +139,8 @@ class RealTime {
     outbox_.start();
     publisher_.start();
     service_.clearance.start();
+    if (service_.core.frames() != nullptr)
+      service_.core.frames()->start();
     service_.listen(
         [this](const dds::ActuationState& m) { states_.store(m); }, [this](const dds::TipPoses& m) { tips_.store(m); },
         [this](const dds::PlanningReference& m) { references_.store(m); },
@@ -156,6 +158,8 @@ class RealTime {
     outbox_.stop();
     publisher_.stop();
     service_.clearance.stop();
+    if (service_.core.frames() != nullptr)
+      service_.core.frames()->stop();
   }
 
  private:

@@ -69,6 +69,8 @@ const char* words(OperatorReason reason) {
       return "no fresh input came; release the dead-man switch and hold it again";
     case OperatorReason::kHeldBefore:
       return "the dead-man switch was held from the start; release it and hold it again";
+    case OperatorReason::kCatheters:
+      return "catheters that work together are moved by paths and by joints, not tip by tip";
   }
   return "unknown";
 }

@@ -36,6 +36,7 @@ enum class OperatorReason : std::uint8_t {
   kTips,        ///< no tip is known
   kSilent,      ///< no fresh input
   kHeldBefore,  ///< the dead-man switch was held before anybody could see it released
+  kCatheters,   ///< their tips hold, or push: they are not moved one by one
 };
 /// A sentence for people; empty for kNone.
 const char* words(OperatorReason reason);

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "services/setup/mechanisms.h"
+
 namespace tandem::service {
 namespace {
 
@@ -34,9 +36,17 @@ OrderDesk::OrderDesk(const Setup& setup, const experiments::RobotModel& robot)
   settings_.parameters.period = setup.deployment.control_period;
   settings_.gains = {setup.deployment.relative_gain, setup.deployment.tip_gain};
   proposed_ = settings_;
+  if (!setup.robot.catheters)
+    return;
+  const auto mechanism = makeMechanism(setup.robot);
+  kinds_ = mechanism->kinds();
+  home_ = mechanism->home();
 }
 
 std::unique_ptr<planning::ReferenceTracker> OrderDesk::makeTracker(const Settings& s) const {
+  if (!kinds_.empty())
+    return std::make_unique<planning::ReferenceTracker>(robot_.limits(), kinds_, home_, s.method, s.parameters,
+                                                        s.gains);
   return std::make_unique<planning::ReferenceTracker>(robot_.models(), robot_.limits(), s.method, s.parameters,
                                                       s.gains);
 }

@@ -70,6 +70,8 @@ class OrderDesk {
 
   const experiments::RobotModel& robot_;
   std::vector<std::string> arm_names_;
+  safety::RobotVector home_;               ///< of catheters: their posture
+  std::vector<control::JointKind> kinds_;  ///< of catheters; empty for tubes
   mutable std::mutex mutex_;
   Settings settings_;
   Settings proposed_;

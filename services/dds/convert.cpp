@@ -2,11 +2,54 @@
 #include "services/dds/convert.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace tandem::dds {
+namespace {
+
+planning::FrameReference frameOf(const TaskReference& from) noexcept {
+  planning::FrameReference frame;
+  frame.position = Eigen::Vector3d::Map(from.position.data());
+  frame.orientation.coeffs() = Eigen::Vector4d::Map(from.orientation.data());  // x y z w
+  for (std::size_t k = 0; k < 6; ++k) {
+    frame.tracked[k] = !std::isnan(from.feed_forward[k]);
+    frame.feed_forward[static_cast<Eigen::Index>(k)] = frame.tracked[k] ? from.feed_forward[k] : 0.0;
+  }
+  return frame;
+}
+
+void setFrame(const planning::FrameReference& frame, TaskReference& to) noexcept {
+  Eigen::Vector3d::Map(to.position.data()) = frame.position;
+  Eigen::Vector4d::Map(to.orientation.data()) = frame.orientation.coeffs();
+  for (std::size_t k = 0; k < 6; ++k)
+    to.feed_forward[k] =
+        frame.tracked[k] ? frame.feed_forward[static_cast<Eigen::Index>(k)] : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
 
 safety::ArmVector jointsOf(const JointArray& joints, int arm, int size) noexcept {
   return safety::ArmVector::Map(joints.data() + jointIndex(arm, 0), size);
+}
+
+bool measuredJoints(const ActuationState& state, int arm_count, int joint_count, safety::RobotVector& q) noexcept {
+  if (state.sequence == 0 || state.arm_count != arm_count)
+    return false;
+  safety::RobotVector all(joint_count);
+  int next = 0;
+  for (int k = 0; k < arm_count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const int size = state.joint_count[i];
+    if (state.valid[i] == 0 || next + size > joint_count)
+      return false;
+    all.segment(next, size) = jointsOf(state.position, k, size);
+    next += size;
+  }
+  if (next != joint_count)
+    return false;
+  q = all;
+  return true;
 }
 
 planning::Reference tasksOf(const PlanningReference& message) noexcept {
@@ -21,6 +64,8 @@ planning::Reference tasksOf(const PlanningReference& message) noexcept {
     to.position = Eigen::Vector3d::Map(from.position.data());
     to.feed_forward = Eigen::Vector3d::Map(from.feed_forward.data());
   }
+  if (reference.task_count > 0 && reference.tasks[0].kind == planning::TaskKind::kFrame)
+    reference.frame = frameOf(message.tasks[0]);
   return reference;
 }
 
@@ -34,6 +79,8 @@ void setTasks(const planning::Reference& reference, PlanningReference& message) 
     to.other_arm = static_cast<std::uint8_t>(from.other_arm);
     Eigen::Vector3d::Map(to.position.data()) = from.position;
     Eigen::Vector3d::Map(to.feed_forward.data()) = from.feed_forward;
+    if (from.kind == planning::TaskKind::kFrame)
+      setFrame(reference.frame, to);
   }
 }
 
@@ -83,6 +130,8 @@ std::string_view describe(HoldReason reason) noexcept {
       return "the last measurement of a tip is too old";
     case HoldReason::kInvalidTips:
       return "a tip is not seen by its tracker";
+    case HoldReason::kNoRest:
+      return "no rest of what the arms move is known near their joints";
   }
   return "unknown";
 }

@@ -15,6 +15,10 @@ namespace tandem::dds {
 /// `size` joints of one arm out of those of all, m, rad.
 safety::ArmVector jointsOf(const JointArray& joints, int arm, int size) noexcept;
 
+/// Joints of all arms of a robot, stacked. @return false where the state is none, another robot's, or not all arms are
+/// measured; q then is what it was.
+bool measuredJoints(const ActuationState& state, int arm_count, int joint_count, safety::RobotVector& q) noexcept;
+
 /// The tasks of a message; counts beyond planning::kMaxTasks are cut.
 planning::Reference tasksOf(const PlanningReference& message) noexcept;
 /// Writes task_count and tasks of a message.

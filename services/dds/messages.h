@@ -86,7 +86,7 @@ struct TaskReference {
   std::uint8_t other_arm = 0;
   std::array<double, 3> position{};
   std::array<double, 4> orientation{0, 0, 0, 1};  ///< x y z w
-  std::array<double, 6> feed_forward{};           ///< linear, angular
+  std::array<double, 6> feed_forward{};           ///< linear, angular; of a frame, NaN: this component is not tracked
 };
 
 /// planning/reference, planning -> control. tandem_msgs/PlanningReference
@@ -148,6 +148,7 @@ enum class HoldReason : std::uint8_t {
   kNoTips,       ///< feedback: sensor, and no tip has been measured yet
   kStaleTips,    ///< the last good measurement of a tip is too old
   kInvalidTips,  ///< the same, and what came since is marked invalid
+  kNoRest,       ///< catheters: no rest of what they move is known near their joints, or it is too old
 };
 
 /// control/status, control -> all. tandem_msgs/ControlStatus

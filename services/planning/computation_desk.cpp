@@ -97,6 +97,12 @@ void ComputationDesk::onRequest(const dds::ComputationRequest& request) {
                         ", expected one of this client's that runs; it may have ended");
     return;
   }
+  if (setup_.robot.catheters) {
+    lock.unlock();
+    answer(request, dds::ReplyCode::kFailed,
+           "robot: found catheters, expected concentric tubes: of catheters a path is judged when it is started");
+    return;
+  }
   if (job_) {
     lock.unlock();
     answer(request, dds::ReplyCode::kBusy, "planning computes for a client already; ask again when that has ended");

@@ -91,7 +91,8 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
       using Level = service::Diagnostics::Level;
       diagnostics.publish(
           service::monotonicNow(), reference->stamp, phase == planning::Phase::kFailed ? Level::kWarn : Level::kOk,
-          std::string(planning::name(phase)),
+          std::string(planning::name(phase)) +
+              (phase == planning::Phase::kFailed && !core.ended().empty() ? ": " + core.ended() : ""),
           {{"point", std::to_string(reference->point)}, {"points", std::to_string(reference->point_count)}});
     }
   }

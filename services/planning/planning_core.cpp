@@ -37,26 +37,23 @@ PlanningCore::PlanningCore(const Setup& setup)
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
       robot_(setup.robot, setup.deployment.model),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
-      model_tips_(robot_.models()),
+      model_tips_(setup.robot.catheters ? planning::TipFollower() : planning::TipFollower(robot_.models())),
       follower_(setup.deployment.control_period),
-      trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {}
+      trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {
+  if (setup.robot.catheters)
+    paths_.emplace(setup);
+}
 
 bool PlanningCore::active() const {
-  const planning::Phase phase = follower_.progress().phase;
+  const planning::Phase phase = progress().phase;
   return phase == planning::Phase::kRunning || phase == planning::Phase::kPaused;
 }
 
 /// Elastic arms remember their way, so every state is followed, whether a trajectory runs or not.
 void PlanningCore::followState() {
-  if (state_.arm_count != robot_.armCount())
-    return;
-  safety::RobotVector q(robot_.jointCount());
-  for (int k = 0; k < robot_.armCount(); ++k) {
-    if (state_.valid[static_cast<std::size_t>(k)] == 0)
-      return;
-    q.segment(robot_.offset(k), robot_.size(k)) = dds::jointsOf(state_.position, k, robot_.size(k));
-  }
-  model_tips_.update(q);
+  safety::RobotVector q;
+  if (!paths_ && dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
+    model_tips_.update(q);
 }
 
 bool PlanningCore::measured(const planning::TrajectorySpec& spec,
@@ -103,8 +100,11 @@ void PlanningCore::advanceInStep() {
 void PlanningCore::onState(const dds::ActuationState& state) {
   const bool new_instant = state.session != state_.session || state.stamp != state_.stamp;
   const bool new_state = state.session != state_.session || state.sequence != state_.sequence;
-  if (state.session != state_.session || state.placements != state_.placements)
+  if (state.session != state_.session || state.placements != state_.placements) {
     model_tips_.restart();
+    if (paths_ && state_.session != 0)
+      paths_->restart();
+  }
   state_ = state;
   waiting_ = waiting_ && !new_state;
   followState();
@@ -155,7 +155,10 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
 
 void PlanningCore::end(const std::string& why) {
   spdlog::error("trajectory {} ends: {}", trajectory_id_, why);
+  ended_ = why;
   follower_.fail();
+  if (paths_)
+    paths_->fail();
   publish();
 }
 
@@ -166,19 +169,32 @@ void PlanningCore::refresh() {
 }
 
 void PlanningCore::advance() {
-  Eigen::Vector3d tip, relative;
-  if (!measured(follower_.spec(), tip, relative)) {
+  if (paths_) {
+    safety::RobotVector q;
+    if (!dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
+      return end("the measured joints are not valid");
+    paths_->update(q, reference_);
+    if (!paths_->why().empty())
+      return end(paths_->why());
+  } else if (!advanceTips()) {
     return end(sensor_ ? "the measured joints or tips are not valid" : "the measured joints are not valid");
   }
-  follower_.update(tip, relative, reference_);
   asked_since_ = sequence_ + 1;
   if (!active())
-    spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(follower_.progress().phase));
+    spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(progress().phase));
   publish();
 }
 
+bool PlanningCore::advanceTips() {
+  Eigen::Vector3d tip, relative;
+  if (!measured(follower_.spec(), tip, relative))
+    return false;
+  follower_.update(tip, relative, reference_);
+  return true;
+}
+
 void PlanningCore::publish() {
-  const planning::Progress& progress = follower_.progress();
+  const planning::Progress& progress = this->progress();
   dds::PlanningReference message;
   message.sequence = ++sequence_;
   message.state_session = state_.session;
@@ -191,7 +207,7 @@ void PlanningCore::publish() {
   message.iteration = static_cast<std::uint32_t>(progress.iteration);
   message.total_iterations = static_cast<std::uint32_t>(progress.total_iterations);
   message.phase = static_cast<std::uint8_t>(progress.phase);
-  message.tolerance = follower_.spec().tolerance;
+  message.tolerance = paths_ ? PathFollower::kTolerance : follower_.spec().tolerance;
   if (active() && progress.total_iterations > 0)
     dds::setTasks(reference_, message);
   if (message.task_count > 0)
@@ -210,13 +226,13 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
     case kStart:
       return start(request, path);
     case kPause:
-      follower_.pause();
+      paths_ ? paths_->pause() : follower_.pause();
       break;
     case kResume:
-      follower_.resume();
+      paths_ ? paths_->resume() : follower_.resume();
       break;
     case kStop:
-      follower_.stop();
+      paths_ ? paths_->stop() : follower_.stop();
       break;
     default:
       return reply(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
@@ -246,6 +262,14 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
     return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
   if (operated(status_))
     return reply(request, dds::ReplyCode::kBusy, "an operator moves the robot; release the dead-man switch first");
+  for (std::size_t k = 0; k < status_.arm_count; ++k) {
+    if (status_.operating_state[k] != static_cast<std::uint8_t>(safety::OperatingState::kEnabled)) {
+      return reply(request, dds::ReplyCode::kWrongState,
+                   setup_.robot.arms[k].name + " is not ENABLED; enable it first");
+    }
+  }
+  if (paths_)
+    return startPath(request, path);
   planning::TrajectorySpec spec;
   try {
     spec = config::parseTrajectory(request.trajectory, "planning/request", {});  // names no files
@@ -256,12 +280,6 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
     if (arm < 0 || arm >= robot_.armCount() || spec.arm == spec.other_arm) {
       return reply(request, dds::ReplyCode::kMalformed,
                    "arm and other_arm: expected two different arms of the " + std::to_string(robot_.armCount()));
-    }
-  }
-  for (std::size_t k = 0; k < status_.arm_count; ++k) {
-    if (status_.operating_state[k] != static_cast<std::uint8_t>(safety::OperatingState::kEnabled)) {
-      return reply(request, dds::ReplyCode::kWrongState,
-                   setup_.robot.arms[k].name + " is not ENABLED; enable it first");
     }
   }
   Eigen::Vector3d tip, relative;
@@ -275,24 +293,56 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   } catch (const std::exception& error) {
     return reply(request, dds::ReplyCode::kMalformed, error.what());
   }
+  std::vector<Eigen::Isometry3d> points;
+  for (const planning::TrajectoryPoint& point : follower_.points())
+    points.emplace_back(Eigen::Translation3d(point.tip));
+  path = pathOf(points);
+  return begun(request, spec.name);
+}
+
+/// A run has been started: it goes on from here.
+dds::Reply PlanningCore::begun(const dds::PlanningRequest& request, const std::string& name) {
   ++trajectory_id_;
+  ended_.clear();
   session_at_start_ = state_.session;
   commander_ = request.client;
-  spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, spec.name, spec.point_count);
-  path.emplace();
-  path->stamp = state_.stamp;
-  path->frame = setup_.deployment.prefix + "_base";
-  for (const planning::TrajectoryPoint& point : follower_.points()) {
-    dds::PoseStamped pose;
-    pose.stamp = path->stamp;
-    pose.frame = path->frame;
-    pose.position = {point.tip.x(), point.tip.y(), point.tip.z()};
-    path->poses.push_back(pose);
-  }
+  spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, name, progress().point_count);
   dds::Reply answer = reply(request, dds::ReplyCode::kOk, "");
   answer.value = trajectory_id_;
   advance();
   return answer;
+}
+
+dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) const {
+  dds::Path path;
+  path.stamp = state_.stamp;
+  path.frame = setup_.deployment.prefix + "_base";
+  for (const Eigen::Isometry3d& point : points) {
+    dds::PoseStamped pose;
+    pose.stamp = path.stamp;
+    pose.frame = path.frame;
+    Eigen::Vector3d::Map(pose.position.data()) = point.translation();
+    Eigen::Vector4d::Map(pose.orientation.data()) = Eigen::Quaterniond(point.linear()).coeffs();  // x y z w
+    path.poses.push_back(pose);
+  }
+  return path;
+}
+
+dds::Reply PlanningCore::startPath(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
+  if (request.planned != 0)
+    return reply(request, dds::ReplyCode::kMalformed,
+                 "planned: found 1, expected 0: paths of catheters are not checked ahead");
+  safety::RobotVector q;
+  if (!dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
+    return reply(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
+  try {
+    if (const std::string why = paths_->start(request.trajectory, q); !why.empty())
+      return reply(request, dds::ReplyCode::kFailed, why);
+  } catch (const std::exception& error) {
+    return reply(request, dds::ReplyCode::kMalformed, error.what());
+  }
+  path = pathOf(paths_->points());
+  return begun(request, paths_->path().name);
 }
 
 }  // namespace tandem::service

@@ -8,6 +8,7 @@
 #include "planning/follower.h"
 #include "planning/tips.h"
 #include "services/dds/messages.h"
+#include "services/planning/path_follower.h"
 #include "services/planning/plan.h"
 #include "services/setup/process.h"
 
@@ -38,14 +39,22 @@ class PlanningCore {
   /// Keeps the last reference alive while nothing else happens (paused, or control pauses): call about every 50 ms.
   void refresh();
 
+  /// Why the last run ended before its time; empty where it did not.
+  const std::string& ended() const { return ended_; }
+
  private:
   dds::Reply start(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
   void followState();
+  dds::Reply startPath(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
+  dds::Reply begun(const dds::PlanningRequest& request, const std::string& name);
+  dds::Path pathOf(const std::vector<Eigen::Isometry3d>& points) const;
+  const planning::Progress& progress() const { return paths_ ? paths_->progress() : follower_.progress(); }
   std::string unplanned(const dds::PlanningRequest& request) const;
   bool measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip, Eigen::Vector3d& relative) const;
   bool complete() const;
   void advanceInStep();
   void advance();
+  bool advanceTips();
   void publish();
   void end(const std::string& why);
   bool active() const;
@@ -59,13 +68,15 @@ class PlanningCore {
   dds::TipPoses tips_message_;
   bool waiting_ = false;  ///< lock-step: the present state asks for a reference
   planning::Follower follower_;
+  std::optional<PathFollower> paths_;  ///< of catheters, in place of the follower
+  std::string ended_;
   planning::Reference reference_;
   std::optional<Plan> plan_;  ///< of the last feasible check
   dds::ActuationState state_;
   dds::ControlStatus status_;
   std::uint32_t trajectory_id_;  ///< starts anywhere: numbers of a former process are not given again
   std::uint64_t sequence_ = 0;
-  std::uint64_t asked_since_ = 0;  ///< sequence of the first reference that asks for what the present one asks for
+  std::uint64_t asked_since_ = 0;       ///< sequence of the first reference that asks for what the present one asks for
   std::uint64_t commander_ = 0;         ///< client that started the running trajectory
   std::uint64_t session_at_start_ = 0;  ///< hal or sim session of the running trajectory
   std::optional<dds::PlanningReference> outgoing_;

@@ -6,6 +6,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "config/any_robot.h"
 #include "services/common/log.h"
 #include "services/dds/host_addresses.h"
 #include "services/security/verify.h"
@@ -131,7 +132,7 @@ int runService(int argc,
     setup.name = name;
     setup.heartbeat = std::make_shared<Heartbeat>(stop);
     setup.deployment = config::loadDeployment(config::findFile(deployment, "deployment"));
-    setup.robot = config::loadRobot(setup.deployment.robot);
+    setup.robot = config::loadAnyRobot(setup.deployment.robot);
     setup.session = randomIdentity();
     for (const std::string& warning : setup.robot.warnings)
       spdlog::debug("{}", warning);

@@ -23,7 +23,7 @@ namespace tandem::service {
 struct Setup {
   std::string name;  ///< sim, control, planning
   config::Deployment deployment;
-  config::Robot robot;
+  config::Robot robot;                   ///< of any kind: config::loadAnyRobot()
   std::uint64_t session = 0;             ///< random, new with every start
   std::shared_ptr<Heartbeat> heartbeat;  ///< what the loop beats; always there in what runService() gives
 };

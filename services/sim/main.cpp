@@ -14,6 +14,7 @@
 #include "services/setup/actuation.h"
 #include "services/setup/clock_desk.h"
 #include "services/setup/fault_log.h"
+#include "services/sim/catheter_tips.h"
 #include "services/sim/sim_core.h"
 
 using namespace tandem;
@@ -45,6 +46,10 @@ void tellHealth(service::Diagnostics& diagnostics, const config::Robot& robot, c
 void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
   using Event = std::variant<dds::ActuationCommand, dds::SimRequest, dds::Stop>;
   service::SimCore core(setup);
+  std::optional<service::CatheterTips> catheters;
+  if (setup.robot.catheters)
+    catheters.emplace(setup);
+  service::CatheterMoment moment;
   service::Mailbox<Event> mailbox;
   dds::Bus bus(service::busOptions(setup.deployment, setup.name));
   auto states = bus.writer(dds::kActuationState);
@@ -73,6 +78,10 @@ void runLockStep(const service::Setup& setup, service::StopSignal& stop) {
     core.status(status);
     statuses.write(status);
     core.trueTips(tips);
+    if (catheters) {
+      core.trueJoints(moment);
+      tips = catheters->at(moment);
+    }
     true_tips.write(tips);
     // Every state has its tips, new ones or not: who needs both waits for both.
     if (core.tracking()) {
@@ -138,13 +147,18 @@ class RealTime {
         fault_out_(outbox_.queue<service::FaultReport>(
             64,
             [this](const auto& report) { service::logFault(setup_.robot, report); })),
+        moment_out_(
+            places_.latest<service::CatheterMoment>([this](const auto& m) { true_tips_.write(catheters_->at(m)); })),
         period_(std::llround(1e9 * setup.deployment.sim_period)) {
+    if (setup.robot.catheters)
+      catheters_.emplace(setup);
     if (core_.tracking())
       measured_tips_ = bus_.writer(dds::kSensingTips);
   }
 
   void run(service::StopSignal& stop) {
     outbox_.start();
+    places_.start();
     auto commands = bus_.reader(dds::kActuationCommand, [this](const dds::ActuationCommand& m) { command_.store(m); });
     auto requests = bus_.reader(dds::kSimRequest, [this](const dds::SimRequest& m) { onRequest(m); });
     auto stops = bus_.reader(dds::kStop, [this](const dds::Stop& m) {
@@ -163,6 +177,7 @@ class RealTime {
     });
     ended_ = true;
     outbox_.stop();
+    places_.stop();
   }
 
  private:
@@ -212,8 +227,13 @@ class RealTime {
         fault_out_.post({k, core_.faultRecord(k)});
     }
     if (tick.cycle % status_every_ == 0) {
-      core_.trueTips(tips_);
-      true_tips_out_.post(tips_);
+      if (catheters_) {
+        core_.trueJoints(moment_);
+        moment_out_.post(moment_);
+      } else {
+        core_.trueTips(tips_);
+        true_tips_out_.post(tips_);
+      }
       core_.status(status_);
       service::writeLoop(loop_, status_);
       status_out_.post(status_);
@@ -238,6 +258,10 @@ class RealTime {
   service::Diagnostics diagnostics_;
   service::Outbox::Latest<dds::HalStatus>& status_out_;
   service::Outbox::Queue<service::FaultReport>& fault_out_;
+  std::optional<service::CatheterTips> catheters_;
+  service::CatheterMoment moment_;
+  service::Outbox places_;  ///< of tips that take long to find
+  service::Outbox::Latest<service::CatheterMoment>& moment_out_;
   service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationCommand> command_;
   std::atomic<bool> stop_requested_{false}, serving_{false}, in_cycle_{false}, ended_{false};

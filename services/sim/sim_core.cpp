@@ -36,11 +36,13 @@ sim::SimulatedDrives makeDrives(const Setup& setup) {
   return {limits, start, options};
 }
 
-sim::PlantTips makeTips(const Setup& setup) {
+std::optional<sim::PlantTips> makeTips(const Setup& setup) {
+  if (setup.robot.catheters)
+    return std::nullopt;
   std::vector<kinematics::ConcentricTubeArm> arms;
   for (const config::Arm& arm : setup.robot.arms)
     arms.push_back(arm.model);
-  return {arms, setup.deployment.plant};
+  return sim::PlantTips(arms, setup.deployment.plant);
 }
 
 }  // namespace
@@ -57,18 +59,20 @@ SimCore::SimCore(const Setup& setup)
 }
 
 void SimCore::placeTips(std::int64_t now) noexcept {
-  tips_.restart();
+  if (!tips_)
+    return;
+  tips_->restart();
   for (int k = 0; k < drives_.armCount(); ++k)
-    tips_.update(k, drives_.plant(k).tubes());
+    tips_->update(k, drives_.plant(k).tubes());
   if (tracker_)
-    tracker_->restart(tips_, now, drives_.answersCommand());
+    tracker_->restart(*tips_, now, drives_.answersCommand());
 }
 
 void SimCore::moveTips(std::int64_t now) noexcept {
-  for (int k = 0; k < drives_.armCount(); ++k)
-    tips_.update(k, drives_.plant(k).tubes());
+  for (int k = 0; tips_ && k < drives_.armCount(); ++k)
+    tips_->update(k, drives_.plant(k).tubes());
   if (tracker_)
-    tracker_->step(tips_, now, drives_.answersCommand());
+    tracker_->step(*tips_, now, drives_.answersCommand());
 }
 
 bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noexcept {
@@ -128,7 +132,7 @@ void SimCore::status(dds::HalStatus& status) const noexcept {
   status.caught_up = caught_up_;
   status.left_out = left_out_;
   for (int k = 0; k < drives_.armCount(); ++k)
-    status.snaps[static_cast<std::size_t>(k)] = tips_.snaps(k);
+    status.snaps[static_cast<std::size_t>(k)] = tips_ ? tips_->snaps(k) : 0;
 }
 
 void SimCore::fillHead(dds::TipPoses& tips) const noexcept {
@@ -156,9 +160,19 @@ void SimCore::trueTips(dds::TipPoses& tips) const noexcept {
   tips.sequence = sequence_;
   tips.stamp = lock_step_ ? simulated_time_ : monotonicNow();
   tips.answers_command = drives_.answersCommand();
+  for (int k = 0; tips_ && k < drives_.armCount(); ++k) {
+    const Eigen::Isometry3d& pose = tips_->pose(k);
+    dds::setTip(k, tips_->valid(k), pose.translation(), Eigen::Quaterniond(pose.linear()), tips);
+  }
+}
+
+void SimCore::trueJoints(CatheterMoment& moment) const noexcept {
+  trueTips(moment.head);
+  moment.placements = placements_;
+  moment.joint_count = 0;
   for (int k = 0; k < drives_.armCount(); ++k) {
-    const Eigen::Isometry3d& pose = tips_.pose(k);
-    dds::setTip(k, tips_.valid(k), pose.translation(), Eigen::Quaterniond(pose.linear()), tips);
+    for (const double q : drives_.plant(k).tubes())
+      moment.joints[static_cast<std::size_t>(moment.joint_count++)] = q;
   }
 }
 

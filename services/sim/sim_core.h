@@ -6,6 +6,7 @@
 
 #include "safety/command_monitor.h"
 #include "services/setup/process.h"
+#include "services/sim/catheter_tips.h"
 #include "sim/plant_tips.h"
 #include "sim/simulated_drives.h"
 #include "sim/tip_tracker.h"
@@ -38,8 +39,10 @@ class SimCore {
   /// What the tracker says; in lock-step that goes with the state published last. @return whether it is a measurement
   /// that has not been asked for yet.
   bool measuredTips(dds::TipPoses& tips) noexcept;
-  /// Where the plant's tips really are.
+  /// Where the plant's tips really are; of catheters trueJoints() tells.
   void trueTips(dds::TipPoses& tips) const noexcept;
+  /// Of catheters: what CatheterTips needs to find the tips.
+  void trueJoints(CatheterMoment& moment) const noexcept;
   int armCount() const noexcept { return drives_.armCount(); }
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return drives_.faultRecord(arm); }
@@ -53,7 +56,7 @@ class SimCore {
   const Setup& setup_;
   bool lock_step_;
   sim::SimulatedDrives drives_;
-  sim::PlantTips tips_;
+  std::optional<sim::PlantTips> tips_;  ///< none of catheters
   std::optional<sim::TipTracker> tracker_;
   std::uint64_t told_ = 0;        ///< the last measurement that has been asked for
   std::uint32_t placements_ = 0;  ///< resets

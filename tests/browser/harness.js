@@ -164,7 +164,7 @@ class Operator {
   async said(pattern) {
     await this.text(".messages", pattern);
   }
-  /** How many pixels of the scene are bluish (arm A) and orange (arm B), and a coarse image to compare. */
+  /** How many pixels of the scene are bluish (arm A), orange (arm B) and green (what they hold), and a coarse image to compare. */
   scene() {
     return this.page.evaluate(() => {
       const canvas = document.querySelector("#view canvas");
@@ -175,21 +175,23 @@ class Operator {
       const { data } = pen.getImageData(0, 0, 320, 180);
       let blue = 0;
       let orange = 0;
+      let green = 0;
       const grey = [];
       for (let i = 0; i < data.length; i += 4) {
         const [r, g, b] = data.slice(i, i + 3);
         if (b > 90 && b > 1.35 * r && b > g) ++blue;
         if (r > 90 && r > 1.5 * b && r > g) ++orange;
+        if (g > 60 && g > 1.15 * r && g > 1.4 * b) ++green;
         grey.push(r + g + b);
       }
-      return { blue, orange, grey };
+      return { blue, orange, green, grey };
     });
   }
   async waitForScene(what, condition) {
     const end = monotonic() + kPatience;
     let seen = await this.scene();
     while (!condition(seen)) {
-      assert.ok(monotonic() < end, `${what}: ${seen.blue} bluish and ${seen.orange} orange pixels`);
+      assert.ok(monotonic() < end, `${what}: ${seen.blue} bluish, ${seen.orange} orange and ${seen.green} green pixels`);
       await new Promise((again) => setTimeout(again, 100));
       seen = await this.scene();
     }

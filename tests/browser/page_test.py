@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The operator's page in headless Chromium, against `tandem up` and tandem-console: page.js is the operator.
+"""The operator's page in headless Chromium, against `tandem up` and tandem-console: page.js is the operator, and catheters.js.
 
 TANDEM_PAGE is the folder of the built page, TANDEM_ARTIFACTS the one that screenshots go to."""
 import json
@@ -14,15 +14,16 @@ sys.path.insert(0, str(HERE.parent / "integration" / "harness"))
 import system  # noqa: E402  pylint: disable=wrong-import-position
 
 
-class Page(system.SystemTest):
-    def test_the_operators_page(self):
+class Operated(system.SystemTest):
+    """The page is alone with sim, control and planning; the console is started, and killed, by the operator."""
+
+    def operate(self, script, preset, *words, **changes):
         artifacts = pathlib.Path(os.environ.get("TANDEM_ARTIFACTS", self.folder / "artifacts"))
         artifacts.mkdir(parents=True, exist_ok=True)
-        # The page is alone with sim, control and planning; the console is started, and killed, by the operator.
         # Software rendering takes both cores of a small machine for itself. Watchdogs have tests of their own, at their
         # default budgets; here the page is what is tested.
-        path = system.deployment(self.folder, "laptop", budgets="{lease_ms: 3000, age_periods: 10, "
-                                 "planning_reference_ms: 1000, teleoperation_ms: 500}")
+        path = system.deployment(self.folder, preset, budgets="{minimum_age_ms: 1000, lease_ms: 3000, "
+                                 "planning_reference_ms: 1000, teleoperation_ms: 500}", **changes)
         others = ("executable: tandem-recorder", "executable: tandem-console")
         lines = [line for line in path.read_text().splitlines() if not any(other in line for other in others)]
         path.write_text("\n".join(lines) + "\n")
@@ -31,9 +32,18 @@ class Page(system.SystemTest):
         setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path),
                    "port": system.free_port(), "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
                    "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
-        scenes = os.environ.get("TANDEM_SCENES", "").split()
-        operator = subprocess.run(["node", str(HERE / "page.js"), json.dumps(setting), *scenes], timeout=360, check=False)
+        operator = subprocess.run(["node", str(HERE / script), json.dumps(setting), *words], timeout=360, check=False)
         self.assertEqual(operator.returncode, 0, f"the operator was not content; screenshots are in {artifacts}")
+
+
+class Page(Operated):
+    def test_the_operators_page(self):
+        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "").split())
+
+
+class Catheters(Operated):
+    def test_catheters_and_what_they_hold(self):
+        self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
 
 
 if __name__ == "__main__":

@@ -230,5 +230,33 @@ class Alone(unittest.TestCase):
             system.until(silent, 10, "status() raises once control is silent")
 
 
+class Catheters(unittest.TestCase):
+    """Arms that hold an object: what of a client needs no kinematic model, and what does."""
+
+    def test_they_are_led_along_a_path(self):
+        with tempfile.TemporaryDirectory(prefix="tandem-test-") as folder:
+            path = system.deployment(folder, "ablation-pair", budgets=BUDGETS,
+                                     robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
+            lift = pathlib.Path(folder) / "lift.yaml"
+            lift.write_text("{tandem: path/1, name: lift, shape: line, along: [z], size_mm: 1, duration_s: 2, hold: none}\n")
+            running = system.System(path)
+            self.addCleanup(running.close)
+            with tandem.Client(str(path)) as client:
+                self.assertEqual(client.robot.arms, ["arm_a", "arm_b"])
+                self.assertEqual(client.measured_js("a")[0].shape, (3,))
+                start = client.measured_cp("a")
+                with self.assertRaisesRegex(ValueError, "found the catheters of .*expected concentric tubes"):
+                    client.robot.arm("a")
+                with self.assertRaisesRegex(tandem.ClientError, "planning refused: the path asks for .*missing: "):
+                    client.run("tip-eight")
+                points = []
+                end = client.run(str(lift), progress=lambda point, *_: points.append(point))
+                self.assertEqual(end["points"], 100)
+                self.assertGreater(len(points), 3)
+                np.testing.assert_allclose(client.measured_cp("a"), start, atol=2e-4)
+                client.disable()
+            running.close()
+
+
 if __name__ == "__main__":
     system.main()

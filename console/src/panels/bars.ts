@@ -49,18 +49,21 @@ export class Bars implements Panel {
   }
 
   private makeBar(arm: number, joint: number, of: Joint, reach: number): HTMLElement {
-    const translation = isTranslation(this.c.robot.arms[arm]!, joint);
+    const { translation } = of;
+    const catheter = this.c.robot.arms[arm]!.type === "catheter";
     const tubes = this.c.robot.arms[arm]!.tubes.length;
     const tube = (joint % tubes) + 1;
-    const range = translation ? { from: reach, to: 0 } : rotationRange(of.lower, of.upper);
+    const travel = catheter ? { from: of.lower ?? 0, to: of.upper ?? 0 } : { from: reach, to: 0 };
+    const range = translation ? travel : rotationRange(of.lower, of.upper);
     const free = h("i.free");
     const value = h("i.value");
-    value.style.background = tubeColor(arm, tube);
+    value.style.background = tubeColor(arm, catheter ? 2 : tube);
     const setpoint = h("i.setpoint");
     const text = h("output.number");
-    const name = `${translation ? "β" : "α"}${tube}`;
-    const said = `${translation ? "translation" : "rotation"} of tube ${tube} of arm ${shortName(this.c.robot.arms[arm]!.name)}`;
-    const bar: Bar = { arm, joint, translation, range, row: h("div.bar"), free, value, setpoint, text, jogs: [] };
+    const name = catheter ? of.name : `${translation ? "β" : "α"}${tube}`;
+    const what = catheter ? of.name : `${translation ? "translation" : "rotation"} of tube ${tube}`;
+    const said = `${what} of arm ${shortName(this.c.robot.arms[arm]!.name)}`;
+    const bar: Bar = { arm, joint, translation, range, row: h(catheter ? "div.bar.named" : "div.bar"), free, value, setpoint, text, jogs: [] };
     bar.jogs = [-1, 1].map((sign) => this.jogButton(bar, sign, said));
     bar.row.title = said;
     bar.row.append(

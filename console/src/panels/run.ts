@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Trajectories: choose, start, see how far it is, pause, go on, stop. */
 import type { Trajectory } from "../state/robot";
-import { fetchJson } from "../state/robot";
+import { fetchJson, ofCatheters } from "../state/robot";
 import { limitsInTheWay, stateName } from "../state/words";
 import { kPhases, Phase } from "../wire/messages";
 import type { Context, Panel } from "./context";
@@ -97,6 +97,7 @@ export class Run implements Panel {
       ? limitsInTheWay(
           status,
           this.c.robot.arms.map((arm) => arm.name),
+          ofCatheters(this.c.robot),
         )
       : "";
     setText(this.limits, limits);

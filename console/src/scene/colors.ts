@@ -19,3 +19,5 @@ export const kGoal = "#f0e442";
 export const kNear = "#cc79a7";
 /** Of what was asked for and is not done. */
 export const kClamped = "#d55e00";
+/** Of what the arms hold. */
+export const kObject = "#7fbf3f";

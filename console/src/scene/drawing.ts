@@ -35,6 +35,7 @@ export class Drawing {
   update(now: number): void {
     const { world } = this.c;
     let changed = this.again;
+    let moved = false;
     this.view.arms.forEach((arm, k) => {
       const slots = world.arms[k]!;
       if (this.news(slots.shape) || this.again) {
@@ -44,6 +45,7 @@ export class Drawing {
       }
       const first = !arm.hasTip;
       const tip = this.news(slots.measuredCp) ? world.tip(k) : null;
+      moved ||= tip !== null;
       if (tip && (tip.header.stamp.sec !== 0 || tip.header.stamp.nsec !== 0)) {
         arm.moveTip(tip);
         changed = true;
@@ -52,6 +54,7 @@ export class Drawing {
       changed = arm.setStale(world.stale(slots.shape, now)) || changed;
     });
     this.again = false;
+    if (moved) this.view.object?.update(this.view.arms.map((_, k) => world.tip(k)));
     if (this.news(world.path)) {
       const path = world.planned();
       if (path) this.view.guides.setPath(path);

@@ -92,7 +92,11 @@ export class Guides {
   setReference(reference: PlanningReference, tips: readonly (THREE.Vector3 | null)[]): void {
     const wanted: (number[] | null)[] = this.targets.map(() => null);
     const tasks = reference.tasks.slice(0, reference.task_count);
-    for (const task of tasks) if (task.kind === TaskKind.tip) wanted[task.arm] = Array.from(task.position);
+    for (const task of tasks) {
+      if (task.kind === TaskKind.tip) wanted[task.arm] = Array.from(task.position);
+      // Where what the arms move shall be: one place for all of them.
+      if (task.kind === TaskKind.frame) wanted[0] = Array.from(task.position);
+    }
     this.relativeNow.begin();
     this.relativeWanted.begin();
     for (const task of tasks) {

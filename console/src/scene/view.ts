@@ -7,6 +7,7 @@ import type { Robot } from "../state/robot";
 import { shortName } from "../state/words";
 import { ArmView, baseAxis } from "./armview";
 import { Guides } from "./guides";
+import { ObjectView } from "./object";
 
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
 export type Preset = (typeof kPresets)[number];
@@ -17,6 +18,8 @@ const kSoftwareGap = 100; // ms
 export class View {
   readonly arms: ArmView[];
   readonly guides: Guides;
+  /** What the arms hold. */
+  readonly object: ObjectView | null;
   readonly camera: THREE.PerspectiveCamera;
   readonly controls: OrbitControls;
   readonly scene = new THREE.Scene();
@@ -31,6 +34,8 @@ export class View {
   private readonly into: THREE.Vector3;
   private readonly middle: THREE.Vector3;
   private readonly reach: number;
+  /** How far the bases are from their middle. */
+  private readonly spread: number;
   private readonly up = new THREE.Vector3(1, 0, 0);
 
   constructor(
@@ -55,12 +60,16 @@ export class View {
     this.controls.addEventListener("change", () => this.touch());
     this.arms = robot.arms.map((arm, k) => new ArmView(arm, k, shortName(arm.name)));
     this.guides = new Guides(robot.arms.length);
+    this.object = robot.object && new ObjectView(robot.object);
     this.into = new THREE.Vector3();
     this.middle = new THREE.Vector3();
     for (const arm of robot.arms) {
       this.into.add(new THREE.Vector3().fromArray(baseAxis(arm, [0, 0, 1])));
       this.middle.addScaledVector(new THREE.Vector3().fromArray(arm.base.position), 1 / robot.arms.length);
     }
+    this.spread = Math.max(
+      ...robot.arms.map((arm) => this.middle.distanceTo(new THREE.Vector3().fromArray(arm.base.position))),
+    );
     if (this.into.lengthSq() < 1e-6) this.into.set(0, 0, 1);
     this.into.normalize();
     this.reach = Math.max(0.1, ...robot.arms.map((arm) => Math.max(...arm.tubes.map((tube) => tube.length))));
@@ -77,6 +86,7 @@ export class View {
     key.position.set(0.3, 0.6, 1);
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
     this.scene.add(this.guides.group, this.ruler(), ...this.arms.map((arm) => arm.group));
+    if (this.object) this.scene.add(this.object.mesh);
     if (robot.port) {
       const { frame, radius } = robot.port;
       const port = new THREE.Mesh(
@@ -117,9 +127,9 @@ export class View {
     const centre = this.middle.clone().lerp(tips, 0.5);
     const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
     const extent = Math.max(0.08, tips.distanceTo(this.middle));
-    // What is long lies across the screen.
-    const half = Math.atan(Math.tan((0.5 * this.camera.fov * Math.PI) / 180) * Math.max(1, this.camera.aspect));
-    const far = ((0.5 * extent) / Math.tan(half)) * 1.3;
+    // What is long lies across the screen; bases that are far apart lie one above the other.
+    const slope = Math.tan((0.5 * this.camera.fov * Math.PI) / 180);
+    const far = 1.3 * Math.max((0.5 * extent) / (slope * Math.max(1, this.camera.aspect)), this.spread / slope);
     const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
       this.controls.target.copy(target);
       this.camera.position.copy(target).addScaledVector(direction.normalize(), distance);

@@ -9,6 +9,8 @@ export interface Pose {
 
 /** SI units; null: unlimited. */
 export interface Joint {
+  name: string;
+  translation: boolean;
   lower: number | null;
   upper: number | null;
   velocity: number | null;
@@ -22,11 +24,18 @@ export interface Tube {
 
 export interface Arm {
   name: string;
-  type: string;
+  type: "concentric_tube" | "catheter";
   base: Pose;
+  /** Of a catheter one, as long as it gets. */
   tubes: Tube[];
-  /** Translations of all tubes, then their rotations. */
+  /** Translations of all tubes, then their rotations; insertion, roll and bend of a catheter. */
   joints: Joint[];
+}
+
+/** What catheters hold, touched by the arms in the order of the robot. */
+export interface HeldObject {
+  size: number;
+  contacts: { arm: string; type: string; frame: Pose; hand: Pose }[];
 }
 
 export interface Parameter {
@@ -40,6 +49,7 @@ export interface Robot {
   robot: string;
   role: string;
   arms: Arm[];
+  object: HeldObject | null;
   port: { frame: Pose; radius: number; depth: number } | null;
   hardware: boolean;
   lock_step: boolean;
@@ -61,7 +71,9 @@ export interface Trajectory {
   yaml: string;
 }
 
-export const isTranslation = (arm: Arm, joint: number): boolean => joint < arm.tubes.length;
+export const isTranslation = (arm: Arm, joint: number): boolean => arm.joints[joint]?.translation ?? false;
+/** Arms that hold something together, or of which one pushes the other: no tip of them is driven by hand. */
+export const ofCatheters = (robot: Robot): boolean => robot.arms.some((arm) => arm.type === "catheter");
 export const mayCommand = (robot: Robot): boolean => robot.role === "operator";
 
 /** What each method reads besides what all of them do (docs/methods.md). */

@@ -126,7 +126,7 @@ export function driveRecord(hal: HalStatus, arm: number, jointCount: number): st
   const amount = hal.fault_amount[arm] ?? 0;
   const allowed = hal.fault_allowed[arm] ?? 0;
   if (amount === 0 && allowed === 0) return text;
-  const unit = joint === kNoJoint ? "s" : 2 * joint < jointCount ? "m" : "rad";
+  const unit = joint === kNoJoint ? "s" : joint < Math.floor(jointCount / 2) ? "m" : "rad";
   text += `: ${number(amount)} ${unit}`;
   return allowed > 0 ? `${text}, allowed ${number(allowed)} ${unit}` : text;
 }
@@ -135,8 +135,10 @@ export function driveRecord(hal: HalStatus, arm: number, jointCount: number): st
 export const shortName = (arm: string): string => (arm.startsWith("arm_") ? arm.slice(4) : arm).toUpperCase();
 
 /** By control::LimitKind. */
-export function limitName(kind: number, arm: string, tube: number): string {
-  const whose = `tube ${tube} of arm ${shortName(arm)}`;
+export function limitName(kind: number, arm: string, tube: number, catheter = false): string {
+  const turn = kind === 2 || kind === 5 || kind === 7;
+  const joint = turn ? (tube === 1 ? "roll" : "bend") : "insertion";
+  const whose = `${catheter ? joint : `tube ${tube}`} of arm ${shortName(arm)}`;
   switch (kind) {
     case 0:
       return `${whose} against tube ${tube - 1}`;
@@ -160,12 +162,12 @@ export function limitName(kind: number, arm: string, tube: number): string {
 }
 
 /** Empty where no limit holds the tasks back. */
-export function limitsInTheWay(status: ControlStatus, arms: readonly string[]): string {
+export function limitsInTheWay(status: ControlStatus, arms: readonly string[], catheters = false): string {
   if (status.limited === 0) return "";
   const names: string[] = [];
   for (let i = 0; i < Math.min(status.limit_count, status.limit_kind.length); ++i) {
     const arm = arms[status.limit_arm[i] ?? 0] ?? `number ${status.limit_arm[i]}`;
-    names.push(limitName(status.limit_kind[i] ?? 255, arm, status.limit_tube[i] ?? 0));
+    names.push(limitName(status.limit_kind[i] ?? 255, arm, status.limit_tube[i] ?? 0, catheters));
   }
   const how = status.limited === 1 ? "Limits forbid the tasks" : "Limits hold the tasks back";
   return `${how}: ${names.join(", ") || "none is named"}`;
@@ -173,9 +175,13 @@ export function limitsInTheWay(status: ControlStatus, arms: readonly string[]): 
 
 /** By dds::HoldReason. */
 export const holdReason = (hold: number): string =>
-  ["", "no tip has been measured yet", "the last measurement of a tip is too old", "a tip is not seen by its tracker"][
-    hold
-  ] ?? "for a reason that this page does not know";
+  [
+    "",
+    "no tip has been measured yet",
+    "the last measurement of a tip is too old",
+    "a tip is not seen by its tracker",
+    "no rest of what the arms move is known near their joints",
+  ][hold] ?? "for a reason that this page does not know";
 
 /** By control::SolveStatus. */
 export const solveStatus = (status: number): string =>

@@ -8,7 +8,7 @@ export const kMethods = ["nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns
 export const kPhases = ["idle", "running", "paused", "finished", "failed"];
 export const Phase = { idle: 0, running: 1, paused: 2, finished: 3, failed: 4 };
 export const State = { disabled: 0, enabled: 1, paused: 2, fault: 3 };
-export const TaskKind = { none: 0, relative: 1, tip: 2 };
+export const TaskKind = { none: 0, relative: 1, tip: 2, frame: 3 };
 export const ControlKind = {
   acquireLease: 1,
   releaseLease: 2,

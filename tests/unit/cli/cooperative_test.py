@@ -154,7 +154,7 @@ class Demonstrations(unittest.TestCase):
 
     def test_co_manipulation(self):
         path = self.folder / "run.csv"
-        answer = system.run("cooperative", "co-manipulate", "--json", "--csv", path, "--figure",
+        answer = system.run("cooperative", "co-manipulate", "--offline", "--json", "--csv", path, "--figure",
                             self.folder / "run.png", timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         found = json.loads(answer.stdout)
@@ -168,13 +168,14 @@ class Demonstrations(unittest.TestCase):
         self.assertGreater((self.folder / "run.png").stat().st_size, 10000)
 
     def test_a_request_outside_the_movable_directions_is_refused_in_words(self):
-        answer = system.run("cooperative", "co-manipulate", "--contact", "rigid", "--shape", "circle", "--along", "x,y")
+        answer = system.run("cooperative", "co-manipulate", "--offline", "--contact", "rigid", "--shape", "circle",
+                            "--along", "x,y")
         self.assertEqual(answer.returncode, 1)
         self.assertIn("refused: ", answer.stdout)
         self.assertIn("missing: ", answer.stdout)
 
     def test_an_object_is_driven_along_a_lissajous_by_friction(self):
-        answer = system.run("cooperative", "co-manipulate", "--contact", "soft_finger", "--squeeze", "0.002",
+        answer = system.run("cooperative", "co-manipulate", "--offline", "--contact", "soft_finger", "--squeeze", "0.002",
                             "--load=0,0,-0.0003", "--shape", "lissajous", "--along", "y,z", "--hold", "places",
                             "--json", timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
@@ -183,13 +184,20 @@ class Demonstrations(unittest.TestCase):
         self.assertLess(max(found["facts"][f"friction_used_arm_{arm}"][1] for arm in "ab"), 1.0)
 
     def test_a_grasp_that_would_slip_is_refused_with_the_squeeze_that_would_do(self):
-        answer = system.run("cooperative", "co-manipulate", "--contact", "point", "--squeeze", "0.001",
+        answer = system.run("cooperative", "co-manipulate", "--offline", "--contact", "point", "--squeeze", "0.001",
                             "--load=0,0,-0.01")
         self.assertEqual(answer.returncode, 1)
         self.assertIn("found a squeeze of 0.001 N, expected more than", answer.stdout)
-        answer = system.run("cooperative", "co-manipulate", "--load", "0,0")
+        answer = system.run("cooperative", "co-manipulate", "--offline", "--load", "0,0")
         self.assertEqual(answer.returncode, 2)
         self.assertIn("--load", answer.stderr)
+
+    def test_services_run_the_file_as_it_is(self):
+        for option, value in (("--contact", "point"), ("--squeeze", "0.002"), ("--load", "0,0,1")):
+            answer = system.run("cooperative", "co-manipulate", option, value)
+            self.assertEqual(answer.returncode, 2)
+            self.assertIn(f"{option}: found beside a run over DDS", answer.stderr)
+            self.assertIn("expected --offline with it, or the value in the file", answer.stderr)
 
     def test_payload_of_the_pair_and_of_each_arm(self):
         answer = system.run("cooperative", "payload", "--json", "--directions", 8, "--figure", self.folder / "load.png",
@@ -208,7 +216,8 @@ class Demonstrations(unittest.TestCase):
         self.assertGreater((self.folder / "load.png").stat().st_size, 10000)
 
     def test_target_assist(self):
-        answer = system.run("cooperative", "target-assist", "--json", "--figure", self.folder / "run.png", timeout=120)
+        answer = system.run("cooperative", "target-assist", "--offline", "--json", "--figure", self.folder / "run.png",
+                            timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         found = json.loads(answer.stdout)
         self.assertLess(found["max_drift_m"], 1e-8)

@@ -192,7 +192,8 @@ INSTANTIATE_TEST_SUITE_P(Presets,
                                          "deployments/laptop.yaml",
                                          "hardware/ark2024-two-buses.yaml",
                                          "trajectories/circle.yaml",
-                                         "trajectories/lissajous.yaml"),
+                                         "trajectories/lissajous.yaml",
+                                         "paths/tip-eight.yaml"),
                          [](const auto& preset) {
                            std::string name = preset.param;
                            std::replace_if(

@@ -69,5 +69,13 @@ TEST(JointMotion, NowhereToGoTakesNoTime) {
   EXPECT_EQ(motion.velocity(0.0).norm(), 0.0);
 }
 
+TEST(JointMotion, OfThreeJointsTheFirstAloneIsATranslation) {
+  ArmLimits limits;
+  limits.joints.resize(3);
+  EXPECT_EQ(moveVelocity(limits, 0), kMoveTranslationVelocity);
+  EXPECT_EQ(moveVelocity(limits, 1), kMoveRotationVelocity);
+  EXPECT_EQ(moveVelocity(limits, 2), kMoveRotationVelocity);
+}
+
 }  // namespace
 }  // namespace tandem::safety

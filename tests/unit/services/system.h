@@ -5,6 +5,7 @@
 #include <deque>
 #include <numeric>
 
+#include "config/any_robot.h"
 #include "services/control/control_core.h"
 #include "services/planning/planning_core.h"
 #include "services/sim/sim_core.h"
@@ -18,7 +19,7 @@ inline service::Setup makeSetup(const std::string& deployment, Change change = n
   setup.deployment = config::loadDeployment(std::string(TANDEM_PRESETS) + "/deployments/" + deployment + ".yaml");
   if (change != nullptr)
     change(setup.deployment);
-  setup.robot = config::loadRobot(setup.deployment.robot);
+  setup.robot = config::loadAnyRobot(setup.deployment.robot);
   setup.session = service::randomIdentity();
   return setup;
 }
@@ -103,10 +104,13 @@ struct System {
     return control.order(o, now);
   }
   dds::Reply start(const planning::TrajectorySpec& spec, std::uint64_t client = 7) {
+    return startText(config::formatTrajectory(spec), client);
+  }
+  dds::Reply startText(const std::string& text, std::uint64_t client = 7) {
     dds::PlanningRequest request;
     request.client = client;
     request.kind = 1;
-    request.trajectory = config::formatTrajectory(spec);
+    request.trajectory = text;
     std::optional<dds::Path> path;
     return planning.onRequest(request, path);
   }

@@ -2,16 +2,19 @@
 /** @file Paths of a frame along named directions: lines, circles and Lissajous figures of places and turns. */
 #pragma once
 
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
-#include "experiments/mechanism.h"
+namespace tandem::planning {
 
-namespace tandem::experiments {
+/// Linear, angular.
+using Twist = Eigen::Matrix<double, 6, 1>;
 
 enum class PathShape { kLine, kCircle, kLissajous };
 /// @throw std::invalid_argument for another name than line, circle, lissajous.
 PathShape pathShape(const std::string& name);
+std::string nameOf(PathShape shape);
 
 /** What is held of the components that a path does not move along. */
 enum class Hold {
@@ -20,7 +23,8 @@ enum class Hold {
   kAll      ///< place and orientation
 };
 /// @throw std::invalid_argument for another name than none, places, all.
-Hold hold(const std::string& name);
+Hold holdOf(const std::string& name);
+std::string nameOf(Hold hold);
 
 /** x, y, z, rx, ry, rz by index 0 to 5. @throw std::invalid_argument for another name. */
 int directionOf(const std::string& name);
@@ -40,6 +44,7 @@ struct ObjectPath {
   double duration = 10.0;       ///< s
   double length = 1.0;          ///< m that a radian counts as
   Hold held = Hold::kPlaces;
+  std::string name = {};
 
   /// @throw std::invalid_argument: what was found and what is expected.
   void check() const;
@@ -54,4 +59,4 @@ Eigen::Isometry3d displaced(const Eigen::Isometry3d& start, const Twist& displac
 /// Twist that leads from one frame to another in unit time, robot base frame.
 Twist difference(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
 
-}  // namespace tandem::experiments
+}  // namespace tandem::planning

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/object_path.h"
+#include "planning/object_path.h"
 
 #include <algorithm>
 #include <array>
@@ -9,11 +9,22 @@
 
 #include "kinematics/rotations.h"
 
-namespace tandem::experiments {
+namespace tandem::planning {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr std::array<const char*, 6> kDirections{"x", "y", "z", "rx", "ry", "rz"};
+constexpr std::array<const char*, 3> kShapes{"line", "circle", "lissajous"};
+constexpr std::array<const char*, 3> kHolds{"none", "places", "all"};
+
+/// @throw std::invalid_argument with the message where the name is not among them.
+template <std::size_t N>
+int indexOf(const std::array<const char*, N>& names, const std::string& name, const std::string& message) {
+  const auto found = std::ranges::find(names, name);
+  if (found == names.end())
+    throw std::invalid_argument(message);
+  return static_cast<int>(found - names.begin());
+}
 
 Eigen::Matrix3d turn(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
@@ -23,30 +34,20 @@ Eigen::Matrix3d turn(const Eigen::Vector3d& vector) {
 }  // namespace
 
 PathShape pathShape(const std::string& name) {
-  if (name == "line")
-    return PathShape::kLine;
-  if (name == "circle")
-    return PathShape::kCircle;
-  if (name == "lissajous")
-    return PathShape::kLissajous;
-  throw std::invalid_argument("shape: found '" + name + "', expected line, circle or lissajous");
+  return static_cast<PathShape>(
+      indexOf(kShapes, name, "shape: found '" + name + "', expected line, circle or lissajous"));
 }
 
-Hold hold(const std::string& name) {
-  if (name == "none")
-    return Hold::kNone;
-  if (name == "places")
-    return Hold::kPlaces;
-  if (name == "all")
-    return Hold::kAll;
-  throw std::invalid_argument("hold: found '" + name + "', expected none, places or all");
+std::string nameOf(PathShape shape) { return kShapes.at(static_cast<std::size_t>(shape)); }
+
+Hold holdOf(const std::string& name) {
+  return static_cast<Hold>(indexOf(kHolds, name, "hold: found '" + name + "', expected none, places or all"));
 }
+
+std::string nameOf(Hold hold) { return kHolds.at(static_cast<std::size_t>(hold)); }
 
 int directionOf(const std::string& name) {
-  const auto found = std::ranges::find(kDirections, name);
-  if (found == kDirections.end())
-    throw std::invalid_argument("direction: found '" + name + "', expected one of x, y, z, rx, ry, rz");
-  return static_cast<int>(found - kDirections.begin());
+  return indexOf(kDirections, name, "direction: found '" + name + "', expected one of x, y, z, rx, ry, rz");
 }
 
 std::string directionName(int direction) { return kDirections.at(static_cast<std::size_t>(direction)); }
@@ -57,9 +58,9 @@ void ObjectPath::check() const {
     throw std::invalid_argument("directions: found " + std::to_string(directions.size()) + ", expected " +
                                 (wanted == 1 ? "one for a line" : "two different ones for a circle or a lissajous"));
   }
-  for (const auto& [value, name] : {std::pair{size, "size"}, {duration, "duration"}, {length, "length"}}) {
+  for (const auto& [value, what] : {std::pair{size, "size"}, {duration, "duration"}, {length, "length"}}) {
     if (!(value > 0.0) || !std::isfinite(value))
-      throw std::invalid_argument(std::string(name) + ": found " + std::to_string(value) + ", expected more than 0");
+      throw std::invalid_argument(std::string(what) + ": found " + std::to_string(value) + ", expected more than 0");
   }
 }
 
@@ -122,4 +123,4 @@ Twist difference(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
   return twist;
 }
 
-}  // namespace tandem::experiments
+}  // namespace tandem::planning

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+/** What the arms hold: a box where their tips have it. */
+import * as THREE from "three";
+
+import type { HeldObject, Pose } from "../state/robot";
+import type { PoseStamped } from "../wire/messages";
+import { kObject } from "./colors";
+
+interface Placed {
+  position: THREE.Vector3;
+  turn: THREE.Quaternion;
+}
+
+const placed = ({ position, orientation: [x = 0, y = 0, z = 0, w = 1] }: Pose): Placed => ({
+  position: new THREE.Vector3().fromArray(position),
+  turn: new THREE.Quaternion(x, y, z, w),
+});
+
+/** Robot base frame <- object, as services/console/held_object.cpp has it: a grip turns it with the tip; of contacts that
+ * turn, the line from the first to the second one says how it lies. @param tips in the order of the contacts */
+export function objectPose(object: HeldObject, tips: readonly Pose[]): { position: number[]; orientation: number[] } {
+  const places = object.contacts.map(({ frame }) => placed(frame).position);
+  const touches = object.contacts.map(({ hand }, k) => {
+    const tip = placed(tips[k]!);
+    return placed(hand).position.applyQuaternion(tip.turn).add(tip.position);
+  });
+  const first = object.contacts[0]!;
+  const turn = placed(tips[0]!).turn.multiply(placed(first.hand).turn).multiply(placed(first.frame).turn.invert());
+  if (places.length > 1 && first.type !== "rigid") {
+    const from = places[1]!.clone().sub(places[0]!).applyQuaternion(turn).normalize();
+    const to = touches[1]!.clone().sub(touches[0]!).normalize();
+    turn.premultiply(new THREE.Quaternion().setFromUnitVectors(from, to));
+  }
+  const middle = new THREE.Vector3();
+  touches.forEach((touch, k) => {
+    middle.addScaledVector(touch.clone().sub(places[k]!.clone().applyQuaternion(turn)), 1 / touches.length);
+  });
+  return { position: middle.toArray(), orientation: turn.toArray() };
+}
+
+const known = ({ header }: PoseStamped): boolean => header.stamp.sec !== 0 || header.stamp.nsec !== 0;
+
+export class ObjectView {
+  readonly mesh: THREE.Mesh;
+
+  constructor(private readonly object: HeldObject) {
+    this.mesh = new THREE.Mesh(
+      new THREE.BoxGeometry(object.size, object.size, object.size),
+      new THREE.MeshStandardMaterial({ color: kObject, roughness: 0.6, transparent: true, opacity: 0.65 }),
+    );
+    this.mesh.visible = false;
+  }
+
+  /** @param tips of the arms, in the order of the contacts */
+  update(tips: readonly (PoseStamped | null)[]): void {
+    const poses = tips.slice(0, this.object.contacts.length).flatMap((tip): Pose[] => {
+      if (!tip || !known(tip)) return [];
+      const { position: p, orientation: o } = tip.pose;
+      return [{ position: [p.x, p.y, p.z], orientation: [o.x, o.y, o.z, o.w] }];
+    });
+    if (poses.length < this.object.contacts.length) return;
+    const { position, orientation } = objectPose(this.object, poses);
+    this.mesh.position.fromArray(position);
+    this.mesh.quaternion.fromArray(orientation as [number, number, number, number]);
+    this.mesh.visible = true;
+  }
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/control/catheter_places.h"
+
+#include "config/any_robot.h"
+#include "services/dds/convert.h"
+
+namespace tandem::service {
+
+CatheterPlaces::CatheterPlaces(const Setup& setup, const experiments::RobotModel& robot)
+    : setup_(setup), robot_(robot), follower_(makeRestFollower(setup.robot)) {
+  for (const int k : config::armsInOrder(*setup.robot.catheters)) {
+    const config::CatheterArm& arm = setup.robot.catheters->arms[static_cast<std::size_t>(k)];
+    radius_.push_back(static_cast<float>(0.5 * arm.outer_diameter));
+  }
+}
+
+bool CatheterPlaces::update(const dds::ActuationState& state) {
+  safety::RobotVector q;
+  if (!dds::measuredJoints(state, robot_.armCount(), robot_.jointCount(), q))
+    return false;
+  if (session_ != 0 && (session_ != state.session || placements_ != state.placements))
+    follower_ = makeRestFollower(setup_.robot);
+  session_ = state.session;
+  placements_ = state.placements;
+  if (!tips_.empty() && q == follower_.joints())
+    return true;
+  if (!follower_.settle(q).empty())
+    return false;
+  tips_ = follower_.mechanism().tips();
+  shapes_ = follower_.mechanism().shapes();
+  return true;
+}
+
+dds::Shape CatheterPlaces::shape(int arm) const {
+  const auto k = static_cast<std::size_t>(arm);
+  dds::Shape shape;
+  for (const Eigen::Vector3d& place : shapes_[k]) {
+    for (const double x : place)
+      shape.points.push_back(static_cast<float>(x));
+  }
+  shape.tubes.assign(shapes_[k].size(), 1);
+  shape.outer_radius.assign(shapes_[k].size(), radius_[k]);
+  return shape;
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Where catheters are, for people: tips and shapes under the forces that the arms have. */
+#pragma once
+
+#include <vector>
+
+#include "experiments/run_record.h"
+#include "services/dds/messages.h"
+#include "services/setup/mechanisms.h"
+#include "services/setup/process.h"
+
+namespace tandem::service {
+
+/** Tips and shapes at measured joints. For a thread that publishes: it settles and allocates. */
+class CatheterPlaces {
+ public:
+  /// @throw std::invalid_argument as makeRestFollower() does.
+  CatheterPlaces(const Setup& setup, const experiments::RobotModel& robot);
+
+  /// Takes in a state. @return whether all arms are measured and at rest there; tips and shapes are of it then.
+  bool update(const dds::ActuationState& state);
+
+  const Eigen::Isometry3d& tip(int arm) const { return tips_[static_cast<std::size_t>(arm)]; }
+  /// Without stamp and frame. The only "tube" is the first one.
+  dds::Shape shape(int arm) const;
+
+ private:
+  const Setup& setup_;
+  const experiments::RobotModel& robot_;
+  experiments::RestFollower follower_;
+  std::uint64_t session_ = 0;
+  std::uint32_t placements_ = 0;
+  std::vector<Eigen::Isometry3d> tips_;
+  std::vector<std::vector<Eigen::Vector3d>> shapes_;
+  std::vector<float> radius_;  ///< of each arm, m
+};
+
+}  // namespace tandem::service

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file How control closes the loop on what catheters move. */
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "services/control/settler.h"
+#include "services/dds/messages.h"
+
+namespace tandem::service {
+
+/** In lock-step every step settles where it is, and in the middle of its period. In real time a thread beside the
+ * periodic one settles where the joints are going to be in the middle of the next period (Settler); what it found is
+ * taken to where they are to first order. */
+class FrameLoop {
+ public:
+  /// @throw std::invalid_argument as makeRestFollower() does.
+  explicit FrameLoop(const Setup& setup);
+
+  /// Real time, before enterRealtime(). Without it every cycle settles by itself: for tests.
+  void start();
+  void stop();
+
+  /// The joints were put elsewhere without a path.
+  void restart() noexcept;
+
+  /// One step. @param setpoint  joints from which this cycle goes on  @param velocity  of the command before
+  /// @return why the arms have to hold instead; `result` says so, too
+  dds::HoldReason step(std::int64_t now,
+                       const safety::RobotVector& setpoint,
+                       const safety::RobotVector& velocity,
+                       const planning::Reference& tasks,
+                       planning::ReferenceTracker& tracker,
+                       planning::TrackResult& result) noexcept;
+
+  /// Real time, at the end of every cycle: a rest for the next one. @param velocity  that has been sent
+  void ask(std::int64_t now,
+           const safety::RobotVector& setpoint,
+           const safety::RobotVector& velocity,
+           const planning::ReferenceTracker& tracker) noexcept;
+
+ private:
+  void stepAtOnce(const safety::RobotVector& q,
+                  const planning::Reference& tasks,
+                  planning::ReferenceTracker& tracker,
+                  planning::TrackResult& result);
+
+  const Setup& setup_;
+  double period_;
+  double oldest_;                                      ///< rest that may be used, s
+  std::optional<experiments::RestFollower> follower_;  ///< lock-step
+  std::unique_ptr<Settler> settler_;                   ///< real time
+  std::uint32_t placement_ = 0;
+  planning::Rest rest_;
+  Settler::Wish wish_;
+  Settler::Answer answer_;
+};
+
+}  // namespace tandem::service

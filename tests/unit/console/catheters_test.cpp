@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the console tells of catheters, and where it draws what they hold. */
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "config/any_robot.h"
+#include "services/console/api.h"
+#include "services/console/held_object.h"
+#include "services/console/markers.h"
+
+namespace tandem::console {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using kinematics::grasp::ContactType;
+
+config::Deployment presetOf(const std::string& name) {
+  return config::loadDeployment(config::findFile(name, "deployment"));
+}
+
+Isometry3d anyPose() { return Eigen::Translation3d(Vector3d::Random()) * Eigen::Quaterniond::UnitRandom(); }
+
+/// Two contacts anywhere on an object.
+config::HeldObject held(ContactType type) {
+  config::HeldObject object;
+  object.size = 0.01;
+  for (int k = 0; k < 2; ++k) {
+    kinematics::grasp::Contact contact;
+    contact.type = type;
+    contact.frame = anyPose();
+    contact.hand = anyPose();
+    object.contacts.push_back(contact);
+    object.arms.push_back(k);
+  }
+  return object;
+}
+
+/// Tips that touch the object, each turned about where it touches.
+std::vector<Isometry3d> touching(const config::HeldObject& object, const Isometry3d& at, bool turned) {
+  std::vector<Isometry3d> tips;
+  for (const auto& contact : object.contacts) {
+    Isometry3d turn = Isometry3d::Identity();
+    if (turned)
+      turn.linear() = Eigen::Quaterniond::UnitRandom().toRotationMatrix();
+    tips.push_back(at * contact.frame * turn * contact.hand.inverse());
+  }
+  return tips;
+}
+
+TEST(HeldObjectPose, AGrippedObjectIsWhereItsTipsAre) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::srand(seed);
+  for (int round = 0; round < 100; ++round) {
+    const config::HeldObject object = held(ContactType::kRigid);
+    const Isometry3d at = anyPose();
+    EXPECT_LT((objectPose(object, touching(object, at, false)).matrix() - at.matrix()).norm(), 1e-12);
+  }
+}
+
+TEST(HeldObjectPose, BetweenPointsItLiesAsItsPointsDo) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::srand(seed);
+  for (int round = 0; round < 100; ++round) {
+    const config::HeldObject object = held(ContactType::kPoint);
+    const std::vector<Isometry3d> tips = touching(object, anyPose(), true);
+    const Isometry3d found = objectPose(object, tips);
+    for (std::size_t k = 0; k < tips.size(); ++k) {
+      const Vector3d touch = tips[k] * object.contacts[k].hand.translation();
+      EXPECT_LT((found * object.contacts[k].frame.translation() - touch).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(HeldObjectPose, IsDrawnAsACubeOfItsSize) {
+  const Isometry3d at = anyPose();
+  const dds::MarkerArray array = markersOf(held(ContactType::kRigid), at, "t_base", 5);
+  ASSERT_EQ(array.markers.size(), 1u);
+  const dds::Marker& cube = array.markers[0];
+  EXPECT_EQ(cube.type, 1);
+  EXPECT_EQ(cube.frame, "t_base");
+  EXPECT_EQ(cube.group, "object");
+  EXPECT_EQ(cube.stamp, 5);
+  EXPECT_GT(cube.lifetime, 0);
+  EXPECT_GT(cube.color[3], 0.0f);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_DOUBLE_EQ(cube.scale[static_cast<std::size_t>(k)], 0.01);
+    EXPECT_DOUBLE_EQ(cube.position[static_cast<std::size_t>(k)], at.translation()[k]);
+  }
+  const auto& q = cube.orientation;
+  EXPECT_LT((Eigen::Quaterniond(q[3], q[0], q[1], q[2]).toRotationMatrix() - at.linear()).norm(), 1e-12);
+}
+
+TEST(Description, OfCathetersThatHoldAnObject) {
+  const config::Deployment deployment = presetOf("ablation-pair");
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const auto json = describeRobot(deployment, robot);
+  ASSERT_EQ(json["arms"].size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto& arm = json["arms"][k];
+    EXPECT_EQ(arm["type"], "catheter");
+    EXPECT_EQ(arm["joint_count"], 3);
+    ASSERT_EQ(arm["tubes"].size(), 1u);
+    EXPECT_NEAR(arm["tubes"][0]["outer_radius"].get<double>(), 2.333e-3 / 2, 1e-9);
+    EXPECT_NEAR(arm["tubes"][0]["length"].get<double>(), 0.120 + 0.065 + 0.015, 1e-9);
+    EXPECT_NEAR(arm["base"]["position"][0].get<double>(), k == 0 ? -63.38e-3 : 63.38e-3, 1e-9);
+    std::vector<std::string> names;
+    for (const auto& joint : arm["joints"]) {
+      names.push_back(joint["name"]);
+      EXPECT_EQ(joint["translation"], names.size() == 1);
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"insertion", "roll", "bend"}));
+  }
+  EXPECT_EQ(json["object"]["size"], 0.014);
+  ASSERT_EQ(json["object"]["contacts"].size(), 2u);
+  EXPECT_EQ(json["object"]["contacts"][1]["arm"], "arm_b");
+  EXPECT_EQ(json["object"]["contacts"][1]["type"], "rigid");
+  std::vector<std::string> paths;
+  for (const auto& path : describeTrajectories(robot))
+    paths.push_back(path["name"]);
+  EXPECT_EQ(paths, (std::vector<std::string>{"lift", "tip-eight"}));
+}
+
+TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
+  const config::Deployment laptop = presetOf("laptop"), assist = presetOf("ablation-assist");
+  const config::Robot tubes = config::loadAnyRobot(laptop.robot);
+  const auto json = describeRobot(laptop, tubes);
+  EXPECT_TRUE(json["object"].is_null());
+  EXPECT_EQ(json["arms"][0]["type"], "concentric_tube");
+  EXPECT_EQ(json["arms"][0]["joints"][0]["name"], "beta_1");
+  EXPECT_EQ(json["arms"][0]["joints"][3]["name"], "alpha_1");
+  EXPECT_EQ(json["arms"][0]["joints"][2]["translation"], true);
+  EXPECT_EQ(json["arms"][0]["joints"][3]["translation"], false);
+  for (const auto& trajectory : describeTrajectories(tubes))
+    EXPECT_NE(trajectory["yaml"].get<std::string>().find("trajectory/1"), std::string::npos);
+  EXPECT_TRUE(describeRobot(assist, config::loadAnyRobot(assist.robot))["object"].is_null());
+}
+
+}  // namespace
+}  // namespace tandem::console

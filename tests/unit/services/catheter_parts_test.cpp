@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Parts of the services that catheters have of their own. */
+#include <gtest/gtest.h>
+
+#include "catheter_system.h"
+#include "services/control/catheter_places.h"
+#include "services/control/frame_loop.h"
+#include "services/dds/convert.h"
+#include "services/planning/path_follower.h"
+#include "services/sim/catheter_tips.h"
+
+namespace tandem::test {
+namespace {
+
+TEST(PathFollower, EndsWhatGoesWrongWithWords) {
+  const service::Setup setup = makeSetup("ablation-pair");
+  safety::RobotVector home(6);
+  home << setup.robot.arms[0].home, setup.robot.arms[1].home;
+  planning::Reference reference;
+  service::PathFollower follower(setup);
+  const auto begin = [&] {
+    EXPECT_EQ(follower.start(pathText("z"), home), "");
+    EXPECT_TRUE(follower.update(home, reference));
+  };
+  const auto failsWith = [&](const safety::RobotVector& q, const std::string& words) {
+    EXPECT_FALSE(follower.update(q, reference));
+    EXPECT_EQ(follower.progress().phase, planning::Phase::kFailed);
+    EXPECT_NE(follower.why().find(words), std::string::npos) << follower.why();
+  };
+  begin();
+  safety::RobotVector apart = home;
+  apart[0] += 5e-4;
+  failsWith(apart, "contacts drift by 0.");
+  begin();
+  safety::RobotVector away = home;
+  away[0] += 2e-3;
+  away[3] += 2e-3;
+  failsWith(away, "the path is left by 2 mm, more than 1 mm");
+  begin();
+  failsWith(safety::RobotVector::Constant(6, std::nan("")), "no rest at the present joints: ");
+  begin();
+  EXPECT_EQ(follower.why(), "") << "of the run before";
+  follower.pause();
+  ASSERT_TRUE(follower.update(home, reference));
+  EXPECT_TRUE(reference.frame.feed_forward.isZero(0.0));
+  follower.resume();
+  ASSERT_TRUE(follower.update(home, reference));
+  EXPECT_EQ(follower.progress().iteration, 2);
+}
+
+TEST(RestFollower, WalksToJointsThatAreFar) {
+  const service::Setup setup = makeSetup("ablation-pair");
+  experiments::RestFollower jump = service::makeRestFollower(setup.robot),
+                            walk = service::makeRestFollower(setup.robot);
+  const safety::RobotVector home = jump.joints();
+  safety::RobotVector far = home;
+  far[0] += 0.02;
+  far[3] += 0.02;
+  ASSERT_EQ(jump.settle(far), "");
+  for (int k = 1; k <= 200; ++k)
+    ASSERT_EQ(walk.settle(home + k / 200.0 * (far - home)), "");
+  EXPECT_LT((jump.mechanism().pose().translation() - walk.mechanism().pose().translation()).norm(), 1e-9);
+  EXPECT_NE(jump.settle(safety::RobotVector::Zero(5)), "");
+  EXPECT_EQ(jump.joints(), far) << "the last rest stays";
+}
+
+TEST(FrameLoop, HoldsWithoutAFreshRest) {
+  const service::Setup setup = makeSetup("ablation-pair");
+  const experiments::RobotModel model(setup.robot);
+  const auto tracker = service::OrderDesk(setup, model).makeTracker();
+  service::FrameLoop loop(setup);
+  safety::RobotVector home(6), still = safety::RobotVector::Zero(6);
+  home << setup.robot.arms[0].home, setup.robot.arms[1].home;
+  const auto mechanism = service::makeMechanism(setup.robot);
+  ASSERT_EQ(mechanism->settle(home), "");
+  planning::Reference tasks;
+  tasks.task_count = 1;
+  tasks.tasks[0].kind = planning::TaskKind::kFrame;
+  tasks.frame.position = mechanism->pose().translation() + Eigen::Vector3d(0.0, 0.0, 1e-4);
+  tasks.frame.orientation = Eigen::Quaterniond(mechanism->pose().linear());
+  tasks.frame.tracked[2] = true;
+  planning::TrackResult result;
+  std::int64_t now = 1'000'000'000;
+  const auto step = [&] { return loop.step(now, home, still, tasks, *tracker, result); };
+  EXPECT_EQ(step(), dds::HoldReason::kNoRest) << "none yet";
+  EXPECT_EQ(result.status, planning::TrackStatus::kRest);
+  EXPECT_TRUE(result.solution.velocity.isZero(0.0));
+  loop.ask(now, home, still, *tracker);
+  EXPECT_EQ(step(), dds::HoldReason::kNone);
+  EXPECT_EQ(result.status, planning::TrackStatus::kOk);
+  EXPECT_NEAR(result.error[0], 1e-4, 1e-9);
+  EXPECT_GT(result.solution.velocity.norm(), 1e-5);
+  now += 40'000'000;
+  EXPECT_EQ(step(), dds::HoldReason::kNone) << "an older one will do";
+  now += 400'000'000;
+  EXPECT_EQ(step(), dds::HoldReason::kNoRest) << "too old";
+  loop.ask(now, home, still, *tracker);
+  EXPECT_EQ(step(), dds::HoldReason::kNone);
+  loop.restart();
+  EXPECT_EQ(step(), dds::HoldReason::kNoRest) << "of joints that have been put elsewhere";
+  loop.ask(now, home, still, *tracker);
+  EXPECT_EQ(step(), dds::HoldReason::kNone);
+}
+
+TEST(Settler, AnswersFromItsThread) {
+  const service::Setup setup = makeSetup("ablation-pair");
+  service::Settler settler(setup);
+  settler.start();
+  service::Settler::Wish wish;
+  wish.stamp = 5;
+  wish.joint_count = 6;
+  Eigen::Vector3d::Map(wish.joints.data()) = setup.robot.arms[0].home;
+  Eigen::Vector3d::Map(wish.joints.data() + 3) = setup.robot.arms[1].home;
+  settler.ask(wish);
+  settler.stop();  // after what was asked for
+  service::Settler::Answer answer;
+  ASSERT_TRUE(settler.take(answer));
+  EXPECT_EQ(answer.stamp, 5);
+  EXPECT_EQ(answer.rest.joint_count, 6);
+}
+
+TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
+  System system("ablation-pair");
+  system.run(0.1);
+  service::CatheterMoment moment;
+  system.sim.trueJoints(moment);
+  ASSERT_EQ(moment.joint_count, 6);
+  const dds::TipPoses tips = service::CatheterTips(system.setup).at(moment);
+  service::CatheterPlaces places(system.setup, system.model);
+  ASSERT_TRUE(places.update(system.state));
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_EQ(tips.valid[static_cast<std::size_t>(k)], 1);
+    EXPECT_LT((dds::tipPosition(tips, k) - places.tip(k).translation()).norm(), 1e-12);
+    const dds::Shape shape = places.shape(k);
+    ASSERT_GT(shape.tubes.size(), 20u);
+    const std::size_t last = shape.points.size() - 3;
+    const Eigen::Vector3d end(shape.points[last], shape.points[last + 1], shape.points[last + 2]);
+    EXPECT_LT((end - places.tip(k).translation()).norm(), 1e-6);
+    EXPECT_NEAR(shape.outer_radius[0], 1.1665e-3, 1e-6);
+  }
+}
+
+TEST(Catheters, FramesCrossTheWire) {
+  planning::Reference reference;
+  reference.task_count = 1;
+  reference.tasks[0].kind = planning::TaskKind::kFrame;
+  reference.frame.position = {0.1, 0.2, 0.3};
+  reference.frame.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()));
+  reference.frame.feed_forward << 1, 2, 3, 4, 5, 6;
+  reference.frame.tracked = {true, false, true, false, false, true};
+  dds::PlanningReference message;
+  dds::setTasks(reference, message);
+  const planning::FrameReference back = dds::tasksOf(message).frame;
+  EXPECT_EQ(back.position, reference.frame.position);
+  EXPECT_EQ(back.orientation.coeffs(), reference.frame.orientation.coeffs());
+  EXPECT_EQ(back.tracked, reference.frame.tracked);
+  for (int k = 0; k < 6; ++k)
+    EXPECT_EQ(back.feed_forward[k], back.tracked[static_cast<std::size_t>(k)] ? k + 1.0 : 0.0);
+}
+
+}  // namespace
+}  // namespace tandem::test
