@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "config/tubes.h"
 #include "services/cli/arm_options.h"
 
 namespace tandem::cli {
@@ -29,7 +30,8 @@ dds::ComputationResult answered(dds::ComputationResult result) {
 PlanSetup::PlanSetup(const PlanOptions& options)
     : options_(options),
       deployment_(deploymentOf(options)),
-      robot_(config::loadRobot(deployment_ ? deployment_->robot : config::findFile(options.robot, "robot"))),
+      robot_(deployment_ ? config::loadTubes(*deployment_, "of catheters planning judges a path when it is started")
+                         : config::loadRobot(config::findFile(options.robot, "robot"))),
       model_name_(deployment_ ? deployment_->model : options.model),
       model_(robot_, model_name_) {}
 

@@ -26,7 +26,10 @@ CrtkPublisher::Ends::Ends(dds::Bus& bus, const std::string& group)
       operating_state(bus.writer(dds::kOperatingState, group)) {}
 
 CrtkPublisher::Arm::Arm(dds::Bus& bus, const config::Arm& from)
-    : name(from.name), joint_names(service::jointNames(from)), ends(bus, from.name), shape(bus.writer(dds::kShape, from.name)) {}
+    : name(from.name),
+      joint_names(service::jointNames(from)),
+      ends(bus, from.name),
+      shape(bus.writer(dds::kShape, from.name)) {}
 
 CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
     : setup_(setup),

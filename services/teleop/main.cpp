@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "config/arm_names.h"
+#include "config/tubes.h"
 #include "safety/faults.h"
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
@@ -226,7 +227,7 @@ std::string drive(Session& session, teleop::Device& device, const Options& optio
 int run(const Options& options) {
   service::StopSignal stop;
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadTubes(deployment, "catheters that work together are not moved tip by tip");
   if (deployment.clock == config::ClockMode::kLockStep)
     throw Failure(cli::kUsage,
                   deployment.file.string() + ": clock: found lock_step, where nobody can drive; expected real_time");

@@ -6,6 +6,7 @@
 #include "services/control/catheter_places.h"
 #include "services/control/frame_loop.h"
 #include "services/dds/convert.h"
+#include "services/planning/computation_desk.h"
 #include "services/planning/path_follower.h"
 #include "services/sim/catheter_tips.h"
 
@@ -138,6 +139,25 @@ TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
     EXPECT_LT((end - places.tip(k).translation()).norm(), 1e-6);
     EXPECT_NEAR(shape.outer_radius[0], 1.1665e-3, 1e-6);
   }
+}
+
+TEST(Catheters, PlanningComputesNothingForThem) {
+  const service::Setup setup = makeSetup("ablation-pair");
+  std::vector<dds::Reply> replies;  // of the desk's one sending thread, which ends before they are read
+  {
+    service::ComputationDesk desk(setup, [&](const service::ComputationDesk::Outgoing& message) {
+      replies.push_back(std::get<dds::Reply>(message));
+    });
+    dds::ComputationRequest request;
+    request.client = 7;
+    request.request = 3;
+    request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
+    desk.onRequest(request);
+  }
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_EQ(replies[0].request, 3u);
+  EXPECT_EQ(replies[0].accepted, 0);
+  EXPECT_EQ(replies[0].reason.find("robot: found catheters, expected concentric tubes"), 0u) << replies[0].reason;
 }
 
 TEST(Catheters, FramesCrossTheWire) {

@@ -185,6 +185,7 @@ TEST(Catheters, HoldAndThenFaultWhenTheirRestIsNotKnownAnyMore) {
   EXPECT_GE(until, 0.03) << "rests are used up to an age";
   EXPECT_LE(until, 0.08);
   EXPECT_EQ(system.shown(0), OperatingState::kEnabled);
+  EXPECT_NE(dds::describe(dds::HoldReason::kNoRest).find("no rest"), std::string_view::npos);
   const auto faulted = [&] { return system.shown(0) == OperatingState::kFault; };
   EXPECT_GT(system.until(faulted, 0.2), 0.01);
   EXPECT_EQ(system.control.faultRecord(0).faults, bit(safety::Fault::kSolver));
@@ -209,6 +210,41 @@ TEST(Catheters, CyclesAllocateNothing) {
   system.control.frames()->stop();
   EXPECT_EQ(after, before);
   EXPECT_EQ(system.output.status.task_count, 1) << "it follows";
+}
+
+TEST(Catheters, AreNotDrivenByAnOperator) {
+  System system("ablation-pair");
+  dds::TeleopInput input;
+  input.client = 7;
+  input.mode = static_cast<std::uint8_t>(planning::teleoperation::Mode::kPair);
+  input.other_arm = 1;
+  input.kind = 1;
+  input.device = 4;
+  input.linear = {0.0, 0.0, 1e-3};
+  const auto drive = [&](double seconds, bool present) {
+    input.operator_present = present ? 1 : 0;
+    for (int i = 0; i < static_cast<int>(100 * seconds); ++i) {
+      system.run(0.01);
+      input.control_session = system.output.status.session;
+      input.answers_control = system.output.status.sequence;
+      ++input.sequence;
+      system.control.onInput(input, system.now);
+    }
+    system.order(dds::ControlKind::kKeepLease);
+  };
+  system.run(0.1);
+  system.order(dds::ControlKind::kAcquireLease);
+  system.command(StateCommand::kEnable);
+  drive(0.3, false);
+  ASSERT_EQ(system.shown(0), OperatingState::kEnabled);
+  const auto before = system.state.position;
+  drive(0.3, true);
+  service::OperatorMoment moment;
+  service::CrtkMoment crtk;
+  system.control.fillMoments(system.now, moment, crtk);
+  EXPECT_EQ(moment.reason, service::OperatorReason::kCatheters);
+  EXPECT_NE(std::string(service::words(moment.reason)).find("not tip by tip"), std::string::npos);
+  EXPECT_EQ(system.state.position, before);
 }
 
 TEST(Catheters, AreNotMovedTipByTip) {

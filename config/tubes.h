@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Robots for what only concentric tubes can do. */
+#pragma once
+
+#include <string>
+
+#include "config/config.h"
+
+namespace tandem::config {
+
+/// The robot of a deployment. @param why  catheters cannot, in words
+/// @throw Error as loadRobot() does, and for catheters, at the deployment's `robot`.
+Robot loadTubes(const Deployment& deployment, const std::string& why);
+
+}  // namespace tandem::config
