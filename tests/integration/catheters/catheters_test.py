@@ -125,6 +125,12 @@ class RealTime(Test):
             answer = robot.robot("run", "lift", option)
             self.assertEqual(answer.returncode, 2, answer.stderr)
             self.assertIn(f"{option}: found for the catheters", answer.stderr)
+        hasty = robot.robot("run", self.path("hasty", size_mm=20, duration_s=0.5))
+        self.assertEqual(hasty.returncode, 1, hasty.stderr)
+        self.assertRegex(hasty.stdout, r"failed: 100 points, \d+ iterations: at 0\.\d+ s: the path is left by .* mm, "
+                         "more than 1 mm")
+        self.assert_ok(robot.robot("enable"))
+        self.assert_ok(robot.robot("home"))
         run = self.start_run(robot, self.path("up", duration_s=3))
         system.until(lambda: min(self.rise(robot)) > 1e-3, 20, "both catheters are inserted by a millimetre")
         self.assertEqual(run.wait(30), 0, run.stderr.read())
