@@ -19,6 +19,9 @@ namespace {
 using safety::OperatingState;
 using safety::StateCommand;
 
+/// The period of the robot file: in a simulation no machine is late.
+void atHundredHertz(config::Deployment& deployment) { deployment.control_period = 0.01; }
+
 /// The pair as it is when its object is squeezed: at home it is not, so that a path has to be prepared.
 std::filesystem::path squeezedPair() {
   std::ifstream from(std::string(TANDEM_PRESETS) + "/cooperative/ablation-pair.yaml");
@@ -78,7 +81,7 @@ TEST(Catheters, SqueezeWhatTheyHoldBeforeTheyMoveIt) {
 }
 
 TEST(Catheters, FollowAPathInRealTime) {
-  System system("ablation-pair");
+  System system("ablation-pair", atHundredHertz);
   system.run(0.1);
   system.order(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
@@ -133,7 +136,7 @@ TEST(Catheters, RefuseTrajectoriesOfTubesAndPlans) {
 }
 
 TEST(Catheters, StopLatchesOnAPathAndMoveJpFollowsAfterwards) {
-  System system("ablation-pair");
+  System system("ablation-pair", atHundredHertz);
   system.run(0.1);
   system.order(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
@@ -169,7 +172,7 @@ TEST(Catheters, StopLatchesOnAPathAndMoveJpFollowsAfterwards) {
 }
 
 TEST(Catheters, HoldAndThenFaultWhenTheirRestIsNotKnownAnyMore) {
-  System system("ablation-pair");
+  System system("ablation-pair", atHundredHertz);
   system.run(0.1);
   system.order(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
@@ -195,7 +198,7 @@ TEST(Catheters, HoldAndThenFaultWhenTheirRestIsNotKnownAnyMore) {
 TEST(Catheters, CyclesAllocateNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "a sanitizer has its own allocator";
-  System system("ablation-pair");
+  System system("ablation-pair", atHundredHertz);
   system.run(0.1);
   system.order(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
@@ -213,7 +216,7 @@ TEST(Catheters, CyclesAllocateNothing) {
 }
 
 TEST(Catheters, AreNotDrivenByAnOperator) {
-  System system("ablation-pair");
+  System system("ablation-pair", atHundredHertz);
   dds::TeleopInput input;
   input.client = 7;
   input.mode = static_cast<std::uint8_t>(planning::teleoperation::Mode::kPair);
@@ -248,7 +251,7 @@ TEST(Catheters, AreNotDrivenByAnOperator) {
 }
 
 TEST(Catheters, AreNotMovedTipByTip) {
-  System system("ablation-pair");
+  System system("ablation-pair", atHundredHertz);
   system.run(0.2);
   service::CrtkOrder order;
   order.group = 0;
