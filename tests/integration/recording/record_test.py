@@ -201,8 +201,9 @@ class RealTime(Recording):
         same = [name for name in was if name.startswith(("header", "name", "position", "velocity"))]
         self.assertGreater(len(same), 10)
         stamps = list(zip(was["header.stamp.sec"], was["header.stamp.nanosec"]))
-        again = [stamps.index(stamp) for stamp in zip(now["header.stamp.sec"], now["header.stamp.nanosec"])]
-        self.assertEqual(again, sorted(set(again)), "in order, and none twice")
+        again = []  # in order, and none twice; a busy robot may have told one state twice
+        for stamp in zip(now["header.stamp.sec"], now["header.stamp.nanosec"]):
+            again.append(stamps.index(stamp, again[-1] + 1 if again else 0))
         self.assertGreater(len(again), len(stamps) // 2)  # a busy machine may find the replay late
         for name in same:
             self.assertEqual(now[name], [was[name][k] for k in again], name)
