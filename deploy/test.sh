@@ -69,7 +69,7 @@ cd "$root/build/$preset"
 # Processor time that the host took away (steal) and all that was asked for, in ticks since boot.
 ticks() { awk '$1 == "cpu" { print $9, $2 + $3 + $4 + $7 + $8 + $9 }' /proc/stat; }
 # stolen BEFORE: percent of what was asked for since then that the host took away.
-stolen() { printf '%s %s\n' "$1" "$(ticks)" | awk '{ print $4 > $2 ? int(100 * ($3 - $1) / ($4 - $2)) : 0 }'; }
+stolen() { printf '%s %s\n' "$1" "$(ticks)" | awk '{ print(($4 > $2) ? int(100 * ($3 - $1) / ($4 - $2)) : 0) }'; }
 
 ran=false status=0
 # run NAME JOBS SELECTION...: those of the tests asked for that SELECTION holds; nothing where there are none.
