@@ -7,7 +7,7 @@
 namespace tandem::config {
 namespace {
 
-std::vector<std::string> armNames(const Robot& robot) {
+std::vector<std::string> namesOfArms(const Robot& robot) {
   std::vector<std::string> names;
   for (const Arm& arm : robot.arms)
     names.push_back(arm.name);
@@ -16,7 +16,7 @@ std::vector<std::string> armNames(const Robot& robot) {
 
 Configuration readConfiguration(const Map& map, const Robot& robot) {
   Configuration configuration{map.text("name"), std::vector<Eigen::VectorXd>(robot.arms.size())};
-  const std::vector<std::string> names = armNames(robot);
+  const std::vector<std::string> names = namesOfArms(robot);
   for (const Map& joints : map.maps("joints")) {
     const std::string name = joints.text("arm");
     const auto index = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());

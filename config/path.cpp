@@ -3,8 +3,7 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <charconv>
-
+#include "config/exact.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
 
@@ -12,13 +11,6 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
-
-/// Shortest text that reads back as the same double.
-std::string exact(double value) {
-  char text[32];
-  const auto [end, status] = std::to_chars(text, text + sizeof text, value);
-  return {text, end};
-}
 
 planning::ObjectPath readPath(const Map& map) {
   planning::ObjectPath path;

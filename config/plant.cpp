@@ -31,7 +31,7 @@ sim::TipTrackerOptions readTracker(const Map& map, bool present) {
           map.number("drop_out")};
 }
 
-int readArm(const Map& map, const Robot& robot) {
+int readPlantArm(const Map& map, const Robot& robot) {
   const std::string name = map.text("arm");
   std::vector<std::string> names;
   for (const Arm& arm : robot.arms)
@@ -42,8 +42,8 @@ int readArm(const Map& map, const Robot& robot) {
   return static_cast<int>(found - names.begin());
 }
 
-sim::GivenTubeErrors readTube(const Map& map, const Robot& robot) {
-  sim::GivenTubeErrors given{readArm(map, robot), map.integer("tube") - 1, readErrors(map)};
+sim::GivenTubeErrors readTubeErrors(const Map& map, const Robot& robot) {
+  sim::GivenTubeErrors given{readPlantArm(map, robot), map.integer("tube") - 1, readErrors(map)};
   const int count = robot.arms[static_cast<std::size_t>(given.arm)].model.tubeCount();
   if (given.tube >= count)
     map.fail("tube", "found " + std::to_string(given.tube + 1) + ", expected 1 to " + std::to_string(count));
@@ -65,11 +65,11 @@ sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_f
     return plant;
   const Robot robot = loadRobot(robot_file);
   for (const Map& entry : tubes)
-    plant.tube_errors.push_back(readTube(entry, robot));
+    plant.tube_errors.push_back(readTubeErrors(entry, robot));
   if (!forces.empty() && plant.model == "rigid")
     map.fail("tip_forces", "found forces on a rigid plant, which does not yield; expected model: compliant");
   for (const Map& entry : forces)
-    plant.tip_forces.push_back({readArm(entry, robot), entry.vector3("force")});
+    plant.tip_forces.push_back({readPlantArm(entry, robot), entry.vector3("force")});
   return plant;
 }
 

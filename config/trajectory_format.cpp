@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <yaml-cpp/yaml.h>
 
-#include <charconv>
-
 #include "config/config.h"
+#include "config/exact.h"
 
 namespace tandem::config {
 namespace {
-
-/// Shortest text that reads back as the same double.
-std::string exact(double value) {
-  char text[32];
-  const auto [end, status] = std::to_chars(text, text + sizeof text, value);
-  return {text, end};
-}
 
 void put(YAML::Emitter& out, const std::string& key, double value) {
   out << YAML::Key << key << YAML::Value << exact(value);

@@ -89,7 +89,7 @@ const Mapping& shapeTable() {
   return table;
 }
 
-Field armIndex(const std::string& name, const std::string& description, const std::string& fallback) {
+Field armField(const std::string& name, const std::string& description, const std::string& fallback) {
   return text(name, description + ", by letter or by index from 0, in the order of the robot file")
       .oneOf({"a", "b", "c", "d", "e", "f", "g", "h", "0", "1", "2", "3", "4", "5", "6", "7"})
       .orInteger()
@@ -102,8 +102,8 @@ std::vector<Field> trajectoryFields() {
   const planning::TrajectorySpec defaults;
   return {
       text("name", "name of the trajectory").required(),
-      armIndex("arm", "the arm whose tip follows the shape", "a"),
-      armIndex("other_arm", "its partner in the relative position", "b"),
+      armField("arm", "the arm whose tip follows the shape", "a"),
+      armField("other_arm", "its partner in the relative position", "b"),
       mapping("shape", shapeTable(), "where the tip goes").required(),
       integer("points", "points after the start, evenly spaced by arc length")
           .within(1, kMostPoints)

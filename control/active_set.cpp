@@ -12,7 +12,7 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 /// A normal whose part outside the span of the active ones is smaller than this share of it counts as dependent.
 constexpr double kDependent = 1e-11;
 /// Relative size of a violation that rounding explains, of a constraint by itself and against the largest variable.
-constexpr double kRounding = 1e-13, kGlobalRounding = 1e-14;
+constexpr double kRowRounding = 1e-13, kGlobalRounding = 1e-14;
 /// A violation of this size against the largest variable, which no step can reduce, is rounding that has added up where
 /// more constraints meet than there are dimensions; a larger one is infeasibility.
 constexpr double kUnreachable = 1e-10;
@@ -61,13 +61,13 @@ double ActiveSet::slackTolerance(int id) const {
   const double global = kGlobalRounding * size_;
   switch (kind) {
     case Kind::kEquality:
-      return global + kRounding * (std::abs(qp_->e[i]) + qp_->E.row(i).cwiseAbs().dot(x_.cwiseAbs()));
+      return global + kRowRounding * (std::abs(qp_->e[i]) + qp_->E.row(i).cwiseAbs().dot(x_.cwiseAbs()));
     case Kind::kLower:
-      return global + kRounding * (std::abs(qp_->lower[i]) + std::abs(x_[i]));
+      return global + kRowRounding * (std::abs(qp_->lower[i]) + std::abs(x_[i]));
     case Kind::kUpper:
-      return global + kRounding * (std::abs(qp_->upper[i]) + std::abs(x_[i]));
+      return global + kRowRounding * (std::abs(qp_->upper[i]) + std::abs(x_[i]));
     case Kind::kRow:
-      return global + kRounding * (std::abs(qp_->b[i]) + qp_->A.row(i).cwiseAbs().dot(x_.cwiseAbs()));
+      return global + kRowRounding * (std::abs(qp_->b[i]) + qp_->A.row(i).cwiseAbs().dot(x_.cwiseAbs()));
   }
   return 0.0;
 }

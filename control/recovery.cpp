@@ -6,8 +6,9 @@
 namespace tandem::control {
 namespace {
 
-constexpr double kLeast = 1e-8;     ///< eps
-constexpr double kRounding = 1e-9;  ///< by which a bound is missed on purpose, of itself: rounding must not forbid it
+constexpr double kLeast = 1e-8;  ///< eps
+constexpr double kBoundRounding =
+    1e-9;  ///< by which a bound is missed on purpose, of itself: rounding must not forbid it
 
 }  // namespace
 
@@ -57,7 +58,7 @@ void Recovery::apply(const StepProblem& problem, VelocityBounds& bounds, RobotVe
   backend_->solve(qp_, solution_);
   if (solution_.status == QpStatus::kSolved)
     velocity = solution_.x;
-  const auto nearly = [](double value) { return (1.0 - kRounding) * value; };
+  const auto nearly = [](double value) { return (1.0 - kBoundRounding) * value; };
   for (int j = 0; j < problem.joint_count; ++j) {
     if (bounds.lower[j] > 0.0)
       bounds.lower[j] = std::min(bounds.lower[j], nearly(velocity[j]));

@@ -15,7 +15,7 @@ namespace {
 /// A velocity this near to its bound stands at it, m/s or rad/s.
 constexpr double kAtBound = 1e-10;
 
-bool finite(const StepProblem& problem) {
+bool isFinite(const StepProblem& problem) {
   for (int j = 0; j < problem.joint_count; ++j) {
     if (!std::isfinite(problem.joint[j].position))
       return false;
@@ -171,7 +171,7 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
   solution.bounds.upper.setConstant(n, safety::kUnlimited);
   solution.bounds.row_count = 0;
 
-  solution.status = finite(problem) ? resolve(problem, solution) : SolveStatus::kNotFinite;
+  solution.status = isFinite(problem) ? resolve(problem, solution) : SolveStatus::kNotFinite;
   if (!solution.velocity.allFinite())
     solution.status = SolveStatus::kFailed;
   if (solution.status != SolveStatus::kSolved && solution.status != SolveStatus::kInfeasible) {

@@ -12,8 +12,8 @@
 namespace tandem::control {
 namespace {
 
-constexpr double kOver = 1e-12;       // beyond a limit by no more than this is at it, m/s or rad/s
-constexpr double kDependent = 1e-10;  // squared part of a unit row that tasks and saturated joints leave free
+constexpr double kOver = 1e-12;          // beyond a limit by no more than this is at it, m/s or rad/s
+constexpr double kDependentRow = 1e-10;  // squared part of a unit row that tasks and saturated joints leave free
 
 using Projector =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, safety::kMaxJoints, safety::kMaxJoints>;
@@ -133,7 +133,7 @@ class Sns final : public Resolver {
     if (side.a_second != 0.0)
       u += side.a_second * held_.col(side.second);
     const double free = side.of(u);
-    if (free < kDependent)
+    if (free < kDependentRow)
       return false;
     base += u * ((side.value - side.of(base)) / free);
     for (int j = 0; j < u.size(); ++j)
@@ -147,7 +147,7 @@ class Sns final : public Resolver {
       const RobotVector row = task.jacobian.row(i).transpose();
       const RobotVector u = projector_.lazyProduct(row);
       const double free = u.dot(row);
-      if (free < kDependent * row.squaredNorm() || free <= 0.0)
+      if (free < kDependentRow * row.squaredNorm() || free <= 0.0)
         continue;
       for (int j = 0; j < u.size(); ++j)
         projector_.col(j) -= u * (u[j] / free);

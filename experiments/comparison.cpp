@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiments/comparison.h"
 
+#include "experiments/format.h"
+
 #include <algorithm>
 #include <cstdio>
 
@@ -17,13 +19,6 @@ void divide(ErrorStatistics& sum, double by) {
   sum.rms /= by;
   sum.deviation /= by;
   sum.max /= by;
-}
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  char line[256];
-  std::snprintf(line, sizeof line, pattern, arguments...);
-  return line;
 }
 
 }  // namespace

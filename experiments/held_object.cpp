@@ -17,7 +17,8 @@ namespace catheter = kinematics::catheter;
 
 namespace {
 
-std::vector<catheter::ElasticArm> armsOf(const config::CooperativeRobot& robot, const config::HeldObject& object) {
+std::vector<catheter::ElasticArm> elasticArmsOf(const config::CooperativeRobot& robot,
+                                                const config::HeldObject& object) {
   std::vector<catheter::ElasticArm> arms;
   for (const int arm : object.arms)
     arms.push_back(robot.arms[static_cast<std::size_t>(arm)].model);
@@ -28,7 +29,7 @@ std::vector<catheter::ElasticArm> armsOf(const config::CooperativeRobot& robot, 
 
 struct HeldObjectMechanism::Parts {
   Parts(const config::CooperativeRobot& robot, const config::HeldObject& object)
-      : held(object), model(grasp::Grasp(object.contacts, object.size), armsOf(robot, object)) {
+      : held(object), model(grasp::Grasp(object.contacts, object.size), elasticArmsOf(robot, object)) {
     rest = model.start(object.pose);
     for (const int arm : object.arms) {
       arms.push_back(&robot.arms[static_cast<std::size_t>(arm)]);

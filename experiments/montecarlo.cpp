@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "experiments/csv.h"
+#include "experiments/format.h"
 
 namespace tandem::experiments {
 namespace {
@@ -81,13 +82,6 @@ std::array<double, 3> percentiles(std::vector<double> values) {
     return values[std::max<std::size_t>(rank, 1) - 1];
   };
   return {at(0.5), at(0.9), at(0.99)};
-}
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  char line[256];
-  std::snprintf(line, sizeof line, pattern, arguments...);
-  return line;
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/arm_hardware.h"
 
+#include "hal/nanoseconds.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,13 +12,10 @@ namespace {
 using safety::DriveRequest;
 using safety::OperatingState;
 
-constexpr std::int64_t kSecond = 1'000'000'000;
 /// Between two boots of an arm that does not come up: control repeats its request with every command.
 constexpr std::int64_t kBootPause = 2 * kSecond;
 /// For faults that drives keep over a boot, until they are reset.
 constexpr std::int64_t kFaultReset = kSecond;
-
-std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
 
 }  // namespace
 

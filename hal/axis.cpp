@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "hal/nanoseconds.h"
 #include "hal/node_setups.h"
 
 namespace tandem::hal {
@@ -16,8 +17,6 @@ using canopen::NodePhase;
 constexpr std::uint64_t kMissedSyncs = 3;
 /// For which a drive may not say that it follows: one TPDO may have been sampled before the command came.
 constexpr double kIgnoreBudget = 0.030;
-
-std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
 
 }  // namespace
 
@@ -211,7 +210,6 @@ void Axis::readTemperature(std::int64_t now) noexcept {
   if (config_.temperature_index == 0 || phase_ != AxisPhase::kReady)
     return;
   if (jobs_.status() != SdoJobs::Status::kBusy && now >= next_temperature_) {
-    constexpr std::int64_t kSecond = 1'000'000'000;
     next_temperature_ = now + kSecond;
     jobs_.clear();
     jobs_.read({config_.temperature_index, config_.temperature_sub});

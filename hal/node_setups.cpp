@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/node_setups.h"
 
+#include "hal/nanoseconds.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,8 +23,6 @@ std::uint16_t milliseconds(double seconds) {
   constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
   return static_cast<std::uint16_t>(std::clamp(std::round(1e3 * seconds), 1.0, kMost));
 }
-
-std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(std::llround(1e9 * seconds)); }
 
 void append(std::vector<SetupStep>& steps, const std::vector<SetupStep>& more) {
   steps.insert(steps.end(), more.begin(), more.end());

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/robot_hardware.h"
 
+#include "hal/nanoseconds.h"
+
 #include <stdexcept>
 #include <utility>
 
 namespace tandem::hal {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
 /// What a frame of the cycle carries at the most: controlword and target, or statusword and position.
 constexpr int kTypicalBytes = 6;
 

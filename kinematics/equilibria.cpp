@@ -10,7 +10,7 @@
 namespace tandem::kinematics {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kFullAngle = 2.0 * std::numbers::pi;
 constexpr double kSame = 1e-5;  ///< between end angles of one equilibrium, rad
 
 /// Elastic energy by quadrature over the shape, J.
@@ -81,7 +81,7 @@ class Search {
     for (int start = 0; start < starts; ++start) {
       TubeVector theta = joints_.alpha;
       for (int i = 1, rest = start; i < arm_.tubeCount(); ++i, rest /= across)
-        theta[i] += kTurn * (2.0 * (rest % across) / across - 1.0);
+        theta[i] += kFullAngle * (2.0 * (rest % across) / across - 1.0);
       tryFrom(theta, kLongestFix);
     }
   }
@@ -99,14 +99,14 @@ class Search {
     const auto visit = [&](const Point& before, double lambda, const Point& after, double next) {
       constexpr double kLongestFix = 0.5;
       for (const double turns : {-1.0, 0.0, 1.0}) {
-        const double passed = kTurn * turns;
+        const double passed = kFullAngle * turns;
         if ((lambda < passed) == (next < passed))
           continue;
         const Point& near = std::abs(next - passed) < std::abs(lambda - passed) ? after : before;
         tryFrom(near.theta - passed * TubeVector::Unit(tube), kLongestFix);
       }
       const bool closed = (after.theta - theta).cwiseAbs().maxCoeff() < 1e-2 && std::abs(next) < 1e-2;
-      return std::abs(next) < 1.05 * kTurn && !closed;
+      return std::abs(next) < 1.05 * kFullAngle && !closed;
     };
     followArc<kMaxTubes>(start, 0.0, sense, ArcLimits{}, system, visit);
   }

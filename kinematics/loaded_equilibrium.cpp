@@ -9,12 +9,12 @@
 namespace tandem::kinematics {
 namespace {
 
-constexpr double kConverged = 1e-5;    ///< a correction below this leaves an error of its square, rad
-constexpr double kLongestMove = 0.5;   ///< of an unknown in one step along a path, rad
-constexpr double kLongestFix = 0.2;    ///< Newton's first correction of a predicted unknown, rad
-constexpr double kUnexplained = 0.03;  ///< of a step by the derivatives at its ends, rad
-constexpr double kLeastMove = 1e-4;    ///< a path that cannot be followed this far ends, rad
-constexpr int kMaxSteps = 200;         ///< along a path
+constexpr double kLoadedConverged = 1e-5;    ///< a correction below this leaves an error of its square, rad
+constexpr double kLoadedLongestMove = 0.5;   ///< of an unknown in one step along a path, rad
+constexpr double kLoadedLongestFix = 0.2;    ///< Newton's first correction of a predicted unknown, rad
+constexpr double kLoadedUnexplained = 0.03;  ///< of a step by the derivatives at its ends, rad
+constexpr double kLoadedLeastMove = 1e-4;    ///< a path that cannot be followed this far ends, rad
+constexpr int kLoadedMaxSteps = 200;         ///< along a path
 
 /// From one guess to another: angles, and the turn of the end frame.
 LoadedVector difference(const LoadedGuess& from, const LoadedGuess& to) {
@@ -63,7 +63,7 @@ bool LoadedEquilibrium::correct(const Place& place, double longest, Root& root) 
     if (!(size <= allowed))  // not even where it is not a number
       return false;
     root.move(correction);
-    if (size < kConverged)
+    if (size < kLoadedConverged)
       return true;
     allowed = 0.5 * size;
   }
@@ -78,7 +78,7 @@ bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& p
   if (known && !branch.load.isZero(0.0)) {
     place.wrench = branch.load;
     root.guess = {branch.end_angle, branch.end_frame};
-    return correct(place, kLongestFix, root);
+    return correct(place, kLoadedLongestFix, root);
   }
   Equilibrium::Root unloaded;
   if (unloaded_.find(place.q, branch, unloaded) != ModelStatus::kOk)
@@ -88,7 +88,7 @@ bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& p
   const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(place.q).beta, unloaded.theta, 1.0, StepDepth::kPose);
   root.guess = {unloaded.theta, sweep.endRotation()};
   root.snapped = unloaded.snapped;
-  return correct(place, kLongestFix, root);
+  return correct(place, kLoadedLongestFix, root);
 }
 
 /// Along the straight path through stable equilibria.
@@ -99,22 +99,22 @@ double LoadedEquilibrium::follow(const Place& from, const Place& to, Root& root)
   Root reached = root;
   Place next;
   double done = 0.0, step = 1.0;
-  for (int steps = 0; steps < kMaxSteps && done < 1.0; ++steps) {
+  for (int steps = 0; steps < kLoadedMaxSteps && done < 1.0; ++steps) {
     const LoadedVector velocity = reached.change(way, load);
     const double fastest = velocity.cwiseAbs().maxCoeff();
-    step = std::min({step, 1.0 - done, kLongestMove / std::max(fastest, 1e-9)});
+    step = std::min({step, 1.0 - done, kLoadedLongestMove / std::max(fastest, 1e-9)});
     const bool last = done + step >= 1.0;
     next.q = last ? to.q : safety::ArmVector(from.q + (done + step) * way);
     next.wrench = last ? to.wrench : Wrench(from.wrench + (done + step) * load);
     root = reached;
     root.move(step * velocity);
-    const bool found = correct(next, kLongestFix, root) && root.conjugate_points == 0;
+    const bool found = correct(next, kLoadedLongestFix, root) && root.conjugate_points == 0;
     const LoadedVector mean = 0.5 * step * (velocity + root.change(way, load));
-    if (found && (difference(reached.guess, root.guess) - mean).cwiseAbs().maxCoeff() < kUnexplained) {
+    if (found && (difference(reached.guess, root.guess) - mean).cwiseAbs().maxCoeff() < kLoadedUnexplained) {
       reached = root;
       done = last ? 1.0 : done + step;
       step *= 2.0;
-    } else if (step * fastest < kLeastMove || step < 1e-6) {
+    } else if (step * fastest < kLoadedLeastMove || step < 1e-6) {
       break;
     } else {
       step *= 0.5;
@@ -164,7 +164,7 @@ bool LoadedEquilibrium::goRound(const Place& from, const Place& to, double done,
   const auto visit = [&](const Root& before, double lambda, const Root& after, double next) {
     if ((lambda < 1.0) != (next < 1.0)) {
       Root candidate = std::abs(next - 1.0) < std::abs(lambda - 1.0) ? after : before;
-      if (correct(to, kLongestMove, candidate)) {
+      if (correct(to, kLoadedLongestMove, candidate)) {
         arrived = true;
         root = candidate;
         return candidate.conjugate_points > 0;

@@ -22,7 +22,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-11;   ///< error of a step: rad, m, and of the derivatives relative to their size
-constexpr int kMaxSteps = 1000;        ///< in one interval
+constexpr int kMaxSweepSteps = 1000;   ///< in one interval
 constexpr double kLongestStep = 0.02;  ///< no conjugate point lies within a step by itself, m
 
 using Stepper = boost::numeric::odeint::runge_kutta_fehlberg78<LoadedSweep::State,
@@ -176,7 +176,7 @@ void LoadedSweep::cross(const Interval& part, double start, double end) {
   startStep(part);
   double step = std::min(kLongestStep, end - start);
   for (int steps = 0; s_ > start; ++steps) {
-    if (steps > kMaxSteps) {  // an absurd load: no answer, said in the only way an initial value problem has
+    if (steps > kMaxSweepSteps) {  // an absurd load: no answer, said in the only way an initial value problem has
       y_.setConstant(std::numeric_limits<double>::quiet_NaN());
       s_ = start;
       return;

@@ -13,7 +13,7 @@
 namespace tandem::kinematics {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kFullTurn = 2.0 * std::numbers::pi;
 
 /// Determinant with derivatives by all joints, along the branch.
 Gradient gradientOf(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, const Branch& branch) {
@@ -96,7 +96,7 @@ ModelStatus CompliantModel::stability(const JointsRef& q, Branch& branch, Stabil
   root.theta = branch.end_angle;
   root.by_translation = branch.by_translation;
   root.by_rotation = branch.by_rotation;
-  double least = kTurn;
+  double least = kFullTurn;
   for (int i = 0; i < arm_.tubeCount(); ++i) {
     for (const int sense : {1, -1}) {
       const double left = turnLeft(equilibrium_, parts, q, root, arm_.tubeCount() + i, sense, least);

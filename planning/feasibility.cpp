@@ -6,14 +6,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "planning/index.h"
 #include "planning/walk.h"
 
 namespace tandem::planning {
 namespace {
 
 using Eigen::Vector3d;
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /** The start: tips, equilibria, and whether the robot may stand there at all. */
 struct Start {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "planning/object_path.h"
+#include "planning/path_reference.h"
 #include "planning/reference_tracker.h"
 
 namespace tandem::planning {
@@ -24,10 +25,7 @@ double ReferenceTracker::addFrame(const Rest& rest,
                                   const FrameReference& reference) noexcept {
   const Twist moved = rest.motion() * away;
   const Eigen::Isometry3d pose = displaced(rest.pose(), moved);
-  Eigen::Isometry3d wanted = Eigen::Isometry3d::Identity();
-  wanted.translation() = reference.position;
-  wanted.linear() = reference.orientation.toRotationMatrix();
-  const Twist error = difference(pose, wanted);
+  const Twist error = difference(pose, poseOf(reference));
   const Twist velocity = reference.feed_forward + gains_.tip * error;
   control::Task& task = problem_.task[static_cast<std::size_t>(problem_.task_count++)];
   int rows = 0;

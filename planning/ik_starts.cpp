@@ -5,12 +5,11 @@
 #include <numbers>
 
 #include "kinematics/rigid_model.h"
+#include "planning/index.h"
 #include "planning/inverse_kinematics.h"
 
 namespace tandem::planning {
 namespace {
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// Turns rotations that have no limit by whole turns toward the reference.
 void unwind(const Arms& arms, const safety::RobotVector& reference, safety::RobotVector& q) {

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "planning/ik_search.h"
+#include "planning/index.h"
 
 namespace tandem::planning {
 namespace {
@@ -14,8 +15,6 @@ constexpr double kSlack = 1e-6;       ///< by which a demand may be missed: in m
 constexpr double kDirection = 1e-6;   ///< rad
 constexpr double kForce = 1e-6;       ///< multipliers above this hold the tip back
 constexpr double kNearlyThere = 0.3;  ///< |r|^2 / 2 of a nearest pose from which the pose itself is tried
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 std::string format(const char* pattern, double value) {
   char text[96];

@@ -14,6 +14,13 @@ Eigen::Isometry3d frameAt(const ObjectPath& path, const Eigen::Isometry3d& start
 
 }  // namespace
 
+Eigen::Isometry3d poseOf(const FrameReference& reference) noexcept {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = reference.position;
+  pose.linear() = reference.orientation.toRotationMatrix();
+  return pose;
+}
+
 FrameReference heldReference(const ObjectPath& path, const Eigen::Isometry3d& frame) {
   FrameReference reference;
   reference.position = frame.translation();

@@ -7,6 +7,9 @@
 
 namespace tandem::planning {
 
+/// Where a reference asks the frame to be, robot base frame.
+Eigen::Isometry3d poseOf(const FrameReference& reference) noexcept;
+
 /// Holds a frame where it is, in the components that a path tracks.
 FrameReference heldReference(const ObjectPath& path, const Eigen::Isometry3d& frame);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "control/conflict.h"
+#include "planning/index.h"
 
 namespace tandem::planning {
 namespace {
@@ -16,8 +17,6 @@ constexpr double kDirectionUnit = 0.2;    // rad
 constexpr double kRegularisation = 1e-8;  // rho
 constexpr double kRowUnit = 0.1;          // m
 constexpr double kFree = 2e19;            // Ipopt's infinity
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// r_k and its derivative by the joints of its arm (m, rad).
 void residual(const TipTarget& target, const kinematics::Tip& tip, Eigen::VectorXd& r, Eigen::MatrixXd& by_joints) {

@@ -7,12 +7,11 @@
 
 #include "control/holding.h"
 #include "planning/follower.h"
+#include "planning/index.h"
 #include "safety/gate.h"
 
 namespace tandem::planning {
 namespace {
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /** Joints that are where the gate lets them be sent. */
 class IdealJoints {
@@ -57,7 +56,7 @@ class IdealJoints {
   safety::RobotVector q_, velocity_;
 };
 
-std::string wordsOf(const Rehearsal& rehearsal, control::Method method, const std::string& detail) {
+std::string wordsOfEnd(const Rehearsal& rehearsal, control::Method method, const std::string& detail) {
   const std::string who(control::name(method));
   const std::string where = " at point " + std::to_string(rehearsal.point);
   switch (rehearsal.end) {
@@ -154,7 +153,7 @@ class Run {
       result_.point = point;
     result_.iterations = follower_.progress().total_iterations;
     result_.q = joints_.position();
-    result_.words = wordsOf(result_, options_.method, detail);
+    result_.words = wordsOfEnd(result_, options_.method, detail);
     return result_;
   }
 

@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "planning/feasibility.h"
+#include "planning/index.h"
 
 namespace tandem::planning {
 namespace {
 
 using Eigen::Vector3d;
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// min_s sum w_k |s_k - d_k|^2 + mu sum |second differences|^2; the start in front stays where it is.
 std::vector<Vector3d> smooth(const std::vector<Vector3d>& d, const std::vector<double>& w, double mu) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "planning/start_choice.h"
 
+#include "planning/index.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +11,6 @@ namespace {
 
 constexpr double kTie = 1e-6;   // of the room
 constexpr double kSame = 1e-3;  // of z: two starts are one
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 bool known(const Arms& arms, const std::vector<StartCandidate>& candidates, const safety::RobotVector& q) {
   return std::any_of(candidates.begin(), candidates.end(), [&](const StartCandidate& other) {

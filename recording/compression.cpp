@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t kLargestChunk = 1ull << 30;  // bytes; more is damage, and not worth the memory
 
-void check(std::size_t result) {
+void checkZstd(std::size_t result) {
   if (ZSTD_isError(result))
     throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(result));
 }
@@ -28,7 +28,7 @@ std::uint32_t crc32(std::string_view bytes, std::uint32_t crc) {
 }
 
 Compressor::Compressor(int level) : context_(std::make_unique<Context>()) {
-  check(ZSTD_CCtx_setParameter(context_->zstd, ZSTD_c_compressionLevel, level));
+  checkZstd(ZSTD_CCtx_setParameter(context_->zstd, ZSTD_c_compressionLevel, level));
 }
 
 Compressor::~Compressor() = default;
@@ -38,7 +38,7 @@ void Compressor::append(std::string_view bytes, std::string& out) {
   out.resize(begin + ZSTD_compressBound(bytes.size()));
   const std::size_t size =
       ZSTD_compress2(context_->zstd, out.data() + begin, out.size() - begin, bytes.data(), bytes.size());
-  check(size);
+  checkZstd(size);
   out.resize(begin + size);
 }
 
@@ -52,7 +52,7 @@ std::string decompress(std::string_view bytes, std::string_view compression, std
   } else if (compression == "zstd") {
     out.resize(expected_size);
     const std::size_t size = ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
-    check(size);
+    checkZstd(size);
     out.resize(size);
   } else {
     throw std::runtime_error("found compression '" + std::string(compression) + "', expected zstd or none");

@@ -169,12 +169,12 @@ int od(const CanOptions& options) {
   return kOk;
 }
 
-CLI::App* add(CLI::App& can,
-              const std::shared_ptr<CanOptions>& options,
-              int& exit_code,
-              const std::string& name,
-              const std::string& text,
-              int (*run)(const CanOptions&)) {
+CLI::App* addCanCommand(CLI::App& can,
+                        const std::shared_ptr<CanOptions>& options,
+                        int& exit_code,
+                        const std::string& name,
+                        const std::string& text,
+                        int (*run)(const CanOptions&)) {
   CLI::App* command = can.add_subcommand(name, text);
   command->add_option("-b,--bus", options->bus, "can:INTERFACE, or unix:SOCKET of a simulated bus")->required();
   command->add_flag("--json", options->json, "JSON instead of text");
@@ -192,8 +192,8 @@ void registerCan(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CanOptions>();
   CLI::App* can = app.add_subcommand("can", "CAN buses and CANopen nodes: look, read, write, watch, record");
   can->require_subcommand(1);
-  add(*can, options, exit_code, "scan", "who is on a bus: profile, identity, state", scan);
-  CLI::App* access = add(*can, options, exit_code, "od", "read or write an object of a node, by SDO", od);
+  addCanCommand(*can, options, exit_code, "scan", "who is on a bus: profile, identity, state", scan);
+  CLI::App* access = addCanCommand(*can, options, exit_code, "od", "read or write an object of a node, by SDO", od);
   access->add_option("node", options->node, "1 to 127")->required();
   access->add_option("object", options->object, "INDEX or INDEX:SUB, hexadecimal: 6041, 607D:1")->required();
   access->add_option("value", options->value, "decimal or 0x...; written, then read back; -- before a negative one");

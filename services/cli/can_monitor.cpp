@@ -16,7 +16,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct MonitorCommand {
   std::string deployment = "drives";
   bool json = false, once = false;
 };
@@ -115,7 +115,7 @@ std::string monitorText(const Json& json) {
   return text + "\n";
 }
 
-int monitor(const Options& options) {
+int monitor(const MonitorCommand& options) {
   service::StopSignal stop;
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Robot robot = config::loadRobot(deployment.robot);
@@ -142,7 +142,7 @@ int monitor(const Options& options) {
 }  // namespace
 
 void registerCanMonitor(CLI::App& can, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MonitorCommand>();
   CLI::App* command =
       can.add_subcommand("monitor", "axes of a running tandem-hal: states, positions, temperatures, faults");
   command->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")

@@ -18,7 +18,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct ConsoleCommand {
   std::string deployment = "laptop", page;
   std::optional<int> port;
   bool only_print = false;
@@ -44,7 +44,7 @@ bool served(const std::string& address, int port) {
   return good;
 }
 
-int run(const Options& options) {
+int runConsole(const ConsoleCommand& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Console& console = deployment.console;
   const int port = options.port.value_or(console.port);
@@ -79,7 +79,7 @@ std::string consoleUrl(const config::Console& console, int port) {
 }
 
 void registerConsole(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConsoleCommand>();
   CLI::App* console = app.add_subcommand("console", "the operator's page, and the server for Foxglove and other tools");
   console->add_option("deployment,-d,--deployment", options->deployment, "deployment file, or the name of a preset")
       ->capture_default_str();
@@ -88,7 +88,7 @@ void registerConsole(CLI::App& app, int& exit_code) {
   console->add_option("--page", options->page, "folder of the operator's page (default: the one that is installed)");
   console->add_flag("--url", options->only_print, "say where it is, and no more");
   console->footer("Says where the console is; serves there until Ctrl-C, if nobody does. docs/foxglove.md has more.");
-  console->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  console->callback([options, &exit_code] { guarded(exit_code, [&] { return runConsole(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace grasp = kinematics::grasp;
 
-struct Options {
+struct MobilityCommand {
   std::string robot = "ablation-pair", contact = "all", joints;
   bool json = false;
 };
@@ -36,7 +36,7 @@ std::pair<double, double> stiffnessRange(const grasp::Matrix6& stiffness) {
 }
 
 /// At rest at the joints given, or at home, without what only a controller brings about: squeeze.
-Json mobility(config::CooperativeRobot robot, const std::string& type, const Options& options) {
+Json mobility(config::CooperativeRobot robot, const std::string& type, const MobilityCommand& options) {
   if (!type.empty()) {
     for (grasp::Contact& contact : robot.object->contacts)
       contact.type = grasp::contactType(type);
@@ -81,7 +81,7 @@ std::string listed(const Json& list) {
   return text.empty() ? "none" : text;
 }
 
-void print(const Json& json) {
+void printMobility(const Json& json) {
   std::printf("%s contacts\n", json["contact"].get<std::string>().c_str());
   if (json.contains("refused")) {
     std::printf("  no rest: %s\n", json["refused"].get<std::string>().c_str());
@@ -109,7 +109,7 @@ void print(const Json& json) {
   std::printf("\n");
 }
 
-int run(const Options& options) {
+int runMobility(const MobilityCommand& options) {
   const config::CooperativeRobot robot = cooperativeRobot(options.robot);
   if (!robot.object)
     throw Failure(kUsage, robot.file.string() + ": object: found none, expected one for this command");
@@ -123,7 +123,7 @@ int run(const Options& options) {
     all.push_back(mobility(robot, type, options));
     good = good && !all.back().contains("refused");
     if (!options.json)
-      print(all.back());
+      printMobility(all.back());
   }
   if (options.json)
     std::cout << all.dump(2) << '\n';
@@ -133,7 +133,7 @@ int run(const Options& options) {
 }  // namespace
 
 void registerMobility(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MobilityCommand>();
   CLI::App* command = app.add_subcommand("mobility", "in which directions arms can move what they hold, and how well");
   command->add_option("-r,--robot", options->robot, "cooperative robot file or preset")->capture_default_str();
   command->add_option("--contact", options->contact, "contact type; all: rigid, soft_finger, point; file: as there")
@@ -141,7 +141,7 @@ void registerMobility(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--joints", options->joints, "insertion,roll,bend of each arm, m and rad, instead of home");
   command->add_flag("--json", options->json, "JSON instead of text");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runMobility(*options); }); });
 }
 
 }  // namespace tandem::cli

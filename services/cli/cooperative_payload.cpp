@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 using experiments::Payload;
 
-struct Options {
+struct PayloadCommand {
   HeldOptions held;
   std::string csv, figure;
   double sag = 10e-3, most = 10.0;
@@ -85,7 +85,7 @@ void write(const std::string& file, const std::vector<Answer>& answers) {
     throw Failure(kFailure, file + ": cannot be written");
 }
 
-void print(const Json& json) {
+void printPayload(const Json& json) {
   std::printf("the joints stand still; the object may give way by %g mm\n", 1e3 * json["most_sag_m"].get<double>());
   for (const Json& holder : json["holders"]) {
     std::printf("held by %s%s\n", holder["name"].get<std::string>().c_str(),
@@ -100,7 +100,7 @@ void print(const Json& json) {
   }
 }
 
-int run(const Options& o) {
+int runPayload(const PayloadCommand& o) {
   config::CooperativeRobot robot = heldRobot(o.held);
   experiments::HeldObjectMechanism mechanism(robot);
   experiments::TrackOptions track;
@@ -143,14 +143,14 @@ int run(const Options& o) {
   if (o.json)
     std::cout << json.dump(2) << '\n';
   else
-    print(json);
+    printPayload(json);
   return kOk;
 }
 
 }  // namespace
 
 void registerPayload(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PayloadCommand>();
   CLI::App* command =
       app.add_subcommand("payload", "how stiff arms hold an object and what it carries, together and each alone");
   addHeldOptions(*command, options->held);
@@ -170,7 +170,7 @@ void registerPayload(CLI::App& app, int& exit_code) {
   command->footer(
       "Ends with 1 where the arms cannot hold the object at all, with the reason.\n"
       "Documentation: docs/cooperative.md");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runPayload(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -20,7 +20,7 @@ namespace assist = kinematics::assist;
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct ReachCommand {
   std::string robot = "ablation-assist", csv, figure;
   int samples = 20000, threads = 0;
   std::uint64_t seed = 1;
@@ -28,7 +28,9 @@ struct Options {
   bool json = false;
 };
 
-void writeSamples(const Options& o, const config::CooperativeRobot& robot, const std::vector<assist::Reach>& samples) {
+void writeReachSamples(const ReachCommand& o,
+                       const config::CooperativeRobot& robot,
+                       const std::vector<assist::Reach>& samples) {
   std::ofstream out(o.csv);
   std::vector<std::string> names;
   for (const int arm : {robot.assistance->target, robot.assistance->assist}) {
@@ -50,7 +52,7 @@ void writeSamples(const Options& o, const config::CooperativeRobot& robot, const
     throw Failure(kFailure, o.csv + ": cannot be written");
 }
 
-int run(Options o) {
+int runReach(ReachCommand o) {
   const config::CooperativeRobot robot = cooperativeRobot(o.robot);
   if (!robot.assistance)
     throw Failure(kUsage, robot.file.string() + ": assistance: found none, expected one for this command");
@@ -79,7 +81,7 @@ int run(Options o) {
   if (!o.csv.empty()) {
     if (fs::path(o.csv).has_parent_path())
       fs::create_directories(fs::path(o.csv).parent_path());
-    writeSamples(o, robot, samples);
+    writeReachSamples(o, robot, samples);
   }
   if (!o.figure.empty())
     drawFigures("cooperative.py", {"reach", o.csv, o.figure});
@@ -101,7 +103,7 @@ int run(Options o) {
 }  // namespace
 
 void registerReach(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReachCommand>();
   CLI::App* command =
       app.add_subcommand("reach", "where the target's tip reaches alone, and with assistance beyond that");
   command->add_option("-r,--robot", options->robot, "cooperative robot file or preset")->capture_default_str();
@@ -117,7 +119,7 @@ void registerReach(CLI::App& app, int& exit_code) {
   command->add_option("--figure", options->figure, "PNG file: what is reached alone and with assistance");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer("Volumes with assistance grow with the number of samples: they are what these samples have shown.");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runReach(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -29,7 +29,7 @@ using Json = nlohmann::ordered_json;
 using experiments::TrackRecord;
 using experiments::TrackStep;
 
-struct Options {
+struct TrackCommand {
   bool assist = false;
   HeldOptions held;
   std::string shape = "lissajous", along, method = "nspqp", hold = "none", csv, figure;
@@ -84,7 +84,7 @@ std::vector<std::string> jointNames(const config::CooperativeRobot& robot, bool 
   return names;
 }
 
-void writeRows(std::ostream& out, const TrackRecord& record, std::vector<std::string> joints) {
+void writeTrackRows(std::ostream& out, const TrackRecord& record, std::vector<std::string> joints) {
   std::vector<std::string> names{"time"};
   append(names, joints);
   append(names, {"x", "y", "z", "qx", "qy", "qz", "qw", "error", "drift"});
@@ -129,7 +129,7 @@ std::pair<double, double> rangeOf(const TrackRecord& record, std::size_t fact) {
   return {lower, upper};
 }
 
-Json summary(const Options& o, const planning::ObjectPath& path, const TrackRecord& record) {
+Json summary(const TrackCommand& o, const planning::ObjectPath& path, const TrackRecord& record) {
   Json directions = Json::array(), facts = Json::object();
   for (const int d : path.directions)
     directions.push_back(planning::directionName(d));
@@ -160,7 +160,7 @@ Json summary(const Options& o, const planning::ObjectPath& path, const TrackReco
           {"facts", facts}};
 }
 
-void print(const Json& json, bool assisted) {
+void printTrack(const Json& json, bool assisted) {
   if (json["refused"] != "") {
     std::printf("refused: %s\n", json["refused"].get<std::string>().c_str());
     return;
@@ -201,15 +201,15 @@ void refuseChanges(const HeldOptions& held) {
     refuse("--load");
 }
 
-using Progress = std::function<void(double, double)>;
+using TrackProgress = std::function<void(double, double)>;
 
 /// By simulator, control and planning, as processes. @param mechanism  at rest at home
-TrackRecord trackOverDds(const Options& o,
+TrackRecord trackOverDds(const TrackCommand& o,
                          const config::CooperativeRobot& robot,
                          experiments::Mechanism& mechanism,
                          const planning::ObjectPath& path,
                          const experiments::TrackOptions& options,
-                         const Progress& progress) {
+                         const TrackProgress& progress) {
   config::loadAnyRobot(robot.file);  // refused here, once, rather than by every process
   const OwnDeployment own(robot.file, options.parameters.period, options.gain, options.method);
   TrackRecord record;
@@ -219,7 +219,7 @@ TrackRecord trackOverDds(const Options& o,
   return record;
 }
 
-int run(Options o) {
+int runTrack(TrackCommand o) {
   if (!o.offline)
     refuseChanges(o.held);
   const config::CooperativeRobot robot = o.assist ? cooperativeRobot(o.held.robot) : heldRobot(o.held);
@@ -247,7 +247,7 @@ int run(Options o) {
   track.method = control::methodFromName(o.method).value();
   track.parameters = robot.parameters;
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  const Progress progress = [terminal](double time, double duration) {
+  const TrackProgress progress = [terminal](double time, double duration) {
     if (terminal)
       std::fprintf(stderr, "\r%6.2f of %.2f s ", time, duration);
   };
@@ -259,14 +259,14 @@ int run(Options o) {
   if (o.json)
     std::cout << json.dump(2) << '\n';
   else
-    print(json, o.assist);
+    printTrack(json, o.assist);
   if (!o.figure.empty() && o.csv.empty())
     o.csv = fs::path(o.figure).replace_extension(".csv").string();
   if (!o.csv.empty()) {
     if (fs::path(o.csv).has_parent_path())
       fs::create_directories(fs::path(o.csv).parent_path());
     std::ofstream out(o.csv);
-    writeRows(out, record, jointNames(robot, o.assist));
+    writeTrackRows(out, record, jointNames(robot, o.assist));
   }
   if (!o.figure.empty() && record.refused.empty()) {
     const std::string shapes = fs::path(o.csv).replace_extension(".shapes.csv").string();
@@ -276,8 +276,8 @@ int run(Options o) {
   return record.good() ? kOk : kFailure;
 }
 
-void add(CLI::App& app, int& exit_code, bool assist) {
-  auto options = std::make_shared<Options>();
+void addTrackCommand(CLI::App& app, int& exit_code, bool assist) {
+  auto options = std::make_shared<TrackCommand>();
   options->assist = assist;
   CLI::App* command = assist ? app.add_subcommand("target-assist", "both arms move the tip of the one that is pushed")
                              : app.add_subcommand("co-manipulate", "arms move the object that they hold");
@@ -318,14 +318,14 @@ void add(CLI::App& app, int& exit_code, bool assist) {
       "Runs simulator, control and planning as processes, over DDS in lock-step.\nEnds with 1 where the arms cannot do "
       "it, with the reason, or do it worse than 1 mm or 0.1 mm of "
       "contact drift.\nDocumentation: docs/cooperative.md");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runTrack(*options); }); });
 }
 
 }  // namespace
 
 void registerTracks(CLI::App& app, int& exit_code) {
-  add(app, exit_code, false);
-  add(app, exit_code, true);
+  addTrackCommand(app, exit_code, false);
+  addTrackCommand(app, exit_code, true);
 }
 
 }  // namespace tandem::cli

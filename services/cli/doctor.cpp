@@ -10,7 +10,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct DoctorCommand {
   std::string deployment = "laptop";
   double seconds = 3.0;
   bool json = false;
@@ -20,14 +20,14 @@ constexpr const char* kLevelName[] = {"good", "warning", "bad"};
 
 const char* nameOf(Finding::Level level) { return kLevelName[static_cast<int>(level)]; }
 
-void print(const Finding& finding) {
+void printDoctor(const Finding& finding) {
   std::cout << nameOf(finding.level) << std::string(9 - std::string(nameOf(finding.level)).size(), ' ')
             << finding.subject << ": " << finding.found << '\n';
   if (!finding.advice.empty())
     std::cout << "         -> " << finding.advice << '\n';
 }
 
-int run(const Options& options) {
+int runDoctor(const DoctorCommand& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   config::loadAnyRobot(deployment.robot);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
@@ -40,7 +40,7 @@ int run(const Options& options) {
                      {"found", finding.found},
                      {"advice", finding.advice}});
       if (!options.json)
-        print(finding);
+        printDoctor(finding);
     }
     std::cout << std::flush;
   };
@@ -70,7 +70,7 @@ int run(const Options& options) {
 }  // namespace
 
 void registerDoctor(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DoctorCommand>();
   CLI::App* command = app.add_subcommand(
       "doctor", "will this PC do: kernel, rights, clock, network, CAN, timer; and what to do about it");
   command->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")
@@ -81,7 +81,7 @@ void registerDoctor(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
       "Ends with 1 where something is bad. Run it while nothing else moves the robot: all cores are kept busy.");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runDoctor(*options); }); });
 }
 
 }  // namespace tandem::cli

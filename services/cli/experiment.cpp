@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ExperimentCommand {
   std::string experiment = "table3", deployment = "lockstep", robot, csv, figures, only, log = "warn";
   bool offline = false, json = false;
 };
@@ -61,10 +61,10 @@ class ProgressBar {
 
 using RunOne = std::function<experiments::RunRecord(const experiments::RunPlan&, const std::function<void(int, int)>&)>;
 
-std::vector<experiments::RunSummary> runAll(const Options& options,
-                                            const config::Robot& robot,
-                                            const std::vector<experiments::RunPlan>& plans,
-                                            const RunOne& run_one) {
+std::vector<experiments::RunSummary> runPlans(const ExperimentCommand& options,
+                                              const config::Robot& robot,
+                                              const std::vector<experiments::RunPlan>& plans,
+                                              const RunOne& run_one) {
   if (!options.csv.empty())
     fs::create_directories(options.csv);
   ProgressBar bar(plans.size());
@@ -111,7 +111,7 @@ nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& 
   return json;
 }
 
-std::vector<experiments::RunPlan> selected(const Options& options, const config::Experiment& experiment) {
+std::vector<experiments::RunPlan> selected(const ExperimentCommand& options, const config::Experiment& experiment) {
   std::vector<experiments::RunPlan> plans = experiments::plan(experiment);
   if (options.only.empty())
     return plans;
@@ -124,7 +124,7 @@ std::vector<experiments::RunPlan> selected(const Options& options, const config:
   return plans;
 }
 
-int run(Options options) {
+int runExperiment(ExperimentCommand options) {
   const config::Experiment experiment = config::loadExperiment(config::findFile(options.experiment, "experiment"));
   config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Robot robot = config::loadRobot(experiment.robot);
@@ -137,7 +137,7 @@ int run(Options options) {
   std::vector<experiments::RunSummary> summaries;
   if (options.offline) {
     const experiments::LoopOptions loop = experiments::loopOptions(deployment, experiment);
-    summaries = runAll(options, robot, plans, [&](const auto& plan, const auto& progress) {
+    summaries = runPlans(options, robot, plans, [&](const auto& plan, const auto& progress) {
       return experiments::runOffline(robot, model, plan, loop, progress);
     });
   } else {
@@ -150,8 +150,8 @@ int run(Options options) {
     }
     withProcesses(deployment, options.log, [&](const std::function<bool()>& interrupted) {
       ExperimentRunner runner(deployment, robot, model, interrupted);
-      summaries = runAll(options, robot, plans,
-                         [&](const auto& plan, const auto& progress) { return runner.run(plan, progress); });
+      summaries = runPlans(options, robot, plans,
+                           [&](const auto& plan, const auto& progress) { return runner.run(plan, progress); });
     });
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -180,7 +180,7 @@ int run(Options options) {
 }  // namespace
 
 void registerExperiment(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExperimentCommand>();
   CLI::App* command = app.add_subcommand("experiment", "run an experiment, print it beside the published figures");
   command->add_option("experiment", options->experiment, "experiment file or preset: table3")->capture_default_str();
   command->add_flag("--offline", options->offline, "in one process, without DDS: the same digits");
@@ -197,7 +197,7 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   command->footer(
       "Ends with 1 if a point did not converge or a setpoint left its limits.\n"
       "Example: tandem experiment table3 --csv results/csv --figures results/figures");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runExperiment(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -10,12 +10,13 @@
 #include "safety/faults.h"
 #include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
+#include "services/cli/motions.h"
 #include "services/dds/convert.h"
 
 namespace tandem::cli {
 namespace {
 
-constexpr double kSilence = 5.0;  // s without progress: something is wrong
+constexpr double kExperimentSilence = 5.0;  // s without progress: something is wrong
 
 }  // namespace
 
@@ -56,19 +57,10 @@ ExperimentRunner::ExperimentRunner(const config::Deployment& deployment,
     gate_actions_[m.sequence] = std::accumulate(m.guard_count.begin(), m.guard_count.end(), std::uint64_t{0});
   };
   client_ = std::make_unique<Client>(deployment, taps);
-  client_->interruptBy(std::move(interrupted));
-  client_->connect(20.0);
-  client_->acquireLease();
+  takeCommand(*client_, std::move(interrupted));
 }
 
-ExperimentRunner::~ExperimentRunner() {
-  try {
-    client_->stateCommand("disable");
-    client_->releaseLease();
-  } catch (const std::exception&) {
-    // The system is going down with us or before us; there is nobody to tell.
-  }
-}
+ExperimentRunner::~ExperimentRunner() { leaveCommand(*client_); }
 
 safety::RobotVector ExperimentRunner::stacked(const dds::JointArray& joints) const {
   safety::RobotVector q(model_.jointCount());
@@ -153,7 +145,7 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
   // Planning must have seen the robot at the start, and enabled, before it lays the trajectory from there.
   const safety::RobotVector wanted = model_.stack(plan.start);
   const Snapshot enabled = client_->snapshot();
-  const bool ready = client_->waitFor(kSilence, [&](const Snapshot& s) {
+  const bool ready = client_->waitFor(kExperimentSilence, [&](const Snapshot& s) {
     const bool there = lock_step_ ? s.state.placements != placements && s.reference.answers_state == s.state.sequence
                                   : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < safety::kAtRest;
     return there && s.reference.answers_control >= enabled.status.sequence;
@@ -307,7 +299,7 @@ experiments::RunRecord ExperimentRunner::run(const experiments::RunPlan& plan,
   const std::uint32_t id = client_->planning(request).value;
   experiments::RunRecord record(plan.key, model_, plan.trajectory.point_count, plan.trajectory.tolerance);
   for (bool ended = false; !ended;) {
-    const bool progressed = client_->waitFor(kSilence, [&](const Snapshot&) {
+    const bool progressed = client_->waitFor(kExperimentSilence, [&](const Snapshot&) {
       const std::lock_guard lock(mutex_);
       return lock_step_ ? collectLockStep(record, id, ended) : collectRealTime(record, id, ended);
     });

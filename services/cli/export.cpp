@@ -14,14 +14,14 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct ExportCommand {
   std::string file, csv, mat, hdf5, align, figures;
   std::vector<std::string> topics{"*"};
   double start = 0.0, seconds = 0.0, resample = 0.0;
 };
 
 /// Times of the aligned table: those of a topic, or a grid.
-std::vector<std::uint64_t> alignedTimes(const Options& options,
+std::vector<std::uint64_t> alignedTimes(const ExportCommand& options,
                                         const std::vector<recording::Table>& tables,
                                         std::uint64_t start,
                                         std::uint64_t end) {
@@ -39,7 +39,7 @@ std::vector<std::uint64_t> alignedTimes(const Options& options,
   return times;
 }
 
-recording::ExportSet collect(const Options& options, Recording& recording) {
+recording::ExportSet collect(const ExportCommand& options, Recording& recording) {
   recording::ExportSet set;
   const recording::Selection selection = recording.select(options.topics, options.start, options.seconds);
   set.tables = recording.tables(selection);
@@ -56,7 +56,7 @@ recording::ExportSet collect(const Options& options, Recording& recording) {
   return set;
 }
 
-int runExport(const Options& options) {
+int runExport(const ExportCommand& options) {
   if (options.csv.empty() && options.mat.empty() && options.hdf5.empty())
     throw Failure(kUsage, "expected at least one of --csv, --mat and --hdf5");
   Recording recording(options.file);
@@ -99,7 +99,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-int runPlot(const Options& options) {
+int runPlot(const ExportCommand& options) {
   Recording recording(options.file);
   const recording::ExportSet set = collect(options, recording);
   const TemporaryFolder folder;
@@ -113,7 +113,7 @@ int runPlot(const Options& options) {
 }  // namespace
 
 void registerExport(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand("export", "turn a recording into CSV, MATLAB or HDF5 files");
   command->add_option("file", options->file, "MCAP file")->required();
   command->add_option("--csv", options->csv, "folder that gets a file per topic");
@@ -134,7 +134,7 @@ void registerExport(CLI::App& app, int& exit_code) {
 }
 
 void registerPlot(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand("plot", "draw the standard figures of a recording");
   command->add_option("file", options->file, "MCAP file")->required();
   command->add_option("--figures", options->figures, "folder that gets them")->required();

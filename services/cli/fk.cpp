@@ -15,9 +15,9 @@ namespace {
 
 using kinematics::ModelStatus;
 
-using Options = FkOptions;
+using FkCommand = FkOptions;
 
-void check(const Options& o) {
+void checkFk(const FkCommand& o) {
   const auto refuse = [](bool wrong, const std::string& why) {
     if (wrong)
       throw Failure(kUsage, why);
@@ -38,7 +38,7 @@ void check(const Options& o) {
          "--follow and --wrench");
 }
 
-std::vector<std::string> header(const Options& options, int n) {
+std::vector<std::string> header(const FkCommand& options, int n) {
   std::vector<std::string> names{"x", "y", "z", "qx", "qy", "qz", "qw"};
   if (options.shape > 0) {
     names.insert(names.begin(), {"row", "s"});
@@ -67,7 +67,7 @@ std::vector<std::string> header(const Options& options, int n) {
 /** Answers rows; remembers the branch from row to row if asked to follow it. */
 class Answerer {
  public:
-  Answerer(const Options& options, const config::Arm& arm)
+  Answerer(const FkCommand& options, const config::Arm& arm)
       : options_(options),
         arm_(arm),
         n_(arm.model.tubeCount()),
@@ -174,7 +174,7 @@ class Answerer {
     return "";
   }
 
-  const Options& options_;
+  const FkCommand& options_;
   const config::Arm& arm_;
   int n_;
   std::unique_ptr<kinematics::ArmModel> model_;
@@ -184,11 +184,11 @@ class Answerer {
   bool all_ok_ = true;
 };
 
-int run(const Options& options) {
+int runFk(const FkCommand& options) {
   const std::filesystem::path file = config::findFile(options.robot, "robot|cooperative");
   if (config::kindOf(file) == "cooperative")
     return catheterFk(options, file);
-  check(options);
+  checkFk(options);
   const config::Robot robot = config::loadRobot(file);
   const config::Arm& arm = armOf(robot, options.arm);
   Answerer answerer(options, arm);
@@ -213,7 +213,7 @@ void addUnanswered(const FkOptions& options, int row, const std::string& why, Ta
 }
 
 void registerFk(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FkCommand>();
   CLI::App* fk =
       app.add_subcommand("fk", "forward kinematics of one arm: tip pose, stability, Jacobian or shape per row");
   fk->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
@@ -250,7 +250,7 @@ void registerFk(CLI::App& app, int& exit_code) {
       "  echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -\n"
       "  echo -0.1,-0.08,-0.05,0.785,1.2,2.5 | tandem fk --model compliant --wrench 0,0.1,0,0,0,0 --jacobian\n"
       "  echo 0.06,0,1.57 | tandem fk --robot ablation-pair --model cosserat --wrench 0,0.01,0,0,0,0 --compliance");
-  fk->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  fk->callback([options, &exit_code] { guarded(exit_code, [&] { return runFk(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -13,7 +13,7 @@ namespace {
 namespace catheter = kinematics::catheter;
 using kinematics::ModelStatus;
 
-void check(const FkOptions& o, bool elastic) {
+void checkCatheter(const FkOptions& o, bool elastic) {
   const auto refuse = [](bool wrong, const std::string& why) {
     if (wrong)
       throw Failure(kUsage, why);
@@ -27,7 +27,7 @@ void check(const FkOptions& o, bool elastic) {
          "--model constant-curvature: does not give way; --wrench, --compliance and --follow need --model cosserat");
 }
 
-std::vector<std::string> header(const FkOptions& o) {
+std::vector<std::string> catheterHeader(const FkOptions& o) {
   std::vector<std::string> names{"x", "y", "z", "qx", "qy", "qz", "qw"};
   if (o.shape > 0) {
     names.insert(names.begin(), {"row", "s"});
@@ -42,9 +42,9 @@ std::vector<std::string> header(const FkOptions& o) {
 }
 
 /** Answers rows of joints. */
-class Answerer {
+class CatheterAnswerer {
  public:
-  Answerer(const FkOptions& options, const config::CatheterArm& arm, bool elastic)
+  CatheterAnswerer(const FkOptions& options, const config::CatheterArm& arm, bool elastic)
       : options_(options), arm_(arm), elastic_(elastic), rigid_model_(arm.model.arm), elastic_model_(arm.model) {
     if (!options.wrench.empty())
       wrench_ = numbersOf("--wrench", options.wrench, 6);
@@ -124,11 +124,11 @@ class Answerer {
 
 int catheterFk(const FkOptions& options, const std::filesystem::path& file) {
   const bool elastic = options.model == "compliant" || options.model == "cosserat";
-  check(options, elastic);
+  checkCatheter(options, elastic);
   const config::CooperativeRobot robot = config::loadCooperative(file);
-  Answerer answerer(options, armOf(robot, options.arm), elastic);
+  CatheterAnswerer answerer(options, armOf(robot, options.arm), elastic);
   const auto input = openInput(options.csv);
-  Table table(std::cout, header(options), options.json);
+  Table table(std::cout, catheterHeader(options), options.json);
   int index = 0;
   for (const experiments::CsvRow& row : experiments::readRows(*input, catheter::kJoints))
     answerer.answer(row, ++index, table);

@@ -14,7 +14,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct InfoCommand {
   std::string file, attachment;
   bool json = false, check = false;
 };
@@ -58,7 +58,7 @@ std::map<std::string, TopicReport> examine(Recording& recording) {
   return topics;
 }
 
-nlohmann::ordered_json toJson(Recording& recording, const std::map<std::string, TopicReport>& topics) {
+nlohmann::ordered_json infoJson(Recording& recording, const std::map<std::string, TopicReport>& topics) {
   recording::Reader& reader = recording.reader();
   nlohmann::ordered_json json{{"file", reader.file().string()},
                               {"profile", reader.profile()},
@@ -85,7 +85,7 @@ nlohmann::ordered_json toJson(Recording& recording, const std::map<std::string, 
   return json;
 }
 
-void print(const nlohmann::ordered_json& json) {
+void printInfo(const nlohmann::ordered_json& json) {
   const double duration = json["duration_s"];
   std::cout << json["file"].get<std::string>() << ": "
             << (json["finished"] ? "finished" : "not finished: read up to the last whole chunk") << "\n"
@@ -114,32 +114,32 @@ void print(const nlohmann::ordered_json& json) {
               << topic["type"].get<std::string>() << "\n";
 }
 
-int run(const Options& options) {
+int runInfo(const InfoCommand& options) {
   Recording recording(options.file, options.check ? recording::Reader::Open::kScan : recording::Reader::Open::kFast);
   if (!options.attachment.empty()) {
     std::cout << recording.attachment(options.attachment);
     return kOk;
   }
   const auto topics = examine(recording);
-  const nlohmann::ordered_json json = toJson(recording, topics);
+  const nlohmann::ordered_json json = infoJson(recording, topics);
   if (options.json)
     std::cout << json.dump(2) << "\n";
   else
-    print(json);
+    printInfo(json);
   return recording.tellDamage() ? kFailure : kOk;
 }
 
 }  // namespace
 
 void registerInfo(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InfoCommand>();
   CLI::App* info = app.add_subcommand("info", "say what is in a recording: topics, rates, losses, attachments");
   info->add_option("file", options->file, "MCAP file")->required();
   info->add_option("--attachment", options->attachment, "print this attachment and nothing else");
   info->add_flag("--check", options->check, "look at every byte and check every checksum");
   info->add_flag("--json", options->json, "as JSON");
   info->footer("Exit code 1: the file is damaged or was not finished; what is whole is shown all the same.");
-  info->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  info->callback([options, &exit_code] { guarded(exit_code, [&] { return runInfo(*options); }); });
 }
 
 }  // namespace tandem::cli

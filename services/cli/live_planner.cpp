@@ -8,8 +8,9 @@
 namespace tandem::cli {
 namespace {
 
-constexpr double kThere = 10.0;     // s, until planning must be heard of
-constexpr double kSilence = 30.0;   // s, of planning: it computes at a low priority, so others may keep it waiting
+constexpr double kThere = 10.0;  // s, until planning must be heard of
+constexpr double kPlannerSilence =
+    30.0;                           // s, of planning: it computes at a low priority, so others may keep it waiting
 constexpr double kKeepAlive = 1.0;  // s
 constexpr double kLook = 0.05;      // s
 
@@ -74,7 +75,7 @@ dds::ComputationResult LivePlanner::compute(dds::ComputationRequest request, con
       kept = now();
       send(dds::ComputationKind::kKeepAlive, request.request);
     }
-    if (now() - heard > kSilence)
+    if (now() - heard > kPlannerSilence)
       throw Failure(kFailure, "planning has fallen silent; is `tandem up` still running?");
     if (const auto* reply = event ? std::get_if<dds::Reply>(&*event) : nullptr) {
       const bool malformed = reply->code == static_cast<std::uint16_t>(dds::ReplyCode::kMalformed);

@@ -19,7 +19,7 @@ namespace {
 namespace ex = experiments;
 namespace fs = std::filesystem;
 
-struct Options {
+struct MonteCarloCommand {
   std::string deployment = "lockstep", model, plant, feedback = "sensor", shard = "0/1", csv, figure;
   std::vector<std::string> methods, set, shards;
   std::array<std::vector<std::string>, ex::kErrorSources.size()> errors;
@@ -70,7 +70,7 @@ double sizeOf(const ex::ErrorSource& source, std::string text) {
 }
 
 /// The first case has the first size of every source, the others one size of one source changed.
-std::vector<ex::ErrorSizes> casesOf(const Options& options) {
+std::vector<ex::ErrorSizes> casesOf(const MonteCarloCommand& options) {
   std::vector<ex::ErrorSizes> cases(1);
   for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
     if (!options.errors[s].empty())
@@ -89,7 +89,7 @@ std::vector<ex::ErrorSizes> casesOf(const Options& options) {
   return cases;
 }
 
-std::vector<control::Method> methodsOf(const Options& options) {
+std::vector<control::Method> methodsOf(const MonteCarloCommand& options) {
   std::vector<control::Method> methods;
   std::string names;
   for (int m = 0; m < control::kMethodCount; ++m) {
@@ -115,7 +115,7 @@ std::vector<control::Tunable> settable() {
   return all;
 }
 
-void setParameters(const Options& options, control::MethodParameters& parameters) {
+void setParameters(const MonteCarloCommand& options, control::MethodParameters& parameters) {
   const std::vector<control::Tunable> all = settable();
   std::string names;
   for (const control::Tunable& tunable : all)
@@ -130,7 +130,7 @@ void setParameters(const Options& options, control::MethodParameters& parameters
   }
 }
 
-ex::LoopOptions loopOf(const Options& options, const config::Deployment& deployment) {
+ex::LoopOptions loopOf(const MonteCarloCommand& options, const config::Deployment& deployment) {
   ex::LoopOptions loop{deployment.control_period,
                        {deployment.relative_gain, deployment.tip_gain},
                        deployment.feedback,
@@ -145,7 +145,7 @@ ex::LoopOptions loopOf(const Options& options, const config::Deployment& deploym
   return loop;
 }
 
-std::vector<ex::TaskResult> runAll(const Options& options) {
+std::vector<ex::TaskResult> runShards(const MonteCarloCommand& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   config::Robot robot = config::loadRobot(deployment.robot);
   setParameters(options, robot.parameters);
@@ -168,7 +168,7 @@ std::vector<ex::TaskResult> runAll(const Options& options) {
   return results;
 }
 
-nlohmann::ordered_json toJson(const std::vector<ex::MethodSummary>& rows) {
+nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows) {
   auto json = nlohmann::ordered_json::array();
   const auto percentiles = [](const std::array<double, 3>& values, double unit) {
     return nlohmann::ordered_json{{"p50", unit * values[0]}, {"p90", unit * values[1]}, {"p99", unit * values[2]}};
@@ -195,7 +195,7 @@ nlohmann::ordered_json toJson(const std::vector<ex::MethodSummary>& rows) {
 
 /// Prints, writes and draws. @return the exit code: kFailure where a setpoint left its limits or a task that is out of
 /// reach was not reported.
-int finish(const Options& options, const std::vector<ex::TaskResult>& results) {
+int finish(const MonteCarloCommand& options, const std::vector<ex::TaskResult>& results) {
   std::string csv = options.csv;
   if (csv.empty() && !options.figure.empty())
     csv = fs::path(options.figure).replace_extension(".csv").string();
@@ -211,7 +211,7 @@ int finish(const Options& options, const std::vector<ex::TaskResult>& results) {
     drawFigures("montecarlo.py", {csv, options.figure});
   const std::vector<ex::MethodSummary> rows = ex::summarise(results);
   if (options.json)
-    std::cout << toJson(rows).dump(2) << '\n';
+    std::cout << monteCarloJson(rows).dump(2) << '\n';
   else
     std::cout << ex::formatTable(rows);
   const bool good = std::all_of(rows.begin(), rows.end(), [](const ex::MethodSummary& row) {
@@ -220,7 +220,7 @@ int finish(const Options& options, const std::vector<ex::TaskResult>& results) {
   return good ? kOk : kFailure;
 }
 
-int runMerge(const Options& options) {
+int runMerge(const MonteCarloCommand& options) {
   std::vector<ex::TaskResult> results;
   try {
     for (const std::string& file : options.shards) {
@@ -233,9 +233,9 @@ int runMerge(const Options& options) {
   }
 }
 
-int run(const Options& options) {
+int runMonteCarlo(const MonteCarloCommand& options) {
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<ex::TaskResult> results = runAll(options);
+  const std::vector<ex::TaskResult> results = runShards(options);
   const int code = finish(options, results);
   if (!options.json) {
     std::fprintf(stderr, "%zu runs in %.1f s\n", results.size(),
@@ -244,7 +244,7 @@ int run(const Options& options) {
   return code;
 }
 
-void addOutputs(CLI::App& command, Options& options) {
+void addOutputs(CLI::App& command, MonteCarloCommand& options) {
   command.add_option("--csv", options.csv, "file for a row a task and method, SI");
   command.add_option("--figure", options.figure, "draw errors, iterations and sweeps into this PNG file");
   command.add_flag("--json", options.json, "JSON instead of the table");
@@ -253,7 +253,7 @@ void addOutputs(CLI::App& command, Options& options) {
 }  // namespace
 
 void registerMonteCarlo(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MonteCarloCommand>();
   CLI::App* command = app.add_subcommand("montecarlo", "every method on random tasks, with a plant that differs");
   command
       ->add_option("-d,--deployment", options->deployment,
@@ -303,7 +303,7 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
   merging->callback([options, &exit_code] { guarded(exit_code, [&] { return runMerge(*options); }); });
   command->callback([options, command, &exit_code] {
     if (command->get_subcommands().empty())
-      guarded(exit_code, [&] { return run(*options); });
+      guarded(exit_code, [&] { return runMonteCarlo(*options); });
   });
 }
 

@@ -16,7 +16,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct MotionCommand {
   std::string deployment = "drives", arm, joint;
   double speed = 0.0, seconds = 1.0, timeout = 180.0;
 };
@@ -28,7 +28,7 @@ std::uint8_t armIndex(const config::Robot& robot, const std::string& arm) {
 }
 
 /// The drives home as long as somebody repeats the wish: whoever lets go stops them.
-int home(const Options& options) {
+int homeDrives(const MotionCommand& options) {
   constexpr double kRepeat = 0.2;  // s, of the keep-alive of 1 s
   service::StopSignal stop;
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
@@ -66,7 +66,7 @@ int jointIndex(const config::Arm& arm, const std::string& name) {
   throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
 }
 
-int jog(const Options& options) {
+int jog(const MotionCommand& options) {
   service::StopSignal stop;
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
@@ -108,17 +108,17 @@ int jog(const Options& options) {
 }  // namespace
 
 void registerHome(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MotionCommand>();
   CLI::App* command = app.add_subcommand("home", "homing runs of drives that need one; absolute encoders need none");
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   command->add_option("-a,--arm", options->arm, "one arm only");
   command->add_option("--timeout", options->timeout, "s")->capture_default_str()->check(CLI::PositiveNumber);
   command->footer("The arms must be DISABLED. To move homed arms to the robot file's home: tandem robot home.");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return home(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return homeDrives(*options); }); });
 }
 
 void registerJog(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MotionCommand>();
   CLI::App* command = app.add_subcommand("jog", "move one joint of an ENABLED arm at a speed, within its limits");
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   command->add_option("arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();

@@ -189,6 +189,21 @@ std::string runText(const std::string& name_or_path) {
                                         : config::formatTrajectory(config::loadTrajectory(file));
 }
 
+void takeCommand(Client& client, std::function<bool()> interrupted) {
+  client.interruptBy(std::move(interrupted));
+  client.connect(20.0);
+  client.acquireLease();
+}
+
+void leaveCommand(Client& client) noexcept {
+  try {
+    client.stateCommand("disable");
+    client.releaseLease();
+  } catch (const std::exception&) {
+    // The system is going down with us or before us; there is nobody to tell.
+  }
+}
+
 void stopAndWait(Client& client, const std::string& reason) {
   client.stop(reason);
   const bool stopped = client.waitFor(kLag, [](const Snapshot& s) {

@@ -70,6 +70,11 @@ std::string failureOf(const Snapshot& snapshot);
 /// needs no file of ours. @throw config::Error
 std::string runText(const std::string& name_or_path);
 
+/// Connects, and takes the lease, as a run of one's own does. @param interrupted  asked while it waits
+void takeCommand(Client& client, std::function<bool()> interrupted);
+/// Disables all arms and gives the lease back, where there is still somebody to tell.
+void leaveCommand(Client& client) noexcept;
+
 /// Stops all arms and waits until the drives report it; needs no connection and no lease. @throw Failure
 void stopAndWait(Client& client, const std::string& reason);
 

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSilence = 10.0;  // s without progress: something is wrong
+constexpr double kPathSilence = 10.0;  // s without progress: something is wrong
 
 /// Nobody has taken the ports of the first participants of a domain.
 bool isFree(int domain) {
@@ -48,14 +48,6 @@ int freeDomain() {
       return domain;
   }
   throw Failure(kFailure, "no DDS domain is free: the UDP ports of all from 1 to 100 are taken");
-}
-
-Eigen::Isometry3d wantedOf(const dds::PlanningReference& reference) {
-  const planning::FrameReference frame = dds::tasksOf(reference).frame;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() = frame.position;
-  pose.linear() = frame.orientation.toRotationMatrix();
-  return pose;
 }
 
 }  // namespace
@@ -101,24 +93,15 @@ PathRunner::PathRunner(const config::Deployment& deployment, std::function<bool(
     references_.push_back(m);
   };
   client_ = std::make_unique<Client>(deployment, taps);
-  client_->interruptBy(std::move(interrupted));
-  client_->connect(20.0);
-  client_->acquireLease();
+  takeCommand(*client_, std::move(interrupted));
 }
 
-PathRunner::~PathRunner() {
-  try {
-    client_->stateCommand("disable");
-    client_->releaseLease();
-  } catch (const std::exception&) {
-    // The system is going down with us or before us; there is nobody to tell.
-  }
-}
+PathRunner::~PathRunner() { leaveCommand(*client_); }
 
 std::uint32_t PathRunner::start(const planning::ObjectPath& path, std::string& refused) {
   client_->stateCommand("enable");
   const std::uint64_t enabled = client_->snapshot().status.sequence;
-  if (!client_->waitFor(kSilence, [&](const Snapshot& s) { return s.reference.answers_control >= enabled; }))
+  if (!client_->waitFor(kPathSilence, [&](const Snapshot& s) { return s.reference.answers_control >= enabled; }))
     throw Failure(kFailure, "planning does not hear control");
   dds::PlanningRequest request;
   request.kind = 1;
@@ -152,7 +135,7 @@ std::optional<PathRunner::Period> PathRunner::take(std::uint32_t id) {
 
 PathRunner::Period PathRunner::next(std::uint32_t id, std::size_t periods) {
   std::optional<Period> found;
-  client_->waitFor(kSilence, [&](const Snapshot&) { return (found = take(id)).has_value(); });
+  client_->waitFor(kPathSilence, [&](const Snapshot&) { return (found = take(id)).has_value(); });
   if (found)
     return *found;
   const safety::FaultMask faults = client_->snapshot().status.faults[0];
@@ -200,7 +183,7 @@ experiments::TrackRecord PathRunner::run(experiments::Mechanism& mechanism,
     const auto before = static_cast<double>(record.steps.size()) * period_;
     const double time = along ? (last - 1) * period_ : before - options.patience;
     experiments::TrackStep step = experiments::noteStep(mechanism, q, time);
-    step.error = planning::trackedError(path, step.pose, wantedOf(now.reference));
+    step.error = planning::trackedError(path, step.pose, planning::poseOf(dds::tasksOf(now.reference).frame));
     step.active_limits = static_cast<int>(now.status.active_limits);
     step.status = static_cast<control::SolveStatus>(now.status.solve_status);
     record.steps.push_back(std::move(step));

@@ -20,7 +20,7 @@ bool isGood(const dds::ComputationResult& result) {
   return result.outcome == static_cast<std::uint8_t>(dds::Outcome::kGood);
 }
 
-int check(const PlanOptions& options) {
+int checkPlan(const PlanOptions& options) {
   PlanSetup setup(options);
   const auto result = setup.compute(setup.request(ComputationKind::kCheck));
   const bool rehearsed = result.rehearsed != 0;
@@ -268,7 +268,7 @@ void registerPlan(CLI::App& app, int& exit_code) {
     return std::pair{command, options};
   };
   {
-    auto [command, o] = add("check", "which points of a trajectory cannot be had, and why", check,
+    auto [command, o] = add("check", "which points of a trajectory cannot be had, and why", checkPlan,
                             "Example: tandem plan check lissajous --from table3:2 --model compliant --json");
     trajectoryOf(command, o);
     std::vector<std::string> methods;

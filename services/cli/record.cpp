@@ -17,7 +17,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct RecordCommand {
   std::string deployment = "laptop", output;
   std::vector<std::string> topics{"*"};
   double seconds = 0.0, split_megabytes = 0.0, split_seconds = 0.0, memory_megabytes = 64.0;
@@ -26,9 +26,12 @@ struct Options {
 
 using Clock = std::chrono::steady_clock;
 
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double recordedFor(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-void tell(const Options& options, const char* event, const service::Recorder::Totals& totals, double seconds) {
+void tellRecording(const RecordCommand& options,
+                   const char* event,
+                   const service::Recorder::Totals& totals,
+                   double seconds) {
   if (options.json) {
     nlohmann::ordered_json files = nlohmann::ordered_json::array();
     for (const auto& file : totals.files)
@@ -48,7 +51,7 @@ void tell(const Options& options, const char* event, const service::Recorder::To
             << std::endl;
 }
 
-int run(const Options& options) {
+int runRecord(const RecordCommand& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
   const std::vector<dds::TopicInfo> topics =
@@ -70,29 +73,29 @@ int run(const Options& options) {
     dds::Bus bus(clientOptions(deployment));
     const service::Capture capture(bus, topics,
                                    [&](const auto& tag, std::string_view bytes) { recorder.take(tag, bytes); });
-    tell(options, "recording", recorder.totals(), 0.0);
+    tellRecording(options, "recording", recorder.totals(), 0.0);
     double told = 0.0;
-    while (!stop.waitFor(0.02) && (options.seconds <= 0.0 || since(start) < options.seconds)) {
+    while (!stop.waitFor(0.02) && (options.seconds <= 0.0 || recordedFor(start) < options.seconds)) {
       recorder.drain();
-      if (const double now = since(start); now - told >= 1.0) {
-        tell(options, "recording", recorder.totals(), now);
+      if (const double now = recordedFor(start); now - told >= 1.0) {
+        tellRecording(options, "recording", recorder.totals(), now);
         told = now;
       }
     }
     recorder.drain();
   } catch (const std::system_error& error) {
-    tell(options, "failed", recorder.totals(), since(start));
+    tellRecording(options, "failed", recorder.totals(), recordedFor(start));
     throw Failure(kFailure, std::string(error.what()) + "; what was written before is whole");
   }
   recorder.close();
-  tell(options, "recorded", recorder.totals(), since(start));
+  tellRecording(options, "recorded", recorder.totals(), recordedFor(start));
   return recorder.totals().lost == 0 ? kOk : kFailure;
 }
 
 }  // namespace
 
 void registerRecord(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RecordCommand>();
   CLI::App* record = app.add_subcommand("record", "record the topics of a running robot to an MCAP file");
   record->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")
       ->capture_default_str();
@@ -111,7 +114,7 @@ void registerRecord(CLI::App& app, int& exit_code) {
   record->footer(
       "Ctrl-C ends the recording. Exit code 1: samples were lost, as the sequence numbers of the writers show, or the\n"
       "disk is full; the file is whole up to there. After a `kill -9` it can be read up to the last second.");
-  record->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  record->callback([options, &exit_code] { guarded(exit_code, [&] { return runRecord(*options); }); });
 }
 
 }  // namespace tandem::cli

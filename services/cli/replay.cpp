@@ -17,7 +17,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct ReplayCommand {
   std::string file, deployment = "laptop";
   std::vector<std::string> topics{"*"}, remap;
   double rate = 1.0, start = 0.0, seconds = 0.0;
@@ -38,7 +38,7 @@ dds::Profile profileOf(const recording::Channel& channel) {
   return dds::Profile::kReliable;
 }
 
-std::map<std::string, std::string> renamings(const Options& options) {
+std::map<std::string, std::string> renamings(const ReplayCommand& options) {
   std::map<std::string, std::string> names;
   for (const std::string& rule : options.remap) {
     const auto split = rule.find(":=");
@@ -50,7 +50,7 @@ std::map<std::string, std::string> renamings(const Options& options) {
 }
 
 /** The topics of a recording, under the names that they get. */
-std::map<std::string, dds::TopicInfo> targets(const Options& options,
+std::map<std::string, dds::TopicInfo> targets(const ReplayCommand& options,
                                               Recording& recording,
                                               const config::Robot& robot) {
   const recording::Selection selection = recording.select(options.topics);
@@ -97,7 +97,7 @@ class Guard {
   std::string acted_upon_;
 };
 
-int play(const Options& options, Recording& recording) {
+int play(const ReplayCommand& options, Recording& recording) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
   const auto topics = targets(options, recording, robot);
@@ -137,7 +137,7 @@ int play(const Options& options, Recording& recording) {
   return recording.tellDamage() || refused > 0 ? kFailure : kOk;
 }
 
-int run(const Options& options) {
+int runReplay(const ReplayCommand& options) {
   Recording recording(options.file);
   if (recording.reader().statistics().messages == 0)
     throw Failure(kUsage, options.file + ": there is no message in it");
@@ -147,7 +147,7 @@ int run(const Options& options) {
 }  // namespace
 
 void registerReplay(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayCommand>();
   CLI::App* replay = app.add_subcommand("replay", "play a recording back onto DDS, or through the simulator");
   replay->add_option("file", options->file, "MCAP file")->required();
   replay->add_option("-d,--deployment", options->deployment, "deployment file or preset: network and prefix")
@@ -169,7 +169,7 @@ void registerReplay(CLI::App& app, int& exit_code) {
       "Topics that a robot acts upon are refused while a HAL with hardware is there; a simulator is fair game.\nExit "
       "code "
       "1: refused, or --simulate found a difference.");
-  replay->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  replay->callback([options, &exit_code] { guarded(exit_code, [&] { return runReplay(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -17,7 +17,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct RobotCommand {
   std::string deployment = "laptop", trajectory, arm, method, name, value;
   std::vector<double> joints;
   bool json = false, keep_enabled = false, check = false, planned = false;
@@ -25,7 +25,7 @@ struct Options {
 
 /// A running system, with its lease if asked for.
 struct Session {
-  Session(const Options& options, bool lease)
+  Session(const RobotCommand& options, bool lease)
       : deployment(config::loadDeployment(config::findFile(options.deployment, "deployment"))),
         robot(config::loadAnyRobot(deployment.robot)),
         client(deployment),
@@ -46,7 +46,7 @@ struct Session {
   bool calm_ = false;
 };
 
-int done(const Options& options,
+int done(const RobotCommand& options,
          const std::string& text,
          nlohmann::ordered_json json = nlohmann::ordered_json::object()) {
   if (options.json) {
@@ -58,7 +58,7 @@ int done(const Options& options,
   return kOk;
 }
 
-int stateCommand(const Options& options, const std::string& command) {
+int stateCommand(const RobotCommand& options, const std::string& command) {
   const bool gives_power = command == "enable" || command == "resume";
   Session session(options, gives_power);
   if (command == "disable")
@@ -70,14 +70,14 @@ int stateCommand(const Options& options, const std::string& command) {
   return done(options, "all arms: " + command + "d");
 }
 
-int stop(const Options& options) {
+int stop(const RobotCommand& options) {
   // Not a Session: a stop waits for nobody, least of all for the one whose silence may be the reason for it.
   Client client(config::loadDeployment(config::findFile(options.deployment, "deployment")));
   stopAndWait(client, "tandem robot stop");
   return done(options, "stopped; `tandem robot disable` clears the fault");
 }
 
-int moveJp(const Options& options) {
+int moveJp(const RobotCommand& options) {
   Session session(options, true);
   const auto arm = config::findArm(session.robot, options.arm);
   if (!arm)
@@ -89,14 +89,14 @@ int moveJp(const Options& options) {
   return done(options, "the arm is there");
 }
 
-int home(const Options& options) {
+int home(const RobotCommand& options) {
   Session session(options, true);
   session.motions.home();
   session.client.releaseLease();
   return done(options, "the arms are at home");
 }
 
-int setMethod(const Options& options) {
+int setMethod(const RobotCommand& options) {
   Session session(options, true);
   dds::ControlRequest request;
   const bool parameter = !options.value.empty();
@@ -129,7 +129,7 @@ void checkFirst(Session& session, const std::string& text, std::string method, b
   throw Failure(kFailure, "nothing was started: " + (result.report.feasible != 0 ? run.words : result.reason));
 }
 
-int runTrajectory(const Options& options) {
+int runTrajectory(const RobotCommand& options) {
   const std::string text = runText(options.trajectory);
   Session session(options, true);
   if (session.robot.catheters && (options.check || options.planned))
@@ -181,20 +181,20 @@ int runTrajectory(const Options& options) {
 }  // namespace
 
 void registerRobot(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RobotCommand>();
   CLI::App* robot = app.add_subcommand("robot", "commands to a running system, under the control lease");
   robot->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   robot->add_flag("--json", options->json, "JSON instead of text");
   robot->require_subcommand(1);
   robot->fallthrough();
-  const auto add = [&](const std::string& name, const std::string& text, std::function<int(const Options&)> body) {
+  const auto add = [&](const std::string& name, const std::string& text, std::function<int(const RobotCommand&)> body) {
     CLI::App* command = robot->add_subcommand(name, text);
     command->callback([options, body, &exit_code] { guarded(exit_code, [&] { return body(*options); }); });
     return command;
   };
   for (const std::string name : {"enable", "disable", "pause", "resume"}) {
     add(name, "CRTK state command '" + name + "' for all arms",
-        [name](const Options& o) { return stateCommand(o, name); });
+        [name](const RobotCommand& o) { return stateCommand(o, name); });
   }
   add("stop", "soft stop of all arms; latches until `disable`", stop);
   CLI::App* move =

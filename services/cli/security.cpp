@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct SecurityCommand {
   std::string folder, name, to, from, deployment = "laptop";
   std::vector<std::string> roles, folders, prefixes;
   std::vector<int> domains;
@@ -45,7 +45,7 @@ std::vector<dds::Role> rolesOf(const std::vector<std::string>& words) {
   return roles;
 }
 
-security::Validity validityOf(const Options& options) {
+security::Validity validityOf(const SecurityCommand& options) {
   security::Validity validity;
   validity.days = options.days;
   if (options.from.empty())
@@ -69,7 +69,7 @@ int withAuthority(const std::function<void()>& command) {
   return kOk;
 }
 
-int runInit(const Options& options) {
+int runInit(const SecurityCommand& options) {
   return withAuthority([&] {
     security::init(options.folder, options.name, validityOf(options));
     std::cout << options.folder << ": authority '" << options.name << "' made; keep " << options.folder
@@ -77,7 +77,7 @@ int runInit(const Options& options) {
   });
 }
 
-int runIssue(const Options& options) {
+int runIssue(const SecurityCommand& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   security::Grant grant;
   grant.prefixes = options.prefixes.empty() ? std::vector{deployment.prefix} : options.prefixes;
@@ -97,7 +97,7 @@ int runIssue(const Options& options) {
   });
 }
 
-int runRevoke(const Options& options) {
+int runRevoke(const SecurityCommand& options) {
   return withAuthority([&] {
     const int count = security::revoke(options.folder, options.name);
     std::cout << options.folder << "/crl.pem: " << count << " certificates of '" << options.name
@@ -105,7 +105,7 @@ int runRevoke(const Options& options) {
   });
 }
 
-int runVerify(const Options& options) {
+int runVerify(const SecurityCommand& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   security::Purpose purpose;
   purpose.prefix = deployment.prefix;
@@ -149,18 +149,18 @@ int runVerify(const Options& options) {
   return worst == security::Finding::Level::kBad ? kFailure : kOk;
 }
 
-CLI::App* add(CLI::App& parent,
-              int& exit_code,
-              const std::string& name,
-              const std::string& text,
-              const std::shared_ptr<Options>& options,
-              int (*run)(const Options&)) {
+CLI::App* addCredentialOptions(CLI::App& parent,
+                               int& exit_code,
+                               const std::string& name,
+                               const std::string& text,
+                               const std::shared_ptr<SecurityCommand>& options,
+                               int (*run)(const SecurityCommand&)) {
   CLI::App* command = parent.add_subcommand(name, text);
   command->callback([=, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
   return command;
 }
 
-void addValidity(CLI::App* command, const std::shared_ptr<Options>& options, int days) {
+void addValidity(CLI::App* command, const std::shared_ptr<SecurityCommand>& options, int days) {
   options->days = days;
   command->add_option("--days", options->days, "how long it is good")->capture_default_str();
   command->add_option("--from", options->from, "from this day on, e.g. 2026-12-31 (default: yesterday)");
@@ -172,16 +172,16 @@ void registerSecurity(CLI::App& app, int& exit_code) {
   CLI::App* all = app.add_subcommand("security", "credentials: who may take part, and say what (docs/security.md)");
   all->require_subcommand(1);
 
-  auto making = std::make_shared<Options>();
+  auto making = std::make_shared<SecurityCommand>();
   making->name = "tandem";
-  CLI::App* init = add(*all, exit_code, "init", "make an authority in a folder", making, runInit);
+  CLI::App* init = addCredentialOptions(*all, exit_code, "init", "make an authority in a folder", making, runInit);
   init->add_option("folder", making->folder, "folder of credentials; is created")->required();
   init->add_option("--name", making->name, "the organisation in all certificates")->capture_default_str();
   addValidity(init, making, 3650);
 
-  auto issuing = std::make_shared<Options>();
-  CLI::App* issue =
-      add(*all, exit_code, "issue", "certify processes: keys, certificates, permissions", issuing, runIssue);
+  auto issuing = std::make_shared<SecurityCommand>();
+  CLI::App* issue = addCredentialOptions(*all, exit_code, "issue", "certify processes: keys, certificates, permissions",
+                                         issuing, runIssue);
   issue->add_option("folder", issuing->folder, "the authority's folder")->required();
   issue->add_option("roles", issuing->roles, roleNames() + " (default: all)");
   issue->add_option("--name", issuing->name, "of the process or person, e.g. anna; for one role (default: the role)");
@@ -191,14 +191,15 @@ void registerSecurity(CLI::App& app, int& exit_code) {
   issue->add_option("--domain", issuing->domains, "DDS domains in its place")->check(CLI::Range(0, 232));
   addValidity(issue, issuing, 365);
 
-  auto revoking = std::make_shared<Options>();
-  CLI::App* revoke = add(*all, exit_code, "revoke", "take back what was issued to a name", revoking, runRevoke);
+  auto revoking = std::make_shared<SecurityCommand>();
+  CLI::App* revoke =
+      addCredentialOptions(*all, exit_code, "revoke", "take back what was issued to a name", revoking, runRevoke);
   revoke->add_option("folder", revoking->folder, "the authority's folder")->required();
   revoke->add_option("name", revoking->name, "as given to issue; a role where none was given")->required();
 
-  auto verifying = std::make_shared<Options>();
-  CLI::App* verify = add(*all, exit_code, "verify", "look at credentials before DDS does, which gives no reasons",
-                         verifying, runVerify);
+  auto verifying = std::make_shared<SecurityCommand>();
+  CLI::App* verify = addCredentialOptions(
+      *all, exit_code, "verify", "look at credentials before DDS does, which gives no reasons", verifying, runVerify);
   verify->add_option("folders", verifying->folders,
                      "folders of credentials; several must fit together (default: the deployment's)");
   verify->add_option("--role", verifying->roles, "only these roles (default: those that are there)");

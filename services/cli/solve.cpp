@@ -11,7 +11,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct SolveCommand {
   std::string robot = "ark2024", method = "nspqp", backend = "active-set", bounds = "coupled", csv = "-";
   double period = 0.0, zeta = 0.0;
   bool json = false;
@@ -24,7 +24,7 @@ Enum parse(const std::string& option, const std::string& text, std::optional<Enu
   return *value;
 }
 
-control::MethodParameters parameters(const Options& options, const config::Robot& robot) {
+control::MethodParameters parameters(const SolveCommand& options, const config::Robot& robot) {
   control::MethodParameters p = robot.parameters;
   p.backend = parse("--backend", options.backend, control::backendFromName(options.backend), "active-set or ipopt");
   p.bounds = parse("--bounds", options.bounds, control::boundsFromName(options.bounds), "coupled or frozen");
@@ -36,14 +36,14 @@ control::MethodParameters parameters(const Options& options, const config::Robot
 }
 
 /** One step for one row: joints of both arms, v_ab, v_a. */
-struct Answer {
+struct SolvedRow {
   std::string status;
   std::vector<double> numbers;
 };
 
 class Stepper {
  public:
-  Stepper(const Options& options, const config::Robot& robot) : robot_(robot) {
+  Stepper(const SolveCommand& options, const config::Robot& robot) : robot_(robot) {
     if (robot_.armCount() < 2)
       throw Failure(kUsage, "--robot: solve needs a robot of two arms");
     const auto method = parse("--method", options.method, control::methodFromName(options.method),
@@ -54,7 +54,7 @@ class Stepper {
 
   int joints() const { return problem_.joint_count; }
 
-  Answer answer(const experiments::CsvRow& row) {
+  SolvedRow answer(const experiments::CsvRow& row) {
     if (!row.error.empty())
       return {row.error, {}};
     const safety::RobotVector q = Eigen::Map<const Eigen::VectorXd>(row.values.data(), joints());
@@ -81,8 +81,8 @@ class Stepper {
     const bool infeasible = solution_.status == control::SolveStatus::kInfeasible;
     if (solution_.status != control::SolveStatus::kSolved && !infeasible)
       return {std::string(control::describe(solution_.status)), {}};
-    Answer answer{infeasible ? "infeasible: " + control::describe(problem_, solution_.conflict, {"a", "b"}) : "ok",
-                  {solution_.velocity.begin(), solution_.velocity.end()}};
+    SolvedRow answer{infeasible ? "infeasible: " + control::describe(problem_, solution_.conflict, {"a", "b"}) : "ok",
+                     {solution_.velocity.begin(), solution_.velocity.end()}};
     answer.numbers.insert(answer.numbers.end(), {solution_.scale[0], solution_.scale[1],
                                                  static_cast<double>(solution_.iterations), solution_.kkt_residual});
     return answer;
@@ -95,7 +95,7 @@ class Stepper {
   control::Solution solution_;
 };
 
-int run(const Options& options) {
+int runSolve(const SolveCommand& options) {
   const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
   Stepper stepper(options, robot);
   const auto input = openInput(options.csv);
@@ -111,7 +111,7 @@ int run(const Options& options) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   bool all = true;
   for (const experiments::CsvRow& row : experiments::readRows(*input, stepper.joints() + 6)) {
-    const Answer answer = stepper.answer(row);
+    const SolvedRow answer = stepper.answer(row);
     all = all && answer.status == "ok";
     nlohmann::ordered_json object;
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -134,7 +134,7 @@ int run(const Options& options) {
 }  // namespace
 
 void registerSolve(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SolveCommand>();
   CLI::App* solve = app.add_subcommand("solve", "one control step per row: joint velocities for v_ab and v_a");
   solve->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   solve->add_option("-m,--method", options->method, "nsp, nspwln, nspwln-joint, nspqp or snsqp")->capture_default_str();
@@ -152,7 +152,7 @@ void registerSolve(CLI::App& app, int& exit_code) {
                    "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, without header; - is standard input")
       ->capture_default_str();
   solve->add_flag("--json", options->json, "JSON instead of CSV");
-  solve->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  solve->callback([options, &exit_code] { guarded(exit_code, [&] { return runSolve(*options); }); });
 }
 
 }  // namespace tandem::cli

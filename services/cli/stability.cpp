@@ -22,13 +22,13 @@ namespace fs = std::filesystem;
 using kinematics::CompliantModel;
 using kinematics::ModelStatus;
 
-struct Options {
+struct StabilityCommand {
   std::string robot = "ark2024", arm = "a", joints, beta, csv, tubes, output = "-", figure;
   bool map = false, end_angles = false, equilibria = false, json = false;
   int resolution = 73, threads = 0;
 };
 
-void check(const Options& o) {
+void checkStability(const StabilityCommand& o) {
   const auto refuse = [](bool wrong, const std::string& why) {
     if (wrong)
       throw Failure(kUsage, why);
@@ -40,7 +40,7 @@ void check(const Options& o) {
 }
 
 /// The joint vector asked for: --joints or home, translations replaced by --beta.
-Eigen::VectorXd jointsOf(const Options& options, const config::Arm& arm) {
+Eigen::VectorXd jointsOf(const StabilityCommand& options, const config::Arm& arm) {
   const int n = arm.model.tubeCount();
   Eigen::VectorXd q = options.joints.empty() ? arm.home : numbersOf("--joints", options.joints, 2 * n);
   if (!options.beta.empty())
@@ -57,11 +57,11 @@ struct Row {
 };
 
 /// Writes rows that are computed in parallel, in their order. @return whether all are ok.
-bool writeRows(const Options& options,
-               const std::string& output,
-               std::vector<std::string> names,
-               std::size_t count,
-               const std::function<Row(std::size_t)>& answer) {
+bool writeStabilityRows(const StabilityCommand& options,
+                        const std::string& output,
+                        std::vector<std::string> names,
+                        std::size_t count,
+                        const std::function<Row(std::size_t)>& answer) {
   std::ofstream file;
   if (output != "-") {
     if (const fs::path folder = fs::path(output).parent_path(); !folder.empty())
@@ -91,7 +91,7 @@ std::vector<double> census(const CompliantModel& model, const Eigen::VectorXd& q
   return {stable, others};
 }
 
-int runRows(const Options& options, const config::Arm& arm) {
+int runRows(const StabilityCommand& options, const config::Arm& arm) {
   const CompliantModel model(arm.model);
   const int n = arm.model.tubeCount();
   const auto input = openInput(options.csv);
@@ -102,31 +102,31 @@ int runRows(const Options& options, const config::Arm& arm) {
   append(names, numbered("d_alpha", n));
   if (options.equilibria)
     append(names, {"stable_equilibria", "other_equilibria"});
-  return writeRows(options, options.output, names, rows.size(),
-                   [&](std::size_t i) -> Row {
-                     if (const std::string why = refusal(arm, rows[i]); !why.empty())
-                       return {{}, why};
-                     const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(rows[i].values.data(), 2 * n);
-                     kinematics::Branch branch;
-                     kinematics::Stability s;
-                     if (const ModelStatus status = model.stability(q, branch, s); status != ModelStatus::kOk)
-                       return {{}, std::string(describe(status))};
-                     const bool bounded = std::isfinite(s.rotation_left);
-                     Row row{
-                         {s.minimum, s.at, static_cast<double>(s.conjugate_points), s.rotation_left,
-                          bounded ? s.rotation_tube + 1.0 : std::nan(""), bounded ? s.rotation_sense : std::nan("")},
-                         s.conjugate_points > 0 ? unstable(s.conjugate_points) : "ok"};
-                     row.numbers.insert(row.numbers.end(), s.gradient.begin(), s.gradient.end());
-                     if (options.equilibria)
-                       append(row.numbers, census(model, q));
-                     return row;
-                   })
+  return writeStabilityRows(
+             options, options.output, names, rows.size(),
+             [&](std::size_t i) -> Row {
+               if (const std::string why = refusal(arm, rows[i]); !why.empty())
+                 return {{}, why};
+               const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(rows[i].values.data(), 2 * n);
+               kinematics::Branch branch;
+               kinematics::Stability s;
+               if (const ModelStatus status = model.stability(q, branch, s); status != ModelStatus::kOk)
+                 return {{}, std::string(describe(status))};
+               const bool bounded = std::isfinite(s.rotation_left);
+               Row row{{s.minimum, s.at, static_cast<double>(s.conjugate_points), s.rotation_left,
+                        bounded ? s.rotation_tube + 1.0 : std::nan(""), bounded ? s.rotation_sense : std::nan("")},
+                       s.conjugate_points > 0 ? unstable(s.conjugate_points) : "ok"};
+               row.numbers.insert(row.numbers.end(), s.gradient.begin(), s.gradient.end());
+               if (options.equilibria)
+                 append(row.numbers, census(model, q));
+               return row;
+             })
              ? kOk
              : kFailure;
 }
 
 /// The one or two tubes that are turned in a map, from 0.
-std::vector<int> turnedTubes(const Options& options, int n) {
+std::vector<int> turnedTubes(const StabilityCommand& options, int n) {
   if (options.tubes.empty())
     return n == 2 ? std::vector<int>{1} : std::vector<int>{1, 2};
   std::vector<int> tubes;
@@ -142,7 +142,10 @@ std::vector<int> turnedTubes(const Options& options, int n) {
 }
 
 /// One place of a map: angles of tubes relative to tube 1, at the motors or at the ends.
-Row mapRow(const Options& options, const CompliantModel& model, const Eigen::VectorXd& q, std::vector<double> numbers) {
+Row mapRow(const StabilityCommand& options,
+           const CompliantModel& model,
+           const Eigen::VectorXd& q,
+           std::vector<double> numbers) {
   const int n = model.arm().tubeCount();
   kinematics::Tip tip;
   Eigen::VectorXd alpha = q.tail(n);
@@ -158,7 +161,7 @@ Row mapRow(const Options& options, const CompliantModel& model, const Eigen::Vec
   return {numbers, statusOf(status, tip)};
 }
 
-int runMap(Options options, const config::Arm& arm) {
+int runMap(StabilityCommand options, const config::Arm& arm) {
   const CompliantModel model(arm.model);
   const int n = arm.model.tubeCount();
   const Eigen::VectorXd q = jointsOf(options, arm);
@@ -177,7 +180,7 @@ int runMap(Options options, const config::Arm& arm) {
   if (!options.figure.empty() && options.output == "-")
     options.output = fs::path(options.figure).replace_extension(".csv").string();
   // A map is there to show where an arm is unstable: that is no failure.
-  writeRows(options, options.output, names, turned.size() == 2 ? across * across : across, [&](std::size_t i) {
+  writeStabilityRows(options, options.output, names, turned.size() == 2 ? across * across : across, [&](std::size_t i) {
     Eigen::VectorXd joints = q;
     std::vector<double> relative;
     for (std::size_t k = 0; k < turned.size(); ++k, i /= across) {
@@ -192,8 +195,8 @@ int runMap(Options options, const config::Arm& arm) {
   return kOk;
 }
 
-int run(const Options& options) {
-  check(options);
+int runStability(const StabilityCommand& options) {
+  checkStability(options);
   const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
   const config::Arm& arm = armOf(robot, options.arm);
   if (options.map)
@@ -212,7 +215,7 @@ int run(const Options& options) {
 }  // namespace
 
 void registerStability(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StabilityCommand>();
   CLI::App* command =
       app.add_subcommand("stability", "how far an arm is from snapping: at a joint vector, per row, or as a map");
   command->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
@@ -240,7 +243,7 @@ void registerStability(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  tandem stability --joints -0.15,-0.1,-0.05,0,2.2,4\n"
       "  tandem stability --map --beta -0.3,-0.18,-0.06 --figure results/stability.png");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runStability(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -36,7 +36,7 @@ std::string list(const char* pattern, const Vector& numbers, double factor = 1.0
 }
 
 template <class Vector>
-std::vector<double> listed(const Vector& numbers) {
+std::vector<double> listedVector(const Vector& numbers) {
   return {numbers.begin(), numbers.end()};
 }
 
@@ -63,7 +63,7 @@ StabilityReport reportStability(const config::Arm& arm, const Eigen::VectorXd& j
 }
 
 nlohmann::ordered_json toJson(const StabilityReport& report) {
-  nlohmann::ordered_json json{{"arm", report.arm}, {"joints", listed(report.joints)}, {"status", report.status}};
+  nlohmann::ordered_json json{{"arm", report.arm}, {"joints", listedVector(report.joints)}, {"status", report.status}};
   if (!report.branch.known)
     return json;
   const kinematics::Stability& s = report.stability;
@@ -71,7 +71,7 @@ nlohmann::ordered_json toJson(const StabilityReport& report) {
   json["stability"] = s.minimum;
   json["stability_at"] = s.at;
   json["conjugate_points"] = s.conjugate_points;
-  json["gradient"] = listed(s.gradient);
+  json["gradient"] = listedVector(s.gradient);
   const bool bounded = std::isfinite(s.rotation_left);
   json["rotation_left"] = bounded ? nlohmann::ordered_json(s.rotation_left) : nlohmann::ordered_json(nullptr);
   json["rotation_tube"] = bounded ? nlohmann::ordered_json(s.rotation_tube + 1) : nlohmann::ordered_json(nullptr);
@@ -79,7 +79,7 @@ nlohmann::ordered_json toJson(const StabilityReport& report) {
   json["equilibrium"] = report.here;
   json["equilibria"] = nlohmann::ordered_json::array();
   for (const kinematics::EquilibriumInfo& info : report.equilibria) {
-    json["equilibria"].push_back({{"end_angles", listed(info.branch.end_angle.head(n))},
+    json["equilibria"].push_back({{"end_angles", listedVector(info.branch.end_angle.head(n))},
                                   {"winding", std::vector<int>(info.winding.begin(), info.winding.begin() + n)},
                                   {"energy", info.energy},
                                   {"stability", info.stability},

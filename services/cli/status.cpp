@@ -22,7 +22,7 @@
 namespace tandem::cli {
 namespace {
 
-nlohmann::ordered_json armJson(const config::Robot& robot, const Snapshot& s, std::size_t k) {
+nlohmann::ordered_json armStatusJson(const config::Robot& robot, const Snapshot& s, std::size_t k) {
   nlohmann::ordered_json arm;
   const auto state = static_cast<safety::OperatingState>(s.status.operating_state[k]);
   arm["name"] = robot.arms[k].name;
@@ -103,7 +103,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   json["source"] = dds::describe(static_cast<dds::Source>(s.status.source));
   json["arms"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < std::min<std::size_t>(s.state.arm_count, robot.arms.size()); ++k) {
-    json["arms"].push_back(armJson(robot, s, k));
+    json["arms"].push_back(armStatusJson(robot, s, k));
   }
   json["trajectory"] = {{"id", s.reference.trajectory_id},
                         {"phase", planning::name(static_cast<planning::Phase>(s.reference.phase))},
@@ -259,7 +259,7 @@ void askAll(Client& client) {
   }
 }
 
-int runStatus(const std::string& name, bool as_json, bool follow) {
+int run(const std::string& name, bool as_json, bool follow) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
   Client client(deployment);
@@ -355,11 +355,11 @@ int runTopics(const std::string& name, bool as_json) {
   return kOk;
 }
 
-CLI::App* add(CLI::App& app,
-              int& exit_code,
-              const std::string& name,
-              const std::string& text,
-              std::function<int(const std::string&, bool)> run) {
+CLI::App* addStatusCommand(CLI::App& app,
+                           int& exit_code,
+                           const std::string& name,
+                           const std::string& text,
+                           std::function<int(const std::string&, bool)> run) {
   auto deployment = std::make_shared<std::string>("laptop");
   auto as_json = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(name, text);
@@ -374,10 +374,9 @@ CLI::App* add(CLI::App& app,
 void registerStatus(CLI::App& app, int& exit_code) {
   auto follow = std::make_shared<bool>(false);
   auto check = std::make_shared<bool>(false);
-  CLI::App* status = add(app, exit_code, "status", "states, errors, loop statistics and guards of a running system",
-                         [=](const std::string& name, bool as_json) {
-                           return *check ? runCheck(name) : runStatus(name, as_json, *follow);
-                         });
+  CLI::App* status = addStatusCommand(
+      app, exit_code, "status", "states, errors, loop statistics and guards of a running system",
+      [=](const std::string& name, bool as_json) { return *check ? runCheck(name) : run(name, as_json, *follow); });
   auto* again = status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
   status
       ->add_flag(
@@ -387,8 +386,8 @@ void registerStatus(CLI::App& app, int& exit_code) {
 }
 
 void registerTopics(CLI::App& app, int& exit_code) {
-  add(app, exit_code, "topics", "all topics of a deployment: names, types, quality of service, who publishes",
-      runTopics);
+  addStatusCommand(app, exit_code, "topics",
+                   "all topics of a deployment: names, types, quality of service, who publishes", runTopics);
 }
 
 }  // namespace tandem::cli

@@ -23,7 +23,7 @@ std::string instanceOf(const std::string& name) {
   return name;
 }
 
-int run(const std::string& name) {
+int runUnits(const std::string& name) {
   const std::string instance = instanceOf(name);
   const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
   config::loadAnyRobot(deployment.robot);
@@ -53,7 +53,7 @@ void registerUnits(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("units", "the systemd units that are a deployment on this host, one a line");
   command->add_option("deployment,-d,--deployment", *name, "name of a deployment")->required();
   command->footer("  systemctl enable --now tandem@NAME.target $(tandem units NAME)");
-  command->callback([name, &exit_code] { guarded(exit_code, [&] { return run(*name); }); });
+  command->callback([name, &exit_code] { guarded(exit_code, [&] { return runUnits(*name); }); });
 }
 
 }  // namespace tandem::cli

@@ -16,7 +16,7 @@
 namespace tandem::cli {
 namespace {
 
-struct Options {
+struct UpCommand {
   std::string deployment = "laptop", log;
   double seconds = 0.0;
   bool json = false;
@@ -35,7 +35,10 @@ bool standing(const dds::ActuationState& state) {
 }
 
 /** One event, as a line of text or of JSON. */
-void tell(const Options& options, const std::string& event, const std::string& text, nlohmann::ordered_json more = {}) {
+void tell(const UpCommand& options,
+          const std::string& event,
+          const std::string& text,
+          nlohmann::ordered_json more = {}) {
   if (options.json) {
     nlohmann::ordered_json line{{"event", event}};
     for (const auto& [key, value] : more.items())
@@ -48,7 +51,7 @@ void tell(const Options& options, const std::string& event, const std::string& t
 }
 
 /// The next death that ends the deployment, if any; others are told, and that is all.
-std::optional<DeadProcess> fatalDeath(const Options& options, Supervisor& supervisor) {
+std::optional<DeadProcess> fatalDeath(const UpCommand& options, Supervisor& supervisor) {
   std::optional<DeadProcess> dead = supervisor.poll();
   while (dead && !dead->essential) {
     tell(options, "lost", dead->describe() + "; the others go on without it",
@@ -59,7 +62,7 @@ std::optional<DeadProcess> fatalDeath(const Options& options, Supervisor& superv
 }
 
 /// After a death: lets the robot stop by its own watchdogs, and says how long that took.
-void watchStandstill(const Options& options,
+void watchStandstill(const UpCommand& options,
                      const config::Deployment& deployment,
                      const DeadProcess& dead,
                      Client& client) {
@@ -83,7 +86,7 @@ void watchStandstill(const Options& options,
 
 /// Waits until all processes know of each other; as long as it takes, where some are on other hosts.
 /// @return false where `ended` said so. @throw Failure naming who is silent.
-bool meet(const Options& options,
+bool meet(const UpCommand& options,
           const config::Deployment& deployment,
           const std::string& host,
           Client& client,
@@ -108,7 +111,7 @@ bool meet(const Options& options,
   }
 }
 
-int run(const Options& options) {
+int runUp(const UpCommand& options) {
   const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
   config::loadAnyRobot(deployment.robot);  // refused here, once, rather than by every process
   const std::string host = service::hostName(deployment);
@@ -152,7 +155,7 @@ int run(const Options& options) {
 }  // namespace
 
 void registerUp(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<UpCommand>();
   CLI::App* up = app.add_subcommand("up", "start the processes of a deployment, supervise them, stop all on Ctrl-C");
   up->add_option("deployment,-d,--deployment", options->deployment,
                  "deployment file or preset: laptop, laptop-1khz, lockstep")
@@ -163,7 +166,7 @@ void registerUp(CLI::App& app, int& exit_code) {
   up->footer(
       "With `hosts` in the deployment, each machine starts its own; the same command on each.\nEnds with exit code 1 "
       "when a process died, after the robot has come to a stand.");
-  up->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  up->callback([options, &exit_code] { guarded(exit_code, [&] { return runUp(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -9,7 +9,7 @@
 namespace tandem::cli {
 namespace {
 
-int run(const std::vector<std::string>& files, bool as_json) {
+int runValidate(const std::vector<std::string>& files, bool as_json) {
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
   bool good = true;
   for (const std::string& file : files) {
@@ -51,7 +51,8 @@ void registerValidate(CLI::App& app, int& exit_code) {
       "validate", "check robot, cooperative robot, experiment, deployment, trajectory and hardware files");
   validate->add_option("files", *files, "YAML files")->required();
   validate->add_flag("--json", *as_json, "JSON instead of text");
-  validate->callback([files, as_json, &exit_code] { guarded(exit_code, [&] { return run(*files, *as_json); }); });
+  validate->callback(
+      [files, as_json, &exit_code] { guarded(exit_code, [&] { return runValidate(*files, *as_json); }); });
 }
 
 }  // namespace tandem::cli

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct WorkspaceCommand {
   std::string robot = "ark2024", arm = "all", model = "compliant", csv, figures;
   std::size_t samples = 1u << 18;
   std::uint64_t seed = 1;
@@ -45,7 +45,7 @@ struct ArmReach {
   std::vector<std::pair<std::size_t, Eigen::Vector3d>> reached;  ///< sample and tip in the arm's base frame, m
 };
 
-ArmReach sample(const Options& options, const config::Arm& arm) {
+ArmReach sample(const WorkspaceCommand& options, const config::Arm& arm) {
   ArmReach reach;
   reach.arm = &arm;
   reach.symmetric = turnsFreely(arm.limits);
@@ -80,7 +80,7 @@ double volume(const ArmReach& reach, double size, std::size_t samples) {
   return Cells(reach.reached, reach.symmetric, size, samples).volume();
 }
 
-Json armJson(const Options& options, const ArmReach& reach) {
+Json armJson(const WorkspaceCommand& options, const ArmReach& reach) {
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(INFINITY), upper = -lower;
   double radius = 0.0;
   for (const auto& [index, point] : reach.reached) {
@@ -114,7 +114,7 @@ SharedVolume shared(const std::vector<ArmReach>& arms, double size, std::size_t 
   return sharedVolume(cells, bases, size);
 }
 
-Json sharedJson(const Options& options, const std::vector<ArmReach>& arms) {
+Json sharedJson(const WorkspaceCommand& options, const std::vector<ArmReach>& arms) {
   const SharedVolume fine = shared(arms, options.voxel, options.samples);
   const SharedVolume half = shared(arms, options.voxel, options.samples / 2);
   const SharedVolume coarse = shared(arms, 2.0 * options.voxel, options.samples);
@@ -141,7 +141,7 @@ void writeSamples(const fs::path& file, const ArmReach& reach) {
     throw Failure(kFailure, file.string() + ": cannot be written");
 }
 
-void writeFiles(const Options& options, const std::vector<ArmReach>& arms, const Json& summary) {
+void writeFiles(const WorkspaceCommand& options, const std::vector<ArmReach>& arms, const Json& summary) {
   fs::create_directories(options.csv);
   for (const ArmReach& reach : arms)
     writeSamples(fs::path(options.csv) / ("workspace-" + reach.arm->name + ".csv"), reach);
@@ -162,7 +162,7 @@ void printVolume(const char* what, const Json& json, const std::string& name) {
               1e6 * volume, percent("_half_samples_m3"), percent("_double_voxel_m3"));
 }
 
-void print(const Options& options, const Json& summary) {
+void printWorkspace(const WorkspaceCommand& options, const Json& summary) {
   std::printf("%s model, voxels of %g mm, seed %llu\n", options.model.c_str(), 1e3 * options.voxel,
               static_cast<unsigned long long>(options.seed));
   for (const Json& arm : summary["arms"]) {
@@ -182,7 +182,7 @@ void print(const Options& options, const Json& summary) {
   printVolume("some tip reaches", summary["shared"], "any");
 }
 
-int run(Options options) {
+int runWorkspace(WorkspaceCommand options) {
   const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
   std::vector<ArmReach> arms;
   const bool all = options.arm == "all" || options.arm == "both";
@@ -205,7 +205,7 @@ int run(Options options) {
   if (options.json) {
     std::cout << summary.dump(2) << '\n';
   } else {
-    print(options, summary);
+    printWorkspace(options, summary);
   }
   for (const ArmReach& reach : arms) {
     if (reach.reached.empty())
@@ -217,7 +217,7 @@ int run(Options options) {
 }  // namespace
 
 void registerWorkspace(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WorkspaceCommand>();
   CLI::App* command = app.add_subcommand("workspace", "where tips reach: volume of an arm, and what arms share");
   command->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   command->add_option("-a,--arm", options->arm, "arm by its name, or all, or both")->capture_default_str();
@@ -241,7 +241,7 @@ void registerWorkspace(CLI::App& app, int& exit_code) {
   command->footer(
       "Samples fill the joints that the limits allow, each answered from a cold start; what has no stable answer "
       "does not count.\nExample: tandem workspace --robot ark2024 --figures results/workspace");
-  command->callback([options, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runWorkspace(*options); }); });
 }
 
 }  // namespace tandem::cli

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <set>
 
+#include "services/console/wall_clock.h"
 #include "services/dds/definitions.h"
 
 namespace tandem::console {
@@ -12,11 +13,6 @@ namespace {
 
 constexpr int kDepth = 256;  // samples that DDS keeps for us: a quarter of a second of the fastest topics
 constexpr std::size_t kMaxPublications = 200;
-
-std::uint64_t wallClock() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
-}
 
 /// Whether a topic carries answers to requests.
 bool carriesAnswers(const dds::TopicInfo& topic) {
@@ -74,7 +70,7 @@ void Hub::open(std::uint32_t channel) {
 
 void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   ++received_;
-  const std::uint64_t now = wallClock();
+  const auto now = static_cast<std::uint64_t>(wallClock());
   const std::lock_guard lock(line.mutex);
   if (line.subscribers.empty() && !line.latched)
     return;

@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "services/console/held_object.h"
+#include "services/console/wall_clock.h"
 #include "services/setup/process.h"
 
 namespace tandem::console {
@@ -33,11 +34,6 @@ dds::Marker marker(const dds::Shape& shape, const std::string& arm, std::int64_t
   marker.color = kColors[(std::max<std::size_t>(shape.tubes[point], 1) - 1) % kColors.size()];
   marker.scale = {2.0 * shape.outer_radius[point], 0.0, 0.0};
   return marker;
-}
-
-std::int64_t wallClock() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ CrtkMotion::Scene ControlCore::scene(std::int64_t now) const noexcept {
 
 /// What stands against a command, in words; nullptr: nothing.
 const char* ControlCore::againstCrtk(const CrtkOrder& order, std::int64_t now) const noexcept {
-  const CrtkVerb& verb = kCrtkVerbs[static_cast<std::size_t>(order.verb)];
+  const CrtkVerb& verb = verbOf(order.verb);
   const std::uint64_t holder = lease_.holder(now);
   if (holder != 0 && holder != dds::kCrtkClient)
     return "another client holds the control lease";
@@ -108,7 +108,7 @@ CrtkOutcome ControlCore::crtk(const CrtkOrder& order, std::int64_t now) noexcept
     return outcome.refuse("%s", why);
   readPositions();
   tips_known_ = findTips();
-  const CrtkVerb& verb = kCrtkVerbs[static_cast<std::size_t>(order.verb)];
+  const CrtkVerb& verb = verbOf(order.verb);
   const bool goal_of_joints = verb.level == CrtkLevel::kMove && verb.space == CrtkSpace::kJoint;
   if (goal_of_joints ? !moveByCrtk(order, outcome) : !crtk_.take(order, scene(now), outcome))
     return outcome;
@@ -130,7 +130,7 @@ bool ControlCore::moveByCrtk(const CrtkOrder& order, CrtkOutcome& outcome) noexc
   for (int k = first, from = 0; k <= last; from += robot_.size(k), ++k) {
     safety::ArmVector& goal = goals[static_cast<std::size_t>(k - first)];
     goal = safety::ArmVector::Map(order.values.data() + from, robot_.size(k));
-    if (kCrtkVerbs[static_cast<std::size_t>(order.verb)].kind == CrtkKind::kRelative)
+    if (verbOf(order.verb).kind == CrtkKind::kRelative)
       goal += base(k);
     const double outside = safety::largestViolation(*robot_.limits()[static_cast<std::size_t>(k)], goal);
     if (outside > 1e-9) {

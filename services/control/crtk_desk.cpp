@@ -31,8 +31,6 @@ int verbNamed(std::string_view name) {
   return -1;
 }
 
-const CrtkVerb& verbOf(int verb) { return kCrtkVerbs[static_cast<std::size_t>(verb)]; }
-
 template <class List>
 bool allFinite(const List& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });

@@ -14,12 +14,10 @@ namespace {
 namespace teleoperation = planning::teleoperation;
 using Eigen::Vector3d;
 
-constexpr double kThere = 5e-5;    ///< nearer to its goal a tip has arrived, m
-constexpr double kNearer = 1e-5;   ///< what counts as coming nearer, m
-constexpr double kPatience = 3.0;  ///< a motion that comes no nearer for so long is over, s
-constexpr double kOutside = 1e-9;  ///< of limits, m or rad: rounding
-
-const CrtkVerb& verbOf(int verb) noexcept { return kCrtkVerbs[static_cast<std::size_t>(verb)]; }
+constexpr double kThere = 5e-5;          ///< nearer to its goal a tip has arrived, m
+constexpr double kNearer = 1e-5;         ///< what counts as coming nearer, m
+constexpr double kMotionPatience = 3.0;  ///< a motion that comes no nearer for so long is over, s
+constexpr double kOutside = 1e-9;        ///< of limits, m or rad: rounding
 
 double since(std::int64_t then, std::int64_t now) noexcept { return 1e-9 * static_cast<double>(now - then); }
 
@@ -225,7 +223,7 @@ const char* CrtkMotion::ending(const Group& group, int index, const Scene& scene
     noted.nearest = away;
     noted.nearer_at = scene.now;
   }
-  over = away <= kThere || since(group.nearer_at, scene.now) > kPatience;
+  over = away <= kThere || since(group.nearer_at, scene.now) > kMotionPatience;
   return away <= kThere ? nullptr : "came no nearer to its goal: limits, a forbidden region or the workspace";
 }
 

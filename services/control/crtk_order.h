@@ -44,6 +44,9 @@ inline constexpr std::array kCrtkVerbs{
     CrtkVerb{"hold", CrtkLevel::kHold, CrtkSpace::kJoint, CrtkKind::kPosition},
 };
 
+/// @param verb index into kCrtkVerbs
+inline const CrtkVerb& verbOf(int verb) noexcept { return kCrtkVerbs[static_cast<std::size_t>(verb)]; }
+
 /// Groups that commands are for: the arms, and behind them the pair.
 inline constexpr int kPairGroup = safety::kMaxArms;
 inline constexpr int kCrtkGroups = safety::kMaxArms + 1;

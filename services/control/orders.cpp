@@ -9,7 +9,7 @@
 namespace tandem::service {
 namespace {
 
-dds::Reply refuse(const dds::ControlRequest& request, dds::ReplyCode code, std::string reason) {
+dds::Reply refuseOrder(const dds::ControlRequest& request, dds::ReplyCode code, std::string reason) {
   dds::Reply reply;
   reply.client = request.client;
   reply.request = request.request;
@@ -99,7 +99,7 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
   order.request = request.request;
   order.kind = static_cast<dds::ControlKind>(request.kind);
   const auto refused = [&](dds::ReplyCode code, std::string reason) {
-    refusal = refuse(request, code, std::move(reason));
+    refusal = refuseOrder(request, code, std::move(reason));
     return std::nullopt;
   };
   if (request.client == 0)

@@ -19,13 +19,6 @@ std::string millimetres(double value) {
   return text;
 }
 
-Eigen::Isometry3d frameOf(const planning::FrameReference& reference) {
-  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
-  frame.translation() = reference.position;
-  frame.linear() = reference.orientation.toRotationMatrix();
-  return frame;
-}
-
 }  // namespace
 
 PathFollower::PathFollower(const Setup& setup) : setup_(setup), follower_(makeRestFollower(setup.robot)) {
@@ -84,7 +77,7 @@ void PathFollower::ask(const planning::FrameReference& frame) {
   reference_.tasks[0].kind = planning::TaskKind::kFrame;
   reference_.tasks[0].position = frame.position;
   reference_.frame = frame;
-  wanted_ = frameOf(frame.after(options_.parameters.period));
+  wanted_ = planning::poseOf(frame.after(options_.parameters.period));
 }
 
 /// What is wrong with the rest along the path.
@@ -142,7 +135,7 @@ bool PathFollower::update(const safety::RobotVector& q, planning::Reference& ref
     if (progress_.total_iterations == 0)
       ask(planning::heldReference(path_, follower_.mechanism().pose()));
     reference_.frame.feed_forward.setZero();
-    wanted_ = frameOf(reference_.frame);
+    wanted_ = planning::poseOf(reference_.frame);
     reference = reference_;
     return true;
   }
@@ -169,7 +162,7 @@ bool PathFollower::update(const safety::RobotVector& q, planning::Reference& ref
 std::vector<Eigen::Isometry3d> PathFollower::points() const {
   std::vector<Eigen::Isometry3d> points;
   for (int k = 0; k <= kPoints; ++k)
-    points.push_back(frameOf(planning::pathReference(path_, start_, k * path_.duration / kPoints, 1e-3)));
+    points.push_back(planning::poseOf(planning::pathReference(path_, start_, k * path_.duration / kPoints, 1e-3)));
   return points;
 }
 

@@ -11,8 +11,6 @@ namespace error_code = hal::canopen::error_code;
 
 // Controlword.
 constexpr std::uint16_t kQuickStopBit = 0x04, kEnableVoltage = 0x02, kStartBit = 0x10, kFaultReset = 0x80;
-// Modes.
-constexpr int kProfilePosition = 1, kHomingMode = 6, kCyclicPosition = 8, kCyclicVelocity = 9;
 
 }  // namespace
 

@@ -25,6 +25,9 @@ enum class DriveState : std::uint8_t {
 };
 std::string_view name(DriveState state);
 
+/// Modes of operation, object 6060 of CiA 402.
+inline constexpr int kProfilePosition = 1, kHomingMode = 6, kCyclicPosition = 8, kCyclicVelocity = 9;
+
 /** One drive of a bus. Positions in counts. */
 struct DriveSpec {
   std::uint8_t id = 1;

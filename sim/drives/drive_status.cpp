@@ -10,8 +10,6 @@ namespace {
 
 namespace error_code = hal::canopen::error_code;
 
-constexpr int kProfilePosition = 1, kHomingMode = 6, kCyclicPosition = 8, kCyclicVelocity = 9;
-
 std::int32_t round32(double value) noexcept {
   constexpr double kMost = 2147483647.0;
   return static_cast<std::int32_t>(std::llround(std::clamp(value, -kMost - 1.0, kMost)));

@@ -10,7 +10,7 @@ namespace {
 
 namespace cob = hal::canopen::cob;
 
-constexpr std::uint32_t kIdMask = 0x1FFFFFFF;
+constexpr std::uint32_t kAnyIdMask = 0x1FFFFFFF;
 constexpr std::uint8_t kEvent = 254;
 
 std::uint16_t communicationIndex(bool receive, int number) noexcept {
@@ -42,7 +42,7 @@ void PdoEngine::load(Pdo& pdo, bool receive, int number) noexcept {
   const auto id = static_cast<std::uint32_t>(value(communication, 1));
   pdo.receive = receive;
   pdo.valid = dictionary_.hasIndex(communication) && (id & cob::kInvalid) == 0;
-  pdo.id = id & kIdMask;
+  pdo.id = id & kAnyIdMask;
   pdo.type = static_cast<std::uint8_t>(value(communication, 2));
   pdo.inhibit = value(communication, 3) * 100'000;
   pdo.event = value(communication, 5) * 1'000'000;
@@ -79,9 +79,9 @@ SdoAbort PdoEngine::acceptCommunication(ObjectAddress object, std::int64_t value
   if (object.sub == 1) {
     const auto id = static_cast<std::uint32_t>(value);
     const bool becomes_valid = (id & cob::kInvalid) == 0;
-    if ((id & cob::kExtended) != 0 || (becomes_valid && isRestricted(id & kIdMask)) || (id & kIdMask) > 0x7FF)
+    if ((id & cob::kExtended) != 0 || (becomes_valid && isRestricted(id & kAnyIdMask)) || (id & kAnyIdMask) > 0x7FF)
       return SdoAbort::kValueRange;
-    if (valid && becomes_valid && ((id ^ present) & kIdMask) != 0)
+    if (valid && becomes_valid && ((id ^ present) & kAnyIdMask) != 0)
       return SdoAbort::kValueRange;
   } else if (object.sub == 2) {
     if (value > 240 && value < kEvent)

@@ -12,11 +12,11 @@ namespace {
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-std::filesystem::path preset() { return presets() / "hardware/ark2024-two-buses.yaml"; }
+std::filesystem::path hardwarePreset() { return presets() / "hardware/ark2024-two-buses.yaml"; }
 
 /// The preset with its robot named absolutely, so that it loads from anywhere.
 std::string good() {
-  return replaced(readAll(preset()), "../robots/ark2024.yaml", (presets() / "robots/ark2024.yaml").string());
+  return replaced(readAll(hardwarePreset()), "../robots/ark2024.yaml", (presets() / "robots/ark2024.yaml").string());
 }
 
 void expectHardwareRefusal(const Refusal& refusal) {
@@ -29,7 +29,7 @@ hal::HardwareConfig loadText(const std::string& text) {
 }
 
 TEST(Hardware, ThePresetMapsEveryJointOnce) {
-  const hal::HardwareConfig hardware = loadHardware(preset());
+  const hal::HardwareConfig hardware = loadHardware(hardwarePreset());
   EXPECT_TRUE(hardware.simulated);
   EXPECT_EQ(hardware.period, 4e-3);
   ASSERT_EQ(hardware.buses.size(), 2u);
@@ -52,7 +52,7 @@ TEST(Hardware, ThePresetMapsEveryJointOnce) {
 }
 
 TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
-  const hal::HardwareConfig hardware = loadHardware(preset());
+  const hal::HardwareConfig hardware = loadHardware(hardwarePreset());
   const Robot robot = loadRobot(presets() / "robots/ark2024.yaml");
   for (std::size_t a = 0; a < 2; ++a) {
     for (std::size_t j = 0; j < 6; ++j) {
@@ -214,14 +214,14 @@ TEST(Hardware, CarriagesThatWouldNotHomeTogetherAreRefused) {
 
 TEST(Hardware, ADeploymentNamesItsHardware) {
   const Deployment deployment = loadDeployment(presets() / "deployments/drives.yaml");
-  EXPECT_EQ(deployment.hardware, preset());
+  EXPECT_EQ(deployment.hardware, hardwarePreset());
   EXPECT_TRUE(loadDeployment(presets() / "deployments/laptop.yaml").hardware.empty());
   const Folder folder;
   const std::string text =
       replaced(readAll(presets() / "deployments/drives.yaml"), "../robots/ark2024.yaml", "ark2024");
   const auto file =
       folder.write("file.yaml", replaced(text, "../hardware/ark2024-two-buses.yaml", "ark2024-two-buses"));
-  EXPECT_EQ(loadDeployment(file).hardware, preset());
+  EXPECT_EQ(loadDeployment(file).hardware, hardwarePreset());
 }
 
 }  // namespace

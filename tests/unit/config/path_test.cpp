@@ -12,7 +12,7 @@ using planning::Hold;
 using planning::ObjectPath;
 using planning::PathShape;
 
-ObjectPath parse(const std::string& text) { return parsePath(text, "text"); }
+ObjectPath parsePathText(const std::string& text) { return parsePath(text, "text"); }
 
 TEST(Path, PresetsAreWhatTheyAreCalled) {
   const ObjectPath lift = loadPath(presets() / "paths/lift.yaml");
@@ -34,14 +34,14 @@ TEST(Path, EveryKeyReachesItsFieldAndDefaultsAreThoseOfTheStruct) {
   const std::string text =
       "tandem: path/1\nname: \"7\"\nshape: circle\nalong: [rz, x]\nsize_m: 0.002\nduration_ms: 2500\nhold: all\n";
   expectEveryKey(text, pathTable());
-  const ObjectPath path = parse(text);
+  const ObjectPath path = parsePathText(text);
   EXPECT_EQ(path.name, "7");
   EXPECT_EQ(path.shape, PathShape::kCircle);
   EXPECT_EQ(path.directions, (std::vector<int>{5, 0}));
   EXPECT_DOUBLE_EQ(path.size, 2e-3);
   EXPECT_DOUBLE_EQ(path.duration, 2.5);
   EXPECT_EQ(path.held, Hold::kAll);
-  const ObjectPath usual = parse("tandem: path/1\nname: t\nshape: line\nalong: [ry]\n"), defaults;
+  const ObjectPath usual = parsePathText("tandem: path/1\nname: t\nshape: line\nalong: [ry]\n"), defaults;
   EXPECT_EQ(usual.size, defaults.size);
   EXPECT_EQ(usual.duration, defaults.duration);
   EXPECT_EQ(usual.held, defaults.held);
@@ -65,7 +65,7 @@ TEST(Path, FormattedTextReadsBack) {
     path.name = trial % 2 ? "12 \"quoted\": #" : "plain";
     const std::string text = formatPath(path);
     SCOPED_TRACE(text);
-    const ObjectPath back = parse(text);
+    const ObjectPath back = parsePathText(text);
     EXPECT_EQ(back.shape, path.shape);
     EXPECT_EQ(back.directions, path.directions);
     EXPECT_EQ(back.size, path.size);

@@ -13,7 +13,7 @@ using planning::TrajectorySpec;
 /// A trajectory file around a shape.
 std::string around(const std::string& shape) { return "tandem: trajectory/1\nname: t\nshape:\n  " + shape + "\n"; }
 
-TrajectorySpec parse(const std::string& text) { return parseTrajectory(text, "text", {}); }
+TrajectorySpec parseTrajectoryText(const std::string& text) { return parseTrajectory(text, "text", {}); }
 
 void expectSame(const planning::Shape& a, const planning::Shape& b) {
   ASSERT_EQ(a.index(), b.index());
@@ -61,7 +61,7 @@ TEST(Trajectory, PresetsAreWhatTheDesignSays) {
 }
 
 TEST(Trajectory, EveryKeyReachesItsField) {
-  const TrajectorySpec spec = parse(
+  const TrajectorySpec spec = parseTrajectoryText(
       "tandem: trajectory/1\nname: \"7\"\narm: 2\nother_arm: h\npoints: 12\nfollowing: timed\ntolerance_m: 0.002\n"
       "max_iterations: 34\npoint_duration_ms: 500\nspeed_mm_per_s: 3\nacceleration_m_per_s2: 0.5\n"
       "shape: {circle: {center_offset_mm: [3, 0, 0], normal: [0, 0, -2], turns: -1.5}}\n"
@@ -82,7 +82,7 @@ TEST(Trajectory, EveryKeyReachesItsField) {
 }
 
 TEST(Trajectory, DefaultsAreThoseOfTheStruct) {
-  const TrajectorySpec spec = parse(around("line: {displacement_mm: [1, 0, 0]}"));
+  const TrajectorySpec spec = parseTrajectoryText(around("line: {displacement_mm: [1, 0, 0]}"));
   const TrajectorySpec usual;
   EXPECT_EQ(spec.arm, usual.arm);
   EXPECT_EQ(spec.other_arm, usual.other_arm);
@@ -145,7 +145,7 @@ TEST(Trajectory, FormattedTextReadsBack) {
     spec.acceleration = random.number();
     const std::string text = formatTrajectory(spec);
     SCOPED_TRACE(text);
-    const TrajectorySpec back = parse(text);
+    const TrajectorySpec back = parseTrajectoryText(text);
     EXPECT_EQ(back.name, spec.name);
     EXPECT_EQ(back.arm, spec.arm);
     EXPECT_EQ(back.other_arm, spec.other_arm);
@@ -208,7 +208,7 @@ TEST(Trajectory, CsvBecomesWaypoints) {
   const auto file = folder.write("t.yaml", around("csv: {file: data/points.csv, absolute: true}"));
   expectSame(loadTrajectory(file).shape, planning::Waypoints{{{1e-3, 0, -1e-3}, {2e-3, 5e-4, 0}}, true});
   // What goes over the wire carries the points, not the file.
-  expectSame(parse(formatTrajectory(loadTrajectory(file))).shape, loadTrajectory(file).shape);
+  expectSame(parseTrajectoryText(formatTrajectory(loadTrajectory(file))).shape, loadTrajectory(file).shape);
 }
 
 TEST(Trajectory, BadCsvIsRefusedAtItsLine) {
@@ -240,7 +240,7 @@ TEST(Trajectory, BadCsvIsRefusedAtItsLine) {
 
 TEST(Trajectory, TextsWithoutAFolderCannotNameFiles) {
   try {
-    parse(around("csv: {file: /etc/hostname}"));
+    parseTrajectoryText(around("csv: {file: /etc/hostname}"));
     ADD_FAILURE() << "accepted";
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(),

@@ -16,7 +16,7 @@ using control::Method;
 using control::MethodParameters;
 using control::SolveStatus;
 
-constexpr double kSpeed = 3e-3;  // m/s
+constexpr double kTaskSpeed = 3e-3;  // m/s
 
 /// Least singular value of Jacobians, translations weighed as by hqp, m/rad: how far from singular.
 double leastLever(Eigen::MatrixXd J) {
@@ -37,7 +37,7 @@ double largestShareOf(const control::StepProblem& problem, const control::Veloci
 
 TEST(Hqp, KeepsLimitsAndOptimalityEverywhere) {
   const auto resolver = control::makeResolver(Method::kHqp, {});
-  for (const double speed : {kSpeed, 0.1}) {
+  for (const double speed : {kTaskSpeed, 0.1}) {
     ArkProblem ark;
     control::Solution solution;
     for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 500; ++seed) {

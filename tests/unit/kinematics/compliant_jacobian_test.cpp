@@ -10,7 +10,7 @@ using kinematics::ConcentricTubeArm;
 using kinematics::ModelStatus;
 using kinematics::Tip;
 
-struct Tally {
+struct JacobianTally {
   int compared = 0;
   int vague = 0;  ///< differences that did not converge, and so say nothing
   double worst = 0.0;
@@ -23,7 +23,7 @@ double relativeError(const Eigen::VectorXd& expected, const Eigen::VectorXd& fou
   return std::max(linear, angular);
 }
 
-void compareColumns(const Neighbourhood& at, int joints, Tally& tally) {
+void compareColumns(const Neighbourhood& at, int joints, JacobianTally& tally) {
   for (int j = 0; j < joints; ++j) {
     const double step = at.smoothStep(j);
     if (step < 1e-6)
@@ -43,7 +43,7 @@ void compareColumns(const Neighbourhood& at, int joints, Tally& tally) {
 }
 
 TEST(CompliantJacobian, IsTheDerivativeForRandomArms) {
-  Tally tally;
+  JacobianTally tally;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 250; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
@@ -60,7 +60,7 @@ TEST(CompliantJacobian, IsTheDerivativeForRandomArms) {
 }
 
 TEST(CompliantJacobian, IsTheDerivativeWhereTubesAreAlignedOrOpposed) {
-  Tally tally;
+  JacobianTally tally;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 150; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
@@ -103,7 +103,7 @@ bool toTheBrink(const CompliantModel& model, double nearness, Eigen::VectorXd& q
 }
 
 TEST(CompliantJacobian, IsTheDerivativeNearABifurcation) {
-  Tally tally;
+  JacobianTally tally;
   int near = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 120; ++seed) {
     SCOPED_TRACE(trace(seed));

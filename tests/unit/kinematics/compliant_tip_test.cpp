@@ -15,13 +15,13 @@ using kinematics::ShapePoint;
 using kinematics::Tip;
 
 /// Counts how much of what was compared says anything about torsion.
-struct Tally {
+struct TipTally {
   int compared = 0;
   int twisted = 0;  ///< by more than 0.01 rad
   double worst = 0.0;
 };
 
-void compareWithOracle(const ConcentricTubeArm& arm, const Eigen::VectorXd& q, Tally& tally) {
+void compareWithOracle(const ConcentricTubeArm& arm, const Eigen::VectorXd& q, TipTally& tally) {
   const CompliantModel model(arm);
   Tip tip;
   Branch branch;
@@ -44,7 +44,7 @@ void compareWithOracle(const ConcentricTubeArm& arm, const Eigen::VectorXd& q, T
 }
 
 TEST(CompliantTip, AgreesWithShootingForRandomArms) {
-  Tally tally;
+  TipTally tally;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 400; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
@@ -60,7 +60,7 @@ TEST(CompliantTip, AgreesWithShootingForRandomArms) {
 TEST(CompliantTip, AgreesWithShootingForThePublishedArms) {
   for (const NamedArm& named : namedArms()) {
     SCOPED_TRACE(named.name);
-    Tally tally;
+    TipTally tally;
     for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 120; ++seed) {
       SCOPED_TRACE(trace(seed));
       Random random(seed);

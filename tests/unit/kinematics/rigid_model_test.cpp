@@ -16,7 +16,7 @@ using kinematics::Tip;
 
 /// Tip by integrating R' = R [u(s)]x, p' = R e_z in small steps, u(s) looked up at every step: nothing in common with
 /// the model but the physics.
-Eigen::Isometry3d integrate(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q, int steps) {
+Eigen::Isometry3d integrateCurve(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q, int steps) {
   const int n = arm.tubeCount();
   Eigen::Isometry3d t = arm.base;
   const double length = q[0] + arm.tubes[0].length(), h = length / steps;
@@ -56,7 +56,7 @@ TEST(RigidModel, AgreesWithStepByStepIntegration) {
     const RigidModel model(arm);
     if (model.tip(q, tip) != ModelStatus::kOk)
       continue;  // fully retracted
-    const Eigen::Isometry3d expected = integrate(arm, q, 20000);
+    const Eigen::Isometry3d expected = integrateCurve(arm, q, 20000);
     EXPECT_LT((tip.pose.translation() - expected.translation()).norm(), 1e-4);
     EXPECT_LT((tip.pose.linear() - expected.linear()).norm(), 1e-3);
   }

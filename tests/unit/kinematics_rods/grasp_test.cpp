@@ -25,7 +25,7 @@ using kinematics::grasp::GraspState;
 using kinematics::grasp::Matrix6;
 using kinematics::grasp::Twist;
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 /** Catheters around an object, each holding it at its tip. */
 struct Scene {
@@ -34,7 +34,7 @@ struct Scene {
     const Isometry3d robot = anyPose(random);
     for (int k = 0; k < arms; ++k) {
       Arm arm = anyCatheter(random);
-      const double around = 2.0 * kPi * k / arms;
+      const double around = 2.0 * kHalfTurn * k / arms;
       arm.base = robot * Eigen::Translation3d(0.03 * std::cos(around), 0.03 * std::sin(around), 0.0) *
                  Eigen::AngleAxisd(random.uniform(-3.0, 3.0), Vector3d::UnitZ());
       if (!parallel)
@@ -84,8 +84,8 @@ struct Scene {
   Isometry3d object;
 };
 
-constexpr ContactType kTypes[] = {ContactType::kFrictionless, ContactType::kPoint, ContactType::kSoftFinger,
-                                  ContactType::kRigid};
+constexpr ContactType kContactTypes[] = {ContactType::kFrictionless, ContactType::kPoint, ContactType::kSoftFinger,
+                                         ContactType::kRigid};
 
 /// The paper's robot: two arms of three joints on parallel axes.
 TEST(Grasp, MobilityOfTwoCathetersIsThatOfThePaper) {
@@ -136,7 +136,7 @@ TEST(Grasp, RanksAgreeWithAnIndependentDecomposition) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(200); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const Scene scene(random, random.integer(1, 4), kTypes[random.integer(0, 3)], random.chance(0.5));
+    const Scene scene(random, random.integer(1, 4), kContactTypes[random.integer(0, 3)], random.chance(0.5));
     const GraspState state = scene.state();
     const Eigen::Index joints = state.by_joints.cols();
     Eigen::MatrixXd all(state.by_object.rows(), joints + 6);
@@ -159,7 +159,7 @@ TEST(Grasp, VirtualWorkOfForcesAndVelocitiesAgrees) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(200); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const Scene scene(random, random.integer(2, 4), kTypes[random.integer(0, 3)]);
+    const Scene scene(random, random.integer(2, 4), kContactTypes[random.integer(0, 3)]);
     const GraspState state = scene.state();
     const Eigen::Index joints = state.by_joints.cols();
     // An admissible joint velocity: any one without what squeezes.
@@ -221,7 +221,7 @@ TEST(Grasp, ContactForcesAnswerAWrenchAndPressTheObject) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(200); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const ContactType type = kTypes[random.integer(0, 3)];
+    const ContactType type = kContactTypes[random.integer(0, 3)];
     const Scene scene(random, random.integer(2, 4), type);
     const Grasp grasp(scene.contacts, Scene::kLength);
     const GraspState state = scene.state(grasp);
@@ -256,7 +256,7 @@ TEST(Grasp, SlipIsToldByCoulombsCone) {
     contact.friction = random.uniform(0.1, 1.0);
     contact.spin_radius = random.uniform(1e-3, 1e-2);
     const double normal = random.uniform(0.1, 2.0), angle = random.uniform(-3.0, 3.0);
-    const double used = random.uniform(0.1, 1.9), share = random.uniform(0.0, kPi / 2);
+    const double used = random.uniform(0.1, 1.9), share = random.uniform(0.0, kHalfTurn / 2);
     const double tangential = used * contact.friction * normal * std::cos(share);
     const double spin = used * contact.friction * normal * std::sin(share) * contact.spin_radius;
     const Eigen::Vector4d force(tangential * std::cos(angle), tangential * std::sin(angle), normal, spin);
@@ -364,7 +364,7 @@ TEST(Grasp, RefusesWhatItCannotHold) {
   refused([&] { Grasp({}, 0.01); }, "contacts: found 0");
   refused([&] { Grasp(scene.contacts, 0.0); }, "size of the object");
   refused([] { grasp::contactType("glue"); }, "found 'glue', expected one of: frictionless, point, soft_finger, rigid");
-  for (const ContactType type : kTypes)
+  for (const ContactType type : kContactTypes)
     EXPECT_EQ(grasp::contactType(grasp::nameOf(type)), type);
   std::vector<Contact> contacts = scene.contacts;
   contacts[1].friction = 0.0;

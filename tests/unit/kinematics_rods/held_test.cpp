@@ -305,8 +305,9 @@ TEST(HeldObject, AllocatesNothingAndSaysWhyThereIsNoRest) {
   Hold hold = model.start(scene.object);
   const std::size_t before = allocationCount();
   ASSERT_EQ(model.settle(scene.q, scene.load, hold), HoldStatus::kOk);
-  if (canCountAllocations())
+  if (canCountAllocations()) {
     EXPECT_EQ(allocationCount(), before);
+  }
   const Isometry3d pose = hold.pose;
   VectorXd q = scene.q;
   q[3] = -0.1;

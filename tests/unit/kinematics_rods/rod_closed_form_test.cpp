@@ -190,11 +190,11 @@ TEST(RodClosedForm, AColumnBucklesAtEulersLoads) {
     rod.sections[0].moment_stiffness.y() *= random.uniform(1.3, 2.0);
     const double ei = rod.sections[0].moment_stiffness.x(), other = rod.sections[0].moment_stiffness.y();
     rod.sections[0].force_stiffness.setConstant(1e6 * ei / (l * l));
-    constexpr double kPi = std::numbers::pi;
+    constexpr double pi = std::numbers::pi;
     const auto indices = [&](double factor, double stiffness) {
       RodInput input(rod);
       input.base = anyPose(random);
-      input.tip.head<3>() = -factor * kPi * kPi * stiffness / (l * l) * input.base.linear().col(2);
+      input.tip.head<3>() = -factor * pi * pi * stiffness / (l * l) * input.base.linear().col(2);
       const RodAnswer answer = answerOf(rod, input);
       return std::pair(answer.conjugate_points, answer.held_conjugate_points);
     };

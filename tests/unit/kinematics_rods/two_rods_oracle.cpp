@@ -18,7 +18,7 @@ using kinematics::assist::Joints;
 using kinematics::assist::Pair;
 using kinematics::cosserat::Section;
 
-using State = std::array<double, 18>;  // R by columns, p, n, m; n and m in the rod's frame
+using RodsState = std::array<double, 18>;  // R by columns, p, n, m; n and m in the rod's frame
 using Unknowns = Eigen::Matrix<double, 12, 1>;
 
 struct Piece {
@@ -35,7 +35,7 @@ struct End {
 
 End integrate(const Isometry3d& base, const std::vector<Piece>& pieces, const Eigen::Matrix<double, 6, 1>& clamp) {
   namespace odeint = boost::numeric::odeint;
-  State y;
+  RodsState y;
   Eigen::Map<Matrix3d>(y.data()) = base.linear();
   Eigen::Map<Vector3d>(y.data() + 9) = base.translation();
   Eigen::Map<Vector3d>(y.data() + 12) = base.linear().transpose() * clamp.head<3>();
@@ -43,7 +43,7 @@ End integrate(const Isometry3d& base, const std::vector<Piece>& pieces, const Ei
   for (const Piece& piece : pieces) {
     if (!(piece.length > 0.0))
       continue;
-    const auto equations = [&piece](const State& at, State& slope, double) {
+    const auto equations = [&piece](const RodsState& at, RodsState& slope, double) {
       const Eigen::Map<const Matrix3d> r(at.data());
       const Eigen::Map<const Vector3d> n(at.data() + 12), m(at.data() + 15);
       const Vector3d v = Vector3d::UnitZ() + n.cwiseQuotient(piece.section.force_stiffness);
@@ -53,8 +53,8 @@ End integrate(const Isometry3d& base, const std::vector<Piece>& pieces, const Ei
       Eigen::Map<Vector3d>(slope.data() + 12) = -u.cross(n);
       Eigen::Map<Vector3d>(slope.data() + 15) = -u.cross(m) - v.cross(n);
     };
-    odeint::integrate_adaptive(odeint::make_controlled(1e-12, 1e-12, odeint::runge_kutta_dopri5<State>()), equations, y,
-                               0.0, piece.length, 0.05 * piece.length);
+    odeint::integrate_adaptive(odeint::make_controlled(1e-12, 1e-12, odeint::runge_kutta_dopri5<RodsState>()),
+                               equations, y, 0.0, piece.length, 0.05 * piece.length);
   }
   End end;
   end.pose.linear() = Eigen::Map<Matrix3d>(y.data());

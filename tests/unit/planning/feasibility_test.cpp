@@ -18,7 +18,7 @@ safety::RobotVector start(int configuration) {
   return q;
 }
 
-TrajectorySpec line(const Eigen::Vector3d& displacement, int points) {
+TrajectorySpec straight(const Eigen::Vector3d& displacement, int points) {
   TrajectorySpec spec;
   spec.name = "line";
   spec.shape = Line{displacement};
@@ -66,13 +66,13 @@ TEST(Feasibility, APlanarStartGoesInwardAndIsRefusedOutward) {
   const Pair robot("rigid");
   // Configuration 3: all tubes bend toward +x. Away from the axis only translations could help, and they stand at
   // what they can do; toward it the tubes turn against each other, to which the Jacobian there is blind.
-  const auto inward = checkTrajectory(robot.both, line({-50e-3, 0, 0}, 25), start(2), {});
+  const auto inward = checkTrajectory(robot.both, straight({-50e-3, 0, 0}, 25), start(2), {});
   EXPECT_TRUE(inward.planar_start) << inward.rotation_conditioning;
   EXPECT_TRUE(inward.feasible);
   for (const PointReport& point : inward.points)
     EXPECT_EQ(point.reach, Reach::kReached) << point.point << ": " << point.words;
   expectTrue(robot, inward, start(2));
-  const auto outward = checkTrajectory(robot.both, line({80e-3, 0, -40e-3}, 15), start(2), {});
+  const auto outward = checkTrajectory(robot.both, straight({80e-3, 0, -40e-3}, 15), start(2), {});
   EXPECT_FALSE(outward.feasible);
   const Reach reach = outward.points.back().reach;
   EXPECT_TRUE(reach == Reach::kOutsideWorkspace || reach == Reach::kLimits) << name(reach);
@@ -82,7 +82,7 @@ TEST(Feasibility, APlanarStartGoesInwardAndIsRefusedOutward) {
 
 TEST(Feasibility, ARepairedTrajectoryIsFeasibleAndLeavesTheRestAlone) {
   const Pair robot("rigid");
-  const TrajectorySpec spec = line({0, 0, 250e-3}, 25);  // farther than the tubes reach
+  const TrajectorySpec spec = straight({0, 0, 250e-3}, 25);  // farther than the tubes reach
   FeasibilityOptions options;
   int calls = 0;
   options.progress = [&calls](int, int points) {
@@ -108,11 +108,11 @@ TEST(Feasibility, ABadStartAndACancelledCheckAreToldApart) {
   const Pair robot("rigid");
   safety::RobotVector q = start(1);
   q[1] = q[0] - 0.01;  // carriage 2 behind carriage 1
-  EXPECT_NE(checkTrajectory(robot.both, line({1e-3, 0, 0}, 2), q, {}).start, "");
+  EXPECT_NE(checkTrajectory(robot.both, straight({1e-3, 0, 0}, 2), q, {}).start, "");
   FeasibilityOptions options;
   int left = 30;
   options.ik.cancelled = [&left] { return --left < 0; };
-  const auto report = checkTrajectory(robot.both, line({5e-3, 0, 0}, 50), start(1), options);
+  const auto report = checkTrajectory(robot.both, straight({5e-3, 0, 0}, 50), start(1), options);
   EXPECT_TRUE(report.cancelled);
   EXPECT_FALSE(report.feasible);
   EXPECT_LT(report.points.size(), 50u);

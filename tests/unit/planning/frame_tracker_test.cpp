@@ -141,16 +141,16 @@ TEST(PathReference, LeadsToWhereThePathIsAPeriodLater) {
   path.length = 0.014;
   Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
   start.translation() << 0.1, 0.0, 0.2;
-  constexpr double kPeriod = 0.01;
+  constexpr double kStep = 0.01;
   for (double time = 0.0; time < 2.0; time += 0.1) {
-    const planning::FrameReference now = planning::pathReference(path, start, time, kPeriod);
-    const planning::FrameReference next = planning::pathReference(path, start, time + kPeriod, kPeriod);
-    const planning::FrameReference led = now.after(kPeriod);
+    const planning::FrameReference now = planning::pathReference(path, start, time, kStep);
+    const planning::FrameReference next = planning::pathReference(path, start, time + kStep, kStep);
+    const planning::FrameReference led = now.after(kStep);
     EXPECT_LT((led.position - next.position).norm(), 1e-15);
     EXPECT_LT(led.orientation.angularDistance(next.orientation), 1e-7);
     EXPECT_EQ(now.tracked, (std::array<bool, 6>{true, true, true, false, true, false}));
   }
-  EXPECT_TRUE(planning::pathReference(path, start, 2.0, kPeriod).feed_forward.isZero(1e-15));
+  EXPECT_TRUE(planning::pathReference(path, start, 2.0, kStep).feed_forward.isZero(1e-15));
   Eigen::Isometry3d off = start;
   off.translation().y() += 3e-3;
   off.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()));

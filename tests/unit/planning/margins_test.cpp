@@ -14,7 +14,7 @@ namespace {
 
 using control::MethodParameters;
 
-constexpr double kPeriod = 0.1;  // s
+constexpr double kMarginPeriod = 0.1;  // s
 
 /// The loop of two arms, their joints ideal.
 struct Loop {
@@ -35,7 +35,7 @@ struct Loop {
   Margin step(const planning::Reference& reference) {
     tracker.step(q, q, reference, result);
     EXPECT_EQ(result.status, planning::TrackStatus::kOk);
-    q += kPeriod * result.solution.velocity;
+    q += kMarginPeriod * result.solution.velocity;
     EXPECT_TRUE(tracker.computeTips(q, result));
     std::array<kinematics::Body, 2> body;
     for (int k = 0; k < 2; ++k) {

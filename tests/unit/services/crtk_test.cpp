@@ -27,7 +27,7 @@ int verbOf(std::string_view name) {
   return 0;
 }
 
-CrtkOrder orderOf(std::string_view name, int group, const Eigen::VectorXd& values) {
+CrtkOrder orderFor(std::string_view name, int group, const Eigen::VectorXd& values) {
   CrtkOrder order;
   order.verb = verbOf(name);
   order.group = group;
@@ -56,7 +56,7 @@ struct Crtk : System {
     run(0.3);
   }
   CrtkOutcome send(std::string_view name, int group, const Eigen::VectorXd& values) {
-    return control.crtk(orderOf(name, group, values), now);
+    return control.crtk(orderFor(name, group, values), now);
   }
   /// Runs, repeating what `values` says as a stream of 100 Hz.
   template <class Values>

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Spans of time as the clocks of buses count them. */
+#pragma once
+
+#include <cstdint>
+
+namespace tandem::hal {
+
+inline constexpr std::int64_t kSecond = 1'000'000'000;  ///< ns
+
+/// @param seconds a span, s @return the same, ns
+inline std::int64_t nanoseconds(double seconds) noexcept { return static_cast<std::int64_t>(1e9 * seconds); }
+
+}  // namespace tandem::hal
