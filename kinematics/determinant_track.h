@@ -2,10 +2,11 @@
 /** @file The determinant whose zeros are an arm's bifurcations, followed along the arm. */
 #pragma once
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 
 #include "kinematics/concentric_tube.h"
 #include "kinematics/scalar.h"
+#include "kinematics/spectrum.h"
 
 namespace tandem::kinematics {
 
@@ -23,7 +24,7 @@ template <class Scalar, int Size = kMaxTubes>
 class DeterminantTrack {
  public:
   using Square = Eigen::Matrix<Scalar, Size, Size>;
-  using Form = Eigen::Matrix<double, Size, Size>;
+  using SquareForm = Eigen::Matrix<double, Size, Size>;
 
   /// @param s_end where the arm ends, m
   explicit DeterminantTrack(double s_end = 0.0) : at_(s_end) {}
@@ -53,25 +54,25 @@ class DeterminantTrack {
   }
 
   /// Counts the conjugate points of a piece; `form` is Z_k' B^-1 Z_k+1, with a positive diagonal for absent tubes.
-  void count(const Form& form) {
-    const Form symmetric = 0.5 * (form + form.transpose());
-    if (symmetric.llt().info() == Eigen::Success)
-      return;
-    const Eigen::SelfAdjointEigenSolver<Form> solver(symmetric, Eigen::EigenvaluesOnly);
-    conjugate_points_ += static_cast<int>((solver.eigenvalues().array() < 0.0).count());
+  void count(const SquareForm& form) {
+    if (!positive(form))
+      conjugate_points_ += negativeDirections(form);
   }
 
   /// The same where there is no potential and so no symmetry: eigenvalues with a negative real part. Their number is
   /// odd where the determinant changes its sign.
-  void countUnsymmetric(const Form& form) {
-    if (const Form symmetric = 0.5 * (form + form.transpose()); symmetric.llt().info() == Eigen::Success)
-      return;
-    const Eigen::EigenSolver<Form> solver(form, false);
-    conjugate_points_ += static_cast<int>((solver.eigenvalues().real().array() < 0.0).count());
+  void countUnsymmetric(const SquareForm& form) {
+    if (!positive(form))
+      conjugate_points_ += negativeRealParts(form);
   }
 
  private:
   static constexpr int kBisections = 30;
+
+  /// Whether the symmetric part is positive definite; nearly always, and cheaper to see than eigenvalues.
+  static bool positive(const SquareForm& form) {
+    return SquareForm(0.5 * (form + form.transpose())).llt().info() == Eigen::Success;
+  }
 
   void propose(const Scalar& value, double s) {
     if (valueOf(value) < valueOf(minimum_)) {

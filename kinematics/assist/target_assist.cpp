@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/assist/target_assist.h"
+#include "kinematics/spectrum.h"
 
 #include <algorithm>
 #include <cmath>
@@ -225,14 +226,14 @@ namespace {
 int conjugatePoints(const Matrix6& target_compliance, const Matrix6& assist_compliance, int rows) {
   const Matrix6 target = target_compliance.inverse(), assist = assist_compliance.inverse();
   if (rows == 6)
-    return cosserat::negativeDirections(target + assist);
-  cosserat::Form form = cosserat::Form::Zero(9, 9);  // place; turn of the target; turn of the assist arm
+    return negativeDirections(target + assist);
+  Form form = Form::Zero(9, 9);  // place; turn of the target; turn of the assist arm
   form.topLeftCorner<6, 6>() = target;
   form.topLeftCorner<3, 3>() += assist.topLeftCorner<3, 3>();
   form.block<3, 3>(0, 6) = assist.topRightCorner<3, 3>();
   form.block<3, 3>(6, 0) = assist.bottomLeftCorner<3, 3>();
   form.block<3, 3>(6, 6) = assist.bottomRightCorner<3, 3>();
-  return cosserat::negativeDirections(form);
+  return negativeDirections(form);
 }
 
 /// Twist of a point by that of another one on the same body.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "kinematics/cosserat/sweep.h"
+#include "kinematics/spectrum.h"
 
 namespace tandem::kinematics::cosserat {
 
@@ -47,13 +47,6 @@ Matrix6 stiffnessBehind(const HeldIndex::Columns& from, const HeldIndex::Columns
 }
 
 }  // namespace
-
-int negativeDirections(const Form& form, double vague) {
-  const Form symmetric = 0.5 * (form + form.transpose());
-  const Eigen::SelfAdjointEigenSolver<Form> eigen(symmetric, Eigen::EigenvaluesOnly);
-  const auto values = eigen.eigenvalues().array();
-  return static_cast<int>((values < -vague * values.abs().maxCoeff()).count());
-}
 
 void HeldIndex::add(const Columns& columns) {
   const bool inner = !first_ && before_.block<3, 3>(0, kByMoment).cwiseAbs().maxCoeff() > 0.0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/cosserat/rod_model.h"
+#include "kinematics/spectrum.h"
 
 #include <algorithm>
 #include <cmath>

@@ -32,10 +32,6 @@ class HeldIndex {
   Columns before_;
 };
 
-/// Negative eigenvalues of the symmetric part of a matrix; less than `vague` of the largest counts as none.
-using Form = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 9, 9>;
-int negativeDirections(const Form& form, double vague = 0.0);
-
 /** What a sweep starts from. */
 struct SweepStart {
   const Rod& rod;

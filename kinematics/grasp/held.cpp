@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/grasp/held.h"
+#include "kinematics/spectrum.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
@@ -54,12 +54,7 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& by) {
 }
 
 /// Of the symmetric part: what moments that keep their direction add has no potential.
-template <class Matrix>
-int negatives(const Matrix& matrix) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> values(0.5 * (matrix + matrix.transpose()), Eigen::EigenvaluesOnly);
-  const double least = kNoStiffness * values.eigenvalues().cwiseAbs().maxCoeff();
-  return static_cast<int>((values.eigenvalues().array() < -least).count());
-}
+int negatives(const Form& form) { return negativeDirections(form, kNoStiffness); }
 
 }  // namespace
 
@@ -256,13 +251,13 @@ void HeldObject::differentiate(Hold& hold, const Linear& linear) const {
 int HeldObject::instability(Hold& hold, const Linear& linear) const {
   const Twist scale = scaleOf(grasp_.length());
   const Matrix6 inverse_scale = scale.cwiseInverse().asDiagonal();
-  int found = negatives(Matrix6(scale.asDiagonal() * linear.stiffness * scale.asDiagonal()));
+  int found = negatives(scale.asDiagonal() * linear.stiffness * scale.asDiagonal());
   for (std::size_t k = 0; k < arms_.size(); ++k) {
     const Linear::One& one = linear.one[k];
     const LoadedTip& tip = hold.tips[k];
-    hold.buckled[k] = tip.conjugate_points - negatives(Matrix6(inverse_scale * tip.compliance * inverse_scale));
-    found += hold.buckled[k] + negatives(Matrix6(inverse_scale * one.compliance * inverse_scale)) -
-             negatives(Square(one.by_tip * one.tip_by_force));
+    hold.buckled[k] = tip.conjugate_points - negatives(inverse_scale * tip.compliance * inverse_scale);
+    found += hold.buckled[k] + negatives(inverse_scale * one.compliance * inverse_scale) -
+             negatives(one.by_tip * one.tip_by_force);
   }
   return found;
 }
