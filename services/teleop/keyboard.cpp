@@ -13,7 +13,7 @@ namespace tandem::teleop {
 namespace {
 
 /// A key counts as held for so long after the terminal has told of it, s: longer than a terminal repeats (33 ms).
-constexpr double kHeld = 0.1;
+constexpr double kKeyHeld = 0.1;
 
 class Keyboard final : public Device {
  public:
@@ -38,7 +38,7 @@ class Keyboard final : public Device {
       if (::read(STDIN_FILENO, &key, 1) <= 0)
         throw DeviceError("keyboard: the terminal is gone");
       if (const auto move = kMoves.find(key); move != kMoves.end()) {
-        until_ = time + kHeld;
+        until_ = time + kKeyHeld;
         direction_ = move->second;
       }
       reading.next_mode = reading.next_mode || key == 'm';
