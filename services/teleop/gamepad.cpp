@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Gamepads through SDL, with its table of mappings. */
-#include <SDL2/SDL.h>
-
 #include <algorithm>
 
 #include "services/teleop/device.h"
+#include "services/teleop/sdl.h"
 
 namespace tandem::teleop {
 namespace {
@@ -16,17 +15,17 @@ class Gamepad final : public Device {
  public:
   explicit Gamepad(double speed) : speed_(speed) {
     // No window: nothing shall be drawn, and events count although none has the focus.
-    SDL_SetHint(SDL_HINT_VIDEODRIVER, "dummy");
-    SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
-    SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
-    if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0)
+    SDL_SetHint(sdl::kHintVideoDriver, "dummy");
+    SDL_SetHint(sdl::kHintJoystickAllowBackgroundEvents, "1");
+    SDL_SetHint(sdl::kHintNoSignalHandlers, "1");
+    if (SDL_InitSubSystem(sdl::kInitGameController) != 0)
       throw DeviceError(std::string("gamepad: SDL does not start: ") + SDL_GetError());
     SDL_GameControllerUpdate();
     for (int i = 0; i < SDL_NumJoysticks() && pad_ == nullptr; ++i)
       pad_ = SDL_IsGameController(i) ? SDL_GameControllerOpen(i) : nullptr;
     if (pad_ == nullptr) {
       const int others = SDL_NumJoysticks();
-      SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
+      SDL_QuitSubSystem(sdl::kInitGameController);
       throw DeviceError("gamepad: found none (" + std::to_string(others) +
                         " other joysticks), expected one that SDL knows; plugged in, and readable for this user "
                         "(/dev/input/event*, group input)?");
@@ -34,28 +33,28 @@ class Gamepad final : public Device {
   }
   ~Gamepad() override {
     SDL_GameControllerClose(pad_);
-    SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
+    SDL_QuitSubSystem(sdl::kInitGameController);
   }
 
   Reading read(double) override {
     SDL_GameControllerUpdate();
-    if (SDL_GameControllerGetAttached(pad_) == SDL_FALSE)
+    if (!SDL_GameControllerGetAttached(pad_))
       throw DeviceError("gamepad: it is gone");
     Reading reading;
-    reading.present = axis(SDL_CONTROLLER_AXIS_TRIGGERRIGHT) > kHeld;
-    reading.clutch = held(SDL_CONTROLLER_BUTTON_LEFTSHOULDER);
+    reading.present = axis(sdl::kAxisTriggerRight) > kHeld;
+    reading.clutch = held(sdl::kButtonLeftShoulder);
     // SDL's y axes point down.
-    reading.linear = speed_ * Eigen::Vector3d(stick(SDL_CONTROLLER_AXIS_LEFTX), -stick(SDL_CONTROLLER_AXIS_LEFTY),
-                                              -stick(SDL_CONTROLLER_AXIS_RIGHTY));
-    for (int b = 0; b < std::min<int>(SDL_CONTROLLER_BUTTON_MAX, 32); ++b)
-      reading.buttons |= held(static_cast<SDL_GameControllerButton>(b)) ? 1U << b : 0U;
+    reading.linear =
+        speed_ * Eigen::Vector3d(stick(sdl::kAxisLeftX), -stick(sdl::kAxisLeftY), -stick(sdl::kAxisRightY));
+    for (int b = 0; b < std::min(sdl::kButtonMax, 32); ++b)
+      reading.buttons |= held(b) ? 1U << b : 0U;
     const std::uint32_t pressed = reading.buttons & ~buttons_;
     buttons_ = reading.buttons;
-    const auto now = [pressed](SDL_GameControllerButton b) { return (pressed & (1U << b)) != 0; };
-    reading.scale_steps = (now(SDL_CONTROLLER_BUTTON_DPAD_UP) ? 1 : 0) - (now(SDL_CONTROLLER_BUTTON_DPAD_DOWN) ? 1 : 0);
-    reading.next_mode = now(SDL_CONTROLLER_BUTTON_Y);
-    reading.next_arm = now(SDL_CONTROLLER_BUTTON_X);
-    reading.stop = now(SDL_CONTROLLER_BUTTON_B);
+    const auto now = [pressed](int b) { return (pressed & (1U << b)) != 0; };
+    reading.scale_steps = (now(sdl::kButtonDpadUp) ? 1 : 0) - (now(sdl::kButtonDpadDown) ? 1 : 0);
+    reading.next_mode = now(sdl::kButtonY);
+    reading.next_arm = now(sdl::kButtonX);
+    reading.stop = now(sdl::kButtonB);
     return reading;
   }
 
@@ -73,13 +72,13 @@ class Gamepad final : public Device {
   }
 
  private:
-  double axis(SDL_GameControllerAxis which) const { return SDL_GameControllerGetAxis(pad_, which) / 32767.0; }
-  double stick(SDL_GameControllerAxis which) const {
+  double axis(int which) const { return SDL_GameControllerGetAxis(pad_, which) / 32767.0; }
+  double stick(int which) const {
     const double x = std::clamp(axis(which), -1.0, 1.0);
     const double beyond = std::max(0.0, std::abs(x) - kStickRest) / (1.0 - kStickRest);
     return x < 0.0 ? -beyond : beyond;
   }
-  bool held(SDL_GameControllerButton which) const { return SDL_GameControllerGetButton(pad_, which) != 0; }
+  bool held(int which) const { return SDL_GameControllerGetButton(pad_, which) != 0; }
 
   double speed_;
   SDL_GameController* pad_ = nullptr;

@@ -18,6 +18,7 @@
 #include "services/dds/raw.h"
 #include "services/dds/topics.h"
 #include "services/teleop/device.h"
+#include "services/teleop/sdl.h"  // after SDL's own header: only the numbers
 
 namespace tandem::teleop {
 namespace {
@@ -45,6 +46,27 @@ std::string refusalOf(const std::string& file) {
     return error.what();
   }
   return "";
+}
+
+TEST(Gamepad, NumbersAndHintsAreThoseOfSdlsOwnHeader) {
+  static_assert(sizeof(SDL_bool) == sizeof(int));
+  static_assert(sizeof(SDL_GameControllerAxis) == sizeof(int));
+  static_assert(sizeof(SDL_GameControllerButton) == sizeof(int));
+  static_assert(sdl::kInitGameController == SDL_INIT_GAMECONTROLLER);
+  static_assert(sdl::kAxisLeftX == SDL_CONTROLLER_AXIS_LEFTX);
+  static_assert(sdl::kAxisLeftY == SDL_CONTROLLER_AXIS_LEFTY);
+  static_assert(sdl::kAxisRightY == SDL_CONTROLLER_AXIS_RIGHTY);
+  static_assert(sdl::kAxisTriggerRight == SDL_CONTROLLER_AXIS_TRIGGERRIGHT);
+  static_assert(sdl::kButtonB == SDL_CONTROLLER_BUTTON_B);
+  static_assert(sdl::kButtonX == SDL_CONTROLLER_BUTTON_X);
+  static_assert(sdl::kButtonY == SDL_CONTROLLER_BUTTON_Y);
+  static_assert(sdl::kButtonLeftShoulder == SDL_CONTROLLER_BUTTON_LEFTSHOULDER);
+  static_assert(sdl::kButtonDpadUp == SDL_CONTROLLER_BUTTON_DPAD_UP);
+  static_assert(sdl::kButtonDpadDown == SDL_CONTROLLER_BUTTON_DPAD_DOWN);
+  static_assert(sdl::kButtonMax == SDL_CONTROLLER_BUTTON_MAX);
+  EXPECT_STREQ(sdl::kHintVideoDriver, SDL_HINT_VIDEODRIVER);
+  EXPECT_STREQ(sdl::kHintJoystickAllowBackgroundEvents, SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS);
+  EXPECT_STREQ(sdl::kHintNoSignalHandlers, SDL_HINT_NO_SIGNAL_HANDLERS);
 }
 
 TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
