@@ -14,8 +14,8 @@ using safety::ArmVector;
 using safety::DriveRequest;
 using safety::OperatingState;
 
-constexpr double kPeriod = 0.05;
-constexpr double kTick = 5e-3;
+constexpr double kStreamPeriod = 0.05;
+constexpr double kStreamTick = 5e-3;
 constexpr double kWindow = 0.5e-3;  ///< following error of a translation, m
 
 /** Two random arms under a commander that often behaves badly. */
@@ -48,7 +48,7 @@ class Stream {
  private:
   sim::SimulatedDrivesOptions options() const {
     sim::SimulatedDrivesOptions made;
-    made.control_period = kPeriod;
+    made.control_period = kStreamPeriod;
     made.following_error_translation = kWindow + largestLag();
     made.translation_acceleration = acceleration_;
     return made;
@@ -58,7 +58,7 @@ class Stream {
     double speed = 0.0;
     for (const safety::ArmLimits& limits : limits_)
       speed = std::max(speed, limits.joints[0].velocity);
-    return 2.0 * speed * speed / acceleration_ + (std::isfinite(acceleration_) ? speed * kTick : 0.0);
+    return 2.0 * speed * speed / acceleration_ + (std::isfinite(acceleration_) ? speed * kStreamTick : 0.0);
   }
   std::vector<ArmVector> starts() { return {randomInside(limits_[0], random_), randomInside(limits_[1], random_)}; }
 
@@ -92,7 +92,8 @@ class Stream {
       command.moving[arm] = !random_.chance(0.15);
       for (int j = 0; j < drives_.jointCount(arm); ++j) {
         const auto i = static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + j);
-        command.velocity[i] = random_.chance(0.001) ? std::nan("") : (wish[j] - drives_.setpoint(arm)[j]) / kPeriod;
+        command.velocity[i] =
+            random_.chance(0.001) ? std::nan("") : (wish[j] - drives_.setpoint(arm)[j]) / kStreamPeriod;
         // Where a commander takes the joint to be does not matter as long as it is a number.
         command.position[i] = random_.chance(0.001) ? std::nan("") : wish[j] + random_.uniform(-0.01, 0.01);
       }
@@ -109,8 +110,8 @@ class Stream {
 
   void tick() {
     const ArmVector before[2] = {drives_.plant(0).position(), drives_.plant(1).position()};
-    now_ += static_cast<std::int64_t>(kTick * 1e9);
-    drives_.step(kTick, now_);
+    now_ += static_cast<std::int64_t>(kStreamTick * 1e9);
+    drives_.step(kStreamTick, now_);
     for (int arm = 0; arm < 2; ++arm)
       check(arm, before[arm]);
   }
@@ -119,13 +120,13 @@ class Stream {
     const auto a = static_cast<std::size_t>(arm);
     const ArmVector& q = drives_.plant(arm).position();
     // The drives know where a stuck axis is only to within the following error, and two of them close one gap.
-    const double allowed = jammed_[arm] ? 2.0 * (kWindow + largestLag() + limits_[a].joints[0].velocity * kTick)
+    const double allowed = jammed_[arm] ? 2.0 * (kWindow + largestLag() + limits_[a].joints[0].velocity * kStreamTick)
                                         : 1e-9 + 2.0 * largestLag();
     ASSERT_LE(safety::largestViolation(limits_[a], q), allowed) << "arm " << arm;
     moves_ += q != before ? 1 : 0;
     const bool may_move = drives_.state(arm) == OperatingState::kEnabled;
-    still_for_[arm] = may_move ? 0.0 : still_for_[arm] + kTick;
-    if (still_for_[arm] > stop_time_[a] + 2.0 * limits_[a].joints[0].velocity / acceleration_ + 2.5 * kTick) {
+    still_for_[arm] = may_move ? 0.0 : still_for_[arm] + kStreamTick;
+    if (still_for_[arm] > stop_time_[a] + 2.0 * limits_[a].joints[0].velocity / acceleration_ + 2.5 * kStreamTick) {
       // An axis that comes loose again goes to its reference, which is within the window.
       ASSERT_LE((q - before).head(drives_.jointCount(arm) / 2).cwiseAbs().maxCoeff(), jammed_[arm] ? kWindow : 0.0);
       if (!jammed_[arm]) {
@@ -133,7 +134,7 @@ class Stream {
       }
     }
     for (int j = 0; j < drives_.jointCount(arm); ++j) {
-      ASSERT_LE(std::abs(q[j] - before[j]), limits_[a].joints[j].velocity * kTick * (1 + 1e-5));
+      ASSERT_LE(std::abs(q[j] - before[j]), limits_[a].joints[j].velocity * kStreamTick * (1 + 1e-5));
     }
   }
 
