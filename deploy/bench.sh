@@ -55,7 +55,8 @@ while (($# > 0)); do
   shift
 done
 
-if $install; then install_packages; else report_packages; fi
+prepare "$install" run python figures test bench page
+configure release -DTANDEM_TESTS=ON -DTANDEM_PYTHON=ON
 programs=(bench_kinematics bench_control bench_cycle bench_hal bench_round_trip bench_security)
 build release "${programs[@]}" bench_batch bench_instructions _tandem services/all
 bin=$root/build/release/bin

@@ -11,16 +11,24 @@ die() {
   exit 1
 }
 
-# The lines of packages.txt.
-packages() { sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$root/deploy/packages.txt"; }
+# The purposes of packages.txt, a line each.
+purposes() { sed -n 's/^\[\(.*\)\]$/\1/p' "$root/deploy/packages.txt"; }
 
-# Those of them that dpkg does not have installed.
+# packages PURPOSE...: the lines of packages.txt under these headings.
+packages() {
+  awk -v wanted=" $* " '
+    { sub(/[ \t]*#.*/, ""); sub(/[ \t]+$/, "") }
+    /^\[.*\]$/ { take = index(wanted, " " substr($0, 2, length($0) - 2) " "); next }
+    take && NF && !seen[$0]++' "$root/deploy/packages.txt"
+}
+
+# missing_packages PURPOSE...: those of them that dpkg does not have installed.
 missing_packages() {
   local package unless command
   while read -r package unless command; do
     [[ $unless == unless ]] && command -v "$command" >/dev/null && continue
     dpkg-query -W -f='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || printf '%s\n' "$package"
-  done < <(packages)
+  done < <(packages "$@")
 }
 
 require_debian() {
@@ -46,34 +54,42 @@ as_root() {
     sudo "$@"
   else
     die "packages are missing and this user can neither be root nor use sudo. As root:
-  apt-get install $(missing_packages | tr '\n' ' ')"
+  apt-get install ${missing[*]}"
   fi
 }
 
-# Installs what is missing; without network and without apt where nothing is.
+# install_packages PURPOSE...: installs what is missing; without network and without apt where nothing is.
 install_packages() {
   local missing
   require_debian
-  mapfile -t missing < <(missing_packages)
+  mapfile -t missing < <(missing_packages "$@")
   if ((${#missing[@]} == 0)); then
-    say "all packages are installed"
+    say "all packages are installed ($*)"
     return
   fi
-  say "installing ${#missing[@]} missing packages: ${missing[*]}"
+  say "installing ${#missing[@]} missing packages ($*): ${missing[*]}"
   as_root apt-get -q -o DPkg::Lock::Timeout=300 update ||
     die "apt-get update failed; is there a network, and may this user use sudo?"
   as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=300 \
     install --no-install-recommends "${missing[@]}" || die "apt-get could not install: ${missing[*]}"
-  mapfile -t missing < <(missing_packages)
+  mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]} == 0)) || die "still missing after the installation: ${missing[*]}"
 }
 
-# With --no-install: says what a build may fail for. Not an error, the libraries may come from elsewhere.
+# report_packages PURPOSE...: with --no-install, says what a build may fail for. Not an error, the libraries may come from
+# elsewhere.
 report_packages() {
   command -v dpkg-query >/dev/null || return 0
   local missing
-  mapfile -t missing < <(missing_packages)
+  mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]} == 0)) || say "not installed, and left so: ${missing[*]}"
+}
+
+# prepare INSTALL PURPOSE...: installs (true) or reports (false).
+prepare() {
+  local install=$1
+  shift
+  if $install; then install_packages "$@"; else report_packages "$@"; fi
 }
 
 # Compilations at a time: one a core, and 1.5 GB of memory for each.
@@ -85,10 +101,14 @@ build_jobs() {
   printf '%d' $((memory < 1 ? 1 : memory < cores ? memory : cores))
 }
 
-# build PRESET [TARGET...]: configures and builds.
-build() {
+# configure PRESET [OPTION...]: a new build folder has neither tests nor Python module nor page, unless an option says so; one
+# that is there keeps what it has.
+configure() {
   local preset=$1 tool
   shift
+  if [[ ! -e $root/build/$preset/CMakeCache.txt ]]; then
+    set -- -DTANDEM_TESTS=OFF -DTANDEM_PYTHON=OFF -DTANDEM_PAGE=OFF "$@"
+  fi
   for tool in cmake ninja c++ fastddsgen /usr/bin/python3; do
     command -v "$tool" >/dev/null || die "$tool: not found; run without --no-install, or install deploy/packages.txt"
   done
@@ -96,8 +116,14 @@ build() {
   [[ -w $root/build ]] || die "$root/build: not writable for $(id -un); make it yours, or use a copy of the sources"
   say "configuring preset $preset in $root/build/$preset"
   # Debian's Python has the packages of packages.txt; another one in PATH need not.
-  (cd "$root" && cmake --preset "$preset" -DPython3_EXECUTABLE=/usr/bin/python3) ||
+  (cd "$root" && cmake --preset "$preset" -DPython3_EXECUTABLE=/usr/bin/python3 "$@" --log-level=NOTICE) ||
     die "cmake could not configure preset $preset"
+}
+
+# build PRESET [TARGET...]: what is configured; without targets all of it.
+build() {
+  local preset=$1
+  shift
   say "building with $(build_jobs) jobs"
   (cd "$root" && cmake --build --preset "$preset" -j "$(build_jobs)" ${1:+--target "$@"}) || die "the build failed"
 }

@@ -26,7 +26,8 @@ while (($# > 0)); do
   shift
 done
 
-if $install; then install_packages; else report_packages; fi
+prepare "$install" run python page containers
+configure release -DTANDEM_PYTHON=ON -DTANDEM_PAGE=ON
 build release services/all
 rm -rf "$root/build/release/packages"
 (cd "$root/build/release" && cpack -G DEB) || die "cpack could not make the packages"

@@ -7,43 +7,75 @@ source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
 
 usage() {
   cat <<'TEXT'
-Usage: deploy/run.sh [--no-install] [--build-only]
+Usage: deploy/run.sh [--with figures,page,python] [--no-install] [--build-only]
 
 Installs the Debian packages that are missing (deploy/packages.txt; as root or through sudo), builds preset release in
-build/release, runs `tandem experiment table3`, and leaves rows in results/csv and figures in results/figures.
+build/release, runs `tandem experiment table3`, and leaves rows in results/csv.
 
+  --with WHAT    more than that, packages and build; may be repeated, with commas between:
+                   figures   what --figure and --figures of the command line draw with (matplotlib; 260 MB)
+                   page      the operator's page in a browser (npm; 330 MB unless node is there)
+                   python    the Python module (60 MB), in build/release/python
+                   all       all three
   --no-install   use what is installed; neither apt nor root is needed
   --build-only   do not run the experiment
   --help         this text
+
+What was once built with --with is built again by later calls without it.
 TEXT
 }
 
 install=true experiment=true
+more=()
 while (($# > 0)); do
   case $1 in
     --no-install) install=false ;;
     --build-only) experiment=false ;;
+    --with | --with=*)
+      [[ $1 == --with=* || $# -gt 1 ]] || die "--with: expected figures, page, python or all"
+      list=${1#--with=}
+      [[ $1 == --with=* ]] || { list=$2 && shift; }
+      for what in ${list//,/ }; do
+        case $what in
+          figures | page | python) more+=("$what") ;;
+          all) more+=(figures page python) ;;
+          *) die "--with: found '$what', expected figures, page, python or all" ;;
+        esac
+      done
+      ;;
     -h | --help) usage && exit 0 ;;
     *) usage >&2 && printf '\n' >&2 && die "unknown option: $1" ;;
   esac
   shift
 done
+with() { [[ " ${more[*]-} " == *" $1 "* ]]; }
 
-if $install; then install_packages; else report_packages; fi
-build release services/all
+prepare "$install" run ${more[@]+"${more[@]}"}
+options=() targets=(services/all)
+! with page || options+=(-DTANDEM_PAGE=ON)
+! with python || options+=(-DTANDEM_PYTHON=ON)
+configure release ${options[@]+"${options[@]}"}
+on() { grep -qx "$1:BOOL=ON" "$root/build/release/CMakeCache.txt"; }
+! on TANDEM_PAGE || targets+=(console_page)
+! on TANDEM_PYTHON || targets+=(_tandem)
+build release "${targets[@]}"
 bin=$root/build/release/bin
+figures=false
+! /usr/bin/python3 -c 'import matplotlib' 2>/dev/null || figures=true
 
 status=0
 if $experiment; then
   say "running experiment table3 over DDS in lock-step"
-  (cd "$root" && "$bin/tandem" experiment table3 --csv results/csv --figures results/figures) || status=$?
+  drawn=()
+  ! $figures || drawn=(--figures results/figures)
+  (cd "$root" && "$bin/tandem" experiment table3 --csv results/csv ${drawn[@]+"${drawn[@]}"}) || status=$?
 fi
 
 echo
 say "programs: $bin"
 if $experiment && ((status == 0)); then
   say "rows and summary: $root/results/csv"
-  say "figures: $root/results/figures"
+  if $figures; then say "figures: $root/results/figures"; else say "no figures: deploy/run.sh --with figures draws them"; fi
 fi
 cat <<TEXT
 Next:
@@ -51,6 +83,7 @@ Next:
   tandem up laptop               simulator, control and planning in real time; Ctrl-C stops them
   tandem robot run rectangle     in a second terminal: move
   tandem status                  in a third one: watch
+  tandem console                 operator's page; built by deploy/run.sh --with page
   $root/deploy/test.sh   the tests
 TEXT
 ((status == 0)) || die "the experiment ended with exit code $status"

@@ -22,7 +22,9 @@ void drawFigures(const std::string& script, const std::vector<std::string>& argu
   }
   int status = 0;
   if (pid < 0 || waitpid(pid, &status, 0) != pid || status != 0)
-    throw Failure(kFailure, "the figures could not be drawn; python3-matplotlib and python3-numpy are needed");
+    throw Failure(
+        kFailure,
+        "the figures could not be drawn; they need python3-matplotlib and python3-numpy: deploy/run.sh --with figures");
 }
 
 }  // namespace tandem::cli

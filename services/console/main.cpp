@@ -85,7 +85,7 @@ class Console {
   void run(service::StopSignal& stop) {
     spdlog::info("ready: {}://{}:{}/{}{}", options_.tls() ? "https" : "http", options_.address, options_.port,
                  access_.asksForToken() ? "?token=..." : "",
-                 page_.present() ? "" : ", without the operator's page, which is not installed");
+                 page_.present() ? "" : ", without the operator's page; deploy/run.sh --with page builds it");
     server_.run([&] {
       setup_.heartbeat->beat();
       load_.look();
