@@ -7,27 +7,30 @@ source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
 
 usage() {
   cat <<'TEXT'
-Usage: deploy/test.sh [--preset NAME] [--no-install] [CTEST ARGUMENTS]
+Usage: deploy/test.sh [--preset NAME] [--no-install] [--room NAME] [CTEST ARGUMENTS]
 
 Installs the Debian packages that are missing, builds, and runs ctest. All other arguments go to ctest. Tests with the
 label `long` run only where a label is asked for with -L. Unit tests run two at a time, all others one by one:
 they start processes in real time. What failed of them while the host of a virtual machine took a twentieth or more of the
-processor time away is run once more, which is said. A complete run is held against the list of hazards (docs/hazards.md).
+processor time away is run once more, which is said. A complete run is held against the list of hazards (docs/hazards.md), and
+what compiling costs against the recorded value (deploy/build-times.sh --check).
 Ends with ctest's exit code, or with 1 where a hazard's control is not shown.
 
-  --preset NAME  release (default), debug, asan-ubsan, tsan
+  --preset NAME  release (default), debug, asan-ubsan, tsan, each-file
+  --room NAME    builds and runs the unit tests of one folder of tests/unit alone: control, services, cli ...
   --no-install   use what is installed; neither apt nor root is needed
   --help         this text
 
 Examples:
   deploy/test.sh                    everything but the long tests
   deploy/test.sh -L unit            one label
+  deploy/test.sh --room control     after a change in control/: its own tests, in seconds
   deploy/test.sh -R Gate            tests whose names hold Gate
   deploy/test.sh --preset tsan      with the thread sanitizer
 TEXT
 }
 
-install=true preset=release exclude='' long=false
+install=true preset=release room='' exclude='' long=false
 arguments=()
 while (($# > 0)); do
   case $1 in
@@ -38,6 +41,13 @@ while (($# > 0)); do
       shift
       ;;
     --preset=*) preset=${1#*=} ;;
+    --room)
+      [[ $# -gt 1 && -e $root/tests/unit/$2/CMakeLists.txt ]] ||
+        die "--room: found '${2-}', expected one of: $(cd "$root/tests/unit" && printf '%s ' */ | tr -d /)"
+      room=$2
+      arguments+=(-L "^$room\$")
+      shift
+      ;;
     -LE | --label-exclude)
       # Several -LE of ctest exclude what matches all of them; here they are joined into one that excludes each.
       (($# > 1)) || die "$1: expected a regular expression"
@@ -54,8 +64,10 @@ while (($# > 0)); do
 done
 $long || exclude+='|^long$'
 
-if $install; then install_packages; else report_packages; fi
-build "$preset"
+mapfile -t all < <(purposes)
+prepare "$install" "${all[@]}"
+configure "$preset" -DTANDEM_TESTS=ON -DTANDEM_PYTHON=ON -DTANDEM_PAGE=ON
+if [[ -n $room ]]; then build "$preset" "tests/unit/$room/all"; else build "$preset"; fi
 results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 cd "$root/build/$preset"
@@ -95,9 +107,11 @@ run other 1 -LE "^unit\$$exclude"
 
 $ran || die "no test matches: ${arguments[*]}"
 say "summary, preset $preset"
-(cd "$results" && grep -H 'tests passed' -- unit other | sed 's/:/ tests: /') || true
+(cd "$results" && grep -Hs "tests passed" -- unit other | sed "s/:/ tests: /") || true
 # Part of the tests shows part of the hazards.
 if ((${#arguments[@]} == 0)) && [[ $preset == release && $exclude == '|^long$' ]]; then
   /usr/bin/python3 "$root/tests/hazards/trace.py" --results "$results"/*.xml || status=1
+  say "is compiling as cheap as it was?"
+  "$root/deploy/build-times.sh" --check || status=1
 fi
 exit "$status"
