@@ -108,6 +108,11 @@ run other 1 -LE "^unit\$$exclude"
 $ran || die "no test matches: ${arguments[*]}"
 say "summary, preset $preset"
 (cd "$results" && grep -Hs "tests passed" -- unit other | sed "s/:/ tests: /") || true
+if ((${#arguments[@]} == 0)); then
+  say "slowest tests, s"
+  grep -ho '<testcase name="[^"]*"[^>]* time="[^"]*"' "$results"/*.xml |
+    sed -E 's/.* name="([^"]*)".* time="([^"]*)"/\2 \1/' | sort -rn | awk 'NR <= 10 { printf "%8.1f  %s\n", $1, $2 }'
+fi
 # Part of the tests shows part of the hazards.
 if ((${#arguments[@]} == 0)) && [[ $preset == release && $exclude == '|^long$' ]]; then
   /usr/bin/python3 "$root/tests/hazards/trace.py" --results "$results"/*.xml || status=1
