@@ -2,7 +2,6 @@
 """Two buses of simulated drives under tandem-hal, recorded from before the boot to after the end: every frame is what
 Wireshark calls CANopen."""
 import pathlib
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,11 +13,6 @@ from hardware import HalTest, system  # noqa: E402
 
 
 class Dissection(HalTest):
-    def setUp(self):
-        if shutil.which("tshark") is None:
-            raise RuntimeError("tshark is not installed (Debian: tshark, see deploy/packages.txt)")
-        super().setUp()
-
     def test_what_is_no_canopen_is_complained_of(self):
         log = self.folder / "bad.log"
         for bad in ("601#4018", "000#01", "00000601#4000100000000000"):

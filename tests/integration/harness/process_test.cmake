@@ -1,6 +1,7 @@
 # tandem_process_test(NAME FILE file.py [CASE class] LABEL label TIMEOUT seconds [REALTIME]): a Python program that
 # drives the executables of this build. REALTIME: it runs alone, because its processes have deadlines.
 include_guard(DIRECTORY)
+include(${PROJECT_SOURCE_DIR}/tests/needs.cmake)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
 function(tandem_process_test name)
@@ -9,6 +10,7 @@ function(tandem_process_test name)
            ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} ${arg_CASE})
   set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT}
                        ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+  tandem_needs(python:yaml=python3-yaml TESTS ${name})
   if(arg_REALTIME)
     set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
   endif()

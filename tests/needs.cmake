@@ -1,0 +1,22 @@
+# tandem_needs(PROGRAM=PACKAGE... TESTS NAME...): these tests are not run where a program is missing; test needs_PROGRAM fails
+# before them then, once, and names the package. Whoever asks ctest for one of the tests gets what it needs checked as well.
+include_guard(GLOBAL)
+
+function(tandem_needs)
+  cmake_parse_arguments(arg "" "" "TESTS" ${ARGN})
+  foreach(need ${arg_UNPARSED_ARGUMENTS})
+    string(REPLACE "=" ";" parts ${need})
+    list(GET parts 0 program)
+    list(GET parts 1 package)
+    string(REGEX REPLACE "[^a-zA-Z0-9_]" "_" fixture "needs_${program}")
+    get_property(known GLOBAL PROPERTY ${fixture})
+    if(NOT known)
+      set_property(GLOBAL PROPERTY ${fixture} ON)
+      add_test(NAME ${fixture} COMMAND ${PROJECT_SOURCE_DIR}/tests/needs.sh ${program} ${package})
+      set_tests_properties(${fixture} PROPERTIES FIXTURES_SETUP ${fixture} LABELS unit TIMEOUT 60)
+    endif()
+    foreach(test ${arg_TESTS})
+      set_property(TEST ${test} APPEND PROPERTY FIXTURES_REQUIRED ${fixture})
+    endforeach()
+  endforeach()
+endfunction()
