@@ -59,7 +59,7 @@ class CrtkDesk {
   struct Entry {
     CrtkStream stream;
     std::uint64_t accepted = 0, refused = 0;
-    std::string refusal;
+    std::string refusal{};
   };
   template <class M>
   void take(const M& message, CrtkOrder order, const OnOrder& on_order);
