@@ -7,8 +7,8 @@ namespace tandem::control {
 namespace {
 
 constexpr double kLeast = 1e-8;  ///< eps
-constexpr double kBoundRounding =
-    1e-9;  ///< by which a bound is missed on purpose, of itself: rounding must not forbid it
+/// Part of itself by which a bound is missed on purpose: rounding must not forbid it.
+constexpr double kBoundRounding = 1e-9;
 
 }  // namespace
 

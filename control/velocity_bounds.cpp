@@ -8,12 +8,12 @@ namespace tandem::control {
 namespace {
 
 /// A distance outside a limit that rounding explains, m or rad.
-constexpr double kSpeedRounding = 1e-12;
+constexpr double kDistanceRounding = 1e-12;
 
 /// Largest approach speed over a distance that remains, m/s (rad/s). Outside, where it is below zero, the speed back.
 double approach(double distance, double period, double velocity, double acceleration, bool come_back) {
   const double size = std::abs(distance);
-  if (distance < 0.0 && (!come_back || size <= kSpeedRounding))
+  if (distance < 0.0 && (!come_back || size <= kDistanceRounding))
     return 0.0;
   double speed = std::min(size / period, velocity);
   if (std::isfinite(acceleration))

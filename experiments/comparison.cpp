@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiments/comparison.h"
 
-#include "experiments/format.h"
-
 #include <algorithm>
 #include <cstdio>
+
+#include "experiments/format.h"
 
 namespace tandem::experiments {
 namespace {

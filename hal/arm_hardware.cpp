@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/arm_hardware.h"
 
-#include "hal/nanoseconds.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "hal/nanoseconds.h"
 
 namespace tandem::hal {
 namespace {

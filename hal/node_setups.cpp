@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/node_setups.h"
 
-#include "hal/nanoseconds.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "hal/nanoseconds.h"
 
 namespace tandem::hal {
 namespace {

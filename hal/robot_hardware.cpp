@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/robot_hardware.h"
 
-#include "hal/nanoseconds.h"
-
 #include <stdexcept>
 #include <utility>
+
+#include "hal/nanoseconds.h"
 
 namespace tandem::hal {
 namespace {

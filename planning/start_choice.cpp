@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "planning/start_choice.h"
 
-#include "planning/index.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "planning/index.h"
 
 namespace tandem::planning {
 namespace {

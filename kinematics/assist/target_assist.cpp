@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/assist/target_assist.h"
-#include "kinematics/spectrum.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "kinematics/spectrum.h"
 
 namespace tandem::kinematics::assist {
 

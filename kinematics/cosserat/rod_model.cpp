@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/cosserat/rod_model.h"
-#include "kinematics/spectrum.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "kinematics/spectrum.h"
 
 namespace tandem::kinematics::cosserat {
 

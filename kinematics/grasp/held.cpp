@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/grasp/held.h"
-#include "kinematics/spectrum.h"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
 #include <stdexcept>
+
+#include "kinematics/spectrum.h"
 
 namespace tandem::kinematics::grasp {
 

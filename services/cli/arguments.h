@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <functional>
 #include <iosfwd>
 #include <memory>
@@ -34,6 +35,11 @@ Register registerFk, registerSolve, registerValidate, registerTopics, registerSt
     registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
     registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
     registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo;
+
+/// Seconds that have passed since then.
+inline double since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
 /// A file to read, or standard input for "-". @throw Failure(kUsage) where it can't be opened.
 std::shared_ptr<std::istream> openInput(const std::string& path);

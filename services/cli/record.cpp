@@ -26,8 +26,6 @@ struct RecordCommand {
 
 using Clock = std::chrono::steady_clock;
 
-double recordedFor(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 void tellRecording(const RecordCommand& options,
                    const char* event,
                    const service::Recorder::Totals& totals,
@@ -75,20 +73,20 @@ int runRecord(const RecordCommand& options) {
                                    [&](const auto& tag, std::string_view bytes) { recorder.take(tag, bytes); });
     tellRecording(options, "recording", recorder.totals(), 0.0);
     double told = 0.0;
-    while (!stop.waitFor(0.02) && (options.seconds <= 0.0 || recordedFor(start) < options.seconds)) {
+    while (!stop.waitFor(0.02) && (options.seconds <= 0.0 || since(start) < options.seconds)) {
       recorder.drain();
-      if (const double now = recordedFor(start); now - told >= 1.0) {
+      if (const double now = since(start); now - told >= 1.0) {
         tellRecording(options, "recording", recorder.totals(), now);
         told = now;
       }
     }
     recorder.drain();
   } catch (const std::system_error& error) {
-    tellRecording(options, "failed", recorder.totals(), recordedFor(start));
+    tellRecording(options, "failed", recorder.totals(), since(start));
     throw Failure(kFailure, std::string(error.what()) + "; what was written before is whole");
   }
   recorder.close();
-  tellRecording(options, "recorded", recorder.totals(), recordedFor(start));
+  tellRecording(options, "recorded", recorder.totals(), since(start));
   return recorder.totals().lost == 0 ? kOk : kFailure;
 }
 

@@ -24,8 +24,6 @@ struct UpCommand {
 
 using Clock = std::chrono::steady_clock;
 
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 bool standing(const dds::ActuationState& state) {
   for (double velocity : state.velocity) {
     if (velocity != 0.0)

@@ -5,8 +5,8 @@
 #include <chrono>
 #include <set>
 
-#include "services/console/wall_clock.h"
 #include "services/dds/definitions.h"
+#include "services/setup/clock_desk.h"
 
 namespace tandem::console {
 namespace {
@@ -70,7 +70,7 @@ void Hub::open(std::uint32_t channel) {
 
 void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   ++received_;
-  const auto now = static_cast<std::uint64_t>(wallClock());
+  const auto now = static_cast<std::uint64_t>(service::wallNow());
   const std::lock_guard lock(line.mutex);
   if (line.subscribers.empty() && !line.latched)
     return;

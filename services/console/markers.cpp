@@ -6,7 +6,7 @@
 #include <chrono>
 
 #include "services/console/held_object.h"
-#include "services/console/wall_clock.h"
+#include "services/setup/clock_desk.h"
 #include "services/setup/process.h"
 
 namespace tandem::console {
@@ -103,7 +103,7 @@ void Markers::moved(std::size_t arm, const dds::PoseStamped& tip) {
     tips.push_back(*known);
   }
   if (arm + 1 == tips_.size())
-    writer_.write(markersOf(*object_, objectPose(*object_, tips), tip.frame, wallClock()));
+    writer_.write(markersOf(*object_, objectPose(*object_, tips), tip.frame, service::wallNow()));
 }
 
 void Markers::look() {
@@ -119,8 +119,9 @@ void Markers::look() {
           bus_.reader(dds::kMeasuredCp, arms_[k], [this, k](const dds::PoseStamped& tip) { moved(k, tip); }));
   }
   for (const std::string& arm : wanted ? arms_ : std::vector<std::string>{})
-    shapes_.push_back(bus_.reader(
-        dds::kShape, arm, [this, arm](const dds::Shape& shape) { writer_.write(markersOf(shape, arm, wallClock())); }));
+    shapes_.push_back(bus_.reader(dds::kShape, arm, [this, arm](const dds::Shape& shape) {
+      writer_.write(markersOf(shape, arm, service::wallNow()));
+    }));
 }
 
 }  // namespace tandem::console
