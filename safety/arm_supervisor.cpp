@@ -9,6 +9,7 @@ namespace {
 
 /// Sums of periods differ from their multiples by rounding; this share of a segment is not worth another step.
 constexpr double kTimeTolerance = 1e-9;
+constexpr double kNoWay = 1e-15;  ///< m, rad: rounding
 
 }  // namespace
 
@@ -160,35 +161,46 @@ GateReport ArmSupervisor::command(const ArmRequest& request,
   return report;
 }
 
-void ArmSupervisor::move(const ArmVector& setpoint) noexcept {
-  commanded_speed_ = (setpoint - this->setpoint()) / options_.control_period;
-  start_ = reference_;
-  target_ = setpoint;
-  elapsed_ = 0.0;
-  duration_ = options_.control_period;
-  for (Eigen::Index j = 0; j < target_.size(); ++j) {
-    // A command that comes early finds the last setpoint still ahead: take longer rather than move faster than allowed.
-    const double needed = std::abs(target_[j] - start_[j]) / gate_.limits().joints[j].velocity;
-    if (needed > duration_ * (1.0 + kTimeTolerance))
-      duration_ = needed;
+/** The part of the way from the reference to `next` that one period allows: no joint is led farther than it was asked
+ * to go in this period, or goes already. Commands that come more often than agreed would add up otherwise: the arm
+ * would move faster than was asked, and go on when they end. A part of a straight way between two places inside boxes
+ * and rows stays inside them. */
+ArmVector ArmSupervisor::withinOnePeriod(const ArmVector& next) const noexcept {
+  double part = 1.0;
+  for (Eigen::Index j = 0; j < next.size(); ++j) {
+    const double asked = std::abs(next[j] - setpoint()[j]);
+    const double allowed = std::max(asked, options_.control_period * std::abs(velocity_[j]));
+    const double way = std::abs(next[j] - reference_[j]);
+    if (way > allowed * (1.0 + kTimeTolerance) + kNoWay)
+      part = std::min(part, allowed / way);
   }
-  velocity_ = (target_ - start_) / duration_;
+  return part < 1.0 ? ArmVector(reference_ + part * (next - reference_)) : next;
+}
+
+void ArmSupervisor::move(const ArmVector& setpoint) noexcept {
+  const ArmVector target = withinOnePeriod(setpoint);
+  commanded_speed_ = (target - this->setpoint()) / options_.control_period;
+  start_ = reference_;
+  target_ = target;
+  elapsed_ = 0.0;
+  velocity_ = (target_ - start_) / options_.control_period;
   mode_ = Mode::kSegment;
 }
 
 /// Returns the time that is left over when the segment ends, s; negative while it goes on.
 double ArmSupervisor::advanceSegment(double dt) noexcept {
+  const double duration = options_.control_period;
   elapsed_ += dt;
-  const double left_over = elapsed_ - duration_;
-  if (left_over < -kTimeTolerance * duration_) {
-    reference_ = start_ + (elapsed_ / duration_) * (target_ - start_);
+  const double left_over = elapsed_ - duration;
+  if (left_over < -kTimeTolerance * duration) {
+    reference_ = start_ + (elapsed_ / duration) * (target_ - start_);
     return -1.0;
   }
   reference_ = target_;
   mode_ = Mode::kArrived;
   if (velocity_.isZero(0.0))
     stand();
-  return left_over > kTimeTolerance * duration_ ? left_over : 0.0;
+  return left_over > kTimeTolerance * duration ? left_over : 0.0;
 }
 
 void ArmSupervisor::step(double dt, std::int64_t now) noexcept {

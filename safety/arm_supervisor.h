@@ -29,7 +29,8 @@ struct ArmRequest {
   bool moving = false;  ///< `motion` counts; otherwise the arm ends the segment under way and holds
   /** The velocity counts: it is integrated here, from the last setpoint that went past the gate. Whoever commands knows
    * that setpoint only as it was a state ago, so its own sum would jump back or ahead by all that was lost or late
-   * since. The position has to be finite; `duration` is ignored: it is the control period. */
+   * since. However often commands come, the setpoint is never led ahead of the joints by more than one period of the
+   * velocity asked for. The position has to be finite; `duration` is ignored: it is the control period. */
   GateCommand motion;
 };
 
@@ -95,6 +96,7 @@ class ArmSupervisor {
   FaultRecord recordOf(const GateReport& report) const noexcept;
   void applyRequest(DriveRequest request, const ArmVector& measured, const FaultRecord& present) noexcept;
   void enable(const ArmVector& measured, const FaultRecord& present) noexcept;
+  ArmVector withinOnePeriod(const ArmVector& next) const noexcept;
   void move(const ArmVector& setpoint) noexcept;
   void hold() noexcept;
   void stop() noexcept;
@@ -113,8 +115,7 @@ class ArmSupervisor {
   ArmVector start_;            ///< of the segment
   ArmVector target_;           ///< of the segment
   ArmVector commanded_speed_;  ///< of the last command, as it left the gate
-  double elapsed_ = 0.0;       ///< in the segment, s
-  double duration_ = 0.0;      ///< of the segment, s
+  double elapsed_ = 0.0;       ///< in the segment, which takes a control period, s
 };
 
 }  // namespace tandem::safety
