@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "config/exact.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
 
@@ -79,6 +80,11 @@ void readHoming(const Map& drive, Group& group) {
   homing.method = map.integer("method");
   homing.fast = map.number("fast");
   homing.slow = map.number("slow");
+  for (const char* key : {"fast", "slow"}) {
+    if (const double speed = map.number(key); speed > group.axis.velocity)
+      map.fail(key,
+               "found " + exact(speed / group.axis.velocity) + " times `velocity` of the drive, expected at most that");
+  }
   homing.acceleration = map.number("acceleration");
   homing.order = map.integer("order");
   homing.budget = map.number("budget");

@@ -63,8 +63,8 @@ Mapping homingMapping(Kind kind) {
               integer("method", "object 0x6098: 17 and 18 limit switches, 33 and 34 index, 37 present position")
                   .required()
                   .within(-128, 127),
-              number("fast", kind.speed(), "towards the switch").required().above(0),
-              number("slow", kind.speed(), "off the switch, or to the index").required().above(0),
+              number("fast", kind.speed(), "towards the switch; at most `velocity`").required().above(0),
+              number("slow", kind.speed(), "off the switch, or to the index; at most `velocity`").required().above(0),
               number("acceleration", kind.acceleration(), "of the run").required().above(0),
               integer("order", "axes with the same number run together, smaller numbers first")
                   .within(0, 64)

@@ -165,6 +165,13 @@ TEST(Hardware, Refusals) {
   refuse("counts_per_revolution: 4096\n      gear_ratio: 10\n",
          "counts_per_revolution: 4096000000\n      gear_ratio: 10\n", "upper_mm: 0", 10,
          "translations[0].axes[0].upper_mm", "2^30 counts");
+  for (const auto& [fast, slow, key] : {std::array{"10.125", "1", "fast"}, std::array{"10", "27.75", "slow"}}) {
+    const std::string homing = "homing: {method: 17, fast_mm_per_s: " + std::string(fast) + ", slow_mm_per_s: " + slow +
+                               ", acceleration_mm_per_s2: 50}";
+    refuse("reference: absolute_encoder", "reference: homing\n      " + homing,
+           std::string(key) == "fast" ? fast : slow, 0,
+           "translations[0].drive.homing." + std::string(key) + "_mm_per_s", "times `velocity` of the drive");
+  }
   refuse("reference: absolute_encoder", "reference: homing", "reference: homing", 11, "translations[0].drive.reference",
          "expected a `homing` mapping");
 }
