@@ -4,9 +4,26 @@
 namespace tandem::hal {
 
 std::string_view name(HardwareGuard guard) {
-  constexpr std::array<std::string_view, kHardwareGuardCount> kNames{
-      "node",      "drive_silent",   "drive_fault",   "emergency",        "power_lost", "following", "ignores_command",
-      "switch_on", "encoder_silent", "encoder_alarm", "encoder_mismatch", "reference",  "homing",    "bus"};
+  constexpr std::array<std::string_view, kHardwareGuardCount> kNames{"node",
+                                                                     "drive_silent",
+                                                                     "drive_fault",
+                                                                     "emergency",
+                                                                     "power_lost",
+                                                                     "following",
+                                                                     "ignores_command",
+                                                                     "switch_on",
+                                                                     "encoder_silent",
+                                                                     "encoder_alarm",
+                                                                     "encoder_mismatch",
+                                                                     "reference",
+                                                                     "homing",
+                                                                     "bus",
+                                                                     "overspeed",
+                                                                     "internal_limit",
+                                                                     "foreign_master",
+                                                                     "torque",
+                                                                     "brake",
+                                                                     "emergency_stop"};
   const auto i = static_cast<std::size_t>(guard);
   return i < kNames.size() ? kNames[i] : std::string_view("unknown");
 }

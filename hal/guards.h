@@ -27,8 +27,14 @@ enum class HardwareGuard : std::uint8_t {
   kReference,        ///< the position could not be referenced, or software limits not be set
   kHoming,           ///< a homing run failed
   kBus,              ///< bus-off, interface down, or setpoints no longer leave
+  kOverspeed,        ///< the joint was measured to be faster than its axis may be
+  kInternalLimit,    ///< in operation, and statusword bit 11: a limit of the drive holds the target back
+  kForeignMaster,    ///< somebody else sends what only this HAL may send
+  kTorque,           ///< torque or current beyond what the axis may need
+  kBrake,            ///< the brake did not hold, or did not open
+  kEmergencyStop,    ///< the emergency stop, or the drive's STO, is active
 };
-inline constexpr int kHardwareGuardCount = 14;
+inline constexpr int kHardwareGuardCount = 20;
 std::string_view name(HardwareGuard guard);  ///< "encoder_mismatch" ...
 
 using GuardMask = std::uint32_t;

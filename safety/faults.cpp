@@ -29,7 +29,7 @@ constexpr std::array<std::pair<Fault, std::string_view>, 13> kFaultNames{{
 constexpr std::array<std::string_view, kGuardCount> kGuardNames{
     "finite", "fresh", "sequence", "step", "known_arm", "position", "coupled_row", "velocity", "slew"};
 
-constexpr std::array<std::string_view, 13> kCauses{"",
+constexpr std::array<std::string_view, 19> kCauses{"",
                                                    "off",
                                                    "following error",
                                                    "hal or sim started anew",
@@ -41,7 +41,13 @@ constexpr std::array<std::string_view, 13> kCauses{"",
                                                    "commands are not taken",
                                                    "no answer",
                                                    "reports an error",
-                                                   "drive and encoder disagree"};
+                                                   "drive and encoder disagree",
+                                                   "overspeed",
+                                                   "outside its limits",
+                                                   "another master on the bus",
+                                                   "torque",
+                                                   "brake",
+                                                   "emergency stop"};
 
 std::string number(double value) {
   char text[32];

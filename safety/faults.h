@@ -46,6 +46,12 @@ enum class FaultCause : std::uint8_t {
   kNoAnswer,         ///< kDrive, kSensor: a device or its bus fell silent, or is not up
   kDeviceError,      ///< kDrive, kSensor: a device reports an error of its own
   kDisagree,         ///< kSensor: drive and absolute encoder disagree
+  kOverspeed,        ///< kDrive: the joint is faster than its axis may be
+  kOutsideLimits,    ///< kDrive: the joint stands outside its limits, or a limit of the drive holds it back
+  kForeignMaster,    ///< kDrive: somebody else commands the bus
+  kTorque,           ///< kDrive: torque beyond what the axis may need
+  kBrake,            ///< kDrive: the brake did not hold, or did not open
+  kEmergencyStop,    ///< kStopRequested: the emergency stop, or a drive's STO
 };
 
 /** The first thing that led an arm into FAULT since it was last cleared: for logs and people. Amounts are in the unit
@@ -80,6 +86,6 @@ inline constexpr int kGuardCount = 9;
 std::string_view name(Guard guard);
 
 /** What control asks of the drives of an arm. */
-enum class DriveRequest : std::uint8_t { kKeep = 0, kDisable, kEnable, kPause, kResume };
+enum class DriveRequest : std::uint8_t { kKeep = 0, kDisable, kEnable, kPause, kResume, kRecover };
 
 }  // namespace tandem::safety

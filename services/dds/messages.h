@@ -45,6 +45,8 @@ struct ActuationState {
   PerArm<std::uint8_t> valid{};            ///< 1: positions and velocities of this arm are measured and good
   PerArm<std::uint8_t> operating_state{};  ///< safety::OperatingState of the drives
   PerArm<std::uint32_t> faults{};          ///< latched safety::Fault bits
+  PerArm<std::uint8_t> recovery{};         ///< 1: ENABLED to recover: slow, inwards, without the joints in `lost`
+  PerArm<std::uint8_t> lost{};             ///< bit j: joint j stays where it is
   JointArray position{};                   ///< m, rad
   JointArray velocity{};                   ///< m/s, rad/s
   JointArray setpoint{};                   ///< last setpoint past the gate, m, rad
@@ -59,7 +61,8 @@ struct ActuationCommand {
   std::int64_t stamp = 0;
   std::uint8_t advance = 0;  ///< lock-step: 1 = the plant takes one step of one control period with this command
   std::uint8_t arm_count = 0;
-  PerArm<std::uint8_t> request{};  ///< safety::DriveRequest: keep, disable, enable, pause, resume
+  PerArm<std::uint8_t> request{};  ///< safety::DriveRequest: keep, disable, enable, pause, resume, recover
+  PerArm<std::uint8_t> without{};  ///< recover: bit j: joint j shall not be used even if its drive could be
   PerArm<std::uint8_t> moving{};   ///< 1: the velocity counts; 0: end the segment under way and hold
   JointArray velocity{};           ///< m/s, rad/s over the next control period, from the drives' last setpoint on
   JointArray position{};           ///< where control takes that to end, m, rad; finite, otherwise of no effect
@@ -165,6 +168,7 @@ struct ControlStatus {
   std::uint8_t arm_count = 0;
   PerArm<std::uint8_t> operating_state{};
   PerArm<std::uint8_t> homed{};
+  PerArm<std::uint8_t> recovery{};  ///< 1: ENABLED to recover; only jog and withdraw move the arm
   PerArm<std::uint8_t> busy{};
   PerArm<std::uint32_t> faults{};
   std::uint64_t lease_holder = 0;  ///< client id, 0 = free
@@ -228,7 +232,7 @@ struct ControlRequest {
   std::string text;   ///< method name; "backend", "bounds" or parameter name
   std::string value;  ///< parameter value; state command
   std::uint8_t joint_count = 0;
-  std::array<double, safety::kMaxJointsPerArm> joints{};  ///< move_jp: m, rad; jog: m/s, rad/s
+  std::array<double, safety::kMaxJointsPerArm> joints{};  ///< move_jp: m, rad; jog: m/s, rad/s; recover: without
 };
 
 /// stop, everyone -> hal, sim, control. tandem_msgs/Stop
@@ -276,6 +280,8 @@ struct HalStatus {
   std::uint64_t left_out = 0;     ///< periods never stepped; drives on a bus held their last target then
   double bus_load = 0.0;          ///< 0..1, of the fullest bus
   PerArm<std::uint32_t> snaps{};  ///< sim: times the arm snapped into another equilibrium
+  std::uint8_t emergency_stop = 0;  ///< 0 not read, 1 released, 2 pressed
+  PerArm<double> idle_left{};       ///< s until an arm that nobody commands loses its power; below 0: it keeps it
   // Of hal alone; 0 with a simulated robot.
   PerArm<std::uint8_t> homed{};                                 ///< 1: all joints know where they are
   PerArm<std::uint8_t> power{};                                 ///< hal::ArmPower
@@ -286,9 +292,9 @@ struct HalStatus {
   std::array<float, safety::kMaxJoints> axis_temperature{};     ///< of the drive, deg C; NaN where it is not known
   JointArray following_error{};                                 ///< m, rad
   JointArray encoder_difference{};                              ///< absolute encoder minus drive, m, rad
-  std::array<std::uint64_t, 16> hardware_count{};  ///< times each hal::HardwareGuard began to act since start
-  std::array<std::uint8_t, 16> hardware_arm{};     ///< arm and joint of the last time
-  std::array<std::uint8_t, 16> hardware_joint{};
+  std::array<std::uint64_t, 24> hardware_count{};  ///< times each hal::HardwareGuard began to act since start
+  std::array<std::uint8_t, 24> hardware_arm{};     ///< arm and joint of the last time
+  std::array<std::uint8_t, 24> hardware_joint{};
   std::uint8_t bus_count = 0;
   std::array<std::uint8_t, 8> bus_state{};      ///< hal::can::BusState
   std::array<double, 8> bus_loads{};            ///< 0..1

@@ -107,6 +107,12 @@ const kCauses = [
   "no answer",
   "reports an error",
   "drive and encoder disagree",
+  "overspeed",
+  "outside its limits",
+  "another master on the bus",
+  "torque",
+  "brake",
+  "emergency stop",
 ];
 const kNoJoint = 255;
 
