@@ -90,6 +90,18 @@ void readHoming(const Map& drive, Group& group) {
   homing.budget = map.number("budget");
 }
 
+void readBrake(const Map& drive, hal::AxisConfig& axis) {
+  if (!drive.has("brake"))
+    return;
+  const Map map = drive.map("brake");
+  hal::BrakeConfig& brake = axis.brake.emplace();
+  brake.output_bit = map.integer("output_bit");
+  brake.closed_level = map.integer("closed_level") == 1;
+  brake.closing_time = map.number("closing_time");
+  brake.opening_time = map.number("opening_time");
+  brake.slip = map.number("slip");
+}
+
 Group readGroup(const Map& map, bool translation) {
   Group group{translation, {}, std::nullopt};
   hal::AxisConfig& axis = group.axis;
@@ -104,6 +116,7 @@ Group readGroup(const Map& map, bool translation) {
   axis.following_time = drive.number("following_time");
   axis.reference = readReference(drive);
   readHoming(drive, group);
+  readBrake(drive, axis);
   axis.temperature_scale = drive.number("temperature_scale");
   if (drive.has("temperature_object")) {
     const std::string object = drive.text("temperature_object");

@@ -79,6 +79,31 @@ const Mapping& homingTable(Kind kind) {
   return kind.translation ? translation : rotation;
 }
 
+Mapping brakeMapping(Kind kind) {
+  const hal::BrakeConfig defaults;
+  return {
+      kind.prefixed("brake"),
+      "A holding brake at a digital output of the drive, object 0x60FE. The HAL opens it once torque holds the joint, "
+      "and takes torque away once it is closed. A brake that the drive moves by itself needs no entry.",
+      {
+          integer("output_bit", "of 0x60FE:1").within(0, 31).defaultsTo(defaults.output_bit),
+          integer("closed_level", "of that output while the brake is closed")
+              .within(0, 1)
+              .defaultsTo(static_cast<int>(defaults.closed_level)),
+          number("closing_time", kTime, "until it holds").above(0).defaultsTo(defaults.closing_time),
+          number("opening_time", kTime, "until it lets go").above(0).defaultsTo(defaults.opening_time),
+          number("slip", kind.position(), "what a joint may move behind it; more is a brake that does not hold")
+              .required()
+              .above(0),
+      }};
+}
+
+const Mapping& brakeTable(Kind kind) {
+  static const Mapping translation = brakeMapping(kTranslation);
+  static const Mapping rotation = brakeMapping(kRotation);
+  return kind.translation ? translation : rotation;
+}
+
 std::vector<Field> gearingFields(Kind kind) {
   std::vector<Field> fields{
       number("counts_per_revolution", kNone, "of the shaft that it sits on").required().above(0),
@@ -128,6 +153,7 @@ Mapping driveMapping(Kind kind) {
                  .defaultNote("none"),
              number("temperature_scale", kNone, "degrees Celsius per unit of that object").above(0).defaultsTo(1.0),
              mapping("homing", homingTable(kind), "with `reference: homing`").defaultNote("none"),
+             mapping("brake", brakeTable(kind), "one that the HAL moves").defaultNote("none"),
          });
   append(table.fields, identityFields());
   return table;

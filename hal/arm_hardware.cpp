@@ -33,7 +33,11 @@ ArmHardware::ArmHardware(const ArmConfig& config,
       axes_(std::move(axes)),
       homing_(axes_),
       power_budget_(nanoseconds(power_budget)),
-      request_budget_(nanoseconds(options.budgets.commandAge(options.control_period))) {}
+      request_budget_(nanoseconds(options.budgets.commandAge(options.control_period))) {
+  trusted_.setZero(config.limits.jointCount());
+  for (const Axis* axis : axes_)
+    stop_budget_ = std::max(stop_budget_, nanoseconds(axis->config().stopBudget()));
+}
 
 template <class Condition>
 bool ArmHardware::all(Condition&& condition) const noexcept {
@@ -45,7 +49,7 @@ bool ArmHardware::homed() const noexcept {
 }
 
 bool ArmHardware::valid() const noexcept {
-  return all([](const Axis& axis) { return axis.valid(); });
+  return all([&](const Axis& axis) { return axis.valid() || lost(axis); });
 }
 
 bool ArmHardware::standing() const noexcept {
@@ -55,8 +59,17 @@ bool ArmHardware::standing() const noexcept {
 safety::ArmVector ArmHardware::position() const noexcept {
   safety::ArmVector q(jointCount());
   for (int j = 0; j < jointCount(); ++j)
-    q[j] = axis(j).position();
+    q[j] = lost(j) ? trusted_[j] : axis(j).position();
   return q;
+}
+
+void ArmHardware::notePositions() noexcept {
+  for (int j = 0; j < jointCount(); ++j) {
+    if (!axis(j).valid() || axis(j).guards() != 0)
+      continue;
+    trusted_[j] = axis(j).position();
+    known_ |= safety::jointBit(j);
+  }
 }
 
 safety::ArmVector ArmHardware::velocity() const noexcept {
@@ -66,22 +79,25 @@ safety::ArmVector ArmHardware::velocity() const noexcept {
   return v;
 }
 
-safety::ArmVector ArmHardware::targets() const noexcept {
+/// Where the drives are told to be; of lost joints, where they were seen last.
+safety::ArmVector ArmHardware::places() const noexcept {
   safety::ArmVector q(jointCount());
   for (int j = 0; j < jointCount(); ++j)
-    q[j] = axis(j).target();
+    q[j] = lost(j) ? trusted_[j] : axis(j).target();
   return q;
 }
 
 safety::FaultRecord ArmHardware::presentFailure() const noexcept {
   safety::FaultRecord present;
   for (const Axis* axis : axes_) {
+    if (lost(*axis))
+      continue;
     const safety::FaultRecord failure = axis->failure(axis->guards());
     if (present.faults == 0)
       present = failure;
     present.faults |= failure.faults;
   }
-  if (needs_boot_ || recovering_)
+  if ((needs_boot_ && !recovering_) || rebooting_)
     present.faults |= safety::bit(safety::Fault::kDrive);
   return present;
 }
@@ -102,31 +118,63 @@ DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
     return DriveRequest::kEnable;
   if (presentFaults() != 0)
     return DriveRequest::kEnable;  // latches them, which says why
-  if (!homed() || homing_.running())
+  if (!homed() || homing_.running() || recovering_)
+    return DriveRequest::kKeep;
+  if (!(safety::largestViolation(supervisor_.limits(), position()) <= safety::kAtRest))
+    return DriveRequest::kEnable;  // the same, before torque finds a distance to cover
+  enable_asked_ = now;
+  if (power_ == ArmPower::kOff && supervisor_.standing())
+    startSwitchingOn(now);
+  return onceInOperation() ? DriveRequest::kEnable : DriveRequest::kKeep;
+}
+
+DriveRequest ArmHardware::onRecover(safety::JointMask without, std::int64_t now) noexcept {
+  if (supervisor_.powered() || !supervisor_.standing() || homing_.running() || rebooting_)
     return DriveRequest::kKeep;
   enable_asked_ = now;
-  if (power_ == ArmPower::kOff && supervisor_.standing()) {
-    power_ = ArmPower::kSwitchingOn;
-    power_since_ = now;
-    for (Axis* axis : axes_) {
-      axis->hold();
-      axis->setGoal(PowerGoal::kOperation, now);
+  if (power_ == ArmPower::kOff) {
+    safety::JointMask lost = without, left = 0;
+    for (const Axis* axis : axes_) {
+      const safety::JointMask bit = safety::jointBit(axis->config().joint);
+      if (axis->guards() != 0 || axis->phase() != AxisPhase::kReady)
+        lost |= bit;
+      left |= bit;
     }
+    left &= static_cast<safety::JointMask>(~lost);
+    if (left == 0 || (lost & ~known_) != 0)
+      return DriveRequest::kKeep;
+    recovering_ = true;
+    lost_ = lost;
+    startSwitchingOn(now);
   }
-  if (power_ != ArmPower::kSwitchingOn || !all([](const Axis& axis) { return axis.followsCommand(); }))
-    return DriveRequest::kKeep;
+  return recovering_ && onceInOperation() ? DriveRequest::kRecover : DriveRequest::kKeep;
+}
+
+void ArmHardware::startSwitchingOn(std::int64_t now) noexcept {
+  power_ = ArmPower::kSwitchingOn;
+  power_since_ = now;
+  for (Axis* axis : axes_) {
+    axis->hold();
+    axis->setRecovering(recovering_ && !lost(*axis));
+  }
+}
+
+/// The drives that shall have torque have it.
+bool ArmHardware::onceInOperation() noexcept {
+  if (power_ != ArmPower::kSwitchingOn || !all([&](const Axis& axis) { return axis.followsCommand() || lost(axis); }))
+    return false;
   power_ = ArmPower::kOn;
   for (Axis* axis : axes_)
-    axis->setOperating(true);
-  return DriveRequest::kEnable;
+    axis->setOperating(!lost(*axis));
+  return true;
 }
 
 void ArmHardware::onDisable(std::int64_t now) noexcept {
   if (power_ == ArmPower::kSwitchingOn)
     switchOff(now);
   // The wish is remembered: torque may not be gone yet, and the last boot be too recent.
-  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !recovering_)
-    recovering_ = boot_due_ = true;
+  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !rebooting_)
+    rebooting_ = boot_due_ = true;
 }
 
 safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::int64_t now) noexcept {
@@ -136,15 +184,20 @@ safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::
       passed.request = onEnable(now);
     if (request.request == DriveRequest::kDisable)
       onDisable(now);
+    if (request.request == DriveRequest::kRecover)
+      passed.request = onRecover(request.lost, now);
+    passed.lost = lost_;
   }
   const bool was_enabled = supervisor_.powered();
-  const safety::GateReport report = supervisor_.command(passed, targets(), presentFailure(), now);
+  const safety::GateReport report = supervisor_.command(passed, places(), presentFailure(), now);
   if (passed.request == DriveRequest::kEnable && !was_enabled && presentFaults() != 0)
     needs_boot_ = true;
   return report;
 }
 
 void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) noexcept {
+  if (lost(joint))
+    return;
   Axis& axis = *axes_[static_cast<std::size_t>(joint)];
   const bool drive = (guards & ~kSensorGuards) != 0;
   const bool moves = power_ == ArmPower::kOn;
@@ -153,7 +206,7 @@ void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) no
     needs_boot_ = true;
     supervisor_.latchAxisFailure(axis.failure(guards), axis.position());
     axis.setOperating(false);
-    axis.setGoal(PowerGoal::kQuickStop, now);
+    axis.setGoal(PowerGoal::kOff, now);
   }
   const bool lost = axis.phase() == AxisPhase::kFailed || (guards & bit(HardwareGuard::kBus)) != 0;
   if (moves || power_ == ArmPower::kSwitchingOn || homing_.running() || lost)
@@ -174,6 +227,7 @@ void ArmHardware::watchAxes(std::int64_t now, std::array<GuardMask, safety::kMax
 void ArmHardware::switchOff(std::int64_t now) noexcept {
   power_ = ArmPower::kSwitchingOff;
   power_since_ = now;
+  stood_ = 0;
   for (Axis* axis : axes_) {
     axis->setOperating(false);
     axis->hold();
@@ -182,10 +236,14 @@ void ArmHardware::switchOff(std::int64_t now) noexcept {
 }
 
 void ArmHardware::stepSwitchingOn(std::int64_t now) noexcept {
-  const bool faulty = supervisor_.state() != OperatingState::kDisabled;
+  const bool faulty = recovering_ ? presentFaults() != 0 : supervisor_.state() != OperatingState::kDisabled;
   const bool forgotten = now - enable_asked_ > request_budget_;
   safety::FaultRecord late;
   for (Axis* axis : axes_) {
+    if (lost(*axis))
+      continue;
+    if (!axis->settingLimits())
+      axis->setGoal(PowerGoal::kOperation, now);
     if (axis->goalLate(now) || (now - power_since_ > power_budget_ && !axis->followsCommand())) {
       axis->fail(HardwareGuard::kSwitchOn);
       late = late.faults == 0 ? axis->failure(bit(HardwareGuard::kSwitchOn)) : late;
@@ -196,6 +254,18 @@ void ArmHardware::stepSwitchingOn(std::int64_t now) noexcept {
   latch(late);
 }
 
+/// Torque goes when the joints stand, not when their reference does; what never comes to rest gets a quick stop.
+void ArmHardware::stepOn(std::int64_t now) noexcept {
+  if (supervisor_.powered() || !supervisor_.standing()) {
+    stood_ = 0;
+    return;
+  }
+  stood_ = stood_ == 0 ? now : stood_;
+  const bool late = now - stood_ > stop_budget_;
+  if (late || all([](const Axis& axis) { return axis.atRest() || !axis.operating(); }))
+    switchOff(now);
+}
+
 void ArmHardware::stepPower(std::int64_t now) noexcept {
   switch (power_) {
     case ArmPower::kOff:
@@ -203,9 +273,7 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
     case ArmPower::kSwitchingOn:
       return stepSwitchingOn(now);
     case ArmPower::kOn:
-      if (!supervisor_.powered() && supervisor_.standing())
-        switchOff(now);
-      return;
+      return stepOn(now);
     case ArmPower::kSwitchingOff:
       if (all([&](const Axis& axis) { return axis.goalReached() || axis.goalLate(now); })) {
         for (Axis* axis : axes_) {
@@ -215,13 +283,17 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
           latch(axis->failure(bit(HardwareGuard::kSwitchOn)));
         }
         power_ = ArmPower::kOff;
+        recovering_ = false;
+        lost_ = 0;
+        for (Axis* axis : axes_)
+          axis->setRecovering(false);
       }
       return;
   }
 }
 
-void ArmHardware::stepRecovery(std::int64_t now) noexcept {
-  if (!recovering_)
+void ArmHardware::stepReboot(std::int64_t now) noexcept {
+  if (!rebooting_)
     return;
   if (boot_due_) {
     boot_due_ = power_ != ArmPower::kOff || homing_.running() || (booted_ != 0 && now - booted_ < kBootPause);
@@ -235,10 +307,10 @@ void ArmHardware::stepRecovery(std::int64_t now) noexcept {
   const bool clear = all([](const Axis& axis) { return axis.guards() == 0; });
   up_since_ = !up ? 0 : up_since_ == 0 ? now : up_since_;
   if (up && clear) {
-    needs_boot_ = recovering_ = false;
-    supervisor_.command({DriveRequest::kDisable, false, {}}, targets(), presentFailure(), now);  // the wish
+    needs_boot_ = rebooting_ = false;
+    supervisor_.command({DriveRequest::kDisable, false, {}}, places(), presentFailure(), now);  // the wish
   } else if (failed || (up && now - up_since_ > kFaultReset) || now - booted_ > 30 * kSecond) {
-    recovering_ = false;
+    rebooting_ = false;
   }
 }
 
@@ -266,17 +338,18 @@ void ArmHardware::stepHoming(std::int64_t now) noexcept {
 }
 
 void ArmHardware::step(double dt, std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept {
+  notePositions();
   watchAxes(now, began);
-  stepRecovery(now);
+  stepReboot(now);
   stepHoming(now);
   supervisor_.step(dt, now);
   stepPower(now);
   // Without torque the joints are where they are; they owe nothing to an earlier reference.
   if (power_ != ArmPower::kOn && supervisor_.standing() && !supervisor_.powered() && homed())
-    supervisor_.place(power_ == ArmPower::kSwitchingOn ? targets() : position());
+    supervisor_.place(power_ == ArmPower::kSwitchingOn ? places() : position());
   for (int j = 0; j < jointCount(); ++j) {
     Axis& axis = *axes_[static_cast<std::size_t>(j)];
-    if (power_ == ArmPower::kOn)
+    if (power_ == ArmPower::kOn && !lost(j))
       axis.setTarget(supervisor_.reference()[j], supervisor_.referenceVelocity()[j]);
     axis.writeCommand(now);
   }

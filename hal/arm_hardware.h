@@ -30,8 +30,10 @@ class ArmHardware {
   /// Resets and configures all nodes of the arm.
   void boot(std::int64_t now) noexcept;
 
-  /// Takes the arm's part of a command. A request to enable goes on until the drives are in operation; one to disable
-  /// an arm in FAULT boots the nodes first, where the hardware was the cause.
+  /** Takes the arm's part of a command. A request to enable or to recover goes on until the drives are in operation;
+   * one to disable an arm in FAULT boots the nodes first, where the hardware was the cause. To recover needs no boot:
+   * joints against which something stands are lost, the others get power; where nothing is left, or a lost joint has
+   * not been seen in good order since the start, nothing happens. */
   safety::GateReport command(const safety::ArmRequest& request, std::int64_t now) noexcept;
   void disableForNewSession() noexcept { supervisor_.disableForNewSession(); }
   /// The stop topic.
@@ -62,20 +64,27 @@ class ArmHardware {
   safety::FaultRecord presentFailure() const noexcept;
   safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
   /// The nodes are being booted at the wish of an operator, or will be as soon as torque is gone.
-  bool recovering() const noexcept { return recovering_; }
+  bool rebooting() const noexcept { return rebooting_; }
 
  private:
   safety::DriveRequest onEnable(std::int64_t now) noexcept;
+  safety::DriveRequest onRecover(safety::JointMask without, std::int64_t now) noexcept;
+  bool onceInOperation() noexcept;
+  void startSwitchingOn(std::int64_t now) noexcept;
+  bool lost(int joint) const noexcept { return (lost_ & safety::jointBit(joint)) != 0; }
+  bool lost(const Axis& axis) const noexcept { return lost(axis.config().joint); }
+  void notePositions() noexcept;
   void onDisable(std::int64_t now) noexcept;
   void watchAxes(std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept;
   void onAxisGuards(int joint, GuardMask guards, std::int64_t now) noexcept;
   void latch(const safety::FaultRecord& record) noexcept;
   void stepPower(std::int64_t now) noexcept;
   void stepSwitchingOn(std::int64_t now) noexcept;
+  void stepOn(std::int64_t now) noexcept;
   void switchOff(std::int64_t now) noexcept;
-  void stepRecovery(std::int64_t now) noexcept;
+  void stepReboot(std::int64_t now) noexcept;
   void stepHoming(std::int64_t now) noexcept;
-  safety::ArmVector targets() const noexcept;
+  safety::ArmVector places() const noexcept;
   template <class Condition>
   bool all(Condition&& condition) const noexcept;
 
@@ -85,14 +94,20 @@ class ArmHardware {
   std::int64_t power_budget_;
   std::int64_t request_budget_;
   ArmPower power_ = ArmPower::kOff;
+  bool recovering_ = false;      ///< power is, or is being, given to recover the arm
+  safety::JointMask lost_ = 0;   ///< recovering_: joints without power
+  safety::JointMask known_ = 0;  ///< joints that were seen in good order since the start
+  safety::ArmVector trusted_;    ///< where, the last time, m, rad
   std::int64_t power_since_ = 0;
+  std::int64_t stop_budget_ = 0;  ///< of the slowest axis, ns
+  std::int64_t stood_ = 0;        ///< since when the reference of an arm that lost its power stands, 0: it does not
   std::int64_t enable_asked_ = 0;
   std::int64_t home_asked_ = 0;
   std::int64_t booted_ = 0;
-  std::int64_t up_since_ = 0;  ///< recovering_: all axes have been up, 0: not yet
+  std::int64_t up_since_ = 0;  ///< rebooting_: all axes have been up, 0: not yet
   bool needs_boot_ = false;    ///< the hardware caused a fault: only a boot clears it
-  bool recovering_ = false;
-  bool boot_due_ = false;  ///< recovering_: the boot has not begun yet
+  bool rebooting_ = false;
+  bool boot_due_ = false;  ///< rebooting_: the boot has not begun yet
   std::array<GuardMask, safety::kMaxJointsPerArm> seen_{};
 };
 

@@ -13,10 +13,10 @@ namespace {
 
 using canopen::NodePhase;
 
-/// A TPDO is missed after so many SYNCs, and the budget's time at the least.
-constexpr std::uint64_t kMissedSyncs = 3;
 /// For which a drive may not say that it follows: one TPDO may have been sampled before the command came.
 constexpr double kIgnoreBudget = 0.030;
+/// After which a quick stop has to show, s.
+constexpr double kDeafBudget = 0.020;
 
 }  // namespace
 
@@ -33,8 +33,11 @@ Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, canopen::Ne
       network_(network),
       drive_(network.addNode(driveSetup(hardware, config, heartbeat_budget))),
       units_(config.gearing),
-      power_(hardware.transition_budget),
+      power_(hardware.transition_budget, config.stopBudget()),
+      motion_(config.velocity, units_.resolution(), hardware.period),
       temperature_(std::numeric_limits<double>::quiet_NaN()) {
+  if (config.brake)
+    brake_.emplace(*config.brake);
   if (!config.encoder)
     return;
   encoder_ = network.addNode(encoderSetup(hardware, config, heartbeat_budget));
@@ -48,12 +51,14 @@ void Axis::boot(std::int64_t now) noexcept {
   phase_ = AxisPhase::kBooting;
   guards_ = latched_ = 0;
   jobs_.clear();
-  limits_pending_ = false;
+  limits_pending_ = recovering_ = false;
   emergency_ = encoder_emergency_ = encoder_alarm_ = false;
   error_code_ = 0;
-  drive_stream_ = encoder_stream_ = {};
+  drive_stream_.restart();
+  encoder_stream_.restart();
   statusword_ = 0;
-  velocity_ = following_error_ = 0.0;
+  motion_.restart();
+  following_.clearError();
   mode_bits_ = 0;
   power_.setGoal(PowerGoal::kOff, now);
   setOperating(false);
@@ -68,8 +73,7 @@ void Axis::onEmcy(int node, const canopen::Emcy& emcy) noexcept {
 
 void Axis::setOperating(bool operating) noexcept {
   if (operating && !operating_) {
-    recent_targets_.fill(target_);
-    outside_since_ = ignoring_since_ = 0;
+    following_.restart(target_);
   }
   operating_ = operating;
 }
@@ -101,44 +105,20 @@ void Axis::updateNodes(std::int64_t now) noexcept {
   }
   if (phase_ == AxisPhase::kBooting && all) {
     phase_ = AxisPhase::kReferencing;
+    if (brake_)
+      brake_->restart(now);
     emergency_ = encoder_emergency_ = false;  // of the time before the reset; what still stands shows in the statusword
     fault_reset_ = true;
   }
 }
 
-void Axis::watchStream(const canopen::Tpdo& tpdo, Stream& stream, std::int64_t now) noexcept {
-  if (!stream.heard) {  // the wait for the first one begins now
-    stream.heard = true;
-    stream.count = tpdo.count;
-    stream.time = now;
-    stream.sync_mark = network_.syncCount();
-  }
-  stream.fresh = tpdo.count != stream.count;
-  if (!stream.fresh)
-    return;
-  stream.count = tpdo.count;
-  stream.time = now;
-  stream.sync_mark = network_.syncCount();
-}
-
-bool Axis::silent(const Stream& stream, std::int64_t now) const noexcept {
-  // Not heard while this process itself stood still proves nothing: the SYNCs count, too.
-  return network_.syncCount() - stream.sync_mark >= kMissedSyncs && now - stream.time > nanoseconds(feedback_budget_);
-}
-
 void Axis::readDrive(std::int64_t now) noexcept {
   const canopen::Tpdo& tpdo = driveNode().tpdos()[0];
-  const std::int64_t before = drive_stream_.time;
-  const bool first = !drive_stream_.heard;
-  watchStream(tpdo, drive_stream_, now);
-  if (!drive_stream_.fresh)
+  drive_stream_.watch(tpdo, network_, now);
+  if (!drive_stream_.fresh())
     return;
-  const std::int32_t counts = static_cast<std::int32_t>(tpdo.getSigned(slots::kPosition));
-  const double passed = std::max(period_, 1e-9 * static_cast<double>(now - before));
-  // One count to and fro is the counter's, not the joint's.
-  const double step = static_cast<double>(counts) - static_cast<double>(counts_);
-  velocity_ = first || std::abs(step) <= 1.0 ? 0.0 : units_.toJointSpeed(step / passed);
-  counts_ = counts;
+  counts_ = static_cast<std::int32_t>(tpdo.getSigned(slots::kPosition));
+  motion_.sample(units_.scale() * static_cast<double>(counts_), sampled_);
   statusword_ = static_cast<std::uint16_t>(tpdo.get(slots::kStatusword));
   if (phase_ == AxisPhase::kReady || phase_ == AxisPhase::kFailed)
     position_ = units_.toJoint(counts_);
@@ -148,16 +128,18 @@ void Axis::readEncoder(std::int64_t now) noexcept {
   if (encoder_ < 0)
     return;
   const canopen::Tpdo& tpdo = network_.node(encoder_).tpdos()[0];
-  watchStream(tpdo, encoder_stream_, now);
-  if (!encoder_stream_.fresh)
+  encoder_stream_.watch(tpdo, network_, now);
+  if (!encoder_stream_.fresh())
     return;
   encoder_alarm_ = (tpdo.get(slots::kEncoderAlarms) & 1u) != 0;
   encoder_position_ = encoder_units_.toJoint(static_cast<std::int32_t>(tpdo.getSigned(slots::kEncoderPosition)));
 }
 
 void Axis::setLimits() noexcept {
-  // A hair outside, so that a setpoint at the limit of the gate is inside in counts, too.
-  Counts first = units_.toCounts(config_.lower), second = units_.toCounts(config_.upper);
+  // Outside of where an arm may be enabled: a drive that finds its target beyond a limit runs to the limit, at once.
+  const double here = recovering_ ? units_.toJoint(counts_) : config_.lower;
+  const Counts first = units_.toCounts(std::min(config_.lower, here) - safety::kAtRest);
+  const Counts second = units_.toCounts(std::max(config_.upper, here) + safety::kAtRest);
   if (!first.exact || !second.exact)
     return fail(HardwareGuard::kReference);
   const std::int64_t lower = std::min(first.value, second.value) - std::int64_t{1};
@@ -175,21 +157,29 @@ void Axis::rereference(std::int32_t counts, double position) noexcept {
   setLimits();
 }
 
-/// From the first TPDOs to known position and limits in the drive.
-void Axis::reference(std::int64_t now) noexcept {
-  if (limits_pending_) {
-    const SdoJobs::Status status = jobs_.step(driveNode(), now);
-    if (status == SdoJobs::Status::kFailed)
-      fail(HardwareGuard::kReference);
-    if (status != SdoJobs::Status::kDone)
-      return;
-    limits_pending_ = false;
-    phase_ = AxisPhase::kReady;
-    position_ = units_.toJoint(counts_);
+void Axis::setRecovering(bool recovering) noexcept {
+  if (recovering == recovering_)
     return;
-  }
+  recovering_ = recovering;
+  if (phase_ == AxisPhase::kReady)
+    setLimits();
+}
+
+void Axis::finishLimits(std::int64_t now) noexcept {
+  const SdoJobs::Status status = stepJobs(now);
+  if (status == SdoJobs::Status::kFailed)
+    fail(HardwareGuard::kReference);
+  if (status != SdoJobs::Status::kDone)
+    return;
+  limits_pending_ = false;
+  phase_ = AxisPhase::kReady;
+  position_ = units_.toJoint(counts_);
+}
+
+/// From the first TPDOs to a known position.
+void Axis::reference() noexcept {
   const bool encoder_needed = encoder_ >= 0;
-  if (!drive_stream_.fresh || (encoder_needed && !encoder_stream_.fresh))
+  if (!drive_stream_.fresh() || (encoder_needed && !encoder_stream_.fresh()))
     return;  // both of one SYNC
   switch (config_.reference) {
     case PositionReference::kAbsoluteEncoder:
@@ -205,9 +195,13 @@ void Axis::reference(std::int64_t now) noexcept {
   }
 }
 
+SdoJobs::Status Axis::stepJobs(std::int64_t now) noexcept {
+  return brake_ && brake_->writing() ? SdoJobs::Status::kBusy : jobs_.step(driveNode(), now);
+}
+
 /// Once a second, when nothing else uses the node's SDO client.
 void Axis::readTemperature(std::int64_t now) noexcept {
-  if (config_.temperature_index == 0 || phase_ != AxisPhase::kReady)
+  if (config_.temperature_index == 0 || phase_ != AxisPhase::kReady || limits_pending_)
     return;
   if (jobs_.status() != SdoJobs::Status::kBusy && now >= next_temperature_) {
     next_temperature_ = now + kSecond;
@@ -217,7 +211,7 @@ void Axis::readTemperature(std::int64_t now) noexcept {
   }
   if (jobs_.status() != SdoJobs::Status::kBusy)
     return;
-  const SdoJobs::Status status = jobs_.step(driveNode(), now);
+  const SdoJobs::Status status = stepJobs(now);
   if (status == SdoJobs::Status::kDone) {
     const int bits = 8 * static_cast<int>(std::clamp<std::size_t>(driveNode().sdo().data().size(), 1, 4));
     temperature_ = config_.temperature_scale * static_cast<double>(canopen::signExtend(jobs_.value(), bits));
@@ -231,30 +225,31 @@ void Axis::noteGuard(HardwareGuard guard, bool stands) noexcept {
     guards_ |= bit(guard);
 }
 
-void Axis::judgeMotion(std::int64_t now) noexcept {
-  // What is old says nothing about where the joint is; that it is old is another guard's business.
-  if (drive_stream_.fresh)
-    judgeFollowing(now);
-  noteGuard(HardwareGuard::kFollowing,
-            outside_since_ != 0 && now - outside_since_ >= nanoseconds(config_.following_time));
-  noteGuard(HardwareGuard::kPowerLost, driveState() != DriveState::kOperationEnabled);
-  if (followsCommand() || driveState() != DriveState::kOperationEnabled) {
-    ignoring_since_ = 0;
-  } else if (ignoring_since_ == 0) {
-    ignoring_since_ = now;
-  }
-  noteGuard(HardwareGuard::kIgnoresCommand,
-            ignoring_since_ != 0 && now - ignoring_since_ >= nanoseconds(kIgnoreBudget));
+/// Open while torque holds the joint and shall; closed where it does not, and before it goes.
+void Axis::moveBrake(std::int64_t now) noexcept {
+  const DriveState state = driveState();
+  const bool torque = state == DriveState::kOperationEnabled || state == DriveState::kQuickStopActive ||
+                      state == DriveState::kFaultReaction;
+  const bool stopping = torque && !atRest();
+  const bool open = (goal() == PowerGoal::kOperation && state == DriveState::kOperationEnabled) || stopping;
+  const bool free = jobs_.status() != SdoJobs::Status::kBusy;
+  if (!brake_->step(open, torque, units_.toJoint(counts_), free, driveNode(), now))
+    fail(HardwareGuard::kBrake);
+  free_to_move_ = brake_->opened(now);
 }
 
-void Axis::judgeFollowing(std::int64_t now) noexcept {
-  const auto [least, most] = std::minmax_element(recent_targets_.begin(), recent_targets_.end());
-  following_error_ = position_ > *most ? position_ - *most : position_ < *least ? position_ - *least : 0.0;
-  if (std::abs(following_error_) <= config_.following_error) {
-    outside_since_ = 0;
-  } else if (outside_since_ == 0) {
-    outside_since_ = now;
-  }
+void Axis::judgeMotion(std::int64_t now) noexcept {
+  // What is old says nothing about where the joint is; that it is old is another guard's business.
+  if (drive_stream_.fresh())
+    following_.measured(position_, config_.following_error, now);
+  const bool powered = driveState() == DriveState::kOperationEnabled;
+  following_.follows(followsCommand() || !powered, now);
+  noteGuard(HardwareGuard::kFollowing, following_.outside(config_.following_time, now));
+  noteGuard(HardwareGuard::kIgnoresCommand, following_.ignored(kIgnoreBudget, now));
+  noteGuard(HardwareGuard::kPowerLost, !powered);
+  // In cyclic velocity a drive may slow down before its limit, and say so.
+  noteGuard(HardwareGuard::kInternalLimit,
+            config_.mode == DriveMode::kCyclicPosition && powered && (statusword_ & statusword::kInternalLimit) != 0);
 }
 
 void Axis::judge(std::int64_t now) noexcept {
@@ -262,12 +257,13 @@ void Axis::judge(std::int64_t now) noexcept {
   noteGuard(HardwareGuard::kBus, network_.bus().faulty());
   if (phase_ == AxisPhase::kBooting || phase_ == AxisPhase::kFailed)
     return;
-  noteGuard(HardwareGuard::kDriveSilent, silent(drive_stream_, now));
+  noteGuard(HardwareGuard::kDriveSilent, drive_stream_.silent(network_, feedback_budget_, now));
   const DriveState state = driveState();
   noteGuard(HardwareGuard::kDriveFault, state == DriveState::kFault || state == DriveState::kFaultReaction);
   noteGuard(HardwareGuard::kEmergency, emergency_ || encoder_emergency_);
+  noteGuard(HardwareGuard::kOverspeed, motion_.tooFast());
   if (encoder_ >= 0) {
-    noteGuard(HardwareGuard::kEncoderSilent, silent(encoder_stream_, now));
+    noteGuard(HardwareGuard::kEncoderSilent, encoder_stream_.silent(network_, feedback_budget_, now));
     noteGuard(HardwareGuard::kEncoderAlarm, encoder_alarm_);
     if (phase_ == AxisPhase::kReady)
       noteGuard(HardwareGuard::kEncoderMismatch, std::abs(encoder_position_ - position_) > config_.encoder->tolerance);
@@ -286,9 +282,14 @@ void Axis::update(std::int64_t now) noexcept {
     power_.resetFault(now);  // some drives keep their fault over a reset of the node
     fault_reset_ = false;
   }
-  if (phase_ == AxisPhase::kReferencing)
-    reference(now);
+  fault_reset_ = fault_reset_ && driveState() != DriveState::kSwitchOnDisabled;  // a later fault is another one
+  if (limits_pending_)
+    finishLimits(now);
+  else if (phase_ == AxisPhase::kReferencing)
+    reference();
   readTemperature(now);
+  if (brake_)
+    moveBrake(now);
   judge(now);
 }
 
@@ -313,8 +314,14 @@ safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
     record.allowed = config_.encoder->tolerance;
   } else if ((guards & bit(HardwareGuard::kFollowing)) != 0) {
     record.cause = FaultCause::kFollowingError;
-    record.amount = std::abs(following_error_);
+    record.amount = std::abs(following_.error());
     record.allowed = config_.following_error;
+  } else if ((guards & bit(HardwareGuard::kOverspeed)) != 0) {
+    record.cause = FaultCause::kOverspeed;
+  } else if ((guards & bit(HardwareGuard::kInternalLimit)) != 0) {
+    record.cause = FaultCause::kOutsideLimits;
+  } else if ((guards & bit(HardwareGuard::kBrake)) != 0) {
+    record.cause = FaultCause::kBrake;
   } else if ((guards & bit(HardwareGuard::kPowerLost)) != 0) {
     record.cause = FaultCause::kOff;
   }
@@ -322,7 +329,8 @@ safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
 }
 
 bool Axis::followsCommand() const noexcept {
-  return driveState() == DriveState::kOperationEnabled && (statusword_ & statusword::kFollowsCommand) != 0;
+  return driveState() == DriveState::kOperationEnabled && (statusword_ & statusword::kFollowsCommand) != 0 &&
+         free_to_move_;
 }
 
 bool Axis::valid() const noexcept {
@@ -330,18 +338,32 @@ bool Axis::valid() const noexcept {
   return phase_ == AxisPhase::kReady && (guards_ & kUnknown) == 0;
 }
 
+/** Torque may go from a joint that stands behind a closed brake, or needs none. A joint that is no slower some time
+ * after its drive was told to stop has run away: torque is what drives it. */
+bool Axis::mayRelease(std::int64_t now) noexcept {
+  const double speed = std::abs(velocity());
+  if (!power_.braking()) {
+    stopping_ = now;
+    stopping_from_ = speed;
+  }
+  if (atRest())
+    return !brake_ || brake_->closed(now);
+  return now - stopping_ > nanoseconds(std::max(kDeafBudget, 5.0 * period_)) && speed > 0.9 * stopping_from_;
+}
+
 void Axis::writeCommand(std::int64_t now) noexcept {
-  const std::uint16_t controlword = power_.step(statusword_, now);
+  const std::uint16_t controlword = power_.step(statusword_, mayRelease(now), now);
+  sampled_ = now;  // the SYNC of this period follows
   // Without torque the target follows the joint, so that torque never finds a distance to cover.
   if (holding_ && driveState() != DriveState::kOperationEnabled) {
     target_ = position_;
     target_velocity_ = 0.0;
     target_counts_ = counts_;
-    recent_targets_.fill(target_);
+    following_.forget(target_);
   } else if (!holding_) {
     target_counts_ = units_.toCounts(target_).value;
   }
-  recent_targets_[recent_++ % kRecentTargets] = target_;
+  following_.told(target_);
   canopen::Rpdo& rpdo = driveNode().rpdos()[0];
   rpdo.set(slots::kControlword, controlword | (driveState() == DriveState::kOperationEnabled ? mode_bits_ : 0));
   if (config_.mode == DriveMode::kCyclicPosition) {

@@ -4,9 +4,12 @@
 
 #include <cstdint>
 
+#include "hal/brake.h"
 #include "hal/canopen/network.h"
+#include "hal/feedback.h"
 #include "hal/guards.h"
 #include "hal/hardware.h"
+#include "hal/measured_motion.h"
 #include "hal/sdo_jobs.h"
 
 namespace tandem::hal {
@@ -60,8 +63,12 @@ class Axis {
   PowerGoal goal() const noexcept { return power_.goal(); }
   bool goalReached() const noexcept { return power_.reached(); }
   bool goalLate(std::int64_t now) const noexcept { return power_.late(now); }
-  /// In operation, and the drive says that it follows the target.
+  /// In operation, its brake is open, and the drive says that it follows the target.
   bool followsCommand() const noexcept;
+  /// By measurement: nothing is to be stopped.
+  bool atRest() const noexcept { return motion_.atRest(); }
+  /// The HAL moves or holds the joint.
+  bool operating() const noexcept { return operating_; }
   std::uint16_t statusword() const noexcept { return statusword_; }
   /// Bits to be added to the controlword: those of the mode.
   void setModeBits(std::uint16_t bits) noexcept { mode_bits_ = bits; }
@@ -69,12 +76,12 @@ class Axis {
   bool referenced() const noexcept { return phase_ == AxisPhase::kReady; }
   /// Referenced, and drive and encoder answer and agree.
   bool valid() const noexcept;
-  double position() const noexcept { return position_; }  ///< by the drive, m or rad; 0 before the reference
-  double velocity() const noexcept { return velocity_; }  ///< m/s or rad/s
-  double target() const noexcept { return target_; }      ///< m or rad
+  double position() const noexcept { return position_; }           ///< by the drive, m or rad; 0 before the reference
+  double velocity() const noexcept { return motion_.velocity(); }  ///< as measured, m/s or rad/s
+  double target() const noexcept { return target_; }               ///< m or rad
   double encoderPosition() const noexcept { return encoder_position_; }
-  double followingError() const noexcept { return following_error_; }  ///< m or rad
-  std::uint16_t errorCode() const noexcept { return error_code_; }     ///< of the last emergency, 0: none
+  double followingError() const noexcept { return following_.error(); }  ///< m or rad
+  std::uint16_t errorCode() const noexcept { return error_code_; }       ///< of the last emergency, 0: none
   /// Of the drive, degrees Celsius; NaN where it is not known.
   double temperature() const noexcept { return temperature_; }
   const AxisConfig& config() const noexcept { return config_; }
@@ -86,32 +93,28 @@ class Axis {
   int driveIndex() const noexcept { return drive_; }
   int encoderIndex() const noexcept { return encoder_; }
 
-  /// SDO accesses while the axis runs: for homing runs.
+  /// SDO accesses while the axis runs: for homing runs; stepJobs() lets them go on.
   SdoJobs& jobs() noexcept { return jobs_; }
+  SdoJobs::Status stepJobs(std::int64_t now) noexcept;
+  /// Software limits of the drive with room for where the joint stands now, or as configured. Only without torque.
+  void setRecovering(bool recovering) noexcept;
+  /// The drive's software limits are being written.
+  bool settingLimits() const noexcept { return limits_pending_; }
   /// These counts stand for this position from now on; software limits are set anew. Only without torque.
   void rereference(std::int32_t counts, double position) noexcept;
 
  private:
-  /// How often one TPDO came, against how often it should have.
-  struct Stream {
-    std::uint64_t count = 0;      ///< seen at the last update
-    std::uint64_t sync_mark = 0;  ///< SYNCs sent when it last came
-    std::int64_t time = 0;        ///< when it last came
-    bool fresh = false;           ///< came since the update before
-    bool heard = false;           ///< since the nodes became operational
-  };
-
   void updateNodes(std::int64_t now) noexcept;
-  void watchStream(const canopen::Tpdo& tpdo, Stream& stream, std::int64_t now) noexcept;
-  bool silent(const Stream& stream, std::int64_t now) const noexcept;
   void readDrive(std::int64_t now) noexcept;
   void readEncoder(std::int64_t now) noexcept;
-  void reference(std::int64_t now) noexcept;
+  void reference() noexcept;
   void setLimits() noexcept;
+  void finishLimits(std::int64_t now) noexcept;
+  void moveBrake(std::int64_t now) noexcept;
+  bool mayRelease(std::int64_t now) noexcept;
   void readTemperature(std::int64_t now) noexcept;
   void judge(std::int64_t now) noexcept;
   void judgeMotion(std::int64_t now) noexcept;
-  void judgeFollowing(std::int64_t now) noexcept;
   void noteGuard(HardwareGuard guard, bool stands) noexcept;
 
   AxisConfig config_;
@@ -123,17 +126,25 @@ class Axis {
   AxisUnits units_;
   AxisUnits encoder_units_;
   PowerSequence power_;
+  MeasuredMotion motion_;
+  std::optional<Brake> brake_;
   SdoJobs jobs_;
   AxisPhase phase_ = AxisPhase::kBooting;
   GuardMask guards_ = 0;
   GuardMask latched_ = 0;  ///< by fail(), until the next boot
   bool operating_ = false;
+  bool free_to_move_ = true;    ///< no closed brake
+  std::int64_t stopping_ = 0;   ///< since when the drive is to stop and lose its torque, ns
+  double stopping_from_ = 0.0;  ///< its speed then, m/s or rad/s
   bool holding_ = true;
   bool fault_reset_ = false;     ///< one is due, should the drive show a fault after its boot
   bool limits_pending_ = false;  ///< software limits are being written
+  bool recovering_ = false;      ///< they have room for a joint that stands outside
 
-  Stream drive_stream_;
-  Stream encoder_stream_;
+  std::int64_t sampled_ = 0;  ///< when the last SYNC was sent, ns: what TPDOs of this period hold
+  FeedbackStream drive_stream_;
+  FeedbackStream encoder_stream_;
+  FollowingWatch following_;
   std::uint16_t statusword_ = 0;
   std::int32_t counts_ = 0;
   std::uint16_t mode_bits_ = 0;
@@ -142,21 +153,12 @@ class Axis {
   bool encoder_emergency_ = false;
   bool encoder_alarm_ = false;
   double position_ = 0.0;
-  double velocity_ = 0.0;
   double encoder_position_ = 0.0;
   double target_ = 0.0;
   double target_velocity_ = 0.0;
-  double following_error_ = 0.0;
   double temperature_;
   std::int64_t next_temperature_ = 0;  ///< when it is read again, ns
   std::int32_t target_counts_ = 0;
-
-  /// A command acts two periods later; the joint may be anywhere between the targets since then.
-  static constexpr std::size_t kRecentTargets = 4;
-  std::array<double, kRecentTargets> recent_targets_{};
-  std::size_t recent_ = 0;
-  std::int64_t outside_since_ = 0;   ///< following error, 0: inside
-  std::int64_t ignoring_since_ = 0;  ///< bit 12, 0: follows
 };
 
 }  // namespace tandem::hal

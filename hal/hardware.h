@@ -58,6 +58,19 @@ struct EncoderConfig {
   double tolerance = 0.0;  ///< largest difference to the drive's position, m or rad
 };
 
+/** A brake at a digital output of the drive (object 0x60FE), which the HAL opens and closes. */
+struct BrakeConfig {
+  int output_bit = 0;          ///< of 0x60FE:1
+  bool closed_level = false;   ///< of that bit while the brake is closed; a brake without current is closed
+  double closing_time = 0.05;  ///< s until it holds
+  double opening_time = 0.05;  ///< s until it lets go
+  double slip = 0.0;           ///< what a joint may move behind the closed brake, m or rad
+
+  std::uint32_t mask() const noexcept { return std::uint32_t{1} << output_bit; }
+  /// Value of 0x60FE:1.
+  std::uint32_t output(bool closed) const noexcept { return closed == closed_level ? mask() : 0; }
+};
+
 /** One joint and its drive. */
 struct AxisConfig {
   std::string name;  ///< for people: "arm_a translation 1"
@@ -82,6 +95,10 @@ struct AxisConfig {
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   HomingConfig homing;             ///< where reference is kHoming
   std::optional<EncoderConfig> encoder;
+  std::optional<BrakeConfig> brake;
+
+  /// From the fastest that the axis may be to standstill, with its brake closed, and a margin, s.
+  double stopBudget() const noexcept;
 };
 
 /** One arm of the robot. */

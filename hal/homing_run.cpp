@@ -9,8 +9,7 @@
 namespace tandem::hal {
 namespace {
 
-constexpr std::int64_t kModePatience = 1'000'000'000;   ///< for the mode display, ns
-constexpr std::int64_t kAbortPatience = 3'000'000'000;  ///< for a quick stop, ns
+constexpr std::int64_t kModePatience = 1'000'000'000;  ///< for the mode display, ns
 /// What may stand against an axis that is being homed: nothing.
 bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPhase::kFailed; }
 
@@ -62,8 +61,7 @@ void HomingRun::enter(Phase phase, std::int64_t now) noexcept {
         axis->rereference(0, axis->config().homing.position);
         break;
       case Phase::kAborting:
-        axis->setModeBits(0);
-        axis->setGoal(PowerGoal::kQuickStop, now);
+        axis->setGoal(PowerGoal::kOff, now);
         break;
       case Phase::kIdle:
         break;
@@ -101,7 +99,7 @@ void HomingRun::stepJobs(Phase next, std::int64_t now) noexcept {
   for (Axis* axis : axes_) {
     if (!member(*axis))
       continue;
-    const SdoJobs::Status status = axis->jobs().step(axis->driveNode(), now);
+    const SdoJobs::Status status = axis->stepJobs(now);
     if (status == SdoJobs::Status::kFailed)
       axis->fail(HardwareGuard::kHoming);
     done = done && status == SdoJobs::Status::kDone;
@@ -133,12 +131,10 @@ void HomingRun::step(std::int64_t now) noexcept {
   if (!running())
     return;
   if (phase_ == Phase::kAborting) {
-    // Out of operation is as far as a quick stop can be followed; then no torque.
-    if (all([](const Axis& axis) { return axis.driveState() != DriveState::kOperationEnabled; }) ||
-        now - entered_ > kAbortPatience) {
+    if (all([&](const Axis& axis) { return axis.goalReached() || axis.goalLate(now); })) {
       for (Axis* axis : axes_) {
         if (member(*axis))
-          axis->setGoal(PowerGoal::kOff, now);
+          axis->setModeBits(0);
       }
       phase_ = Phase::kIdle;
     }

@@ -27,7 +27,7 @@ class HomingRun {
   Phase phase() const noexcept { return phase_; }
 
   void start(std::int64_t now) noexcept;
-  /// Stops all axes by their quick stop and gives the run up.
+  /// Stops all axes by their quick stop, which ends before torque goes, and gives the run up.
   void abort(std::int64_t now) noexcept;
   /// Goes on. Axes that spoil the run are failed with HardwareGuard::kHoming.
   void step(std::int64_t now) noexcept;

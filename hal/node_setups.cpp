@@ -78,10 +78,28 @@ void appendInterpolation(std::vector<SetupStep>& steps, double period) {
   steps.push_back(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent"));
 }
 
-void appendReactions(std::vector<SetupStep>& steps) {
+/// What a drive does by itself when it is told to stop, or nobody tells it anything: always the quick stop's ramp.
+void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
+  const std::int64_t deceleration = AxisUnits(axis.gearing).toCountMagnitude(axis.quick_stop_deceleration);
   steps.push_back(canopen::write({0x6007, 0}, 3, 2, "abort connection option: quick stop"));
-  steps.push_back(canopen::write({0x605A, 0}, 2, 2, "quick stop option: ramp, then off"));
+  // An axis whose brake the HAL closes keeps its torque after the ramp, until the brake holds or somebody comes.
+  if (axis.brake) {
+    steps.push_back(canopen::write({0x605A, 0}, 6, 2, "quick stop option: ramp, then hold"));
+  } else {
+    steps.push_back(canopen::write({0x605A, 0}, 2, 2, "quick stop option: ramp, then off"));
+  }
+  steps.push_back(optional(canopen::write({0x605B, 0}, 1, 2, "shutdown option: ramp")));
+  steps.push_back(optional(canopen::write({0x605C, 0}, 1, 2, "disable operation option: ramp")));
+  steps.push_back(optional(canopen::write({0x605D, 0}, 2, 2, "halt option: quick stop ramp")));
   steps.push_back(canopen::write({0x605E, 0}, 2, 2, "fault reaction option: quick stop ramp"));
+  steps.push_back(optional(canopen::write({0x6084, 0}, deceleration, 4, "profile deceleration")));
+  steps.push_back(canopen::write({0x6085, 0}, deceleration, 4, "quick stop deceleration"));
+}
+
+/// The output that moves the brake is ours, and closes it until torque is there.
+void appendBrake(std::vector<SetupStep>& steps, const BrakeConfig& brake) {
+  steps.push_back(canopen::write(objects::kOutputMask, brake.mask(), 4, "mask of the brake's output"));
+  steps.push_back(canopen::write(objects::kOutputs, brake.output(true), 4, "output of the closed brake"));
 }
 
 void appendWindows(std::vector<SetupStep>& steps, const AxisConfig& axis) {
@@ -89,8 +107,6 @@ void appendWindows(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   steps.push_back(
       canopen::write({0x6065, 0}, units.toCountMagnitude(axis.following_error), 4, "following error window"));
   steps.push_back(canopen::write({0x6066, 0}, milliseconds(axis.following_time), 2, "following error time-out"));
-  steps.push_back(
-      canopen::write({0x6085, 0}, units.toCountMagnitude(axis.quick_stop_deceleration), 4, "quick stop deceleration"));
   // Room for the position loop to catch up; the gate holds the speed itself.
   steps.push_back(
       optional(canopen::write({0x6080, 0}, units.toCountMagnitude(2.0 * axis.velocity), 4, "maximum motor speed")));
@@ -121,7 +137,9 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   if (axis.reference == PositionReference::kHoming)
     modes |= 1u << (static_cast<int>(DriveMode::kHoming) - 1);
   setup.steps.push_back(canopen::checkBits({0x6502, 0}, modes, modes, 4, "supported modes"));
-  appendReactions(setup.steps);
+  appendReactions(setup.steps, axis);
+  if (axis.brake)
+    appendBrake(setup.steps, *axis.brake);
   appendWindows(setup.steps, axis);
   appendInterpolation(setup.steps, hardware.period);
   if (axis.reference == PositionReference::kHoming)

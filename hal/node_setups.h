@@ -25,6 +25,8 @@ inline constexpr canopen::ObjectAddress kMode{0x6060, 0};
 inline constexpr canopen::ObjectAddress kModeDisplay{0x6061, 0};
 inline constexpr canopen::ObjectAddress kLowerLimit{0x607D, 1};
 inline constexpr canopen::ObjectAddress kUpperLimit{0x607D, 2};
+inline constexpr canopen::ObjectAddress kOutputs{0x60FE, 1};
+inline constexpr canopen::ObjectAddress kOutputMask{0x60FE, 2};
 }  // namespace objects
 
 /// The objects of a drive. @param heartbeat_budget its patience with the HAL, s.

@@ -83,9 +83,9 @@ bool RobotHardware::command(const safety::RobotCommand& command, std::int64_t no
     ArmHardware& arm = arms_[index(a)];
     if (verdict.new_session)
       arm.disableForNewSession();
-    const bool was_recovering = arm.recovering();
+    const bool was_rebooting = arm.rebooting();
     guards_.add(a, arm.command(command.forArm(a, arm.jointCount(), verdict), now));
-    if (arm.recovering() && !was_recovering)
+    if (arm.rebooting() && !was_rebooting)
       askForRestarts();
   }
   return verdict.faults == 0;

@@ -73,6 +73,9 @@ class RobotHardware {
   const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[index(arm)].supervisor().setpoint(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[index(arm)].supervisor().state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[index(arm)].supervisor().faults(); }
+  /// ENABLED to be recovered, without the joints in lost().
+  bool recovering(int arm) const noexcept { return arms_[index(arm)].supervisor().recovering(); }
+  safety::JointMask lost(int arm) const noexcept { return arms_[index(arm)].supervisor().lost(); }
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept {
     return arms_[index(arm)].supervisor().faultRecord();

@@ -14,7 +14,7 @@ constexpr double kNoWay = 1e-15;  ///< m, rad: rounding
 }  // namespace
 
 ArmSupervisor::ArmSupervisor(const ArmLimits& limits, const ArmVector& position, const SupervisorOptions& options)
-    : gate_(limits), options_(options), watchdog_(options.budgets.commandAge(options.control_period)) {
+    : gate_(limits), options_(options), watchdog_(options.budgets.commandAge(options.control_period)), limits_(limits) {
   place(position);
 }
 
@@ -101,12 +101,39 @@ void ArmSupervisor::enable(const ArmVector& measured, const FaultRecord& present
     latch(present);  // says why the arm cannot be enabled
     return;
   }
-  if (machine_.command(StateCommand::kEnable))
-    place(measured);
+  if (const Excess outside = largestExcess(limits_, measured); !(outside.amount <= kAtRest)) {
+    latch({bit(Fault::kDrive), FaultCause::kOutsideLimits, static_cast<std::uint8_t>(outside.joint), outside.amount,
+           0.0});
+    return;
+  }
+  if (!machine_.command(StateCommand::kEnable))
+    return;
+  setSpeeds(false, 0);
+  place(measured);
 }
 
-void ArmSupervisor::applyRequest(DriveRequest request, const ArmVector& measured, const FaultRecord& present) noexcept {
-  switch (request) {
+void ArmSupervisor::recover(const ArmVector& measured, JointMask lost) noexcept {
+  if (powered() || !standing() || !measured.allFinite())
+    return;
+  if (!machine_.command(StateCommand::kRecover))
+    return;
+  record_ = {};
+  setSpeeds(true, lost);
+  place(measured);
+}
+
+void ArmSupervisor::setSpeeds(bool recovering, JointMask lost) noexcept {
+  recovering_ = recovering;
+  lost_ = lost;
+  for (int j = 0; j < limits_.jointCount(); ++j)
+    gate_.setVelocity(
+        j, recovering ? recoveryVelocity(limits_, lost, j) : limits_.joints[static_cast<std::size_t>(j)].velocity);
+}
+
+void ArmSupervisor::applyRequest(const ArmRequest& request,
+                                 const ArmVector& measured,
+                                 const FaultRecord& present) noexcept {
+  switch (request.request) {
     case DriveRequest::kKeep:
       return;
     case DriveRequest::kEnable:
@@ -128,6 +155,10 @@ void ArmSupervisor::applyRequest(DriveRequest request, const ArmVector& measured
     case DriveRequest::kResume:
       machine_.command(StateCommand::kResume, present.faults);
       return;
+    case DriveRequest::kRecover:
+      if (present.faults == 0)
+        recover(measured, request.lost);
+      return;
   }
 }
 
@@ -139,7 +170,7 @@ GateReport ArmSupervisor::command(const ArmRequest& request,
   const bool was_enabled = machine_.mayMove();
   if (request.motion.stream == 0) {
     watchdog_.feed(now);
-    applyRequest(request.request, measured, present);
+    applyRequest(request, measured, present);
   }
   // What was computed before the arm was enabled or resumed does not move it.
   const bool moves = request.moving && was_enabled && machine_.mayMove();

@@ -10,6 +10,7 @@
 #include "safety/budgets.h"
 #include "safety/gate.h"
 #include "safety/operating_state.h"
+#include "safety/recovery.h"
 #include "safety/stop_ramp.h"
 #include "safety/watchdog.h"
 
@@ -26,6 +27,7 @@ struct SupervisorOptions {
 /** What a command asks of one arm. */
 struct ArmRequest {
   DriveRequest request = DriveRequest::kKeep;
+  JointMask lost = 0;   ///< kRecover: joints that cannot be used, or shall not
   bool moving = false;  ///< `motion` counts; otherwise the arm ends the segment under way and holds
   /** The velocity counts: it is integrated here, from the last setpoint that went past the gate. Whoever commands knows
    * that setpoint only as it was a state ago, so its own sum would jump back or ahead by all that was lost or late
@@ -44,8 +46,9 @@ class ArmSupervisor {
    *
    * A command that fails an integrity guard stops the arm and latches if the arm is ENABLED or PAUSED, and has no
    * effect otherwise. Enabling sets the setpoint to `measured`; the motion in the same command is ignored, because it
-   * was computed before. Enabling waits until the arm stands.
-   * @param measured present position, m, rad
+   * was computed before. Enabling waits until the arm stands, and is refused outside the limits, with a fault that says
+   * by how much: then kRecover is the way back.
+   * @param measured present position, m, rad; of lost joints, where they are taken to be
    * @param present faults whose cause stands now; an attempt to enable latches them
    * @return what the gate did. */
   GateReport command(const ArmRequest& request,
@@ -75,6 +78,9 @@ class ArmSupervisor {
   const FaultRecord& faultRecord() const noexcept { return record_; }
   /// ENABLED or PAUSED: a failure has to stop this arm.
   bool powered() const noexcept;
+  /// ENABLED or PAUSED to be recovered: slow, inwards, without the joints in lost().
+  bool recovering() const noexcept { return recovering_ && powered(); }
+  JointMask lost() const noexcept { return recovering() ? lost_ : JointMask{0}; }
   /// The reference stands still.
   bool standing() const noexcept { return mode_ == Mode::kStanding; }
   /// Where the joints shall be now, m, rad.
@@ -83,7 +89,7 @@ class ArmSupervisor {
   const ArmVector& referenceVelocity() const noexcept { return velocity_; }
   /// The last setpoint past the gate, m, rad; the reference while the arm stops or stands.
   const ArmVector& setpoint() const noexcept { return mode_ == Mode::kSegment ? target_ : reference_; }
-  const ArmLimits& limits() const noexcept { return gate_.limits(); }
+  const ArmLimits& limits() const noexcept { return limits_; }
 
  private:
   enum class Mode : std::uint8_t {
@@ -94,8 +100,10 @@ class ArmSupervisor {
   };
 
   FaultRecord recordOf(const GateReport& report) const noexcept;
-  void applyRequest(DriveRequest request, const ArmVector& measured, const FaultRecord& present) noexcept;
+  void applyRequest(const ArmRequest& request, const ArmVector& measured, const FaultRecord& present) noexcept;
   void enable(const ArmVector& measured, const FaultRecord& present) noexcept;
+  void recover(const ArmVector& measured, JointMask lost) noexcept;
+  void setSpeeds(bool recovering, JointMask lost) noexcept;
   ArmVector withinOnePeriod(const ArmVector& next) const noexcept;
   void move(const ArmVector& setpoint) noexcept;
   void hold() noexcept;
@@ -109,6 +117,9 @@ class ArmSupervisor {
   FaultRecord record_;
   Watchdog watchdog_;
   StopRamp ramp_;
+  ArmLimits limits_;         ///< as given; the gate's are slower while the arm is recovered
+  bool recovering_ = false;  ///< since the last time it got power
+  JointMask lost_ = 0;
   Mode mode_ = Mode::kStanding;
   ArmVector reference_;
   ArmVector velocity_;

@@ -47,6 +47,10 @@ class Gate {
   explicit Gate(ArmLimits limits) : limits_(std::move(limits)) {}
 
   const ArmLimits& limits() const noexcept { return limits_; }
+  /// From now on joint j is no faster than that, m/s or rad/s.
+  void setVelocity(int joint, double velocity) noexcept {
+    limits_.joints[static_cast<std::size_t>(joint)].velocity = velocity;
+  }
 
   /** Checks a command against the last setpoint that went past the gate.
    *

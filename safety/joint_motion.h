@@ -12,9 +12,6 @@ inline constexpr double kMoveRotationVelocity = 0.5;
 inline constexpr double kMoveTranslationAcceleration = 0.02;
 inline constexpr double kMoveRotationAcceleration = 1.0;
 
-/// Nearer than this, m or rad, a joint is where it was sent: joints of drives come to rest within a few counts.
-inline constexpr double kAtRest = 1e-4;
-
 /// How fast a motion moves joint j at most, m/s or rad/s: as the limits say, or the default above where they are free.
 double moveVelocity(const ArmLimits& limits, int joint) noexcept;
 

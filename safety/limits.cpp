@@ -15,15 +15,24 @@ double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q
   return value;
 }
 
-double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) {
-  double largest = -kUnlimited;
+Excess largestExcess(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
+  Excess largest{0, -kUnlimited};
+  const auto note = [&largest](int joint, double amount) {
+    if (amount > largest.amount)
+      largest = {joint, amount};
+  };
   for (int j = 0; j < limits.jointCount(); ++j) {
-    const JointLimit& joint = limits.joints[j];
-    largest = std::max({largest, joint.lower - q[j], q[j] - joint.upper});
+    const JointLimit& joint = limits.joints[static_cast<std::size_t>(j)];
+    note(j, joint.lower - q[j]);
+    note(j, q[j] - joint.upper);
   }
   for (const LinearRow& row : limits.rows)
-    largest = std::max(largest, rowValue(row, q) - row.b);
+    note(row.outer_joint, rowValue(row, q) - row.b);
   return largest;
+}
+
+double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) {
+  return largestExcess(limits, q).amount;
 }
 
 std::string describe(const LinearRow& row) {

@@ -12,6 +12,10 @@ namespace tandem::safety {
 
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
+/// Nearer than this, m or rad, a joint is where it was sent, or inside its limits: joints of drives come to rest within
+/// a few counts.
+inline constexpr double kAtRest = 1e-4;
+
 /** What one joint may do. SI: m and m/s for translations, rad and rad/s for rotations; kUnlimited = none. */
 struct JointLimit {
   double lower = -kUnlimited;                 ///< smallest position
@@ -54,6 +58,13 @@ double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q
 
 /** Largest amount by which q leaves the boxes and rows, in m or rad; negative or zero inside. */
 double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q);
+
+/** The joint that leaves the limits farthest. */
+struct Excess {
+  int joint = 0;        ///< a row counts for its outer joint
+  double amount = 0.0;  ///< m or rad; negative or zero inside
+};
+Excess largestExcess(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
 /** Where a joint may be. */
 struct Interval {

@@ -7,7 +7,8 @@ namespace tandem::safety {
 namespace {
 
 constexpr std::array<std::string_view, 4> kStateNames{"DISABLED", "ENABLED", "PAUSED", "FAULT"};
-constexpr std::array<std::string_view, 6> kCommandNames{"enable", "disable", "pause", "resume", "home", "unhome"};
+constexpr std::array<std::string_view, 7> kCommandNames{"enable", "disable", "pause",  "resume",
+                                                        "home",   "unhome",  "recover"};
 
 }  // namespace
 
@@ -31,8 +32,10 @@ std::optional<StateCommand> stateCommandFromName(std::string_view name) {
 
 std::optional<OperatingState> transition(OperatingState state, StateCommand command) {
   using State = OperatingState;
+  if (command == StateCommand::kRecover)
+    return state == State::kDisabled || state == State::kFault ? std::optional(State::kEnabled) : std::nullopt;
   if (state == State::kFault) {
-    // The deviation from CRTK: no way out but `disable`.
+    // The deviation from CRTK: no other way out but `disable`.
     return command == StateCommand::kDisable ? std::optional(State::kDisabled) : std::nullopt;
   }
   switch (command) {
@@ -48,6 +51,8 @@ std::optional<OperatingState> transition(OperatingState state, StateCommand comm
       return state == State::kEnabled ? std::optional(state) : std::nullopt;
     case StateCommand::kUnhome:
       return state;
+    case StateCommand::kRecover:
+      break;
   }
   return std::nullopt;
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file The operating states of CRTK and which command leads where.
  *
- * A deliberate deviation from CRTK: in FAULT only `disable` is accepted; it clears a fault whose cause is gone and
- * leads to DISABLED. Nothing moves until a new `enable` and a fresh stream.
+ * Deliberate deviations from CRTK: in FAULT only `disable` and `recover` are accepted. `disable` clears a fault whose
+ * cause is gone and leads to DISABLED; nothing moves until a new `enable` and a fresh stream. `recover`, from DISABLED
+ * or FAULT, leads to ENABLED with what is left of the arm: slow, inwards, without lost joints (safety/recovery.h).
  */
 #pragma once
 
@@ -15,7 +16,7 @@
 namespace tandem::safety {
 
 enum class OperatingState : std::uint8_t { kDisabled = 0, kEnabled, kPaused, kFault };
-enum class StateCommand : std::uint8_t { kEnable = 0, kDisable, kPause, kResume, kHome, kUnhome };
+enum class StateCommand : std::uint8_t { kEnable = 0, kDisable, kPause, kResume, kHome, kUnhome, kRecover };
 
 std::string_view name(OperatingState state);  ///< "DISABLED" ...
 std::string_view name(StateCommand command);  ///< "enable" ...

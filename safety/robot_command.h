@@ -14,6 +14,7 @@ namespace tandem::safety {
 struct RobotCommand {
   StreamHead head;
   std::array<DriveRequest, kMaxArms> request{};
+  std::array<JointMask, kMaxArms> without{};  ///< kRecover: joints that shall not be used
   std::array<bool, kMaxArms> moving{};
   std::array<double, kMaxJoints> velocity{};  ///< m/s, rad/s
   std::array<double, kMaxJoints> position{};  ///< m, rad
@@ -24,6 +25,7 @@ struct RobotCommand {
     const auto first = index * static_cast<std::size_t>(kMaxJointsPerArm);
     ArmRequest part;
     part.request = request[index];
+    part.lost = without[index];
     part.moving = moving[index];
     part.motion.stream = verdict.faults;
     part.motion.age_excess = verdict.age_excess;

@@ -8,7 +8,14 @@
 namespace tandem::sim {
 namespace {
 
-constexpr std::array<std::string_view, 5> kFaultNames{"none", "off", "stuck", "garbage", "invalid"};
+constexpr std::array<std::string_view, 6> kFaultNames{"none", "off", "stuck", "garbage", "invalid", "runaway"};
+
+constexpr double kRunawaySpeed = 0.01;  // m/s or rad/s, half of it, where the joint has no limit
+
+/// What a drive notices by itself.
+bool reported(AxisFault fault) {
+  return fault == AxisFault::kOff || fault == AxisFault::kGarbage || fault == AxisFault::kInvalid;
+}
 
 }  // namespace
 
@@ -74,6 +81,13 @@ void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept 
       velocity_[j] = 0.0;
       continue;
     }
+    if (faults_[joint] == AxisFault::kRunaway) {
+      const double speed = std::isfinite(limits_.velocity[joint]) ? limits_.velocity[joint] : kRunawaySpeed;
+      velocity_[j] = powered_ ? 2.0 * speed : 0.0;
+      position_[j] += velocity_[j] * dt;
+      tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(joint, n));
+      continue;
+    }
     const double error = target[j] - position_[j];
     const double direct = error / dt;
     velocity_[j] = nextVelocity(joint, dt, error);
@@ -97,13 +111,22 @@ safety::ArmVector SimulatedArm::withGarbage(const safety::ArmVector& values) con
 safety::ArmVector SimulatedArm::reading() const noexcept { return withGarbage(encoders_); }
 safety::ArmVector SimulatedArm::velocityReading() const noexcept { return withGarbage(velocity_); }
 
-bool SimulatedArm::valid() const noexcept { return (presentFaults() & safety::bit(safety::Fault::kSensor)) == 0; }
+bool SimulatedArm::valid(safety::JointMask without) const noexcept {
+  return (presentFailure(without).faults & safety::bit(safety::Fault::kSensor)) == 0;
+}
 
-safety::FaultRecord SimulatedArm::presentFailure() const noexcept {
+safety::JointMask SimulatedArm::failed() const noexcept {
+  safety::JointMask mask = 0;
+  for (int j = 0; j < static_cast<int>(position_.size()); ++j)
+    mask |= reported(faults_[static_cast<std::size_t>(j)]) ? safety::jointBit(j) : safety::JointMask{0};
+  return mask;
+}
+
+safety::FaultRecord SimulatedArm::presentFailure(safety::JointMask without) const noexcept {
   safety::FaultRecord present;
   for (Eigen::Index j = 0; j < position_.size(); ++j) {
     const AxisFault fault = faults_[static_cast<std::size_t>(j)];
-    if (fault == AxisFault::kNone || fault == AxisFault::kStuck)
+    if (!reported(fault) || (without & safety::jointBit(static_cast<int>(j))) != 0)
       continue;
     if (present.faults == 0) {
       present.joint = static_cast<std::uint8_t>(j);

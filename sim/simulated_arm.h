@@ -9,6 +9,7 @@
 
 #include "safety/faults.h"
 #include "safety/limits.h"
+#include "safety/recovery.h"
 #include "sim/actuation.h"
 #include "sim/random_stream.h"
 
@@ -21,9 +22,10 @@ enum class AxisFault : std::uint8_t {
   kStuck,    ///< the joint does not move, and only the following error tells
   kGarbage,  ///< the joint moves, its reading is not a number
   kInvalid,  ///< the joint moves, its reading is marked as bad
+  kRunaway,  ///< as long as there is power the joint moves at twice its largest speed, whatever it is told
 };
 
-/// "none", "off", "stuck", "garbage", "invalid".
+/// "none", "off", "stuck", "garbage", "invalid", "runaway".
 std::string_view name(AxisFault fault);
 std::optional<AxisFault> axisFaultFromName(std::string_view name);
 
@@ -63,6 +65,8 @@ class SimulatedArm {
   /// Sets or ends (kNone) the fault of one joint.
   void inject(int joint, AxisFault fault) noexcept { faults_[joint] = fault; }
   AxisFault fault(int joint) const noexcept { return faults_[joint]; }
+  /// Whether the drives hold and move the joints.
+  void setPower(bool on) noexcept { powered_ = on; }
 
   /// Where the motors really are, m, rad.
   const safety::ArmVector& position() const noexcept { return position_; }
@@ -76,12 +80,14 @@ class SimulatedArm {
   safety::ArmVector reading() const noexcept;
   safety::ArmVector velocityReading() const noexcept;
   /// All readings are good.
-  bool valid() const noexcept;
+  bool valid(safety::JointMask without = 0) const noexcept;
   bool standing() const noexcept { return velocity_.isZero(0.0) && actuation_.settled(); }
   /// Faults that the plant reports by itself: kDrive for a dead drive, kSensor for a bad reading.
   safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
-  /// The same, with the joint of the first of them.
-  safety::FaultRecord presentFailure() const noexcept;
+  /// The same, with the joint of the first of them. @param without  joints that do not count
+  safety::FaultRecord presentFailure(safety::JointMask without = 0) const noexcept;
+  /// Joints that report a fault of theirs.
+  safety::JointMask failed() const noexcept;
 
  private:
   double nextVelocity(int joint, double dt, double error) const noexcept;
@@ -97,6 +103,7 @@ class SimulatedArm {
   safety::ArmVector encoders_;  ///< what they read in this step
   safety::ArmVector velocity_;
   std::array<AxisFault, safety::kMaxJointsPerArm> faults_{};
+  bool powered_ = true;
 };
 
 }  // namespace tandem::sim

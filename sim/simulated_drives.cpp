@@ -14,6 +14,8 @@ using safety::ArmVector;
 
 /// A start that misses a limit by rounding is inside.
 constexpr double kInsideTolerance = 1e-9;
+/// A joint that is faster than this, times its limit, has run away.
+constexpr double kOverspeed = 1.5;
 
 PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOptions& options) {
   const int n = limits.jointCount();
@@ -96,10 +98,32 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
     Arm& arm = arms_[a];
     if (verdict.new_session)
       arm.supervisor.disableForNewSession();
-    const safety::ArmRequest request = command.forArm(a, jointCount(a), verdict);
-    guards_.add(a, arm.supervisor.command(request, arm.plant.reading(), arm.plant.presentFailure(), now));
+    safety::ArmRequest request = command.forArm(a, jointCount(a), verdict);
+    request.lost |= arm.plant.failed();
+    const safety::JointMask without =
+        request.request == safety::DriveRequest::kRecover ? request.lost : arm.supervisor.lost();
+    guards_.add(a, arm.supervisor.command(request, placesOf(arm), arm.plant.presentFailure(without), now));
   }
   return verdict.faults == 0;
+}
+
+/// Where the encoders see the joints; where one says nothing, where its joint was told to be.
+ArmVector SimulatedDrives::placesOf(const Arm& arm) noexcept {
+  ArmVector q = arm.plant.reading();
+  for (Eigen::Index j = 0; j < q.size(); ++j)
+    q[j] = std::isfinite(q[j]) ? q[j] : arm.supervisor.reference()[j];
+  return q;
+}
+
+void SimulatedDrives::checkSpeed(Arm& arm) const noexcept {
+  for (int j = 0; j < arm.supervisor.limits().jointCount() && !options_.lock_step; ++j) {
+    const double allowed = kOverspeed * arm.supervisor.limits().joints[j].velocity;
+    const double speed = std::abs(arm.plant.velocityReading()[j]);
+    if (speed > allowed) {
+      arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kOverspeed, j), arm.plant.position()[j]);
+      arm.plant.forget(j);
+    }
+  }
 }
 
 void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
@@ -122,13 +146,14 @@ void SimulatedDrives::checkDrives(Arm& arm) const noexcept {
   for (int j = 0; j < arm.supervisor.limits().jointCount(); ++j) {
     const double position = arm.plant.position()[j];
     // A drive that dies while its arm stops must not catch up when it comes back.
-    if (arm.plant.fault(j) == AxisFault::kOff && (powered || !arm.supervisor.standing())) {
+    const bool lost = (arm.supervisor.lost() & safety::jointBit(j)) != 0;
+    if (!lost && arm.plant.fault(j) == AxisFault::kOff && (powered || !arm.supervisor.standing())) {
       arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kOff, j), position);
       arm.plant.forget(j);
     }
   }
   if (powered)
-    arm.supervisor.latch(arm.plant.presentFailure());
+    arm.supervisor.latch(arm.plant.presentFailure(arm.supervisor.lost()));
 }
 
 void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
@@ -136,7 +161,9 @@ void SimulatedDrives::step(double dt, std::int64_t now) noexcept {
     Arm& arm = arms_[a];
     checkDrives(arm);
     arm.supervisor.step(dt, now);
+    arm.plant.setPower(arm.supervisor.powered());
     arm.plant.step(dt, arm.supervisor.reference());
+    checkSpeed(arm);
     checkFollowing(arm);
     // Without power a joint stays where it is; it owes nothing to an earlier reference.
     if (!arm.supervisor.powered() && standing(a)) {

@@ -69,13 +69,16 @@ class SimulatedDrives {
   /// What the encoders say, m, rad; NaN where an injected fault makes it so.
   safety::ArmVector position(int arm) const noexcept { return arms_[arm].plant.reading(); }
   safety::ArmVector velocity(int arm) const noexcept { return arms_[arm].plant.velocityReading(); }
-  bool valid(int arm) const noexcept { return arms_[arm].plant.valid(); }
+  bool valid(int arm) const noexcept { return arms_[arm].plant.valid(lost(arm)); }
   /// The last setpoint past the gate, m, rad.
   const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[arm].supervisor.setpoint(); }
   /// Where the joints shall be now, between two setpoints, m, rad.
   const safety::ArmVector& reference(int arm) const noexcept { return arms_[arm].supervisor.reference(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[arm].supervisor.state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[arm].supervisor.faults(); }
+  /// ENABLED to be recovered, without the joints in lost().
+  bool recovering(int arm) const noexcept { return arms_[arm].supervisor.recovering(); }
+  safety::JointMask lost(int arm) const noexcept { return arms_[arm].supervisor.lost(); }
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_[arm].supervisor.faultRecord(); }
   const SimulatedArm& plant(int arm) const noexcept { return arms_[arm].plant; }
@@ -91,6 +94,8 @@ class SimulatedDrives {
     safety::ArmSupervisor supervisor;
     SimulatedArm plant;
   };
+  static safety::ArmVector placesOf(const Arm& arm) noexcept;
+  void checkSpeed(Arm& arm) const noexcept;
   void checkDrives(Arm& arm) const noexcept;
   void checkFollowing(Arm& arm) const noexcept;
 

@@ -87,8 +87,6 @@ bool PowerSequence::reached() const noexcept {
     case PowerGoal::kOff:
       return state_ == DriveState::kSwitchOnDisabled || state_ == DriveState::kNotReady ||
              (state_ == DriveState::kFault && reset_ == Reset::kNone);
-    case PowerGoal::kQuickStop:
-      return state_ != DriveState::kOperationEnabled && state_ != DriveState::kUnknown;
   }
   return false;
 }
@@ -107,10 +105,15 @@ std::uint16_t PowerSequence::towardsOperation() const noexcept {
   }
 }
 
-std::uint16_t PowerSequence::towardsOff() const noexcept {
+std::uint16_t PowerSequence::towardsOff(bool may_release) const noexcept {
   switch (state_) {
     case DriveState::kOperationEnabled:
-      return controlword::kSwitchOn;  // disable operation: brakes close before the current goes
+      // Disable operation: a brake that the drive moves by itself closes before the current goes.
+      return may_release ? controlword::kSwitchOn : controlword::kQuickStop;
+    case DriveState::kQuickStopActive:
+      return may_release ? controlword::kDisableVoltage : controlword::kQuickStop;
+    case DriveState::kFaultReaction:
+      return controlword::kQuickStop;  // its own ramp runs
     case DriveState::kSwitchedOn:
       return controlword::kShutdown;
     default:
@@ -118,11 +121,16 @@ std::uint16_t PowerSequence::towardsOff() const noexcept {
   }
 }
 
-std::uint16_t PowerSequence::step(std::uint16_t statusword, std::int64_t now) noexcept {
+std::uint16_t PowerSequence::step(std::uint16_t statusword, bool may_release, std::int64_t now) noexcept {
   const DriveState state = driveState(statusword);
   if (state != state_)
     patience_.feed(now);
+  const bool was_braking = braking();
   state_ = state;
+  if (!braking() || !was_braking) {
+    stop_.feed(now);
+    late_stop_.feed(now);
+  }
   if (state_ != DriveState::kFault)
     reset_ = Reset::kNone;
   if (reset_ == Reset::kLow && ++low_cycles_ > kLowCycles)
@@ -133,12 +141,7 @@ std::uint16_t PowerSequence::step(std::uint16_t statusword, std::int64_t now) no
     return controlword::kDisableVoltage;
   if (goal_ == PowerGoal::kOperation)
     return towardsOperation();
-  if (goal_ == PowerGoal::kOff)
-    return towardsOff();
-  // A drive that has left operation has stopped or is stopping; let it finish by its own option.
-  return state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive
-             ? controlword::kQuickStop
-             : controlword::kDisableVoltage;
+  return stop_.expired(now) ? controlword::kDisableVoltage : towardsOff(may_release);
 }
 
 HomingState homingState(std::uint16_t word) noexcept {

@@ -76,33 +76,41 @@ inline constexpr std::uint16_t kHalt = 1u << 8;
 
 /** Where the drive shall go. */
 enum class PowerGoal : std::uint8_t {
-  kOff,        ///< switch on disabled: no torque
+  kOff,        ///< switch on disabled: no torque; what still moves is brought to rest by the drive's quick stop first
   kOperation,  ///< operation enabled
-  kQuickStop,  ///< stop by the drive's own ramp (0x605A), then whatever that option leaves
 };
 
 /** Leads one drive to a goal, one confirmed transition after the other, and notices when it does not come along.
  *
- * A fault is never left on the way to a goal: only resetFault() does that, with a written 0 in bit 7 before the 1, for
- * the profile asks for an edge. Times are ns on the caller's clock; nothing allocates, locks or throws. */
+ * Torque goes only where the caller allows it (the joint is at rest, its brake holds), the drive takes it away itself,
+ * or the budget of a stop has passed: until then a drive in operation gets a quick stop, and one in its quick stop
+ * keeps it. A fault is never left on the way to a goal: only resetFault() does that, with a written 0 in bit 7 before
+ * the 1, for the profile asks for an edge. Times are ns on the caller's clock; nothing allocates, locks or throws. */
 class PowerSequence {
  public:
-  /// @param transition_budget s within which the drive has to show each next state.
-  explicit PowerSequence(double transition_budget) : patience_(transition_budget) {}
+  /** @param transition_budget s within which the drive has to show each next state
+   * @param stop_budget s after which torque goes even from a joint that moves */
+  PowerSequence(double transition_budget, double stop_budget)
+      : patience_(transition_budget), stop_(stop_budget), late_stop_(stop_budget + transition_budget) {}
 
   void setGoal(PowerGoal goal, std::int64_t now) noexcept;
   PowerGoal goal() const noexcept { return goal_; }
   /// Asks for one fault reset; without effect unless the drive is in fault.
   void resetFault(std::int64_t now) noexcept;
 
-  /// The controlword that answers this statusword.
-  std::uint16_t step(std::uint16_t statusword, std::int64_t now) noexcept;
+  /// The controlword that answers this statusword. @param may_release  torque may go.
+  std::uint16_t step(std::uint16_t statusword, bool may_release, std::int64_t now) noexcept;
 
+  /// Has torque, and is to lose it.
+  bool braking() const noexcept {
+    return goal_ == PowerGoal::kOff &&
+           (state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive);
+  }
   DriveState state() const noexcept { return state_; }
   /// The last statusword showed the goal. For kOff: no torque, whether by command, after a fault or never switched on.
   bool reached() const noexcept;
   /// The drive has not shown the next state within the budget; stays until the next goal, reset or change of state.
-  bool late(std::int64_t now) const noexcept { return !reached() && patience_.expired(now); }
+  bool late(std::int64_t now) const noexcept { return !reached() && (braking() ? late_stop_ : patience_).expired(now); }
 
  private:
   enum class Reset : std::uint8_t { kNone, kLow, kHigh };
@@ -110,9 +118,9 @@ class PowerSequence {
   static constexpr int kLowCycles = 3;
 
   std::uint16_t towardsOperation() const noexcept;
-  std::uint16_t towardsOff() const noexcept;
+  std::uint16_t towardsOff(bool may_release) const noexcept;
 
-  safety::Watchdog patience_;
+  safety::Watchdog patience_, stop_, late_stop_;
   PowerGoal goal_ = PowerGoal::kOff;
   DriveState state_ = DriveState::kUnknown;
   Reset reset_ = Reset::kNone;

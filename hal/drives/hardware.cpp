@@ -30,6 +30,11 @@ BusPlan HardwareConfig::planOf(int bus, double heartbeat_budget) const {
   return plan;
 }
 
+double AxisConfig::stopBudget() const noexcept {
+  constexpr double kMargin = 0.1;  // s: for the motor's lag, and the transitions
+  return 2.0 * velocity / quick_stop_deceleration + (brake ? brake->closing_time : 0.0) + kMargin;
+}
+
 safety::ArmLimits cutLimits(const safety::ArmLimits& robot, const std::vector<AxisConfig>& axes, int arm) {
   safety::ArmLimits limits = robot;
   for (const AxisConfig& axis : axes) {

@@ -18,6 +18,7 @@ using sim::drives::DriveSpec;
 using sim::drives::EncoderSpec;
 
 constexpr std::uint32_t kSerialBase = 1000;
+constexpr double kFall = 0.5, kRotationFall = 5.0;  // m/s^2, rad/s^2
 
 double toNumber(const std::string& text, const std::string& what, double low, double high) {
   double value = 0.0;
@@ -72,6 +73,10 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
   spec.motor.max_velocity = std::max(1.0, 2.0 * std::abs(units.toCountSpeed(axis.velocity)));
   spec.motor.max_acceleration =
       std::max(spec.motor.max_acceleration, 4.0 * std::abs(units.toCountSpeed(axis.quick_stop_deceleration)));
+  if (axis.brake) {  // an axis that needs one: it falls when nothing holds it
+    spec.brake = {axis.brake->mask(), axis.brake->closed_level, 0.6 * axis.brake->closing_time};
+    spec.motor.load = units.toCountSpeed(axis.translation ? kFall : kRotationFall);
+  }
   if (axis.reference == hal::PositionReference::kHoming) {
     spec.incremental = true;
     spec.start = units.toCounts(0.5 * (axis.lower + axis.upper)).value;

@@ -92,7 +92,7 @@ void HalCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   recordFaults(state, shown_faults_);
   // Whoever has disabled an arm in FAULT shall wait for its boot, and not take what is being cleared for a new fault.
   for (int a = 0; a < robot_.armCount(); ++a) {
-    if (robot_.arm(a).recovering())
+    if (robot_.arm(a).rebooting())
       state.faults[static_cast<std::size_t>(a)] = 0;
   }
   stamps_.record(state.sequence, now);

@@ -11,8 +11,9 @@ void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCom
   command.head.arm_count = from.arm_count;
   command.head.age = age;
   for (std::size_t k = 0; k < safety::kMaxArms; ++k) {
-    const bool known = from.request[k] <= static_cast<std::uint8_t>(safety::DriveRequest::kResume);
+    const bool known = from.request[k] <= static_cast<std::uint8_t>(safety::DriveRequest::kRecover);
     command.request[k] = known ? static_cast<safety::DriveRequest>(from.request[k]) : safety::DriveRequest::kKeep;
+    command.without[k] = from.without[k];
     command.moving[k] = from.moving[k] != 0;
   }
   command.velocity = from.velocity;

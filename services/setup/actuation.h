@@ -15,7 +15,7 @@ namespace tandem::service {
 /// A command off the wire. @param age of the state that it answers, s; infinite where that is none of ours.
 void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCommand& command) noexcept;
 
-/// Takes out of a command what would disable an arm whose fault its sender cannot have seen.
+/// Takes out of a command what would clear a fault that its sender cannot have seen.
 template <class Robot>
 void keepUnseenFaults(const Robot& robot,
                       std::uint64_t answers_state,
@@ -23,12 +23,13 @@ void keepUnseenFaults(const Robot& robot,
                       safety::RobotCommand& command) noexcept {
   for (int k = 0; k < robot.armCount(); ++k) {
     safety::DriveRequest& request = command.request[static_cast<std::size_t>(k)];
-    if (request != safety::DriveRequest::kDisable || robot.state(k) != safety::OperatingState::kFault)
+    const bool clears = request == safety::DriveRequest::kDisable || request == safety::DriveRequest::kRecover;
+    if (!clears || robot.state(k) != safety::OperatingState::kFault)
       continue;
-    if (shown.seen(k, answers_state))
-      shown.forget(k);
-    else
+    if (!shown.seen(k, answers_state))
       request = safety::DriveRequest::kKeep;
+    else if (request == safety::DriveRequest::kDisable)  // one is enough; to recover is asked for until it is done
+      shown.forget(k);
   }
 }
 
@@ -52,6 +53,8 @@ void writeState(const Robot& robot, dds::ActuationState& state) noexcept {
     state.valid[i] = robot.valid(k) ? 1 : 0;
     state.operating_state[i] = static_cast<std::uint8_t>(robot.state(k));
     state.faults[i] = robot.faults(k);
+    state.recovery[i] = robot.recovering(k) ? 1 : 0;
+    state.lost[i] = robot.lost(k);
     const safety::ArmVector position = robot.position(k), velocity = robot.velocity(k);
     const safety::ArmVector& setpoint = robot.setpoint(k);
     for (int j = 0; j < robot.jointCount(k); ++j) {

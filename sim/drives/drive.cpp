@@ -46,7 +46,7 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
        {0x6007, 0x605A, 0x605B, 0x605C, 0x605D, 0x605E, 0x6065, 0x6066, 0x6067, 0x6068, 0x607C,
         0x607F, 0x6081, 0x6083, 0x6084, 0x6085, 0x6098, 0x609A, 0x60B0, 0x60B1, 0x60C5, 0x6502})
     dictionary().require(index);
-  for (const std::uint16_t index : {0x607D, 0x6099, 0x60C2, 0x608F})
+  for (const std::uint16_t index : {0x607D, 0x6099, 0x60C2, 0x608F, 0x60FE})
     dictionary().require(index, 2);
   zero_ = spec.incremental ? -motor_.position() : 0.0;
   adoptPosition();
@@ -286,6 +286,8 @@ void Drive::step(double dt) noexcept {
     next_target_.reset();
     acknowledged_ = false;
   }
+  if (spec_.brake)
+    moveBrake(dt);
   if (moves() && powered()) {
     generate(dt);
     if (moves()) {
@@ -300,6 +302,16 @@ void Drive::step(double dt) noexcept {
   note(dt, before);
   if (powered() && state_ != DriveState::kNotReady)
     monitor(dt);
+}
+
+/// Without power at its coil it closes by its spring.
+void Drive::moveBrake(double dt) noexcept {
+  const auto level = [this](int sub) { return static_cast<std::uint32_t>(dictionary().require(0x60FE, sub).value); };
+  const BrakeSpec& brake = *spec_.brake;
+  const bool high = powered() && (level(1) & level(2) & brake.mask) != 0;
+  const double change = dt / brake.time;
+  braked_ = std::clamp(braked_ + (high == brake.closed_level ? change : -change), 0.0, 1.0);
+  motor_.setBrake(braked_ >= 1.0);
 }
 
 void Drive::note(double dt, double before) noexcept {

@@ -28,12 +28,20 @@ std::string_view name(DriveState state);
 /// Modes of operation, object 6060 of CiA 402.
 inline constexpr int kProfilePosition = 1, kHomingMode = 6, kCyclicPosition = 8, kCyclicVelocity = 9;
 
+/** A holding brake at an output of the drive, object 60FE. */
+struct BrakeSpec {
+  std::uint32_t mask = 1;     ///< its bit in 60FE:1; it counts where 60FE:2 has it, too
+  bool closed_level = false;  ///< of that bit
+  double time = 0.03;         ///< until it holds, or lets go, s
+};
+
 /** One drive of a bus. Positions in counts. */
 struct DriveSpec {
   std::uint8_t id = 1;
   std::uint32_t serial = 1;
   double start = 0.0;        ///< position when the simulation begins
   bool incremental = false;  ///< its encoder counts from 0 at power-on; else it keeps the position
+  std::optional<BrakeSpec> brake;
   MotorParameters motor;
 };
 
@@ -112,6 +120,7 @@ class Drive final : public Device {
   bool causeStands() const noexcept;
   bool moves() const noexcept;  ///< the power stage is on
   void brakeTo(double deceleration, DriveState then, bool stay) noexcept;
+  void moveBrake(double dt) noexcept;
   void monitor(double dt) noexcept;
   void note(double dt, double before) noexcept;
   std::uint16_t statusword() const noexcept;
@@ -152,6 +161,7 @@ class Drive final : public Device {
   bool halted_ = false;
   bool limited_ = false;
   bool stopping_ = false;      ///< a stop of the drive's own is being recorded
+  double braked_ = 1.0;        ///< how far the brake is closed
   double error_time_ = 0.0;    ///< outside the following error window, s
   double reached_time_ = 0.0;  ///< inside the position window, s
   std::uint16_t last_word_ = 0;

@@ -105,7 +105,8 @@ bool DriveBus::possible(const Injection& injection) noexcept {
   if (node == nullptr)
     return false;
   const bool drive_only = injection.kind == FaultKind::kSlow || injection.kind == FaultKind::kOverCurrent ||
-                          injection.kind == FaultKind::kOverTemperature;
+                          injection.kind == FaultKind::kOverTemperature || injection.kind == FaultKind::kRunaway ||
+                          injection.kind == FaultKind::kBrakeFailure;
   return node->drive != nullptr || !drive_only;
 }
 
@@ -203,6 +204,12 @@ void DriveBus::applyTo(Node& node, const Injection& injection, bool on) noexcept
     case FaultKind::kBabbling:
       node.babble = on ? value : 0.0;
       node.babble_time = time_;
+      break;
+    case FaultKind::kRunaway:
+      motor.runaway = on ? value : 0.0;
+      break;
+    case FaultKind::kBrakeFailure:
+      motor.no_brake = on;
       break;
     case FaultKind::kBusOff:
       break;

@@ -25,8 +25,10 @@ enum class FaultKind : std::uint8_t {
   kByteFlips,        ///< a bit of a frame from the node flips with this probability per frame [0.1]
   kBusOff,           ///< node 0: the master's controller reports bus-off and the bus is dead until the fault is cleared
   kBabbling,         ///< node sends `value` frames per second of highest priority [2000]
+  kRunaway,          ///< drive: the motor runs at this fraction of its largest speed, whatever it is told [1]
+  kBrakeFailure,     ///< drive: its brake does not hold
 };
-inline constexpr int kFaultKinds = 14;
+inline constexpr int kFaultKinds = 16;
 std::string_view name(FaultKind kind);  ///< "off", "over_current" ...
 std::optional<FaultKind> faultFromName(std::string_view name);
 

@@ -21,7 +21,9 @@ Motor::Motor(const MotorParameters& parameters, double position) noexcept
 void Motor::follow(double position, double velocity, double dt) noexcept {
   const double limit = parameters_.max_velocity;
   const double error = position - position_;
-  const double wanted = faults.speed * std::clamp(velocity + parameters_.position_gain * error, -limit, limit);
+  const double wanted = faults.runaway != 0.0
+                            ? faults.runaway * limit
+                            : faults.speed * std::clamp(velocity + parameters_.position_gain * error, -limit, limit);
   const double acceleration = std::clamp((wanted - velocity_) / parameters_.velocity_lag, -parameters_.max_acceleration,
                                          parameters_.max_acceleration);
   torque_ = kPeakTorque * acceleration / parameters_.max_acceleration + kFriction * velocity_ / limit;
@@ -31,15 +33,15 @@ void Motor::follow(double position, double velocity, double dt) noexcept {
 
 void Motor::coast(double dt) noexcept {
   torque_ = 0.0;
-  move(-velocity_ / parameters_.coast_lag, dt);
-  if (std::abs(velocity_) < 1.0)
+  move(parameters_.load - velocity_ / parameters_.coast_lag, dt);
+  if (parameters_.load == 0.0 && std::abs(velocity_) < 1.0)
     velocity_ = 0.0;
   heat(dt);
 }
 
 void Motor::move(double acceleration, double dt) noexcept {
   velocity_ += acceleration * dt;
-  if (faults.blocked)
+  if (faults.blocked || (braked_ && !faults.no_brake))
     velocity_ = 0.0;
   position_ += velocity_ * dt;
   if (position_ < parameters_.low || position_ > parameters_.high) {

@@ -12,6 +12,7 @@ struct MotorParameters {
   double position_gain = 120.0;                           ///< 1/s
   double velocity_lag = 2e-3;                             ///< time constant of the velocity loop, s
   double coast_lag = 20e-3;                               ///< without power: friction, s
+  double load = 0.0;                                      ///< back-drivable: what it falls with, counts/s^2
   double ambient = 25.0;                                  ///< deg C
   double rated_rise = 60.0;                               ///< of the winding at rated current, K
   double thermal_lag = 60.0;                              ///< s
@@ -25,6 +26,8 @@ struct MotorFaults {
   double speed = 1.0;         ///< fraction of the velocity asked for that it reaches
   bool over_current = false;  ///< a winding draws several times the rated current
   bool over_heated = false;   ///< cooling failed: the winding is 100 K hotter
+  double runaway = 0.0;       ///< not 0: with power it runs at this fraction of its largest speed, whatever it is told
+  bool no_brake = false;      ///< its brake does not hold
 };
 
 /** Explicit Euler steps; use at most a quarter of velocity_lag. */
@@ -36,6 +39,9 @@ class Motor {
   void follow(double position, double velocity, double dt) noexcept;
   /// Without power.
   void coast(double dt) noexcept;
+
+  /// Closes or opens a brake that holds it with and without power.
+  void setBrake(bool closed) noexcept { braked_ = closed; }
 
   double position() const noexcept { return position_; }
   double velocity() const noexcept { return velocity_; }
@@ -57,6 +63,7 @@ class Motor {
   double velocity_ = 0.0;
   double torque_ = 0.0;
   double temperature_;
+  bool braked_ = false;
 };
 
 }  // namespace tandem::sim::drives

@@ -48,7 +48,8 @@ const Case kCases[] = {
     {"MotorEncoderAlarm", FaultKind::kEncoderAlarm, 2, 0, kFaulty},
     {"DriveFrameLoss", FaultKind::kFrameLoss, 2, 1.0, kLost},
     {"DriveByteFlips", FaultKind::kByteFlips, 2, 0.5,
-     kWrong | bit(HardwareGuard::kPowerLost) | kLost | bit(HardwareGuard::kIgnoresCommand)},
+     kWrong | bit(HardwareGuard::kPowerLost) | kLost | bit(HardwareGuard::kIgnoresCommand) |
+         bit(HardwareGuard::kInternalLimit) | bit(HardwareGuard::kOverspeed)},
     {"RotationStuck", FaultKind::kStuck, 5, 0, kLagging},
     {"EncoderOff", FaultKind::kOff, 18, 0, kEncoderLost},
     {"EncoderStuck", FaultKind::kStuck, 18, 0, bit(HardwareGuard::kEncoderMismatch)},
@@ -208,7 +209,7 @@ TEST(Recovery, OneWishIsEnoughAndWaitsUntilTorqueIsGone) {
   ASSERT_NE(system.robot->arm(0).power(), ArmPower::kOff);
   system.wires[0]->drives->clear(0, std::nullopt);
   system.request(DriveRequest::kDisable);
-  ASSERT_TRUE(system.until(0.3, [&] { return system.robot->arm(0).recovering(); }));
+  ASSERT_TRUE(system.until(0.3, [&] { return system.robot->arm(0).rebooting(); }));
   system.request(DriveRequest::kKeep);
   EXPECT_TRUE(system.until(8.0, [&] { return system.robot->state(0) == OperatingState::kDisabled; })) << system.story();
   EXPECT_TRUE(system.allHomed());
@@ -223,9 +224,9 @@ TEST(Recovery, ACauseThatStandsStays) {
   ASSERT_TRUE(system.inject(0, FaultKind::kOverTemperature, 2));
   ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
   system.request(DriveRequest::kDisable);
-  ASSERT_TRUE(system.until(0.3, [&] { return system.robot->arm(0).recovering(); }));
+  ASSERT_TRUE(system.until(0.3, [&] { return system.robot->arm(0).rebooting(); }));
   system.request(DriveRequest::kKeep);
-  EXPECT_TRUE(system.until(8.0, [&] { return !system.robot->arm(0).recovering(); }));
+  EXPECT_TRUE(system.until(8.0, [&] { return !system.robot->arm(0).rebooting(); }));
   EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
   EXPECT_NE(system.robot->arm(0).presentFaults(), 0u);
 }

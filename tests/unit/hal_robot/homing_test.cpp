@@ -17,7 +17,7 @@ HardwareConfig homingHardware() {
     axis.reference = PositionReference::kHoming;
     axis.encoder.reset();
     axis.homing.method = 17;
-    axis.homing.fast = 0.02;
+    axis.homing.fast = 0.01;
     axis.homing.slow = 0.002;
     axis.homing.acceleration = 0.2;
     axis.homing.position = kHome[axis.joint];
@@ -61,7 +61,7 @@ TEST(Homing, CarriagesKeepEquationOneOnTheWay) {
   };
   ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
   EXPECT_EQ(answer, ArmHardware::HomingAnswer::kRunning);
-  for (int i = 0; i < 1000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
+  for (int i = 0; i < 2000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
     system.run(0.1);
     answer = system.robot->home(0, system.now);
   }

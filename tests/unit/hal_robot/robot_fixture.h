@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -157,13 +158,18 @@ class System {
     return wires[static_cast<std::size_t>(bus)]->drives->inject(
         {kind, static_cast<std::uint8_t>(node), value, duration});
   }
+  template <class Devices>
+  static auto& find(Devices& devices, int id) {
+    return *std::ranges::find_if(devices, [id](const auto& device) { return device->id() == id; });
+  }
   sim::drives::Drive& drive(int arm, int joint) {
-    return *wires[static_cast<std::size_t>(arm)]->drives->drives()[static_cast<std::size_t>(joint)];
+    const AxisConfig& axis = robot->arm(arm).axis(joint).config();
+    return *find(wires[static_cast<std::size_t>(axis.bus)]->drives->drives(), axis.node);
   }
   /// Where the joint really is, m or rad: by the encoder's gearing, whatever drive and HAL believe.
   double truth(int arm, int joint) {
-    auto& encoder = *wires[static_cast<std::size_t>(arm)]->drives->encoders()[static_cast<std::size_t>(joint)];
     const AxisConfig& axis = robot->arm(arm).axis(joint).config();
+    const auto& encoder = *find(wires[static_cast<std::size_t>(axis.bus)]->drives->encoders(), axis.encoder->node);
     return AxisUnits(axis.encoder->gearing).toJoint(static_cast<std::int32_t>(std::lround(encoder.position())));
   }
   ArmVector truth(int arm) {

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/feedback.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hal/nanoseconds.h"
+
+namespace tandem::hal {
+namespace {
+
+/// A TPDO is missed after so many SYNCs, and the budget's time at the least.
+constexpr std::uint64_t kMissedSyncs = 3;
+
+}  // namespace
+
+void FeedbackStream::watch(const canopen::Tpdo& tpdo, const canopen::Network& network, std::int64_t now) noexcept {
+  fresh_ = begun_ && tpdo.count != count_;
+  if (begun_ && !fresh_)
+    return;
+  begun_ = true;
+  count_ = tpdo.count;
+  time_ = now;
+  sync_mark_ = network.syncCount();
+}
+
+bool FeedbackStream::silent(const canopen::Network& network, double budget, std::int64_t now) const noexcept {
+  // Not heard while this process itself stood still proves nothing: the SYNCs count, too.
+  return network.syncCount() - sync_mark_ >= kMissedSyncs && now - time_ > nanoseconds(budget);
+}
+
+void FollowingWatch::restart(double target) noexcept {
+  forget(target);
+  outside_since_ = ignored_since_ = 0;
+}
+
+void FollowingWatch::measured(double position, double window, std::int64_t now) noexcept {
+  const auto [least, most] = std::minmax_element(recent_.begin(), recent_.end());
+  error_ = position > *most ? position - *most : position < *least ? position - *least : 0.0;
+  if (std::abs(error_) <= window) {
+    outside_since_ = 0;
+  } else if (outside_since_ == 0) {
+    outside_since_ = now;
+  }
+}
+
+void FollowingWatch::follows(bool follows, std::int64_t now) noexcept {
+  if (follows) {
+    ignored_since_ = 0;
+  } else if (ignored_since_ == 0) {
+    ignored_since_ = now;
+  }
+}
+
+bool FollowingWatch::longer(std::int64_t since, double time, std::int64_t now) noexcept {
+  return since != 0 && now - since >= nanoseconds(time);
+}
+
+}  // namespace tandem::hal

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file How fast a joint really is, by what its drive measured: neither the reference nor the command is asked. */
+#pragma once
+
+#include <cstdint>
+
+namespace tandem::hal {
+
+/** Speed from positions that a drive sampled at SYNCs. One sample proves nothing: a frame that comes late, or a count
+ * to and fro, looks like motion. Nothing allocates, locks or throws; times are ns. */
+class MeasuredMotion {
+ public:
+  /** @param fastest that the axis may be, m/s or rad/s
+   * @param resolution m or rad of one count
+   * @param period of the SYNC, s */
+  MeasuredMotion(double fastest, double resolution, double period) noexcept;
+
+  /// The next sample begins a new history.
+  void restart() noexcept;
+  /// Where the joint was at `time`, by a sample that was not seen before: counts times the resolution, m or rad.
+  void sample(double position, std::int64_t time) noexcept;
+
+  /// Between the last two samples, m/s or rad/s; a single count is not motion.
+  double velocity() const noexcept { return velocity_; }
+  /// The last samples were at rest: within two counts, or slower than a fiftieth of the fastest.
+  bool atRest() const noexcept { return resting_ >= kSamples; }
+  /// The last samples were faster than the axis may be, with room for a position loop that catches up.
+  bool tooFast() const noexcept { return fast_ >= kSamples; }
+
+  /// More than this, times the fastest that the axis may be, is too fast.
+  static constexpr double kOverspeed = 1.5;
+  static constexpr int kSamples = 3;
+
+ private:
+  double fastest_, resolution_, period_;
+  double position_ = 0.0;
+  std::int64_t time_ = 0;
+  bool begun_ = false;
+  double velocity_ = 0.0;
+  int resting_ = 0;
+  int fast_ = 0;
+};
+
+}  // namespace tandem::hal

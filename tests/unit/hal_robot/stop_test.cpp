@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Stops as drives make them: torque goes from a joint that stands, not from a reference that does. */
+#include "tests/unit/hal_robot/robot_fixture.h"
+#include "tests/unit/safety/random_arm.h"
+
+namespace tandem::hal::test {
+namespace {
+
+constexpr double kFast = 8e-3;  ///< m/s
+constexpr int kMoving = 1;      ///< the joint that moves alone
+constexpr int kNode = 2;        ///< its drive
+
+double scaleOf(System& system, int arm, int joint) {
+  return AxisUnits(system.robot->arm(arm).axis(joint).config().gearing).scale();
+}
+/// Of the motor, m/s or rad/s.
+double speedOf(System& system, int arm, int joint) {
+  return std::abs(scaleOf(system, arm, joint) * system.drive(arm, joint).motor().velocity());
+}
+bool withoutTorque(sim::drives::DriveState state) {
+  using State = sim::drives::DriveState;
+  return state == State::kNotReady || state == State::kSwitchOnDisabled || state == State::kReady ||
+         state == State::kSwitchedOn;
+}
+
+/** Watches that no drive of an arm loses its torque by command while its motor moves. */
+struct TorqueWatch {
+  explicit TorqueWatch(System& watched) : system(watched) {
+    system.after_period = [this] {
+      for (int j = 0; j < 6; ++j) {
+        const sim::drives::Drive& drive = system.drive(0, j);
+        if (withoutTorque(drive.state()))
+          fastest = std::max(fastest, speedOf(system, 0, j) / system.config.axes[static_cast<std::size_t>(j)].velocity);
+      }
+    };
+  }
+  System& system;
+  double fastest = 0.0;  ///< as a share of what the axis may
+};
+
+/// A joint at rest may be this fast by measurement.
+constexpr double kRestShare = 0.025;
+
+ArmVector oneJoint(double speed) {
+  ArmVector v = ArmVector::Zero(6);
+  v[kMoving] = speed;
+  return v;
+}
+
+HardwareConfig velocityHardware() {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes) {
+    axis.mode = DriveMode::kCyclicVelocity;
+    axis.velocity_gain = 20.0;
+    axis.following_error = axis.translation ? 1e-3 : 0.1;
+  }
+  return config;
+}
+
+/// The arm's linear stages fall when neither torque nor brake holds them.
+HardwareConfig brakedHardware() {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes) {
+    if (axis.arm == 0 && axis.translation) {
+      axis.brake.emplace();
+      axis.brake->slip = 50e-6;
+    }
+  }
+  return config;
+}
+
+struct StopCase {
+  const char* name;
+  FaultKind kind;
+  int node;
+  double value;
+  bool velocity_mode;
+};
+
+class StopOfOneAxis : public testing::TestWithParam<StopCase> {};
+
+TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
+  const StopCase& stop = GetParam();
+  System system(stop.velocity_mode ? velocityHardware() : presetHardware());
+  // As some vendors ship it: a slow ramp wherever the quick stop is not asked for.
+  for (auto& drive : system.wires[0]->drives->drives())
+    drive->dictionary().require(0x6084).value = 20'000;
+  ASSERT_TRUE(system.boot()) << system.story();
+  ASSERT_TRUE(system.enable()) << system.story();
+  system.move(0, oneJoint(kFast));
+  system.run(0.6);
+  const TorqueWatch watch(system);
+  const double before = system.truth(0, kMoving);
+  ASSERT_TRUE(system.inject(0, stop.kind, stop.node, stop.value));
+  ASSERT_TRUE(system.until(0.3, [&] { return system.robot->state(0) == OperatingState::kFault; })) << system.story();
+  EXPECT_TRUE(system.until(0.8, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
+  system.run(0.1);
+  // Three periods until it is noticed, the ramp, and the motor's lag; a velocity loop lags by its gain.
+  const AxisConfig& axis = system.config.axes[kMoving];
+  const double lag = stop.velocity_mode ? 1.0 / axis.velocity_gain : 0.02;
+  const double allowed =
+      kFast * (4.0 * system.config.period + lag) + kFast * kFast / (2.0 * axis.quick_stop_deceleration);
+  EXPECT_LE(std::abs(system.truth(0, kMoving) - before), allowed);
+  EXPECT_LE(watch.fastest, kRestShare) << "torque went from a joint that moved";
+}
+
+INSTANTIATE_TEST_SUITE_P(Vocabulary,
+                         StopOfOneAxis,
+                         testing::Values(StopCase{"ItsEncoderIsWrong", FaultKind::kWrong, 16 + kNode, 50000, false},
+                                         StopCase{"ItsEncoderAlarms", FaultKind::kEncoderAlarm, 16 + kNode, 0, false},
+                                         StopCase{"AnotherDriveFails", FaultKind::kOverCurrent, 3, 0, false},
+                                         StopCase{"AnotherEncoderAlarms", FaultKind::kEncoderAlarm, 19, 0, false},
+                                         StopCase{"Velocity", FaultKind::kEncoderAlarm, 16 + kNode, 0, true}),
+                         [](const auto& instance) { return instance.param.name; });
+
+TEST(Stops, DisablingAMovingArmTakesTorqueFromAStandingOne) {
+  System system;
+  ASSERT_TRUE(system.boot() && system.enable());
+  system.move(0, ArmVector::Constant(6, kFast));
+  system.run(0.5);
+  const TorqueWatch watch(system);
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; }));
+  EXPECT_LE(watch.fastest, kRestShare);
+}
+
+TEST(Stops, AHomingRunThatIsLetGoEndsItsRampWithTorque) {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes) {
+    if (axis.arm != 0 || !axis.translation)
+      continue;
+    axis.reference = PositionReference::kHoming;
+    axis.quick_stop_deceleration = 0.1;
+    axis.homing = {17, 0.01, 0.002, 0.2, axis.lower + 0.01, 0, 60.0};
+  }
+  System system(config);
+  system.boot();
+  const TorqueWatch watch(system);
+  ASSERT_EQ(system.robot->home(0, system.now), ArmHardware::HomingAnswer::kRunning);
+  ASSERT_TRUE(system.until(1.0, [&] { return speedOf(system, 0, 0) > 9e-3; })) << system.story();
+  ASSERT_TRUE(system.until(3.0, [&] { return !system.robot->arm(0).homing(); })) << system.story();
+  EXPECT_LE(watch.fastest, kRestShare);
+  EXPECT_LE(speedOf(system, 0, 0), kRestShare * 0.01);
+}
+
+TEST(Stops, ARunawayIsNoticedByItsMeasuredSpeed) {
+  System system;
+  ASSERT_TRUE(system.boot() && system.enable());
+  for (const int node : {kNode, 5}) {
+    const int joint = node - 1;
+    const double before = system.truth(0, joint);
+    ASSERT_TRUE(system.inject(0, FaultKind::kRunaway, node));
+    ASSERT_TRUE(system.until(0.04, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+    // Torque is what drives it: it goes as soon as the quick stop does not show.
+    system.run(0.2);
+    const double way = std::abs(system.truth(0, joint) - before);
+    const double fastest = 2.0 * system.config.axes[static_cast<std::size_t>(joint)].velocity;
+    EXPECT_LE(way, fastest * 0.1) << "at " << fastest << " per s";
+    EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled);
+    system.wires[0]->drives->clear(0, std::nullopt);
+    system.request(DriveRequest::kDisable);
+    ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }));
+    ASSERT_TRUE(system.enable()) << system.story();
+  }
+  EXPECT_GE(system.guardCount(HardwareGuard::kOverspeed), 1u);
+}
+
+TEST(Stops, OverspeedStopsEvenWhereTheReferenceIsFast) {
+  // The window of the following error is wide open: only the measured speed is left.
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes)
+    axis.following_error = axis.translation ? 0.05 : 5.0;
+  System system(config);
+  ASSERT_TRUE(system.boot() && system.enable());
+  ASSERT_TRUE(system.inject(0, FaultKind::kRunaway, kNode));
+  ASSERT_TRUE(system.until(0.04, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+  EXPECT_EQ(system.robot->faultRecord(0).cause, safety::FaultCause::kOverspeed);
+}
+
+TEST(Brakes, HoldWhatFallsWheneverTorqueGoes) {
+  constexpr FaultKind kKinds[] = {FaultKind::kOverTemperature, FaultKind::kEncoderAlarm, FaultKind::kWrong};
+  for (std::uint32_t run = 0; run < 12; ++run) {
+    SCOPED_TRACE(tandem::test::trace(tandem::test::baseSeed() + run));
+    tandem::test::Random random(tandem::test::baseSeed() + run);
+    System system(brakedHardware());
+    ASSERT_TRUE(system.boot());
+    const double at_start = system.truth(0, 0);
+    ASSERT_TRUE(system.enable()) << system.story();
+    EXPECT_NEAR(system.truth(0, 0), at_start, 20e-6) << "it fell while the brake opened";
+    const TorqueWatch watch(system);
+    system.move(0, ArmVector::Constant(6, random.uniform(-1.0, 1.0) * 6e-3));
+    system.run(random.uniform(0.3, 0.8));
+    const int choice = random.integer(0, 3);
+    if (choice == 3) {
+      system.request(DriveRequest::kDisable);
+    } else {
+      // Of an axis whose own drive goes on: it may keep its torque as long as it needs.
+      ASSERT_TRUE(system.inject(0, kKinds[choice], choice == 0 ? 5 : 17, choice == 2 ? 50000.0 : 0.0));
+    }
+    ASSERT_TRUE(system.until(2.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
+    const double stopped = system.truth(0, 0);
+    system.run(0.5);
+    EXPECT_NEAR(system.truth(0, 0), stopped, 20e-6) << "it fell";
+    EXPECT_LE(watch.fastest, kRestShare);
+  }
+}
+
+TEST(Brakes, OneThatDoesNotHoldIsFoundBeforeTorqueIsAskedFor) {
+  System system(brakedHardware());
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.inject(0, FaultKind::kBrakeFailure, 1));
+  system.run(0.2);
+  system.request(DriveRequest::kEnable);
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+  EXPECT_EQ(system.robot->faultRecord(0).cause, safety::FaultCause::kBrake);
+  EXPECT_EQ(system.robot->faultRecord(0).joint, 0);
+  EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
+}
+
+TEST(Brakes, DrivesKeepTheirTorqueWhenTheHalDies) {
+  System system(brakedHardware());
+  ASSERT_TRUE(system.boot() && system.enable());
+  system.move(0, ArmVector::Constant(6, 4e-3));
+  system.run(0.5);
+  system.hal_alive = false;
+  system.run(0.5);
+  const double stopped = system.truth(0, 0);
+  system.run(1.0);
+  EXPECT_NEAR(system.truth(0, 0), stopped, 20e-6);
+}
+
+TEST(Limits, ADriveThatHoldsItsTargetBackStopsTheArm) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  sim::drives::Drive& drive = system.drive(0, kMoving);
+  const auto limit = static_cast<std::int64_t>(drive.position() + 1e-3 / std::abs(scaleOf(system, 0, kMoving)));
+  drive.dictionary().require(0x607D, 2).value = limit;
+  ASSERT_TRUE(system.enable());
+  system.move(0, oneJoint(scaleOf(system, 0, kMoving) > 0.0 ? 4e-3 : -4e-3));
+  ASSERT_TRUE(system.until(0.6, [&] { return system.robot->state(0) == OperatingState::kFault; })) << system.story();
+  EXPECT_EQ(system.robot->faultRecord(0).cause, safety::FaultCause::kOutsideLimits);
+  EXPECT_EQ(system.robot->faultRecord(0).joint, kMoving);
+}
+
+}  // namespace
+}  // namespace tandem::hal::test
