@@ -56,6 +56,10 @@ bool ArmHardware::standing() const noexcept {
   return supervisor_.standing() && !homing_.running() && all([](const Axis& axis) { return axis.velocity() == 0.0; });
 }
 
+bool ArmHardware::foreignMaster() const noexcept {
+  return !all([](const Axis& axis) { return (axis.guards() & bit(HardwareGuard::kForeignMaster)) == 0; });
+}
+
 safety::ArmVector ArmHardware::position() const noexcept {
   safety::ArmVector q(jointCount());
   for (int j = 0; j < jointCount(); ++j)
@@ -173,7 +177,7 @@ void ArmHardware::onDisable(std::int64_t now) noexcept {
   if (power_ == ArmPower::kSwitchingOn)
     switchOff(now);
   // The wish is remembered: torque may not be gone yet, and the last boot be too recent.
-  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !rebooting_)
+  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !rebooting_ && !foreignMaster())
     rebooting_ = boot_due_ = true;
 }
 
@@ -199,7 +203,7 @@ void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) no
   if (lost(joint))
     return;
   Axis& axis = *axes_[static_cast<std::size_t>(joint)];
-  const bool drive = (guards & ~kSensorGuards) != 0;
+  const bool drive = (guards & ~kRampGuards) != 0;
   const bool moves = power_ == ArmPower::kOn;
   if (moves && drive) {
     // Where this axis ends is its drive's business; the others stop on the line that remains without it.
@@ -208,7 +212,8 @@ void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) no
     axis.setOperating(false);
     axis.setGoal(PowerGoal::kOff, now);
   }
-  const bool lost = axis.phase() == AxisPhase::kFailed || (guards & bit(HardwareGuard::kBus)) != 0;
+  constexpr GuardMask kOfTheBus = bit(HardwareGuard::kBus) | bit(HardwareGuard::kForeignMaster);
+  const bool lost = axis.phase() == AxisPhase::kFailed || (guards & kOfTheBus) != 0;
   if (moves || power_ == ArmPower::kSwitchingOn || homing_.running() || lost)
     latch(axis.failure(guards));
 }
@@ -293,6 +298,8 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
 }
 
 void ArmHardware::stepReboot(std::int64_t now) noexcept {
+  if (foreignMaster())
+    rebooting_ = boot_due_ = false;  // no reset of nodes that somebody else commands
   if (!rebooting_)
     return;
   if (boot_due_) {

@@ -85,6 +85,8 @@ class ArmHardware {
   void stepReboot(std::int64_t now) noexcept;
   void stepHoming(std::int64_t now) noexcept;
   safety::ArmVector places() const noexcept;
+  /// Somebody else commands a bus of this arm.
+  bool foreignMaster() const noexcept;
   template <class Condition>
   bool all(Condition&& condition) const noexcept;
 

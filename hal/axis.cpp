@@ -255,6 +255,7 @@ void Axis::judgeMotion(std::int64_t now) noexcept {
 void Axis::judge(std::int64_t now) noexcept {
   guards_ = latched_;
   noteGuard(HardwareGuard::kBus, network_.bus().faulty());
+  noteGuard(HardwareGuard::kForeignMaster, network_.masters().commands(now));
   if (phase_ == AxisPhase::kBooting || phase_ == AxisPhase::kFailed)
     return;
   noteGuard(HardwareGuard::kDriveSilent, drive_stream_.silent(network_, feedback_budget_, now));
@@ -304,7 +305,9 @@ safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
   if (record.faults == 0)
     return record;
   record.joint = static_cast<std::uint8_t>(config_.joint);
-  if ((guards & kSilent) != 0) {
+  if ((guards & bit(HardwareGuard::kForeignMaster)) != 0) {
+    record.cause = FaultCause::kForeignMaster;  // whatever it did to the nodes
+  } else if ((guards & kSilent) != 0) {
     record.cause = FaultCause::kNoAnswer;
   } else if ((guards & kError) != 0) {
     record.cause = FaultCause::kDeviceError;

@@ -46,6 +46,9 @@ std::string describeGuards(GuardMask guards);
 inline constexpr GuardMask kSensorGuards =
     bit(HardwareGuard::kEncoderSilent) | bit(HardwareGuard::kEncoderAlarm) | bit(HardwareGuard::kEncoderMismatch);
 
+/// Guards on which an arm stops as a whole, with its ramp; with all others the axis itself is lost.
+inline constexpr GuardMask kRampGuards = kSensorGuards | bit(HardwareGuard::kForeignMaster);
+
 /// The fault of the operating state that follows from guards: kSensor, kDrive, both or none.
 safety::FaultMask faultsOf(GuardMask guards) noexcept;
 

@@ -16,6 +16,7 @@ canopen::NetworkOptions networkOptions(const BusConfig& bus, double heartbeat_bu
   canopen::NetworkOptions options;
   options.own_id = static_cast<std::uint8_t>(bus.node_id);
   options.heartbeat_period = static_cast<std::int64_t>(1e9 * heartbeat_budget / kHeartbeatsPerBudget);
+  options.master_silence = nanoseconds(canopen::listeningTime(heartbeat_budget));
   return options;
 }
 
@@ -25,6 +26,7 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
                              const std::vector<can::Bus*>& buses,
                              const RobotOptions& options)
     : config_(config),
+      listening_time_(canopen::listeningTime(options.budgets.drive_heartbeat)),
       monitor_(static_cast<int>(config.arms.size()), options.budgets.commandAge(options.control_period)) {
   if (buses.size() != config.buses.size())
     throw std::invalid_argument("hardware: one open bus per configured one expected");
@@ -111,6 +113,11 @@ void RobotHardware::onEvent(std::size_t bus, const canopen::NetworkEvent& event)
     told.bus_state = event.bus_state;
     return events_.push(told);
   }
+  if (event.kind == canopen::NetworkEvent::Kind::kMaster) {
+    told.kind = HardwareEvent::Kind::kMaster;
+    told.master = event.master;
+    return events_.push(told);
+  }
   Axis& axis = *axes_[index(buses_[bus].axis_of_node[index(event.node)])];
   told.arm = static_cast<std::uint8_t>(axis.config().arm);
   told.joint = static_cast<std::uint8_t>(axis.config().joint);
@@ -141,7 +148,7 @@ void RobotHardware::measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now
   slot.window = now;
 }
 
-void RobotHardware::receive(std::int64_t now) noexcept {
+void RobotHardware::hear(std::int64_t now) noexcept {
   for (std::size_t b = 0; b < buses_.size(); ++b) {
     buses_[b].network->receive(now);
     canopen::NetworkEvent event;
@@ -149,6 +156,10 @@ void RobotHardware::receive(std::int64_t now) noexcept {
       onEvent(b, event);
     measureLoad(buses_[b], b, now);
   }
+}
+
+void RobotHardware::receive(std::int64_t now) noexcept {
+  hear(now);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     axes_[i]->update(now);
     const bool became_ready = axes_[i]->phase() == AxisPhase::kReady && phases_[i] != AxisPhase::kReady;

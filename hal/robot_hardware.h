@@ -27,6 +27,7 @@ struct HardwareEvent {
     kNode,       ///< a node of that axis failed: `failure`
     kReady,      ///< that axis can be used
     kBus,        ///< `bus` entered `bus_state`
+    kMaster,     ///< somebody else sends `master` on `bus`
   };
   Kind kind = Kind::kGuard;
   std::uint8_t arm = 0;
@@ -37,6 +38,7 @@ struct HardwareEvent {
   GuardMask guards = 0;
   canopen::NodeFailure failure;
   can::BusState bus_state = can::BusState::kActive;
+  canopen::MasterFrame master = canopen::MasterFrame::kSync;
 };
 
 /** One period: what was heard, what is wrong, where the arms shall be, what is sent, SYNC last.
@@ -48,6 +50,11 @@ class RobotHardware {
    * @throw std::invalid_argument where counts differ or nodes contradict each other. */
   RobotHardware(const HardwareConfig& config, const std::vector<can::Bus*>& buses, const RobotOptions& options);
 
+  /// Before start(): takes in what is on the buses and sends nothing. Repeat it for listeningTime(), then look at
+  /// network(b).masters(): whoever finds somebody there must not start.
+  void listen(std::int64_t now) noexcept { hear(now); }
+  /// canopen::listeningTime() of the drives' patience, s.
+  double listeningTime() const noexcept { return listening_time_; }
   /// Begins to send heartbeats and boots all nodes.
   void start(std::int64_t now) noexcept;
   /// One period, config().period long.
@@ -111,12 +118,14 @@ class RobotHardware {
     std::int64_t window = 0;   ///< its beginning, ns
   };
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  void hear(std::int64_t now) noexcept;
   void receive(std::int64_t now) noexcept;
   void onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept;
   void measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now) noexcept;
   void askForRestarts() noexcept;
 
   HardwareConfig config_;
+  double listening_time_;
   safety::CommandMonitor monitor_;
   safety::GuardCounters guards_;
   HardwareGuardCounters hardware_guards_;

@@ -21,14 +21,15 @@ bool heartbeatStateIsValid(std::uint8_t state) noexcept {
 
 }  // namespace
 
-Network::Network(can::Bus& bus, const NetworkOptions& options) : bus_(bus), options_(options) {
+Network::Network(can::Bus& bus, const NetworkOptions& options)
+    : bus_(bus), options_(options), masters_(options.master_silence) {
   if (options.own_id < 1 || options.own_id > kMaxNodeId)
     throw std::invalid_argument("own node id " + std::to_string(options.own_id) + ", expected 1 to 127");
   if (options.sync_overflow == 1 || options.sync_overflow > 240)
     throw std::invalid_argument("SYNC counter overflow, expected 0 or 2 to 240");
-  claim(cob::kNmt, {Use::kMaster});
-  claim(cob::kSync, {Use::kMaster});
-  claim(cob::kHeartbeat + options.own_id, {Use::kMaster});
+  claim(cob::kNmt, {Use::kMaster, 0, 0, MasterFrame::kNmt});
+  claim(cob::kSync, {Use::kMaster, 0, 0, MasterFrame::kSync});
+  claim(cob::kHeartbeat + options.own_id, {Use::kMaster, 0, 0, MasterFrame::kHeartbeat});
   outgoing_.resize(commands_.size() + 2);
   origin_.resize(outgoing_.size());
 }
@@ -47,11 +48,11 @@ int Network::addNode(const NodeSetup& setup) {
   claim(cob::kHeartbeat + id, {Use::kHeartbeat, index});
   claim(cob::kEmcy + id, {Use::kEmcy, index});
   claim(cob::kSdoAnswer + id, {Use::kSdo, index});
-  claim(cob::kSdoRequest + id, {Use::kMaster, index});
+  claim(cob::kSdoRequest + id, {Use::kMaster, index, 0, MasterFrame::kSdoRequest});
   for (std::size_t k = 0; k < node->tpdos().size(); ++k)
     claim(node->tpdos()[k].id, {Use::kTpdo, index, static_cast<std::uint8_t>(k)});
   for (const Rpdo& pdo : node->rpdos())
-    claim(pdo.id, {Use::kMaster, index});
+    claim(pdo.id, {Use::kMaster, index, 0, MasterFrame::kCommandPdo});
   outgoing_.resize(outgoing_.size() + node->rpdos().size() + 2);
   origin_.resize(outgoing_.size());
   phases_.push_back(NodePhase::kIdle);
@@ -138,7 +139,7 @@ void Network::dispatch(const CanFrame& frame, std::int64_t now) noexcept {
       ++counters_.foreign;
       break;
     case Use::kMaster:
-      ++counters_.masters;
+      onMaster(route.master, now);
       break;
     case Use::kTpdo:
       onTpdo(frame, route);
@@ -200,6 +201,17 @@ void Network::onEmcy(const CanFrame& frame, const Route& route) noexcept {
   event.phase = nodes_[route.node]->phase();
   event.emcy = *emcy;
   event.time = frame.time;
+  events_.push(event);
+}
+
+void Network::onMaster(MasterFrame frame, std::int64_t now) noexcept {
+  ++counters_.masters;
+  if (!masters_.note(frame, now))
+    return;
+  NetworkEvent event;
+  event.kind = NetworkEvent::Kind::kMaster;
+  event.master = frame;
+  event.time = now;
   events_.push(event);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/can/bus.h"
+#include "hal/canopen/master_watch.h"
 #include "hal/canopen/node.h"
 #include "hal/event_ring.h"
 
@@ -17,6 +18,7 @@ struct NetworkOptions {
   std::uint8_t own_id = 127;                   ///< under which our heartbeat is sent
   std::int64_t heartbeat_period = 25'000'000;  ///< ns
   std::uint8_t sync_overflow = 0;              ///< object 1019: 0 no counter, else 2..240
+  std::int64_t master_silence = 500'000'000;   ///< after which another master is taken to be gone, ns
 };
 
 /** Something that happened, in the order of happening. */
@@ -25,12 +27,14 @@ struct NetworkEvent {
     kPhase,     ///< a node entered `phase`; kFailed: see its failure()
     kEmcy,      ///< `emcy`
     kBusState,  ///< `bus_state`
+    kMaster,    ///< somebody else sends `master`: the first of it, or the first after a silence
   };
   Kind kind = Kind::kPhase;
   int node = -1;  ///< index in Network; -1: the bus
   NodePhase phase = NodePhase::kIdle;
   Emcy emcy;
   can::BusState bus_state = can::BusState::kActive;
+  MasterFrame master = MasterFrame::kSync;
   std::int64_t time = 0;  ///< ns
 };
 
@@ -100,6 +104,8 @@ class Network {
   std::uint64_t lostEvents() const noexcept { return events_.lost(); }
 
   const NetworkCounters& counters() const noexcept { return counters_; }
+  /// What was heard of other masters, since the beginning.
+  const MasterWatch& masters() const noexcept { return masters_; }
   can::Bus& bus() noexcept { return bus_; }
   const can::Bus& bus() const noexcept { return bus_; }
   std::uint64_t syncCount() const noexcept { return syncs_; }
@@ -110,6 +116,7 @@ class Network {
     Use use = Use::kForeign;
     std::uint8_t node = 0;
     std::uint8_t pdo = 0;
+    MasterFrame master = MasterFrame::kSync;
   };
   struct Command {
     NmtCommand command = NmtCommand::kStart;
@@ -121,6 +128,7 @@ class Network {
   void onTpdo(const CanFrame& frame, const Route& route) noexcept;
   void onHeartbeat(const CanFrame& frame, Node& node, std::int64_t now) noexcept;
   void onEmcy(const CanFrame& frame, const Route& route) noexcept;
+  void onMaster(MasterFrame frame, std::int64_t now) noexcept;
   void noticePhases(std::int64_t now) noexcept;
   void queue(const CanFrame& frame, std::int16_t origin) noexcept;
   void queueNmt() noexcept;
@@ -146,6 +154,7 @@ class Network {
   std::uint64_t syncs_ = 0;
   can::BusState bus_state_ = can::BusState::kActive;
   NetworkCounters counters_;
+  MasterWatch masters_;
 };
 
 }  // namespace tandem::hal::canopen

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Two masters on one bus: the second one does not begin, and whoever begins all the same stops the arms. */
+#include <random>
+
+#include "hal/canopen/cob.h"
+#include "robot_fixture.h"
+#include "tests/unit/safety/random_arm.h"
+
+namespace tandem::hal::test::foreign_master {
+namespace {
+
+using canopen::MasterFrame;
+
+/// Of the hardware and its drives: SYNC, and what a HAL of this fixture takes another master's silence for.
+constexpr std::int64_t kPeriod = 4 * kMillisecond;
+constexpr double kListening = 0.5;
+/// From the frame on: the cycle that finds it latches.
+constexpr int kBudgetPeriods = 1;
+
+ArmVector speeds(double translation, double rotation) {
+  ArmVector v(6);
+  v << translation, translation, translation, rotation, rotation, rotation;
+  return v;
+}
+
+/** Somebody else on each bus of a system, with its own idea of who leads. */
+struct Others {
+  explicit Others(System& system) {
+    for (auto& wire : system.wires)
+      ports.push_back(&wire->bus.join("other"));
+  }
+  void send(int bus, const can::CanFrame& frame) { ports[static_cast<std::size_t>(bus)]->send({&frame, 1}); }
+  /// Nobody looks at what they hear.
+  void drain() {
+    std::array<can::CanFrame, 64> frames;
+    for (can::VirtualBus::Port* port : ports) {
+      while (port->receive(frames) == frames.size()) {
+      }
+    }
+  }
+  std::vector<can::Bus*> buses() const { return {ports.begin(), ports.end()}; }
+  std::uint64_t sent() const {
+    std::uint64_t all = 0;
+    for (const can::VirtualBus::Port* port : ports)
+      all += port->counters().sent;
+    return all;
+  }
+  std::vector<can::VirtualBus::Port*> ports;
+};
+
+RobotOptions robotOptions() {
+  RobotOptions options;
+  options.control_period = System::kControlPeriod;
+  return options;
+}
+
+bool heard(const RobotHardware& robot) {
+  for (int b = 0; b < robot.busCount(); ++b) {
+    if (robot.network(b).masters().heardAny())
+      return true;
+  }
+  return false;
+}
+
+/// The system goes on while another HAL listens for as long as it has to.
+void listen(System& system, RobotHardware& second) {
+  const std::int64_t end = system.now + static_cast<std::int64_t>(1e9 * second.listeningTime());
+  while (system.now < end) {
+    system.period();
+    second.listen(system.now);
+  }
+}
+
+TEST(ForeignMaster, TheListeningTimeIsSeveralTimesTheDrivesPatience) {
+  EXPECT_DOUBLE_EQ(canopen::listeningTime(0.1), kListening);
+  EXPECT_DOUBLE_EQ(canopen::listeningTime(0.02), 0.5);
+  EXPECT_DOUBLE_EQ(canopen::listeningTime(0.6), 1.8);
+  EXPECT_DOUBLE_EQ(canopen::listeningTime(3.0), 2.0);
+}
+
+TEST(ForeignMaster, ASecondHalHearsTheFirstAndSendsNothing) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  system.move(0, speeds(4e-3, 0.3));
+  system.move(1, speeds(1e-3, 0.1));
+  system.run(0.3);
+  Others others(system);
+  RobotHardware second(system.config, others.buses(), robotOptions());
+  listen(system, second);
+  for (int b = 0; b < 2; ++b) {
+    const canopen::MasterWatch& masters = second.network(b).masters();
+    EXPECT_GE(masters.heard(MasterFrame::kSync).count, 120u);
+    EXPECT_GE(masters.heard(MasterFrame::kHeartbeat).count, 15u);
+    EXPECT_GE(masters.heard(MasterFrame::kCommandPdo).count, 6 * 120u);
+    EXPECT_NE(masters.describe().find("SYNC (12"), std::string::npos) << masters.describe();
+  }
+  EXPECT_EQ(others.sent(), 0u);
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+  EXPECT_FALSE(heard(*system.robot));
+}
+
+TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
+  // Drives that were left alone, with heartbeats, emergencies and PDOs, are no master; nor is a node nobody knows.
+  System system;
+  ASSERT_TRUE(system.boot());
+  system.hal_alive = false;
+  system.run(0.5);
+  Others others(system);
+  RobotHardware second(system.config, others.buses(), robotOptions());
+  std::vector<can::VirtualBus::Port*> strangers;
+  for (auto& wire : system.wires)
+    strangers.push_back(&wire->bus.join("stranger"));
+  ASSERT_TRUE(system.inject(0, FaultKind::kOverCurrent, 2));
+  const auto talk = [&](const can::CanFrame& frame) { strangers[0]->send({&frame, 1}); };
+  talk(canopen::heartbeatFrame(99, canopen::NmtState::kOperational));
+  talk(can::makeFrame(canopen::cob::kSdoRequest + 99, std::array<std::uint8_t, 8>{0x40}));
+  talk(can::makeFrame(canopen::cob::kTime, std::array<std::uint8_t, 6>{}));
+  listen(system, second);
+  EXPECT_FALSE(heard(second)) << second.network(0).masters().describe();
+  EXPECT_GT(second.network(0).counters().received, 0u);
+  // Each of what a master alone sends is heard, one frame of it.
+  talk(can::makeFrame(canopen::cob::kSdoRequest + 3, std::array<std::uint8_t, 8>{0x40}));
+  second.listen(system.now);
+  EXPECT_EQ(second.network(0).masters().describe(), "SDO request (once)");
+  EXPECT_FALSE(second.network(0).masters().commands(system.now));
+}
+
+/** What a foreign master may send on the first arm's bus. */
+struct Case {
+  const char* name;
+  MasterFrame kind;
+  can::CanFrame frame;
+};
+
+const Case kCases[] = {
+    {"Sync", MasterFrame::kSync, canopen::syncFrame(0)},
+    {"Heartbeat", MasterFrame::kHeartbeat, canopen::heartbeatFrame(127, canopen::NmtState::kOperational)},
+    {"NmtReset", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kResetNode, 0)},
+    {"NmtStop", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kStop, 2)},
+    {"NmtForNobody", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kStart, 99)},
+    {"CommandPdo", MasterFrame::kCommandPdo, can::makeFrame(canopen::cob::rpdo(1, 2), std::array<std::uint8_t, 6>{})},
+};
+
+class Foreign : public testing::TestWithParam<Case> {};
+
+TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
+  const std::uint32_t seed = tandem::test::baseSeed();
+  SCOPED_TRACE(tandem::test::trace(seed));
+  std::mt19937 random(seed);
+  for (int run = 0; run < 3; ++run) {
+    System system;
+    Others others(system);
+    ASSERT_TRUE(system.boot()) << system.story();
+    ASSERT_TRUE(system.enable()) << system.story();
+    system.move(0, speeds(4e-3, 0.3));
+    system.move(1, speeds(1e-3, 0.1));
+    system.run(std::uniform_real_distribution<double>(0.3, 0.6)(random));
+    ASSERT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+    system.events.clear();
+    others.drain();
+    const ArmVector before = system.truth(0);
+    const std::int64_t begin = system.now;
+    others.send(0, GetParam().frame);
+
+    ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+    EXPECT_LE(system.now - begin, kBudgetPeriods * kPeriod);
+    const safety::FaultRecord record = system.robot->faultRecord(0);
+    EXPECT_EQ(record.faults, safety::bit(Fault::kDrive));
+    EXPECT_EQ(record.cause, safety::FaultCause::kForeignMaster) << safety::describe(record, 6);
+    EXPECT_EQ(system.guardCount(HardwareGuard::kForeignMaster), 6u) << "once for each axis of the bus";
+    int told = 0;
+    for (const HardwareEvent& event : system.events)
+      told += event.kind == HardwareEvent::Kind::kMaster && event.bus == 0 && event.master == GetParam().kind;
+    EXPECT_EQ(told, 1) << system.story();
+
+    // The whole arm stands within the ramp and the drives' own lag, and loses its torque; the other one goes on.
+    ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
+    const ArmVector stopped = system.truth(0);
+    const ArmVector way = (stopped - before).cwiseAbs();
+    EXPECT_LE(way.head(3).maxCoeff(), 4e-3 * 0.012 + 4e-3 * 4e-3 / (2 * 0.1) + 0.15e-3) << way.transpose();
+    EXPECT_LE(way.tail(3).maxCoeff(), 0.3 * 0.012 + 0.3 * 0.3 / (2 * 20) + 0.02) << way.transpose();
+    for (int j = 0; j < 6; ++j)
+      EXPECT_NE(system.drive(0, j).state(), sim::drives::DriveState::kEnabled) << j;
+    EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled) << system.story();
+
+    // Not before it has been silent for as long as one listens at the start, and then by `disable` alone.
+    system.hold();
+    system.request(DriveRequest::kDisable);
+    const double left = kListening - 1e-9 * static_cast<double>(system.now - begin);
+    if (left > 0.1) {
+      system.run(left - 0.05);
+      EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+      EXPECT_FALSE(system.robot->arm(0).recovering()) << "resets nodes that somebody else commands";
+    }
+    ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }))
+        << system.story();
+    ASSERT_TRUE(system.enable()) << system.story();
+    EXPECT_LE((system.truth(0) - stopped).head(3).cwiseAbs().maxCoeff(), 5e-6);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, Foreign, testing::ValuesIn(kCases), [](const auto& instance) {
+  return instance.param.name;
+});
+
+TEST(ForeignMaster, TwoThatListenAtOnceAndBeginAtOnceStopEachOther) {
+  System system;
+  Others others(system);
+  RobotHardware second(system.config, others.buses(), robotOptions());
+  const std::int64_t end = system.now + static_cast<std::int64_t>(1e9 * second.listeningTime());
+  while (system.now < end) {
+    const bool alive = std::exchange(system.hal_alive, false);
+    system.period();
+    system.hal_alive = alive;
+    system.robot->listen(system.now);
+    second.listen(system.now);
+  }
+  ASSERT_FALSE(heard(*system.robot));
+  ASSERT_FALSE(heard(second));
+  system.robot->start(system.now);
+  second.start(system.now);
+  system.after_period = [&] { second.step(system.now); };
+  system.request(DriveRequest::kEnable);
+  system.run(3.0);
+  for (int a = 0; a < 2; ++a) {
+    EXPECT_EQ(system.robot->faultRecord(a).cause, safety::FaultCause::kForeignMaster) << a;
+    EXPECT_EQ(second.faultRecord(a).cause, safety::FaultCause::kForeignMaster) << a;
+    for (int j = 0; j < 6; ++j)
+      EXPECT_NE(system.drive(a, j).state(), sim::drives::DriveState::kEnabled);
+  }
+  // As long as the other one speaks nothing clears it and nothing is reset; when it is gone, `disable` does.
+  system.request(DriveRequest::kDisable);
+  system.run(3.0);
+  EXPECT_TRUE(system.all(OperatingState::kFault));
+  system.after_period = nullptr;
+  ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }))
+      << system.story();
+  ASSERT_TRUE(system.enable()) << system.story();
+}
+
+TEST(ForeignMaster, ASecondHalThatDoesNotListenStopsBothArms) {
+  // As an older one would: it resets all nodes at once. Nothing can save the torque, but all arms end in FAULT.
+  System system;
+  Others others(system);
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  system.move(0, speeds(4e-3, 0.3));
+  system.move(1, speeds(4e-3, 0.3));
+  system.run(0.5);
+  others.drain();
+  const ArmVector before[] = {system.truth(0), system.truth(1)};
+  RobotHardware second(system.config, others.buses(), robotOptions());
+  second.start(system.now);
+  second.step(system.now);
+  system.after_period = [&] { second.step(system.now); };
+  const std::int64_t begin = system.now;
+  ASSERT_TRUE(system.until(1.0, [&] { return system.all(OperatingState::kFault); }));
+  EXPECT_LE(system.now - begin, kBudgetPeriods * kPeriod);
+  system.run(1.0);
+  const ArmVector stopped[] = {system.truth(0), system.truth(1)};
+  system.run(2.0);
+  for (int a = 0; a < 2; ++a) {
+    EXPECT_LE((stopped[a] - before[a]).head(3).cwiseAbs().maxCoeff(), 4e-3 * 0.1);
+    EXPECT_LE((system.truth(a) - stopped[a]).head(3).cwiseAbs().maxCoeff(), 1e-6);
+    EXPECT_EQ(system.robot->arm(a).power(), ArmPower::kOff);
+    EXPECT_EQ(system.robot->faultRecord(a).cause, safety::FaultCause::kForeignMaster);
+  }
+}
+
+TEST(ForeignMaster, AnArmWithoutTorqueIsNotEnabledBesideIt) {
+  System system;
+  Others others(system);
+  ASSERT_TRUE(system.boot());
+  others.send(1, canopen::syncFrame(0));
+  system.run(0.1);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kDisabled);
+  EXPECT_EQ(system.robot->state(1), OperatingState::kFault);
+  EXPECT_FALSE(system.enable());
+  for (int j = 0; j < 6; ++j)
+    EXPECT_NE(system.drive(1, j).state(), sim::drives::DriveState::kEnabled);
+}
+
+TEST(ForeignMaster, ToolsThatReadObjectsAreReportedAndStopNothing) {
+  System system;
+  Others others(system);
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  system.move(0, speeds(4e-3, 0.3));
+  system.run(0.3);
+  system.events.clear();
+  for (int k = 0; k < 50; ++k) {
+    others.send(0, can::makeFrame(canopen::cob::kSdoRequest + 3, std::array<std::uint8_t, 8>{0x40, 0x41, 0x60}));
+    system.run(0.01);
+  }
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+  EXPECT_EQ(system.robot->network(0).masters().heard(MasterFrame::kSdoRequest).count, 50u);
+  int told = 0;
+  for (const HardwareEvent& event : system.events)
+    told += event.kind == HardwareEvent::Kind::kMaster && event.master == MasterFrame::kSdoRequest;
+  EXPECT_EQ(told, 1) << "once, not with every request";
+}
+
+}  // namespace
+}  // namespace tandem::hal::test::foreign_master
