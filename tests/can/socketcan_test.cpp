@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "hal/can/bus_lock.h"
 #include "hal/can/clock.h"
 #include "hal/canopen/network.h"
 #include "sim/drives/drive_bus.h"
@@ -64,6 +65,23 @@ TEST(SocketCan, EveryKindOfFrameArrivesUnchanged) {
   }
   EXPECT_EQ(b.counters().received, sent.size());
   EXPECT_EQ(a.counters().sent, sent.size());
+}
+
+TEST(SocketCan, NobodyHearsItself) {
+  // Else a HAL would take its own frames for another master's.
+  SocketCanBus a(kInterface), b(kInterface);
+  const std::array<CanFrame, 2> frames{makeFrame(0x080, {}), makeFrame(0x77F, std::array<std::uint8_t, 1>{5})};
+  ASSERT_EQ(a.send(frames), frames.size());
+  EXPECT_EQ(collect(b, 2).size(), 2u);
+  EXPECT_EQ(collect(a, 1, 0.2).size(), 0u);
+}
+
+TEST(SocketCan, OneLockPerInterface) {
+  const std::string address = std::string("can:") + kInterface;
+  const BusLock lock(address);
+  EXPECT_THROW(BusLock{address}, BusTaken);
+  const BusLock other("can:vcan1");
+  SocketCanBus listener(kInterface);  // takes none
 }
 
 TEST(SocketCan, FiltersWorkInTheKernel) {
