@@ -34,6 +34,8 @@ class HalCore {
   /// @param buses open, in the order of the hardware file; they outlive the core.
   HalCore(const Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses);
 
+  /// Before start(): hears who else is on the buses, and sends nothing; see RobotHardware::listen().
+  void listen(std::int64_t now) noexcept { robot_.listen(now); }
   void start(std::int64_t now) noexcept { robot_.start(now); }
   void onCommand(const dds::ActuationCommand& command, std::int64_t now) noexcept;
   void onStop() noexcept { robot_.stop(); }

@@ -35,10 +35,19 @@ std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::
   return text + ": " + hal::canopen::describe(failure.abort);
 }
 
+std::string describeMaster(hal::canopen::MasterFrame frame) {
+  const std::string heard = ": " + std::string(name(frame)) + " heard that is not ours";
+  if (frame == hal::canopen::MasterFrame::kSdoRequest)
+    return heard + "; two clients of one node disturb each other's access to parameters";
+  return heard + ": somebody else commands the bus; stop it, then `disable`";
+}
+
 }  // namespace
 
+std::string nameOf(const hal::BusConfig& bus) { return "bus " + bus.name + " (" + bus.address + ")"; }
+
 bool isProblem(const hal::HardwareEvent& event) {
-  return event.kind == Kind::kGuard || event.kind == Kind::kNode ||
+  return event.kind == Kind::kGuard || event.kind == Kind::kNode || event.kind == Kind::kMaster ||
          (event.kind == Kind::kEmergency && event.code != 0) ||
          (event.kind == Kind::kBus && event.bus_state != hal::can::BusState::kActive);
 }
@@ -46,6 +55,8 @@ bool isProblem(const hal::HardwareEvent& event) {
 std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& robot) {
   if (event.kind == Kind::kBus)
     return "bus " + robot.config().buses[event.bus].name + ": " + std::string(name(event.bus_state));
+  if (event.kind == Kind::kMaster)
+    return nameOf(robot.config().buses[event.bus]) + describeMaster(event.master);
   const hal::Axis& axis = robot.arm(event.arm).axis(event.joint);
   const hal::canopen::Node* encoder = axis.encoderNode();
   const hal::canopen::Node& node = event.encoder && encoder != nullptr ? *encoder : axis.driveNode();
@@ -61,6 +72,7 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
     case Kind::kReady:
       return axis.config().name + ": ready";
     case Kind::kBus:
+    case Kind::kMaster:
       break;
   }
   return who;

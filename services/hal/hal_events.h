@@ -8,6 +8,9 @@
 
 namespace tandem::service {
 
+/// "bus bus_a (can:can0)".
+std::string nameOf(const hal::BusConfig& bus);
+
 /** An event for people and logs. Not for the periodic thread: it allocates. Reads nothing of the robot that changes
  * after its construction. */
 std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& robot);

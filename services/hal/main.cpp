@@ -10,6 +10,7 @@
 #include "services/common/outbox.h"
 #include "services/common/periodic_loop.h"
 #include "services/common/spsc_queue.h"
+#include "services/hal/bus_claim.h"
 #include "services/hal/bus_setup.h"
 #include "services/hal/hal_core.h"
 #include "services/hal/hal_events.h"
@@ -37,10 +38,10 @@ void restartBus(const hal::BusConfig& bus) {
 /** A periodic thread that sees the buses and never DDS; publishers that see DDS and never the buses. */
 class Service {
  public:
-  Service(const service::Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses)
+  Service(const service::Setup& setup, const hal::HardwareConfig& hardware, service::HalCore& core)
       : setup_(setup),
         hardware_(hardware),
-        core_(setup, hardware, buses),
+        core_(core),
         loop_(hardware.period),
         status_every_(
             std::max<std::uint64_t>(1, static_cast<std::uint64_t>(setup.deployment.status_period / hardware.period))),
@@ -151,7 +152,7 @@ class Service {
 
   const service::Setup& setup_;
   const hal::HardwareConfig& hardware_;
-  service::HalCore core_;
+  service::HalCore& core_;
   service::PeriodicLoop loop_;
   std::uint64_t status_every_;
   dds::Bus bus_;
@@ -190,7 +191,10 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   std::vector<hal::can::Bus*> open;
   for (const auto& bus : buses)
     open.push_back(bus.get());
-  Service(setup, hardware, open).run(stop);
+  const auto locks = service::lockBuses(hardware);
+  service::HalCore core(setup, hardware, open);
+  if (service::listenFirst(core, stop))
+    Service(setup, hardware, core).run(stop);
 }
 
 }  // namespace

@@ -145,6 +145,10 @@ int runService(int argc,
     spdlog::error("{}", error.what());
     stopLog();
     return 2;
+  } catch (const Occupied& error) {
+    spdlog::error("{}", error.what());
+    stopLog();
+    return 3;
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
     stopLog();

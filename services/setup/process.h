@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "config/config.h"
@@ -28,11 +29,16 @@ struct Setup {
   std::shared_ptr<Heartbeat> heartbeat;  ///< what the loop beats; always there in what runService() gives
 };
 
+/** What the service is there to command is somebody else's at present; the message says whose. */
+struct Occupied : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /** Runs a service's main: parses `--deployment FILE [--log LEVEL]`, loads the files, starts the log, calls `body`,
  * which beats setup.heartbeat with every round of its loop and returns when `stop` is requested. Errors are printed as
  * FILE:LINE:COLUMN: KEY: MESSAGE.
  * @param more_options  adds those that this service alone has
- * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file. */
+ * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file, 3 for Occupied. */
 int runService(int argc,
                char** argv,
                const std::string& name,

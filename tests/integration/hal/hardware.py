@@ -7,6 +7,7 @@ import math
 import os
 import pathlib
 import socket
+import struct
 import subprocess
 import sys
 
@@ -34,6 +35,35 @@ def favour(process):
     except OSError:
         pass
     return process
+
+
+class Port:
+    """A party of a bus for tests: raw frames, on a socket or a CAN interface."""
+
+    _FRAME = struct.Struct("=IB3x8s")
+
+    def __init__(self, address):
+        kind, _, place = address.partition(":")
+        if kind == "can":
+            self._socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+            self._socket.bind((place,))
+        else:
+            self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            self._socket.connect(place)
+
+    def send(self, identifier, data=b""):
+        self._socket.send(self._FRAME.pack(identifier, len(data), data))
+
+    def receive(self, seconds):
+        """The identifier of the next frame; None where none comes within that time."""
+        self._socket.settimeout(seconds)
+        try:
+            return self._FRAME.unpack(self._socket.recv(self._FRAME.size))[0]
+        except (TimeoutError, BlockingIOError):
+            return None
+
+    def close(self):
+        self._socket.close()
 
 
 class HalTest(system.SystemTest):
@@ -81,6 +111,11 @@ class HalTest(system.SystemTest):
 
         system.until(answers, 20, "the drives answer")
         return process
+
+    def port(self, bus):
+        port = Port(self.bus(bus))
+        self.addCleanup(port.close)
+        return port
 
     def tell(self, bus, line):
         """A line to the simulated drives; their answer."""

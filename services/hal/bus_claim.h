@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem-hal makes sure that nobody else commands its buses, before the first frame of its own. */
+#pragma once
+
+#include <vector>
+
+#include "hal/can/bus_lock.h"
+#include "services/hal/hal_core.h"
+
+namespace tandem::service {
+
+/** One lock per bus, against a second HAL on this host.
+ * @throw Occupied naming the bus and who has it. */
+std::vector<hal::can::BusLock> lockBuses(const hal::HardwareConfig& hardware);
+
+/** Listens on all buses for HalCore::listeningTime(), against a second HAL elsewhere, and any other master.
+ * @return false where a stop was requested. @throw Occupied naming the bus, what was heard, and what to do. */
+bool listenFirst(HalCore& core, const StopSignal& stop);
+
+}  // namespace tandem::service
