@@ -177,7 +177,7 @@ void ArmHardware::onDisable(std::int64_t now) noexcept {
   if (power_ == ArmPower::kSwitchingOn)
     switchOff(now);
   // The wish is remembered: torque may not be gone yet, and the last boot be too recent.
-  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !rebooting_ && !foreignMaster())
+  if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !rebooting_)
     rebooting_ = boot_due_ = true;
 }
 

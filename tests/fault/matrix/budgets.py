@@ -50,6 +50,10 @@ def lossy():
     return Device(2000, "the next frame comes 4 ms later, but two heartbeats in a row may be lost", rarely=True)
 
 
+def foreign(reason="1 period: a frame that is not ours", coasts=False):
+    return Device(PERIOD_MS, reason, coasts=coasts)
+
+
 def ridden(reason):
     return Device(None, reason)
 
@@ -88,6 +92,10 @@ DEVICES = {
     ("bus", "frame_loss", 0.1): lossy(),
     ("bus", "frame_loss", 1): silent(),
     ("bus", "bus_off", 0): at_once(),
+    ("foreign master", "sync", 0): foreign(),
+    ("foreign master", "heartbeat", 0): foreign(),
+    ("foreign master", "reset_all", 0): foreign("1 period; drives that are reset coast", coasts=True),
+    ("foreign master", "command_pdo", 0): foreign(),
 }
 
 

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "hal/canopen/cob.h"
 #include "tests/unit/hal_robot/robot_fixture.h"
 
 namespace tandem::hal::test {
@@ -64,6 +65,19 @@ constexpr Case kCases[] = {
     {"bus", kBus, FaultKind::kBusOff, 0},
 };
 
+/// One frame that only a master sends, by somebody else on arm_a's bus.
+struct ForeignCase {
+  const char* name;
+  can::CanFrame frame;
+};
+
+const ForeignCase kForeignCases[] = {
+    {"sync", canopen::syncFrame(0)},
+    {"heartbeat", canopen::heartbeatFrame(127, canopen::NmtState::kOperational)},
+    {"reset_all", canopen::nmtFrame(canopen::NmtCommand::kResetNode, 0)},
+    {"command_pdo", can::makeFrame(canopen::cob::rpdo(1, kDrive), std::array<std::uint8_t, 6>{})},
+};
+
 /** One arm's motors, in SI. */
 struct Motors {
   System& system;
@@ -117,7 +131,8 @@ std::string statesOf(System& system) {
   return text;
 }
 
-Json measure(const Case& fault, int run) {
+/// @param hurt_it  does it to the first arm; false: cannot be done.
+Json measure(const std::function<bool(System&)>& hurt_it, int run) {
   System system;
   if (!system.boot() || !system.enable())
     throw std::runtime_error("the arms do not come up\n" + system.story());
@@ -134,7 +149,7 @@ Json measure(const Case& fault, int run) {
   story.begin = system.now;
   system.events.clear();
   system.after_period = [&] { story.watch(system, hurt); };
-  if (!system.inject(0, fault.kind, fault.node, fault.value))
+  if (!hurt_it(system))
     throw std::runtime_error("the fault cannot be injected");
   system.run(2.0);
   for (const HardwareEvent& event : system.events)
@@ -170,7 +185,17 @@ int main() {
     for (const Case& fault : kCases) {
       Json row{{"where", fault.where}, {"fault", name(fault.kind)}, {"value", fault.value}, {"runs", Json::array()}};
       for (int run = 0; run < kRuns; ++run)
-        row["runs"].push_back(measure(fault, run));
+        row["runs"].push_back(
+            measure([&](System& system) { return system.inject(0, fault.kind, fault.node, fault.value); }, run));
+      all["rows"].push_back(row);
+    }
+    for (const ForeignCase& foreign : kForeignCases) {
+      Json row{{"where", "foreign master"}, {"fault", foreign.name}, {"value", 0}, {"runs", Json::array()}};
+      const auto send = [&](System& system) {
+        return system.wires[0]->bus.join("foreign").send({&foreign.frame, 1}) == 1;
+      };
+      for (int run = 0; run < kRuns; ++run)
+        row["runs"].push_back(measure(send, run));
       all["rows"].push_back(row);
     }
     std::cout << all.dump(1) << '\n';

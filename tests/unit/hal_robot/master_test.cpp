@@ -4,6 +4,7 @@
 
 #include "hal/canopen/cob.h"
 #include "robot_fixture.h"
+#include "tests/unit/safety/allocation_counter.h"
 #include "tests/unit/safety/random_arm.h"
 
 namespace tandem::hal::test::foreign_master {
@@ -131,13 +132,14 @@ struct Case {
   const char* name;
   MasterFrame kind;
   can::CanFrame frame;
+  bool takes_drives = false;  ///< it stops or resets drives
 };
 
 const Case kCases[] = {
     {"Sync", MasterFrame::kSync, canopen::syncFrame(0)},
     {"Heartbeat", MasterFrame::kHeartbeat, canopen::heartbeatFrame(127, canopen::NmtState::kOperational)},
-    {"NmtReset", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kResetNode, 0)},
-    {"NmtStop", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kStop, 2)},
+    {"NmtReset", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kResetNode, 0), true},
+    {"NmtStop", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kStop, 2), true},
     {"NmtForNobody", MasterFrame::kNmt, canopen::nmtFrame(canopen::NmtCommand::kStart, 99)},
     {"CommandPdo", MasterFrame::kCommandPdo, can::makeFrame(canopen::cob::rpdo(1, 2), std::array<std::uint8_t, 6>{})},
 };
@@ -161,6 +163,11 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     others.drain();
     const ArmVector before = system.truth(0);
     const std::int64_t begin = system.now;
+    int quick_stops = 0;
+    system.after_period = [&] {
+      for (int j = 0; j < 6; ++j)
+        quick_stops += system.drive(0, j).state() == sim::drives::DriveState::kQuickStop;
+    };
     others.send(0, GetParam().frame);
 
     ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
@@ -183,6 +190,9 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     for (int j = 0; j < 6; ++j)
       EXPECT_NE(system.drive(0, j).state(), sim::drives::DriveState::kEnabled) << j;
     EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled) << system.story();
+    // The axes are well: they stop together, on the line of the ramp, unless the frame took them from us.
+    EXPECT_TRUE(quick_stops == 0 || GetParam().takes_drives) << quick_stops;
+    EXPECT_TRUE(GetParam().takes_drives || std::abs(way[0] - way[1]) < 2e-5) << way.transpose();
 
     // Not before it has been silent for as long as one listens at the start, and then by `disable` alone.
     system.hold();
@@ -279,6 +289,55 @@ TEST(ForeignMaster, AnArmWithoutTorqueIsNotEnabledBesideIt) {
   EXPECT_FALSE(system.enable());
   for (int j = 0; j < 6; ++j)
     EXPECT_NE(system.drive(1, j).state(), sim::drives::DriveState::kEnabled);
+}
+
+TEST(ForeignMaster, HeardOnTheWayBackItEndsTheWayBack) {
+  System system;
+  Others others(system);
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  ASSERT_TRUE(system.inject(0, FaultKind::kOverCurrent, 2));
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+  system.wires[0]->drives->clear(0, std::nullopt);
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).recovering(); }));
+  system.request(DriveRequest::kKeep);
+  others.send(0, canopen::syncFrame(0));
+  system.period();
+  EXPECT_FALSE(system.robot->arm(0).recovering());
+  system.run(4.0);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault) << "an operator has to say so, once more";
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }))
+      << system.story();
+}
+
+TEST(ForeignMaster, NothingIsAllocatedForIt) {
+  if (!tandem::test::canCountAllocations())
+    GTEST_SKIP() << "sanitizers bring their own allocator";
+  System system;
+  Others others(system);
+  std::size_t allocations = 0;
+  const auto counted = [&](double seconds, auto&& step) {
+    for (const std::int64_t end = system.now + static_cast<std::int64_t>(1e9 * seconds); system.now < end;) {
+      const bool alive = std::exchange(system.hal_alive, false);
+      system.period();  // the drives alone
+      system.hal_alive = alive;
+      others.send(0, canopen::syncFrame(0));
+      const std::size_t before = tandem::test::allocationCount();
+      step();
+      HardwareEvent event;
+      while (system.robot->nextEvent(event)) {
+      }
+      allocations += tandem::test::allocationCount() - before;
+    }
+  };
+  counted(0.2, [&] { system.robot->listen(system.now); });
+  EXPECT_TRUE(heard(*system.robot));
+  system.robot->start(system.now);
+  counted(1.0, [&] { system.robot->step(system.now); });
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+  EXPECT_EQ(allocations, 0u);
 }
 
 TEST(ForeignMaster, ToolsThatReadObjectsAreReportedAndStopNothing) {
