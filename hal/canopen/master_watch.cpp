@@ -6,7 +6,7 @@
 namespace tandem::hal::canopen {
 
 std::string_view name(MasterFrame frame) {
-  constexpr std::array<std::string_view, kMasterFrameCount> kNames{"SYNC", "NMT command", "heartbeat of the master",
+  constexpr std::array<std::string_view, kMasterFrameCount> kNames{"SYNC", "NMT command", "heartbeat under our node id",
                                                                    "command PDO", "SDO request"};
   const auto i = static_cast<std::size_t>(frame);
   return i < kNames.size() ? kNames[i] : std::string_view("unknown");

@@ -135,6 +135,8 @@ struct Case {
   bool takes_drives = false;  ///< it stops or resets drives
 };
 
+void PrintTo(const Case& foreign, std::ostream* out) { *out << foreign.name; }
+
 const Case kCases[] = {
     {"Sync", MasterFrame::kSync, canopen::syncFrame(0)},
     {"Heartbeat", MasterFrame::kHeartbeat, canopen::heartbeatFrame(127, canopen::NmtState::kOperational)},
