@@ -203,7 +203,7 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     if (left > 0.1) {
       system.run(left - 0.05);
       EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
-      EXPECT_FALSE(system.robot->arm(0).recovering()) << "resets nodes that somebody else commands";
+      EXPECT_FALSE(system.robot->arm(0).rebooting()) << "resets nodes that somebody else commands";
     }
     ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }))
         << system.story();
@@ -302,11 +302,11 @@ TEST(ForeignMaster, HeardOnTheWayBackItEndsTheWayBack) {
   ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
   system.wires[0]->drives->clear(0, std::nullopt);
   system.request(DriveRequest::kDisable);
-  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).recovering(); }));
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).rebooting(); }));
   system.request(DriveRequest::kKeep);
   others.send(0, canopen::syncFrame(0));
   system.period();
-  EXPECT_FALSE(system.robot->arm(0).recovering());
+  EXPECT_FALSE(system.robot->arm(0).rebooting());
   system.run(4.0);
   EXPECT_EQ(system.robot->state(0), OperatingState::kFault) << "an operator has to say so, once more";
   system.request(DriveRequest::kDisable);
