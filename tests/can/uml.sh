@@ -47,7 +47,8 @@ if $native; then
   if $present; then exec "$@"; fi
 fi
 
-kernel=$(command -v linux.uml) || die "linux.uml: not found; install user-mode-linux"
+command -v linux.uml >/dev/null || die "linux.uml: not found; install user-mode-linux"
+kernel=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)/linux_uml.sh
 modules=$(find /usr/lib/uml/modules -mindepth 1 -maxdepth 1 -type d | sort -V | tail -1)
 [[ -n $modules ]] || die "no modules below /usr/lib/uml/modules"
 
@@ -95,7 +96,7 @@ chmod +x "$work/init"
 : >"$work/output"
 
 # In the background, so that a signal reaches this shell, which ends the guest.
-timeout --kill-after=10 "$limit" "$kernel" mem="$memory" rootfstype=hostfs rootflags=/ rw init="$work/init" \
+timeout --kill-after=10 "$limit" "$kernel" "$work" mem="$memory" rootfstype=hostfs rootflags=/ rw init="$work/init" \
   con=null con0=null,null quiet umid="tandem$$" uml_dir="$work/" </dev/null >"$work/console" 2>&1 &
 guest=$!
 # What the guest runs has deadlines: it goes before compilers and other tests, where this user may say so. Sessions share
