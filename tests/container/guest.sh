@@ -1,23 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
 # Runs in the booted machine; writes KEY=VALUE lines for machine.py, which judges them.
-results=/trial/results
-# What it did when, for the case that it fails: seconds in front.
-exec {BASH_XTRACEFD}>/trial/trace
-PS4='$SECONDS '
-set -x
-note() { printf '%s=%s\n' "$1" "$2" >>$results; }
+# shellcheck source=guest_common.sh
+source /trial/guest_common.sh
 deployment=boot
 show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }
-# until_true SECONDS COMMAND...
-until_true() {
-  local end=$((SECONDS + $1))
-  shift
-  until "$@"; do
-    ((SECONDS < end)) || return 1
-    sleep 0.2
-  done
-}
 status() { tandem status $deployment --json | tr -d '\n'; }
 # As the system is now; a virtual machine that its host leaves waiting may need another try.
 hear() {
@@ -36,8 +23,7 @@ look() {
     note "${name}_capabilities" "$(awk '/^CapPrm/ {print $2}' "/proc/$pid/status")"
     note "${name}_no_new_privileges" "$(awk '/^NoNewPrivs/ {print $2}' "/proc/$pid/status")"
     note "${name}_locked" "$(awk '/^VmLck/ {print $2}' "/proc/$pid/status")"
-    note "${name}_threads" "$(for task in /proc/"$pid"/task/*; do chrt -p "${task##*/}"; done |
-      awk '/policy/ {policy = $NF} /priority/ {print policy, $NF}' | sort -u | tr '\n' ',')"
+    note "${name}_threads" "$(threads "$pid")"
     for folder in usr etc; do
       nsenter -t "$pid" -m touch /$folder/written 2>&1 | grep -q 'Read-only file system' && answer=read-only || answer=writable
       note "${name}_$folder" $answer
@@ -82,10 +68,8 @@ for name in sim control planning; do
 done
 
 # The HAL, with simulated drives on CAN.
-for module in can-dev can can-raw vcan; do [[ ! -e /trial/$module.ko ]] || insmod /trial/$module.ko; done
+can_interfaces vcan0 vcan1
 for bus in a b; do
-  [[ $bus == a ]] && interface=vcan0 || interface=vcan1
-  ip link add dev "$interface" type vcan && ip link set "$interface" up
   systemd-run --quiet --unit=drives-$bus -p User=tandem -p Nice=-5 tandem-drive-sim --hardware bench --hardware-bus bus_$bus --log warn
 done
 deployment=bench

@@ -1,154 +1,84 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A machine that boots real systemd from a file system with the packages: user-mode Linux."""
+"""What the packages do on a machine of their own: its systemd starts them, a script looks, and this judges."""
 import json
-import os
-import pathlib
 import re
-import shutil
-import subprocess
-import tempfile
 
-import roots
+import uml
 
-NEEDS = {"linux.uml": "user-mode-linux"}
 LIMIT = 400  # s, from power on to power off
 PRIORITY = 70  # of the periodic thread; above those of the units
-GUEST = pathlib.Path(__file__).with_name("guest.sh")
-MODULES = ("can-dev", "can", "can-raw", "vcan")  # in the order of their dependence
 # A virtual machine with one slow processor: `tests/integration/hal/hardware.py` gives the same reasons.
 SLOW_BUDGETS = "{minimum_age_ms: 1500, planning_reference_ms: 3000, lease_ms: 6000, drive_heartbeat_ms: 3000}"
-# What a machine does when it is started, and what has nothing to do with ours.
-MASKED = ("apt-daily.timer", "apt-daily-upgrade.timer", "e2scrub_all.timer", "fstrim.timer", "getty.target",
-          "systemd-logind.service", "e2scrub_reap.service")
 
-UNIT = """\
-[Unit]
-After=multi-user.target
-[Service]
-Type=oneshot
-ExecStart=/bin/bash /trial/guest.sh
-StandardOutput=file:/trial/log
-StandardError=inherit
-ExecStopPost=-/bin/journalctl --no-pager --output=short-monotonic --output-fields=MESSAGE
-ExecStopPost=/bin/systemctl poweroff -ff
-"""
+
+def leave_out(target, name, times):
+    """Processes that are no part of the deployment here."""
+    text, count = re.subn(rf"  - (?:\{{name: {name},.*\n|name: {name}\n(?:    .*\n)+)", "", target.read_text())
+    assert count == times, f"{target}: {name}"
+    target.write_text(text)
+
+
+def edit(source, target, changes, more=""):
+    text = source.read_text()
+    for key, value in changes.items():
+        text, count = re.subn(rf"^{key}:.*$", f"{key}: {value}", text, flags=re.M)
+        assert count == 1, f"{source}: {key}"
+    target.write_text(text + more)
+
+
+def bench(share, etc, more):
+    """Deployment `bench`: the HAL, with simulated drives on CAN interfaces."""
+    hardware = (share / "hardware/ark2024-two-buses.yaml").read_text()
+    for old, new in (("../robots/ark2024.yaml", "ark2024"), ("unix:/tmp/tandem-bus-a", "can:vcan0"),
+                     ("unix:/tmp/tandem-bus-b", "can:vcan1"), ("period_ms: 4\n", "period_ms: 20\n"),
+                     ("feedback_budget_ms: 300", "feedback_budget_ms: 900")):
+        assert old in hardware, old
+        hardware = hardware.replace(old, new)
+    (etc / "hardware/bench.yaml").write_text(hardware)
+    target = etc / "deployments/bench.yaml"
+    edit(share / "deployments/drives.yaml", target,
+         {"name": "bench", "robot": "ark2024", "hardware": "bench", "budgets": SLOW_BUDGETS}, more)
+    # Here the drives are no processes of the deployment.
+    leave_out(target, "drives-[ab]", 2)
+    leave_out(target, "console", 1)
 
 
 class Boot:
     """Boots, has guest.sh write down what it sees, powers off; then looks at it."""
 
     def __init__(self, test, root):
-        self.test, self.root, self.trial = test, root.path, root.path / "trial"
+        self.test, self.root = test, root.path
+        self.machine = uml.Machine(root.path, "guest.sh", "1500M")
 
     def run(self):
         self.prepare()
         try:
-            self.boot()
+            self.machine.boot(LIMIT)
             self.judge()
         finally:
             self.clean()
 
     def prepare(self):
-        self.trial.mkdir()
-        shutil.copy(GUEST, self.trial)
+        self.machine.prepare()
+        self.machine.prepare_can()
         share, etc = self.root / "usr/share/tandem", self.root / "etc/tandem"
         realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\nteleoperation: {{crtk: {{commands: false}}}}\n"
         # User-mode Linux has one processor, and a system call of it costs as much as sixteen elsewhere.
-        self.edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
-                  {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"},
-                  f"{realtime}budgets: {SLOW_BUDGETS}\n")
-        self.leave_out(etc / "deployments/boot.yaml", "recorder", 1)  # it takes a third of the one processor
-        self.leave_out(etc / "deployments/boot.yaml", "console", 1)
-        self.prepare_drives(share, etc, realtime)
+        edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
+             {"name": "boot", "robot": "ark2024", "sim_period_ms": "20", "status_period_ms": "200"},
+             f"{realtime}budgets: {SLOW_BUDGETS}\n")
+        leave_out(etc / "deployments/boot.yaml", "recorder", 1)  # it takes a third of the one processor
+        leave_out(etc / "deployments/boot.yaml", "console", 1)
+        bench(share, etc, realtime)
         (etc / "deployments/wrong.yaml").write_text("tandem: deployment/1\nname: wrong\nrobot: nowhere\n")
-        wanted = self.root / "etc/systemd/system/multi-user.target.wants"
-        wanted.mkdir(exist_ok=True)
-        (wanted / "trial.service").symlink_to("../trial.service")
-        (self.root / "etc/systemd/system/trial.service").write_text(UNIT)
-
-    def prepare_drives(self, share, etc, realtime):
-        """The HAL, with simulated drives on CAN interfaces."""
-        modules = max(pathlib.Path("/usr/lib/uml/modules").iterdir())
-        for name in MODULES:
-            for file in modules.rglob(f"{name}.ko*"):
-                shutil.copy(file, self.trial / f"{name}.ko")
-        hardware = (share / "hardware/ark2024-two-buses.yaml").read_text()
-        for old, new in (("../robots/ark2024.yaml", "ark2024"), ("unix:/tmp/tandem-bus-a", "can:vcan0"),
-                         ("unix:/tmp/tandem-bus-b", "can:vcan1"), ("period_ms: 4\n", "period_ms: 20\n"),
-                         ("feedback_budget_ms: 300", "feedback_budget_ms: 900")):
-            assert old in hardware, old
-            hardware = hardware.replace(old, new)
-        (etc / "hardware/bench.yaml").write_text(hardware)
-        target = etc / "deployments/bench.yaml"
-        self.edit(share / "deployments/drives.yaml", target,
-                  {"name": "bench", "robot": "ark2024", "hardware": "bench", "budgets": SLOW_BUDGETS}, realtime)
-        # Here the drives are no processes of the deployment.
-        self.leave_out(target, "drives-[ab]", 2)
-        self.leave_out(target, "console", 1)
-
-    @staticmethod
-    def leave_out(target, name, times):
-        """Processes that are no part of the deployment here."""
-        text, count = re.subn(rf"  - (?:\{{name: {name},.*\n|name: {name}\n(?:    .*\n)+)", "", target.read_text())
-        assert count == times, f"{target}: {name}"
-        target.write_text(text)
-
-    @staticmethod
-    def edit(source, target, changes, more=""):
-        text = source.read_text()
-        for key, value in changes.items():
-            text, count = re.subn(rf"^{key}:.*$", f"{key}: {value}", text, flags=re.M)
-            assert count == 1, f"{source}: {key}"
-        target.write_text(text + more)
-
-    def boot(self):
-        with tempfile.TemporaryDirectory(prefix="tandem-uml-") as work:
-            command = ["linux.uml", "mem=1500M", "rootfstype=hostfs", f"rootflags={self.root}", "rw",
-                       "init=/lib/systemd/systemd", "con=null", "con0=null,fd:1", "quiet", f"umid=tandem{os.getpid()}",
-                       f"uml_dir={work}/", *(f"systemd.mask={unit}" for unit in MASKED)]
-            with open(f"{work}/console", "w+", encoding="utf-8", errors="replace") as console:
-                guest = roots.start(command, console)
-                self.favour(guest.pid)
-                try:
-                    guest.wait(LIMIT)
-                except subprocess.TimeoutExpired:
-                    pass  # its log tells how far it came
-                finally:
-                    self.end(guest)
-                    console.seek(0)
-                    self.console = console.read()
-
-    @staticmethod
-    def end(guest):
-        """User-mode Linux is many processes, of sessions of their own."""
-        if guest.poll() is None:
-            guest.terminate()
-            try:
-                guest.wait(5)
-            except subprocess.TimeoutExpired:
-                guest.kill()
-                guest.wait()
-
-    @staticmethod
-    def favour(pid):
-        """What runs in there has deadlines: it goes before compilers, where this user may say so."""
-        try:
-            os.setpriority(os.PRIO_PGRP, pid, -15)
-            pathlib.Path(f"/proc/{pid}/autogroup").write_text("-15")
-        except OSError:
-            pass
 
     def judge(self):
-        files = [self.trial / "trace", self.trial / "log"]
-        story = "".join(f.read_text(errors="replace")[-8000:] if f.exists() else f"no {f.name}\n" for f in files)
-        story += self.console[-2000:]
-        results = self.trial / "results"
-        seen = dict(line.split("=", 1) for line in results.read_text().splitlines()) if results.exists() else {}
+        seen = self.machine.results()
         print({key: value for key, value in seen.items() if not value.startswith("{")}, flush=True)
         try:
             self.judge_services(seen)
         except (AssertionError, KeyError, ValueError):
-            print(story, flush=True)
+            print(self.machine.story(), flush=True)
             raise
 
     def judge_services(self, seen):
@@ -204,8 +134,6 @@ class Boot:
 
     def clean(self):
         """What this added to the file system, or what a booted machine leaves there; the packages' own test goes on."""
-        for path in ("trial", "etc/tandem/deployments/boot.yaml", "etc/tandem/deployments/wrong.yaml",
-                     "etc/tandem/deployments/bench.yaml", "etc/tandem/hardware/bench.yaml",
-                     "etc/systemd/system/trial.service", "etc/systemd/system/multi-user.target.wants/trial.service"):
-            target = self.root / path
-            shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
+        self.machine.clean()
+        for path in ("deployments/boot.yaml", "deployments/wrong.yaml", "deployments/bench.yaml", "hardware/bench.yaml"):
+            (self.root / "etc/tandem" / path).unlink(missing_ok=True)

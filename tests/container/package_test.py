@@ -10,6 +10,7 @@ import unittest
 
 import machine
 import roots
+import uml
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
 # Of 100, as systemd-analyze rates what a unit could still do. The HAL has CAN, and may restart a controller.
@@ -20,7 +21,7 @@ class Packages(unittest.TestCase):
     """One file system, from the first package to the last trace."""
 
     def test_installed_run_and_purged(self):
-        roots.require({**roots.NEEDS, **machine.NEEDS})
+        roots.require({**roots.NEEDS, **uml.NEEDS})
         shared = BUILD.parent / "container"
         self.root = roots.Root(roots.base(shared), shared / "archives")
         self.addCleanup(self.root.close)
