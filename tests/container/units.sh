@@ -1,0 +1,56 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# Runs in the booted machine: what its systemd says of every unit, and what a running process of each really has. Writes
+# KEY=VALUE lines and files for units_test.py, which judges them.
+# shellcheck source=guest_common.sh
+source /trial/guest_common.sh
+show() { systemctl show --value -p "$2" "$1"; }
+# ask NAME UNIT: of a unit that has been started; before that, systemd does not tell its watchdog.
+ask() { systemctl show -p "$(</trial/properties)" "$2" >"/trial/show-$1"; }
+# look NAME UNIT: of a service that runs.
+look() {
+  local pid group
+  pid=$(show "$2" MainPID)
+  group=/sys/fs/cgroup$(show "$2" ControlGroup)
+  note "$1_active" "$(show "$2" ActiveState)"
+  note "$1_program" "$(readlink "/proc/$pid/exe")"
+  note "$1_user" "$(stat -c %U "/proc/$pid")"
+  note "$1_oom" "$(<"/proc/$pid/oom_score_adj")"
+  note "$1_nice" "$(awk '{print $19}' "/proc/$pid/stat")"
+  note "$1_threads" "$(threads "$pid")"
+  note "$1_memory" "$(<"$group/memory.max")"
+  note "$1_swap" "$(<"$group/memory.swap.max")"
+  note "$1_peak" "$(<"$group/memory.peak")"
+}
+
+can_interfaces vcan0 vcan1
+while read -r name deployment; do
+  unit=tandem-$name@$deployment.service
+  systemctl start "$unit"
+  ask "$name" "$unit"
+  look "$name" "$unit"
+  [[ $name == console ]] || systemctl stop "$unit"
+done </trial/units
+
+# Killed: it comes back.
+console=tandem-console@units.service
+back() { [[ $(show $console NRestarts) == 1 && $(show $console ActiveState) == active ]]; }
+kill -KILL "$(show $console MainPID)"
+until_true 60 back
+note killed "$(show $console NRestarts) $(show $console ActiveState)"
+survivor=$(show $console MainPID)
+
+# A file that is wrong ends the start, and is not tried again.
+systemctl start tandem-recorder@wrong.service
+note wrong_file "$(show tandem-recorder@wrong.service ExecMainStatus) $(show tandem-recorder@wrong.service NRestarts)"
+
+# A process that needs more memory than its unit grants ends each time, five times, and no other does.
+greedy=tandem-recorder@greedy.service
+dead() { [[ $(show $greedy ActiveState) == failed ]]; }
+systemctl start --no-block $greedy
+until_true 120 dead
+note greedy_limit "$(show $greedy MemoryMax)"
+note greedy "$(show $greedy Result) $(show $greedy ActiveState)"
+note greedy_started "$(journalctl -u $greedy -o cat | grep -c '^Starting ')"
+[[ $(show $console MainPID) == "$survivor" ]] && note survivor "$(show $console ActiveState)"
+note end yes
