@@ -10,7 +10,7 @@
 #include "config/arm_names.h"
 #include "safety/joint_kinds.h"
 #include "services/cli/arguments.h"
-#include "services/cli/client.h"
+#include "services/cli/motions.h"
 #include "services/common/stop_signal.h"
 
 namespace tandem::cli {
@@ -51,19 +51,6 @@ int homeDrives(const MotionCommand& options) {
   }
   std::cout << (began ? "homed\n" : "all joints know where they are; nothing to do\n");
   return kOk;
-}
-
-int jointIndex(const config::Arm& arm, const std::string& name) {
-  const std::vector<std::string> names = config::jointNames(arm);
-  std::string known;
-  for (std::size_t j = 0; j < names.size(); ++j) {
-    // b1 is beta_1.
-    if (name == names[j] || name == names[j].substr(0, 1) + names[j].substr(names[j].find('_') + 1))
-      return static_cast<int>(j);
-    known += (j > 0 ? ", " : "") + names[j] +
-             (safety::isTranslation(static_cast<int>(j), arm.jointCount()) ? " (mm/s)" : " (deg/s)");
-  }
-  throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
 }
 
 int jog(const MotionCommand& options) {

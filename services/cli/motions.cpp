@@ -3,9 +3,11 @@
 
 #include <algorithm>
 
+#include "config/arm_names.h"
 #include "config/cooperative.h"
 #include "config/path.h"
 #include "safety/faults.h"
+#include "safety/joint_kinds.h"
 #include "safety/joint_motion.h"
 #include "services/cli/arguments.h"
 
@@ -13,6 +15,7 @@ namespace tandem::cli {
 namespace {
 
 constexpr double kMotionTime = 600.0;       // s
+constexpr double kWithdrawTime = 3600.0;    // s
 constexpr double kRunTime = 24.0 * 3600.0;  // s
 constexpr double kLag = 2.0;                // s, of joints behind their setpoints, and of services behind each other
 constexpr double kReason =
@@ -37,6 +40,19 @@ RunState stateOf(const Snapshot& s) {
 }
 
 }  // namespace
+
+int jointIndex(const config::Arm& arm, const std::string& name) {
+  const std::vector<std::string> names = config::jointNames(arm);
+  std::string known;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    // b1 is beta_1.
+    if (name == names[j] || name == names[j].substr(0, 1) + names[j].substr(names[j].find('_') + 1))
+      return static_cast<int>(j);
+    known += (j > 0 ? ", " : "") + names[j] +
+             (safety::isTranslation(static_cast<int>(j), arm.jointCount()) ? " (mm/s)" : " (deg/s)");
+  }
+  throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
+}
 
 /// While it lives nothing interrupts.
 class Motions::Calm {
@@ -127,6 +143,34 @@ void Motions::moveJp(std::size_t arm, const Eigen::VectorXd& joints) {
   };
   if (!wait_(kMotionTime, ended) || !wait_(kLag, reached))
     abandon("move_jp ended before the goal was reached", false);
+}
+
+void Motions::recover(const dds::ControlRequest& request) {
+  const std::uint64_t asked = client_.control(request).value;
+  const std::uint8_t arm = request.arm;
+  const auto ended = [&](const Snapshot& s) {
+    return s.state.recovery[arm] != 0 || (s.status.sequence > asked && s.status.recovery[arm] == 0);
+  };
+  if (!wait_(kMotionTime, ended) || client_.snapshot().state.recovery[arm] == 0)
+    throw Failure(kFailure,
+                  robot_.arms[arm].name +
+                      ": its drives give no power: no joint is left, or one that is lost has not been seen in good "
+                      "order since they were started; `tandem status` says what stands against them");
+}
+
+void Motions::withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& news) {
+  dds::ControlRequest request = controlRequest(dds::ControlKind::kWithdraw);
+  request.arm = arm;
+  const std::uint64_t asked = client_.control(request).value;
+  const bool ended = wait_(kWithdrawTime, [&](const Snapshot& s) {
+    news(s);
+    return s.status.faults[arm] != 0 || (s.status.sequence > asked && s.status.busy[arm] == 0);
+  });
+  if (const safety::FaultMask faults = client_.snapshot().status.faults[arm]; faults != 0)
+    throw Failure(kFailure, robot_.arms[arm].name + " is in FAULT: " + safety::describeFaults(faults) +
+                                "; it stands, `tandem robot recover` goes on with what is left");
+  if (!ended)
+    abandon("the withdrawal did not end", false);
 }
 
 void Motions::home() {

@@ -36,6 +36,10 @@ class Motions {
   void disable();
   /// Until the arm is there, to safety::kAtRest. @param joints  m and rad
   void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
+  /// As the request says, until the arm has power. @throw Failure with what stands against it
+  void recover(const dds::ControlRequest& request);
+  /// Until nothing more can be retracted. @param news  called from here, again and again
+  void withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& news);
   /// All arms to the home of the robot file.
   void home();
 
@@ -62,6 +66,9 @@ class Motions {
   std::function<void(bool)> calm_;
   Wait wait_;
 };
+
+/// Number of a joint by its name, or "b1" for beta_1. @throw Failure that names them all
+int jointIndex(const config::Arm& arm, const std::string& name);
 
 /// Why the last run failed, in planning's words; empty where it does not say.
 std::string failureOf(const Snapshot& snapshot);

@@ -20,6 +20,7 @@ namespace {
 struct RobotCommand {
   std::string deployment = "laptop", trajectory, arm, method, name, value;
   std::vector<double> joints;
+  std::vector<std::string> without;
   bool json = false, keep_enabled = false, check = false, planned = false;
 };
 
@@ -87,6 +88,66 @@ int moveJp(const RobotCommand& options) {
   session.motions.moveJp(*arm, Eigen::VectorXd::Map(options.joints.data(), std::ssize(options.joints)));
   session.client.releaseLease();
   return done(options, "the arm is there");
+}
+
+std::uint8_t requireArm(const Session& session, const std::string& name) {
+  if (const auto arm = config::findArm(session.robot, name))
+    return static_cast<std::uint8_t>(*arm);
+  throw Failure(kUsage, "arm: found '" + name + "', which the robot does not have");
+}
+
+std::string namesOf(const config::Arm& arm, safety::JointMask joints) {
+  const std::vector<std::string> names = config::jointNames(arm);
+  std::string text;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    if ((joints & safety::jointBit(static_cast<int>(j))) != 0)
+      text += (text.empty() ? "" : ", ") + names[j];
+  }
+  return text;
+}
+
+int recover(const RobotCommand& options) {
+  Session session(options, true);
+  const std::uint8_t arm = requireArm(session, options.arm);
+  const config::Arm& of = session.robot.arms[arm];
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
+  request.value = "recover";
+  request.arm = arm;
+  request.joint_count = static_cast<std::uint8_t>(of.limits.jointCount());
+  for (const std::string& name : options.without)
+    request.joints[static_cast<std::size_t>(jointIndex(of, name))] = 1.0;
+  session.motions.recover(request);
+  session.client.releaseLease();
+  const std::string lost = namesOf(of, session.client.snapshot().state.lost[arm]);
+  return done(options,
+              of.name + (lost.empty() ? ": recovered with all joints" : ": recovered without " + lost) +
+                  "; slow and inwards: `tandem jog`, `tandem robot withdraw`; then `tandem robot disable`",
+              {{"without", lost}});
+}
+
+int withdraw(const RobotCommand& options) {
+  Session session(options, true);
+  const std::uint8_t arm = requireArm(session, options.arm);
+  const config::Arm& of = session.robot.arms[arm];
+  const int translations = of.limits.jointCount() / 2;
+  const auto told = [&](const Snapshot& s) {
+    std::string text;
+    for (int j = 0; j < translations; ++j) {
+      char place[40];
+      std::snprintf(place, sizeof place, "%s%s %.1f mm", j == 0 ? "" : ", ",
+                    config::jointNames(of)[static_cast<std::size_t>(j)].c_str(),
+                    1e3 * s.state.position[dds::jointIndex(arm, j)]);
+      text += place;
+    }
+    return text;
+  };
+  session.motions.withdraw(arm, [&](const Snapshot& s) {
+    if (isatty(STDERR_FILENO) != 0 && !options.json)
+      std::fprintf(stderr, "\r%s   ", told(s).c_str());
+  });
+  session.client.releaseLease();
+  return done(options, of.name + ": nothing more can be retracted; " + told(session.client.snapshot()));
 }
 
 int home(const RobotCommand& options) {
@@ -203,6 +264,17 @@ void registerRobot(CLI::App& app, int& exit_code) {
   move->add_option("joints", options->joints,
                    "beta_1..beta_n alpha_1..alpha_n, or insertion roll bend; m and rad; -- before negative numbers")
       ->required();
+  CLI::App* back = add(
+      "recover", "give power to what is left of an arm that cannot be enabled: outside its limits, or without joints",
+      recover);
+  back->add_option("arm", options->arm, "its name, or what stands behind arm_ in it")->required();
+  back->add_option("--without", options->without, "joints that shall not be used: beta_1 ...")->delimiter(',');
+  back->footer(
+      "Nothing moves by that. Then `tandem jog` and `tandem robot withdraw` move the arm, slowly and never farther out "
+      "of "
+      "its limits; `tandem robot disable` ends it. docs/withdrawal.md");
+  CLI::App* out = add("withdraw", "retract the tubes of an arm that is recovered, the innermost first", withdraw);
+  out->add_option("arm", options->arm, "its name, or what stands behind arm_ in it")->required();
   add("home", "move all ENABLED arms to the home of the robot file", home);
   CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);
   method->add_option("name", options->name, "nsp, nspwln, nspwln-joint, nspqp or snsqp")->required();

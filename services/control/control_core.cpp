@@ -77,9 +77,11 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
     // The drives started anew: whatever moved before does not move on.
     if (new_session && arm.machine.state() != OperatingState::kDisabled)
       latch(k, {bit(safety::Fault::kDrive), safety::FaultCause::kRestarted});
-    if (state.faults[i] != 0 && state.answers_command >= arm.deaf_until)
+    // Until drives recover an arm they show what it is recovered from.
+    const bool knows = !(arm.pending && arm.recovering);
+    if (knows && state.faults[i] != 0 && state.answers_command >= arm.deaf_until)
       latch(k, {state.faults[i], safety::FaultCause::kReported});
-    if (state.valid[i] == 0 && arm.machine.mayMove())
+    if (knows && state.valid[i] == 0 && arm.machine.mayMove())
       latch(k, {bit(safety::Fault::kSensor)});
     if (driveState(k) == OperatingState::kEnabled && arm.machine.mayMove()) {
       // Drives that have not heard of the order may be on their way into the state of the order before it.
@@ -150,6 +152,10 @@ void ControlCore::watch(std::int64_t now) noexcept {
     first_cycle_ = now;
   if (lease_.takeLoss(now) && moving())
     latchMoving({bit(safety::Fault::kLeaseLost)});
+  for (int k = 0; k < arm_count_; ++k) {
+    if (arm_[k].pending && recovering(k) && now > arm_[k].recover_until)
+      latch(k, {bit(safety::Fault::kDrive), safety::FaultCause::kOff});
+  }
   if (lock_step_)
     return;  // stamps are simulated time there; a dead process stalls everything
   const safety::Budgets& budgets = setup_.deployment.budgets;
@@ -271,12 +277,9 @@ void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
     velocity = crtk_.jointVelocity(k, scene(now));
     moves_[static_cast<std::size_t>(k)] = true;
   } else if (arm.activity == Activity::kJog) {
-    if (now > arm.jog_until) {
-      arm.activity = Activity::kNone;
-      return;
-    }
-    velocity = arm.jog_velocity;
-    moves_[static_cast<std::size_t>(k)] = true;
+    jog(k, now);
+  } else if (arm.activity == Activity::kWithdraw) {
+    withdraw(k, now);
   } else if (arm.activity == Activity::kMotion) {
     const auto from = base_.segment(robot_.offset(k), robot_.size(k));
     const safety::ArmVector before = arm.motion.position(arm.motion_time);
@@ -307,7 +310,9 @@ safety::DriveRequest ControlCore::requestFor(int k) const noexcept {
     case OperatingState::kEnabled:
       if (!arm.pending)
         return safety::DriveRequest::kKeep;
-      return drive == OperatingState::kPaused ? safety::DriveRequest::kResume : safety::DriveRequest::kEnable;
+      if (drive == OperatingState::kPaused)
+        return safety::DriveRequest::kResume;
+      return arm.recovering ? safety::DriveRequest::kRecover : safety::DriveRequest::kEnable;
     case OperatingState::kPaused:
       return drive == OperatingState::kEnabled ? safety::DriveRequest::kPause : safety::DriveRequest::kKeep;
     case OperatingState::kFault:
@@ -331,8 +336,8 @@ dds::Source ControlCore::chooseSource(std::int64_t now, bool advance) noexcept {
     return dds::Source::kCrtk;
   bool enabled = state_.sequence > 0 && (advance || !lock_step_);
   for (int k = 0; k < arm_count_; ++k) {
-    enabled = enabled && arm_[k].machine.mayMove() && !arm_[k].pending && arm_[k].activity == Activity::kNone &&
-              !crtk_.movesJoints(k);
+    enabled = enabled && arm_[k].machine.mayMove() && !arm_[k].pending && !recovering(k) &&
+              arm_[k].activity == Activity::kNone && !crtk_.movesJoints(k);
   }
   return enabled && following() ? dds::Source::kPlanning : dds::Source::kNobody;
 }

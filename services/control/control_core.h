@@ -16,6 +16,7 @@
 #include "services/control/operator_desk.h"
 #include "services/control/orders.h"
 #include "services/control/tip_feedback.h"
+#include "services/control/withdrawal.h"
 
 namespace tandem::service {
 
@@ -69,12 +70,16 @@ class ControlCore {
   void setTiming(const Timing& timing) noexcept { timing_ = timing; }
 
  private:
-  enum class Activity : std::uint8_t { kNone, kMotion, kJog };
+  enum class Activity : std::uint8_t { kNone, kMotion, kJog, kWithdraw };
   struct ArmControl {
     safety::StateMachine machine;
-    safety::FaultRecord record;  ///< what led into FAULT
-    bool pending = false;        ///< enable or resume was asked for and the drives do not show it yet
-    bool homed = true;           ///< absolute encoders: homed from the start
+    safety::FaultRecord record;      ///< what led into FAULT
+    bool pending = false;            ///< enable or resume was asked for and the drives do not show it yet
+    bool recovering = false;         ///< power was asked for to recover the arm
+    safety::JointMask without = 0;   ///< recovering: joints that shall not be used
+    std::int64_t recover_until = 0;  ///< pending and recovering: given up then, ns
+    WithdrawalRun withdrawal;
+    bool homed = true;  ///< absolute encoders: homed from the start
     bool homing = false;
     std::uint64_t deaf_until = 0;     ///< faults in states older than the answer to this command are history
     std::uint64_t power_command = 0;  ///< the first command that asks for what is pending
@@ -90,7 +95,10 @@ class ControlCore {
 
   // Orders.
   /// @param commander  holds the lease
-  OrderReply stateCommand(const ControlOrder& order, OrderReply reply, bool commander) noexcept;
+  OrderReply stateCommand(const ControlOrder& order, OrderReply reply, bool commander, std::int64_t now) noexcept;
+  /// What forbids a state command to arm k. False: nothing.
+  bool refused(const ControlOrder& order, int k, OrderReply& reply) const noexcept;
+  void obey(const ControlOrder& order, int k, std::int64_t now) noexcept;
   bool inFault(int k) const noexcept;
   OrderReply motionOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   OrderReply leaseOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
@@ -107,6 +115,8 @@ class ControlCore {
   bool findTips() noexcept;
   void keepOut() noexcept;
   bool ready(int arm) const noexcept;
+  /// The arm has, or is about to have, power to be recovered.
+  bool recovering(int arm) const noexcept { return arm_[arm].recovering && arm_[arm].machine.mayMove(); }
   bool trajectoryRuns() const noexcept;
   bool operated() const noexcept { return operator_.engaged() || crtk_.active(); }
 
@@ -123,6 +133,8 @@ class ControlCore {
   void takePosture() noexcept;
   bool arrived(int arm) const noexcept;
   void moveJoints(int arm, std::int64_t now) noexcept;
+  void jog(int arm, std::int64_t now) noexcept;
+  void withdraw(int arm, std::int64_t now) noexcept;
   void fillCommand(std::int64_t now, bool advance, dds::ActuationCommand& command) noexcept;
   void fillStatus(std::int64_t now, dds::ControlStatus& status) noexcept;
   void fillLimits(dds::ActuationLimits& limits) const noexcept;

@@ -33,7 +33,7 @@ bool ControlCore::findTips() noexcept {
 }
 
 bool ControlCore::ready(int k) const noexcept {
-  return arm_[k].machine.mayMove() && !arm_[k].pending && shownState(k) == OperatingState::kEnabled;
+  return arm_[k].machine.mayMove() && !arm_[k].pending && !recovering(k) && shownState(k) == OperatingState::kEnabled;
 }
 
 bool ControlCore::trajectoryRuns() const noexcept {

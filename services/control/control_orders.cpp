@@ -39,11 +39,12 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
   }
   switch (order.kind) {
     case Kind::kStateCommand:
-      return stateCommand(order, reply, holds);
+      return stateCommand(order, reply, holds, now);
     case Kind::kMoveJp:
     case Kind::kJog:
     case Kind::kHome:
     case Kind::kHold:
+    case Kind::kWithdraw:
       return motionOrder(order, reply, now);
     case Kind::kSetMethod:
     case Kind::kSetParameter:
@@ -85,61 +86,121 @@ bool ControlCore::inFault(int k) const noexcept {
   return arm_[k].machine.state() == safety::OperatingState::kFault || driveState(k) == safety::OperatingState::kFault;
 }
 
-OrderReply ControlCore::stateCommand(const ControlOrder& order, OrderReply reply, bool commander) noexcept {
+bool ControlCore::refused(const ControlOrder& order, int k, OrderReply& reply) const noexcept {
+  const auto i = static_cast<std::size_t>(k);
+  const safety::OperatingState state = arm_[k].machine.state();
+  const char* name = setup_.robot.arms[i].name.c_str();
+  const bool recover = order.command == safety::StateCommand::kRecover;
+  const bool enable = order.command == safety::StateCommand::kEnable;
+  reply.code = dds::ReplyCode::kWrongState;
+  if ((enable || recover || order.command == safety::StateCommand::kResume) && state_.sequence == 0) {
+    refuse(reply, dds::ReplyCode::kWrongState, "no actuation/state yet");
+  } else if (!recover && (enable || order.command == safety::StateCommand::kResume) &&
+             driveState(k) == safety::OperatingState::kFault) {
+    refuse(reply, dds::ReplyCode::kWrongState, "the drives are in FAULT; disable first");
+  } else if (!safety::transition(state, order.command)) {
+    std::snprintf(reply.reason.data(), reply.reason.size(), "%s: '%s' is not allowed in %s%s", name,
+                  safety::name(order.command).data(), safety::name(state).data(),
+                  state == safety::OperatingState::kFault ? "; only 'disable' clears a fault" : "");
+  } else if (const safety::Excess outside =
+                 safety::largestExcess(*robot_.limits()[i], dds::jointsOf(state_.position, k, robot_.size(k)));
+             enable && state == safety::OperatingState::kDisabled && state_.valid[i] != 0 &&
+             outside.amount > safety::kAtRest) {
+    reply.code = dds::ReplyCode::kOutsideLimits;
+    std::snprintf(
+        reply.reason.data(), reply.reason.size(),
+        "%s: joint %d is %.3g mm or mrad outside its limits; to bring it back: recover, jog it inwards, disable", name,
+        outside.joint + 1, 1e3 * outside.amount);
+  } else {
+    reply.code = dds::ReplyCode::kOk;
+    return false;
+  }
+  return true;
+}
+
+void ControlCore::obey(const ControlOrder& order, int k, std::int64_t now) noexcept {
+  constexpr std::int64_t kRecoverPatience = 8'000'000'000;  // ns: limits are written, drives get power
+  ArmControl& arm = arm_[k];
+  arm.machine.command(order.command);
+  switch (order.command) {
+    case safety::StateCommand::kRecover:
+      arm.record = {};
+      arm.recover_until = now + kRecoverPatience;
+      arm.without = 0;
+      for (int j = 0; j < order.joint_count; ++j)
+        arm.without |= order.joints[static_cast<std::size_t>(j)] != 0.0 ? safety::jointBit(j) : safety::JointMask{0};
+      [[fallthrough]];
+    case safety::StateCommand::kEnable:
+    case safety::StateCommand::kResume:
+      if (order.command != safety::StateCommand::kResume)
+        arm.recovering = order.command == safety::StateCommand::kRecover;
+      arm.pending = true;
+      arm.power_command = command_sequence_ + 1;
+      break;
+    case safety::StateCommand::kDisable:
+      arm.deaf_until = command_sequence_ + 1;
+      arm.record = {};
+      spent_trajectory_ = reference_.trajectory_id;
+      [[fallthrough]];
+    case safety::StateCommand::kPause:
+      arm.pending = false;
+      arm.activity = Activity::kNone;
+      break;
+    case safety::StateCommand::kHome:
+      arm.homing = startMotion(k, arm.home);
+      break;
+    case safety::StateCommand::kUnhome:
+      arm.homed = false;
+      break;
+  }
+}
+
+OrderReply ControlCore::stateCommand(const ControlOrder& order,
+                                     OrderReply reply,
+                                     bool commander,
+                                     std::int64_t now) noexcept {
   const int first = order.arm == dds::kAllArms ? 0 : order.arm;
   const int last = order.arm == dds::kAllArms ? arm_count_ - 1 : order.arm;
-  const bool powers = order.command == safety::StateCommand::kEnable || order.command == safety::StateCommand::kResume;
   bool uncleared = false;
-  // All arms or none: what the table forbids for one is refused before any other one changes.
+  // All arms or none: what is forbidden for one is refused before any other one changes.
   for (int k = first; k <= last; ++k) {
-    const safety::OperatingState state = arm_[k].machine.state();
-    if (powers && state_.sequence == 0)
-      return refuse(reply, dds::ReplyCode::kWrongState, "no actuation/state yet");
-    if (powers && driveState(k) == safety::OperatingState::kFault) {
-      return refuse(reply, dds::ReplyCode::kWrongState, "the drives are in FAULT; disable first");
-    }
     uncleared = uncleared || (!commander && inFault(k));
-    if (!safety::transition(state, order.command)) {
-      std::snprintf(reply.reason.data(), reply.reason.size(), "%s: '%s' is not allowed in %s%s",
-                    setup_.robot.arms[static_cast<std::size_t>(k)].name.c_str(), safety::name(order.command).data(),
-                    safety::name(state).data(),
-                    state == safety::OperatingState::kFault ? "; only 'disable' clears a fault" : "");
-      reply.code = dds::ReplyCode::kWrongState;
+    if (refused(order, k, reply))
       return reply;
-    }
   }
   for (int k = first; k <= last; ++k) {
-    ArmControl& arm = arm_[k];
-    if (!commander && inFault(k))
-      continue;
-    arm.machine.command(order.command);
-    switch (order.command) {
-      case safety::StateCommand::kEnable:
-      case safety::StateCommand::kResume:
-        arm.pending = true;
-        arm.power_command = command_sequence_ + 1;
-        break;
-      case safety::StateCommand::kDisable:
-        arm.deaf_until = command_sequence_ + 1;
-        arm.record = {};
-        spent_trajectory_ = reference_.trajectory_id;
-        [[fallthrough]];
-      case safety::StateCommand::kPause:
-        arm.pending = false;
-        arm.activity = Activity::kNone;
-        break;
-      case safety::StateCommand::kHome:
-        arm.homing = startMotion(k, arm.home);
-        break;
-      case safety::StateCommand::kUnhome:
-        arm.homed = false;
-        break;
-    }
+    if (commander || !inFault(k))
+      obey(order, k, now);
   }
   if (uncleared)
     return refuse(reply, dds::ReplyCode::kNotLeaseHolder,
                   "power is off; who clears a fault has to hold the control lease");
   return reply;
+}
+
+void ControlCore::jog(int k, std::int64_t now) noexcept {
+  const auto i = static_cast<std::size_t>(k);
+  ArmControl& arm = arm_[k];
+  if (now > arm.jog_until) {
+    arm.activity = Activity::kNone;
+    return;
+  }
+  auto velocity = velocity_.segment(robot_.offset(k), robot_.size(k));
+  velocity = arm.jog_velocity;
+  for (int j = 0; recovering(k) && j < robot_.size(k); ++j) {
+    const double most = safety::recoveryVelocity(*robot_.limits()[i], state_.lost[i], j);
+    velocity[j] = std::clamp(velocity[j], -most, most);
+  }
+  moves_[i] = true;
+}
+
+void ControlCore::withdraw(int k, std::int64_t now) noexcept {
+  const auto i = static_cast<std::size_t>(k);
+  velocity_.segment(robot_.offset(k), robot_.size(k)) =
+      arm_[k].withdrawal.step(*robot_.limits()[i], base(k), state_.lost[i], period_, now);
+  moves_[i] = !arm_[k].withdrawal.done();
+  if (arm_[k].withdrawal.done())
+    arm_[k].activity = Activity::kNone;
 }
 
 bool ControlCore::startMotion(int k, const safety::ArmVector& goal) noexcept {
@@ -165,6 +226,11 @@ OrderReply ControlCore::motionOrder(const ControlOrder& order, OrderReply reply,
       if (shownState(k) != safety::OperatingState::kEnabled) {
         return refuse(reply, dds::ReplyCode::kWrongState, "the arm is not ENABLED; enable it first");
       }
+      if (order.kind == dds::ControlKind::kWithdraw && !recovering(k))
+        return refuse(reply, dds::ReplyCode::kWrongState, "the arm is not being recovered; recover it first");
+      if (order.kind != dds::ControlKind::kWithdraw && order.kind != dds::ControlKind::kJog && recovering(k))
+        return refuse(reply, dds::ReplyCode::kWrongState,
+                      "the arm is being recovered: only jog and withdraw move it; disable it, then enable");
     }
   }
   safety::ArmVector joints = Eigen::Map<const Eigen::VectorXd>(order.joints.data(), order.joint_count);
@@ -186,6 +252,10 @@ OrderReply ControlCore::motionOrder(const ControlOrder& order, OrderReply reply,
         arm.jog_velocity = joints;
         arm.jog_until =
             now + static_cast<std::int64_t>(1e9 * std::max(setup_.deployment.budgets.teleoperation, 2.0 * period_));
+        break;
+      case dds::ControlKind::kWithdraw:
+        arm.withdrawal.start();
+        arm.activity = Activity::kWithdraw;
         break;
       default:
         arm.activity = Activity::kNone;

@@ -20,6 +20,7 @@ void ControlCore::fillCommand(std::int64_t now, bool advance, dds::ActuationComm
     const ArmControl& arm = arm_[k];
     const auto i = static_cast<std::size_t>(k);
     command.request[i] = static_cast<std::uint8_t>(requestFor(k));
+    command.without[i] = arm.without;
     command.moving[i] = moves_[i] && arm.machine.mayMove() ? 1 : 0;
     const auto from = base_.segment(robot_.offset(k), robot_.size(k));
     for (int j = 0; j < robot_.size(k); ++j) {
@@ -101,7 +102,9 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     const auto i = static_cast<std::size_t>(k);
     status.operating_state[i] = static_cast<std::uint8_t>(shownState(k));
     status.homed[i] = arm_[k].homed ? 1 : 0;
-    const bool busy = arm_[k].pending || arm_[k].activity == Activity::kMotion || crtk_.busy(k);
+    status.recovery[i] = recovering(k) ? 1 : 0;
+    const bool busy = arm_[k].pending || arm_[k].activity == Activity::kMotion ||
+                      arm_[k].activity == Activity::kWithdraw || crtk_.busy(k);
     status.busy[i] = busy ? 1 : 0;
     status.faults[i] = arm_[k].machine.faults();
     status.snaps[i] = tracker_->tips().snaps(k);

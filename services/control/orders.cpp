@@ -123,12 +123,26 @@ std::optional<ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
     case dds::ControlKind::kStateCommand: {
       const auto command = safety::stateCommandFromName(request.value);
       if (!command) {
-        return refused(dds::ReplyCode::kMalformed, "state command: found '" + request.value +
-                                                       "', expected enable, disable, pause, resume, home or unhome");
+        return refused(dds::ReplyCode::kMalformed,
+                       "state command: found '" + request.value +
+                           "', expected enable, disable, pause, resume, home, unhome or recover");
       }
       order.command = *command;
+      if (order.command != safety::StateCommand::kRecover)
+        return order;
+      if (order.arm == dds::kAllArms)
+        return refused(dds::ReplyCode::kMalformed, "arm: expected one arm to recover, not all");
+      if (request.joint_count != 0 && request.joint_count != robot_.size(order.arm))
+        return refused(dds::ReplyCode::kMalformed, "joints: found " + std::to_string(request.joint_count) +
+                                                       ", expected 0 or " + std::to_string(robot_.size(order.arm)));
+      order.joint_count = request.joint_count;
+      order.joints = request.joints;
       return order;
     }
+    case dds::ControlKind::kWithdraw:
+      if (order.arm == dds::kAllArms)
+        return refused(dds::ReplyCode::kMalformed, "arm: expected one arm to withdraw, not all");
+      return order;
     case dds::ControlKind::kMoveJp:
     case dds::ControlKind::kJog: {
       if (order.arm == dds::kAllArms)
@@ -173,7 +187,7 @@ std::optional<ControlOrder> OrderDesk::parse(const std::string& arm,
       order.arm = static_cast<int>(k);
   }
   const auto parsed = safety::stateCommandFromName(command.text);
-  if (!parsed) {
+  if (!parsed || *parsed == safety::StateCommand::kRecover) {  // a deliberate act, under the lease
     refusal = arm + "/state_command: found '" + command.text.substr(0, 40) +
               "', expected enable, disable, pause, resume, home or unhome";
     return std::nullopt;

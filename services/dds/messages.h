@@ -340,7 +340,8 @@ enum class ControlKind : std::uint8_t {
   kMoveJp,
   kJog,
   kHome,
-  kHold
+  kHold,
+  kWithdraw
 };
 
 }  // namespace tandem::dds

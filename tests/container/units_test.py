@@ -26,7 +26,7 @@ FIFO, OTHER = "1", "0"
 # What `systemctl show` says of every unit.
 SHARED = {
     "Type": "notify", "NotifyAccess": "main", "TimeoutStartUSec": "1min", "TimeoutStopUSec": "5s", "TimeoutAbortUSec": "2s",
-    "Restart": "on-failure", "RestartUSec": "1s", "RestartPreventExitStatus": "2", "StartLimitIntervalUSec": "1min",
+    "Restart": "on-failure", "RestartUSec": "1s", "RestartPreventExitStatus": "2 3", "StartLimitIntervalUSec": "1min",
     "StartLimitBurst": "5", "OOMPolicy": "stop",
     "User": "tandem", "Group": "tandem", "UMask": "0027", "LimitRTPRIO": "90", "LimitMEMLOCK": "infinity",
     "MemorySwapMax": "0", "MemoryHigh": "infinity",
