@@ -187,7 +187,8 @@ struct Deployment {
   double sim_translation_acceleration = safety::kUnlimited;  ///< of the simulated joints in real time, m/s^2
   double sim_rotation_acceleration = safety::kUnlimited;     ///< rad/s^2
   double status_period = 0.05;                               ///< s, of hal/status, control/status to people, arm_x/...
-  int realtime_priority = 0;  ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
+  double idle_power_off = 60.0;  ///< s after which an arm that nobody commands loses its power, where it holds without
+  int realtime_priority = 0;     ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
   bool lock_memory = false;
   safety::Budgets budgets;
   control::Method method = control::Method::kNspqp;

@@ -172,6 +172,7 @@ void readTiming(const Map& map, Deployment& deployment) {
   deployment.sim_translation_acceleration = map.number("sim_translation_acceleration");
   deployment.sim_rotation_acceleration = map.number("sim_rotation_acceleration");
   deployment.status_period = map.number("status_period");
+  deployment.idle_power_off = map.number("idle_power_off");
   deployment.realtime_priority = map.integer("realtime_priority");
   deployment.lock_memory = map.flag("lock_memory");
   if (deployment.sim_period > deployment.control_period) {

@@ -59,6 +59,13 @@ hal::PositionReference readReference(const Map& map) {
   return word == "homing" ? hal::PositionReference::kHoming : hal::PositionReference::kAbsoluteEncoder;
 }
 
+hal::PowerlessHold readPowerlessHold(const Map& drive) {
+  const std::string word = drive.text("holds_without_power");
+  if (word == "self_locking")
+    return hal::PowerlessHold::kSelfLocking;
+  return word == "brake" ? hal::PowerlessHold::kBrake : hal::PowerlessHold::kNo;
+}
+
 /// What all axes of a group share.
 struct Group {
   bool translation;
@@ -115,6 +122,7 @@ Group readGroup(const Map& map, bool translation) {
   axis.following_error = drive.number("following_error");
   axis.following_time = drive.number("following_time");
   axis.reference = readReference(drive);
+  axis.powerless_hold = readPowerlessHold(drive);
   readHoming(drive, group);
   readBrake(drive, axis);
   axis.temperature_scale = drive.number("temperature_scale");

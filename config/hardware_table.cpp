@@ -147,6 +147,11 @@ Mapping driveMapping(Kind kind) {
              text("reference", "where the position comes from after power on")
                  .oneOf({"absolute_encoder", "drive", "homing"})
                  .defaultsTo("absolute_encoder"),
+             text("holds_without_power",
+                  "what keeps these axes where they are without power; power is taken from an idle arm whose axes all "
+                  "say so")
+                 .oneOf({"no", "self_locking", "brake"})
+                 .defaultsTo("no"),
              text("temperature_object", "object with a temperature, signed")
                  .matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal")
                  .orInteger()

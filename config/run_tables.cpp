@@ -180,7 +180,8 @@ const Mapping& consoleTable() {
   const Console defaults;
   static const Mapping table{
       "console",
-      "Where tandem-console serves browsers and tools, and whom (docs/foxglove.md). An address that others reach needs TLS "
+      "Where tandem-console serves browsers and tools, and whom (docs/foxglove.md). An address that others reach needs "
+      "TLS "
       "and an operator_token.",
       {
           text("address", "that it is bound to").matching(kIpv4, "an IPv4 address").defaultsTo(defaults.address),
@@ -301,6 +302,12 @@ const Mapping& deploymentTable() {
           number("status_period", kTime, "of hal/status, control/status and the topics of each arm")
               .above(0)
               .defaultsTo(defaults.status_period),
+          number("idle_power_off", kTime,
+                 "after which an arm that has power and that nobody commands loses it, where its axes hold without; a "
+                 "warning, again and again, where they do not")
+              .above(0)
+              .orUnlimited()
+              .defaultsTo(defaults.idle_power_off),
           integer("realtime_priority", "SCHED_FIFO priority of the periodic threads; 0: default scheduling")
               .within(0, 99)
               .defaultsTo(defaults.realtime_priority),

@@ -39,6 +39,13 @@ enum class PositionReference : std::uint8_t {
   kHoming,               ///< a homing run of the drive, to be asked for after each start
 };
 
+/** What keeps an axis where it is when its drive has no power. */
+enum class PowerlessHold : std::uint8_t {
+  kNo = 0,       ///< nothing that anybody has declared
+  kSelfLocking,  ///< a gear or a lead screw that cannot be driven from the joint
+  kBrake,        ///< a brake that closes without power
+};
+
 /** A homing run (CiA 402 mode 6). */
 struct HomingConfig {
   int method = 0;             ///< object 0x6098
@@ -93,7 +100,8 @@ struct AxisConfig {
   std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
-  HomingConfig homing;             ///< where reference is kHoming
+  PowerlessHold powerless_hold = PowerlessHold::kNo;
+  HomingConfig homing;  ///< where reference is kHoming
   std::optional<EncoderConfig> encoder;
   std::optional<BrakeConfig> brake;
 
@@ -130,6 +138,9 @@ struct HardwareConfig {
 
 /// The HAL sends its heartbeat so many times within the drives' patience.
 inline constexpr double kHeartbeatsPerBudget = 4.0;
+
+/// Whether every axis of an arm is declared to stay where it is without power.
+bool holdsWithoutPower(const HardwareConfig& hardware, int arm) noexcept;
 
 /** The robot's limits, cut by what the axes of this arm can do.
  * @throw std::invalid_argument where a joint has no finite box or speed, or no room is left. */

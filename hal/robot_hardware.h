@@ -77,6 +77,8 @@ class RobotHardware {
   safety::ArmVector position(int arm) const noexcept { return arms_[index(arm)].position(); }
   safety::ArmVector velocity(int arm) const noexcept { return arms_[index(arm)].velocity(); }
   bool valid(int arm) const noexcept { return arms_[index(arm)].valid(); }
+  /// Without power every axis of the arm stays where it is, by its gear or its brake.
+  bool holdsWithoutPower(int arm) const noexcept { return hal::holdsWithoutPower(config_, arm); }
   const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[index(arm)].supervisor().setpoint(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[index(arm)].supervisor().state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[index(arm)].supervisor().faults(); }

@@ -70,6 +70,8 @@ class SimulatedDrives {
   safety::ArmVector position(int arm) const noexcept { return arms_[arm].plant.reading(); }
   safety::ArmVector velocity(int arm) const noexcept { return arms_[arm].plant.velocityReading(); }
   bool valid(int arm) const noexcept { return arms_[arm].plant.valid(lost(arm)); }
+  /// Without power an arm stays where it is: a simulated joint has friction and no weight.
+  bool holdsWithoutPower(int /*arm*/) const noexcept { return true; }
   /// The last setpoint past the gate, m, rad.
   const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[arm].supervisor.setpoint(); }
   /// Where the joints shall be now, between two setpoints, m, rad.

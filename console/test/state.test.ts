@@ -10,6 +10,7 @@ import {
   accepts,
   driveRecord,
   faultsOf,
+  idleWords,
   kFaults,
   kGuards,
   limitName,
@@ -78,6 +79,17 @@ test("the drives' record reads as in tandem status", () => {
   // Of a catheter's three joints the insertion alone is a length.
   const roll = { ...hal, fault_joint: Uint8Array.of(255, 1) } as HalStatus;
   expect(driveRecord(roll, 1, 3)).toBe("drive (following error) of joint 2: 0.031 rad, allowed 0.02 rad");
+});
+
+test("arms that nobody commands say what becomes of their power", () => {
+  const status = {
+    idle: Float64Array.of(0, 48, 130, 2),
+    idle_left: Float64Array.of(-1, 12, -1, 58),
+  } as unknown as ControlStatus;
+  expect(idleWords(status, 0)).toBe("");
+  expect(idleWords(status, 1)).toContain("loses its power in 12 s");
+  expect(idleWords(status, 2)).toContain("nobody has commanded it for 130 s");
+  expect(idleWords(status, 3)).toBe("");
 });
 
 test("limits in the way are named, however many there are said to be", () => {

@@ -35,6 +35,12 @@ double AxisConfig::stopBudget() const noexcept {
   return 2.0 * velocity / quick_stop_deceleration + (brake ? brake->closing_time : 0.0) + kMargin;
 }
 
+bool holdsWithoutPower(const HardwareConfig& hardware, int arm) noexcept {
+  return std::none_of(hardware.axes.begin(), hardware.axes.end(), [arm](const AxisConfig& axis) {
+    return axis.arm == arm && axis.powerless_hold == PowerlessHold::kNo;
+  });
+}
+
 safety::ArmLimits cutLimits(const safety::ArmLimits& robot, const std::vector<AxisConfig>& axes, int arm) {
   safety::ArmLimits limits = robot;
   for (const AxisConfig& axis : axes) {

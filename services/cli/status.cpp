@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem status and tandem topics: what a running system says of itself, and where. */
+/** @file tandem status: what a running system says of itself. */
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -29,6 +29,8 @@ nlohmann::ordered_json armStatusJson(const config::Robot& robot, const Snapshot&
   arm["operating_state"] = safety::name(state);
   arm["is_homed"] = s.status.homed[k] != 0;
   arm["is_busy"] = s.status.busy[k] != 0;
+  arm["idle_s"] = s.status.idle[k];
+  arm["idle_left_s"] = s.status.idle_left[k];
   arm["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
   const safety::FaultRecord record = dds::faultRecordOf(s.hal, static_cast<int>(k));
   arm["drive_fault"] = record.faults == 0 ? "" : safety::describe(record, s.state.joint_count[k]);
@@ -131,6 +133,19 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   return json;
 }
 
+/// What becomes of an arm that has power and that nobody commands; empty for others, and in the first seconds.
+std::string idleWords(double idle, double left) {
+  constexpr double kMention = 5.0;  // s
+  if (idle < kMention)
+    return "";
+  std::array<char, 100> text{};
+  if (left < 0.0)
+    std::snprintf(text.data(), text.size(), "\n    has power, and nobody has commanded it for %.0f s", idle);
+  else
+    std::snprintf(text.data(), text.size(), "\n    nobody commands it: it loses its power in %.0f s", left);
+  return text.data();
+}
+
 void printStatus(const nlohmann::ordered_json& json) {
   std::cout << json["deployment"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
             << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
@@ -141,6 +156,7 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
               << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")
               << ", faults: " << arm["faults"].get<std::string>();
+    std::cout << idleWords(arm["idle_s"].get<double>(), arm["idle_left_s"].get<double>());
     if (const auto drive = arm["drive_fault"].get<std::string>(); !drive.empty())
       std::cout << "\n    drives: " << drive;
     std::cout << "\n    joints (m, rad):";
@@ -331,63 +347,25 @@ int runCheck(const std::string& name) {
   return kOk;
 }
 
-int runTopics(const std::string& name, bool as_json) {
-  const config::Deployment deployment = config::loadDeployment(config::findFile(name, "deployment"));
-  const config::Robot robot = config::loadAnyRobot(deployment.robot);
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const dds::TopicInfo& topic : dds::allTopics(service::armNames(robot))) {
-    const std::string ros = dds::rosTopicName(deployment.prefix, topic.name);
-    if (as_json) {
-      json.push_back({{"topic", ros},
-                      {"dds_topic", "rt" + ros},
-                      {"type", topic.type},
-                      {"dds_type", dds::ddsTypeName(topic.type)},
-                      {"profile", dds::name(topic.profile)},
-                      {"publisher", topic.publisher},
-                      {"description", topic.description}});
-    } else {
-      std::printf("%-36s %-38s %-9s %-14s %s\n", ros.c_str(), topic.type.c_str(), dds::name(topic.profile),
-                  topic.publisher.c_str(), topic.description.c_str());
-    }
-  }
-  if (as_json)
-    std::cout << json.dump(2) << '\n';
-  return kOk;
-}
-
-CLI::App* addStatusCommand(CLI::App& app,
-                           int& exit_code,
-                           const std::string& name,
-                           const std::string& text,
-                           std::function<int(const std::string&, bool)> run) {
-  auto deployment = std::make_shared<std::string>("laptop");
-  auto as_json = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand(name, text);
-  command->add_option("deployment,-d,--deployment", *deployment, "deployment file or preset")->capture_default_str();
-  command->add_flag("--json", *as_json, "JSON instead of text");
-  command->callback([=, &exit_code] { guarded(exit_code, [&] { return run(*deployment, *as_json); }); });
-  return command;
-}
-
 }  // namespace
 
 void registerStatus(CLI::App& app, int& exit_code) {
   auto follow = std::make_shared<bool>(false);
   auto check = std::make_shared<bool>(false);
-  CLI::App* status = addStatusCommand(
-      app, exit_code, "status", "states, errors, loop statistics and guards of a running system",
-      [=](const std::string& name, bool as_json) { return *check ? runCheck(name) : run(name, as_json, *follow); });
+  auto deployment = std::make_shared<std::string>("laptop");
+  auto as_json = std::make_shared<bool>(false);
+  CLI::App* status = app.add_subcommand("status", "states, errors, loop statistics and guards of a running system");
+  status->add_option("deployment,-d,--deployment", *deployment, "deployment file or preset")->capture_default_str();
+  status->add_flag("--json", *as_json, "JSON instead of text");
+  status->callback([=, &exit_code] {
+    guarded(exit_code, [&] { return *check ? runCheck(*deployment) : run(*deployment, *as_json, *follow); });
+  });
   auto* again = status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
   status
       ->add_flag(
           "--check", *check,
           "only whether the processes of this host are heard: ends with 0, or with 1 after 5 s; for health checks")
       ->excludes(again);
-}
-
-void registerTopics(CLI::App& app, int& exit_code) {
-  addStatusCommand(app, exit_code, "topics",
-                   "all topics of a deployment: names, types, quality of service, who publishes", runTopics);
 }
 
 }  // namespace tandem::cli

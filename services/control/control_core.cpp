@@ -35,6 +35,7 @@ ControlCore::ControlCore(const Setup& setup,
       period_(setup.deployment.control_period),
       tracker_(std::move(tracker)),
       lease_(setup.deployment.budgets.lease),
+      idle_(setup.deployment.idle_power_off),
       arm_count_(robot.armCount()),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
       tips_(lock_step_, setup.deployment.budgets.tipAge(period_)),
@@ -344,6 +345,7 @@ dds::Source ControlCore::chooseSource(std::int64_t now, bool advance) noexcept {
 
 void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept {
   watch(now);
+  watchIdle(now);
   readPositions();
   velocity_.setZero();
   moves_.fill(false);

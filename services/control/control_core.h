@@ -9,6 +9,7 @@
 #include "planning/follower.h"
 #include "safety/command_monitor.h"
 #include "safety/control_lease.h"
+#include "safety/idle_power.h"
 #include "safety/joint_motion.h"
 #include "services/common/spsc_queue.h"
 #include "services/control/crtk_motion.h"
@@ -27,6 +28,13 @@ struct CycleOutput {
   dds::ActuationLimits limits;
 };
 
+/** An arm that nobody commands, for the thread that logs. */
+struct IdleReport {
+  int arm = 0;
+  double idle = 0.0;        ///< s
+  bool powered_off = true;  ///< otherwise it keeps its power, because it would not hold without
+};
+
 /** The controller of all arms: operating states, control lease, and who moves the robot: planning's references, a joint
  * motion, a jog, an operator, CRTK clients, or nobody. All times are ns on one monotonic clock. */
 class ControlCore {
@@ -43,6 +51,8 @@ class ControlCore {
   CrtkOutcome crtk(const CrtkOrder& order, std::int64_t now) noexcept;
   /// How motions of CRTK clients ended, one by one.
   bool takeEnded(CrtkOutcome& outcome) noexcept { return crtk_ended_.pop(outcome); }
+  /// Arms that have been without a commander for too long, one by one.
+  bool takeIdle(IdleReport& report) noexcept { return idle_reports_.pop(report); }
   /// For the thread that publishes; after cycle().
   void fillMoments(std::int64_t now, OperatorMoment& operators, CrtkMoment& crtk) const noexcept;
   void stop() noexcept;  ///< the stop topic: every arm into FAULT
@@ -100,6 +110,8 @@ class ControlCore {
   bool refused(const ControlOrder& order, int k, OrderReply& reply) const noexcept;
   void obey(const ControlOrder& order, int k, std::int64_t now) noexcept;
   bool inFault(int k) const noexcept;
+  void disarm(int arm) noexcept;
+  void watchIdle(std::int64_t now) noexcept;
   OrderReply motionOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   OrderReply leaseOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   bool startMotion(int arm, const safety::ArmVector& goal) noexcept;
@@ -150,6 +162,8 @@ class ControlCore {
   double period_;
   std::unique_ptr<planning::ReferenceTracker> tracker_;
   safety::ControlLease lease_;
+  safety::IdlePower idle_;
+  SpscQueue<IdleReport> idle_reports_{32};
   std::array<ArmControl, safety::kMaxArms> arm_;
   int arm_count_;
 

@@ -86,6 +86,38 @@ bool ControlCore::inFault(int k) const noexcept {
   return arm_[k].machine.state() == safety::OperatingState::kFault || driveState(k) == safety::OperatingState::kFault;
 }
 
+/// After the state machine has left ENABLED or FAULT for DISABLED.
+void ControlCore::disarm(int k) noexcept {
+  ArmControl& arm = arm_[k];
+  arm.deaf_until = command_sequence_ + 1;
+  arm.record = {};
+  arm.pending = false;
+  arm.activity = Activity::kNone;
+  spent_trajectory_ = reference_.trajectory_id;
+}
+
+/** Torque does not stay for ever: where nobody holds the lease and nothing moves, an arm that stays where it is without
+ * power loses it. In lock-step there is no power, and time does not pass by itself. */
+void ControlCore::watchIdle(std::int64_t now) noexcept {
+  if (lock_step_)
+    return;
+  bool commanded = lease_.holder(now) != 0 || operated() || trajectoryRuns();
+  for (int k = 0; k < arm_count_; ++k)
+    commanded = commanded || arm_[k].activity != Activity::kNone;
+  for (int k = 0; k < arm_count_; ++k) {
+    safety::StateMachine& machine = arm_[k].machine;
+    const bool powered =
+        machine.state() == safety::OperatingState::kEnabled || machine.state() == safety::OperatingState::kPaused;
+    const auto verdict = idle_.step(k, powered, commanded, state_.holds[static_cast<std::size_t>(k)] != 0, now);
+    if (verdict == safety::IdlePower::Verdict::kNothing)
+      continue;
+    const bool off = verdict == safety::IdlePower::Verdict::kPowerOff;
+    idle_reports_.push({k, idle_.idle(k), off});
+    if (off && machine.command(safety::StateCommand::kDisable))
+      disarm(k);
+  }
+}
+
 bool ControlCore::refused(const ControlOrder& order, int k, OrderReply& reply) const noexcept {
   const auto i = static_cast<std::size_t>(k);
   const safety::OperatingState state = arm_[k].machine.state();
@@ -138,10 +170,8 @@ void ControlCore::obey(const ControlOrder& order, int k, std::int64_t now) noexc
       arm.power_command = command_sequence_ + 1;
       break;
     case safety::StateCommand::kDisable:
-      arm.deaf_until = command_sequence_ + 1;
-      arm.record = {};
-      spent_trajectory_ = reference_.trajectory_id;
-      [[fallthrough]];
+      disarm(k);
+      break;
     case safety::StateCommand::kPause:
       arm.pending = false;
       arm.activity = Activity::kNone;

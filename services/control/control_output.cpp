@@ -108,6 +108,8 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
     status.busy[i] = busy ? 1 : 0;
     status.faults[i] = arm_[k].machine.faults();
     status.snaps[i] = tracker_->tips().snaps(k);
+    status.idle[i] = idle_.idle(k);
+    status.idle_left[i] = idle_.left(k);
   }
   if (tracked_) {
     const control::Solution& solution = track_.solution;

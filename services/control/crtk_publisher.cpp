@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/crtk_publisher.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include "safety/operating_state.h"
 #include "services/common/periodic_loop.h"
 #include "services/control/crtk_desk.h"
@@ -201,20 +203,23 @@ void CrtkPublisher::publishState(Ends& ends, dds::OperatingState state) {
 
 void CrtkPublisher::publishDiagnostics(const Moment& moment) {
   const dds::ControlStatus& status = moment.status;
-  std::string states, faults;
+  std::string states, faults, idle;
   for (int k = 0; k < robot_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     if (moment.faults[i].faults != 0)
       faults += "; FAULT of " + describe(setup_.robot, {k, moment.faults[i]});
+    // The clock of an arm that loses its power is no warning; one that keeps it for ever is.
+    if (status.idle[i] > setup_.deployment.idle_power_off && status.idle_left[i] < 0.0)
+      idle += fmt::format("; {} has had power for {:.0f} s without a commander", arms_[i].name, status.idle[i]);
     states += (k == 0 ? "" : ", ") + arms_[i].name + " " +
               std::string(safety::name(static_cast<safety::OperatingState>(status.operating_state[i])));
   }
   const std::string hold(dds::describe(static_cast<dds::HoldReason>(status.hold)));
-  const auto level = !faults.empty() ? Diagnostics::Level::kError
-                     : hold.empty()  ? Diagnostics::Level::kOk
-                                     : Diagnostics::Level::kWarn;
+  const auto level = !faults.empty()                ? Diagnostics::Level::kError
+                     : hold.empty() && idle.empty() ? Diagnostics::Level::kOk
+                                                    : Diagnostics::Level::kWarn;
   diagnostics_.publish(monotonicNow(), moment.state.stamp, level,
-                       states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + faults,
+                       states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + idle + faults,
                        {{"model", setup_.robot.catheters ? "catheters" : setup_.deployment.model},
                         {"feedback", std::string(planning::name(setup_.deployment.feedback))},
                         {"method", std::string(control::name(static_cast<control::Method>(status.method)))},

@@ -131,9 +131,10 @@ class RealTime {
         moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.publish(m); })),
         outcomes_(publisher_.queue<service::CrtkOutcome>(256, [&](const auto& m) { service_.crtk_desk.settle(m); })),
         answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
-        faults_(publisher_.queue<service::FaultReport>(64, [&](const auto& m) {
-          service::logFault(service_.setup.robot, m);
-        })) {}
+        faults_(
+            publisher_.queue<service::FaultReport>(64,
+                                                   [&](const auto& m) { service::logFault(service_.setup.robot, m); })),
+        idles_(publisher_.queue<service::IdleReport>(32, [&](const auto& m) { service_.tellIdle(m); })) {}
 
   void run(service::StopSignal& stop) {
     outbox_.start();
@@ -219,6 +220,8 @@ class RealTime {
     lease_holder_.store(output_.status.lease_holder, std::memory_order_relaxed);
     for (service::CrtkOutcome outcome; service_.core.takeEnded(outcome);)
       outcomes_.post(outcome);
+    for (service::IdleReport report; service_.core.takeIdle(report);)
+      idles_.post(report);
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
@@ -244,6 +247,7 @@ class RealTime {
   service::Outbox::Queue<service::CrtkOutcome>& outcomes_;
   service::Outbox::Queue<service::OrderReply>& answers_;
   service::Outbox::Queue<service::FaultReport>& faults_;
+  service::Outbox::Queue<service::IdleReport>& idles_;
   service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationState> states_;
   service::LatestValue<dds::TipPoses> tips_;

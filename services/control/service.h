@@ -91,6 +91,19 @@ struct Service {
     }
   }
 
+  /// Not for the periodic thread.
+  void tellIdle(const IdleReport& report) const {
+    const std::string& arm = setup.robot.arms[static_cast<std::size_t>(report.arm)].name;
+    if (report.powered_off) {
+      spdlog::warn("{}: power off: nobody has commanded it for {:.0f} s", arm, report.idle);
+    } else {
+      spdlog::warn(
+          "{}: has had power for {:.0f} s without a commander, and keeps it: its axes are not declared to hold without "
+          "(holds_without_power in the hardware file); disable it",
+          arm, report.idle);
+    }
+  }
+
   /// What the thread that publishes for people shall say. @param m  of the periodic thread
   void fillMoment(std::int64_t now,
                   const dds::ActuationState& state,

@@ -47,6 +47,7 @@ struct ActuationState {
   PerArm<std::uint32_t> faults{};          ///< latched safety::Fault bits
   PerArm<std::uint8_t> recovery{};         ///< 1: ENABLED to recover: slow, inwards, without the joints in `lost`
   PerArm<std::uint8_t> lost{};             ///< bit j: joint j stays where it is
+  PerArm<std::uint8_t> holds{};            ///< 1: the arm stays where it is without power
   JointArray position{};                   ///< m, rad
   JointArray velocity{};                   ///< m/s, rad/s
   JointArray setpoint{};                   ///< last setpoint past the gate, m, rad
@@ -197,6 +198,8 @@ struct ControlStatus {
   std::array<std::uint8_t, 8> limit_arm{};
   std::array<std::uint8_t, 8> limit_tube{};  ///< counts from 1
   std::array<double, 8> limit_bound{};       ///< on the velocity, m/s, rad/s
+  PerArm<double> idle{};                     ///< s for which an arm has had power and nobody commanded it; 0: not so
+  PerArm<double> idle_left{};                ///< s until such an arm loses its power; below 0: it keeps it
   std::uint8_t source = 0;                   ///< dds::Source: who moves the robot
 };
 
@@ -276,12 +279,11 @@ struct HalStatus {
   double jitter_max = 0.0;
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;
-  std::uint64_t caught_up = 0;    ///< sim: periods stepped later than they were due; hal: 0
-  std::uint64_t left_out = 0;     ///< periods never stepped; drives on a bus held their last target then
-  double bus_load = 0.0;          ///< 0..1, of the fullest bus
-  PerArm<std::uint32_t> snaps{};  ///< sim: times the arm snapped into another equilibrium
+  std::uint64_t caught_up = 0;      ///< sim: periods stepped later than they were due; hal: 0
+  std::uint64_t left_out = 0;       ///< periods never stepped; drives on a bus held their last target then
+  double bus_load = 0.0;            ///< 0..1, of the fullest bus
+  PerArm<std::uint32_t> snaps{};    ///< sim: times the arm snapped into another equilibrium
   std::uint8_t emergency_stop = 0;  ///< 0 not read, 1 released, 2 pressed
-  PerArm<double> idle_left{};       ///< s until an arm that nobody commands loses its power; below 0: it keeps it
   // Of hal alone; 0 with a simulated robot.
   PerArm<std::uint8_t> homed{};                                 ///< 1: all joints know where they are
   PerArm<std::uint8_t> power{};                                 ///< hal::ArmPower

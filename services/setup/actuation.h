@@ -51,6 +51,7 @@ void writeState(const Robot& robot, dds::ActuationState& state) noexcept {
     const auto i = static_cast<std::size_t>(k);
     state.joint_count[i] = static_cast<std::uint8_t>(robot.jointCount(k));
     state.valid[i] = robot.valid(k) ? 1 : 0;
+    state.holds[i] = robot.holdsWithoutPower(k) ? 1 : 0;
     state.operating_state[i] = static_cast<std::uint8_t>(robot.state(k));
     state.faults[i] = robot.faults(k);
     state.recovery[i] = robot.recovering(k) ? 1 : 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Arms with their faults in words, power, and homing. */
-import { accepts, driveRecord, faultsOf, holdReason, shortName, stateGlyph, stateName } from "../state/words";
+import { accepts, driveRecord, faultsOf, holdReason, idleWords, shortName, stateGlyph, stateName } from "../state/words";
 import type { StateCommand } from "../state/words";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
@@ -12,6 +12,7 @@ export class Operate implements Panel {
   readonly element: HTMLElement;
   private readonly faults: HTMLElement[];
   private readonly hold = h("p.hold", { hidden: true });
+  private readonly idle = h("p.hold", { hidden: true, id: "idle", role: "status" });
   private readonly commands: [HTMLButtonElement, StateCommand][];
   private readonly home: HTMLButtonElement;
   private readonly reference: HTMLButtonElement;
@@ -41,6 +42,7 @@ export class Operate implements Panel {
       "Arms",
       ...this.faults,
       this.hold,
+      this.idle,
       h("div.row", {}, ...this.commands.map(([element]) => element)),
       h("div.row", {}, this.home, this.reference),
     );
@@ -106,6 +108,11 @@ export class Operate implements Panel {
         this.hold,
         `The trajectory is held: ${holdReason(status.hold)} (${(1000 * status.tip_age).toFixed(0)} ms)`,
       );
+    const idle = robot.arms
+      .map((arm, k) => ({ name: shortName(arm.name), words: status ? idleWords(status, k) : "" }))
+      .filter(({ words }) => words !== "");
+    setShown(this.idle, idle.length > 0);
+    setText(this.idle, idle.map(({ name, words }) => `Arm ${name} ${words}`).join("; "));
     this.updateButtons(now);
   }
 

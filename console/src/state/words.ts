@@ -189,6 +189,18 @@ export const holdReason = (hold: number): string =>
     "no rest of what the arms move is known near their joints",
   ][hold] ?? "for a reason that this page does not know";
 
+const kMentionIdle = 5; // s
+
+/** What becomes of an arm that has power and that nobody commands; empty for others, and in the first seconds. */
+export function idleWords(status: ControlStatus, arm: number): string {
+  const idle = status.idle[arm] ?? 0;
+  const left = status.idle_left[arm] ?? -1;
+  if (idle < kMentionIdle) return "";
+  return left < 0
+    ? `has power, and nobody has commanded it for ${idle.toFixed(0)} s: disable it`
+    : `nobody commands it: it loses its power in ${left.toFixed(0)} s`;
+}
+
 /** By control::SolveStatus. */
 export const solveStatus = (status: number): string =>
   ["solved", "infeasible: nearest velocity", "out of iterations: stands", "not finite: stands", "gave up: stands"][

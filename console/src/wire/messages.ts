@@ -57,6 +57,8 @@ export interface ControlStatus {
   limit_kind: Uint8Array;
   limit_arm: Uint8Array;
   limit_tube: Uint8Array;
+  idle: Float64Array;
+  idle_left: Float64Array;
 }
 
 export interface HalStatus {

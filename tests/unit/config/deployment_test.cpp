@@ -129,11 +129,13 @@ teleoperation:
   guidance: {points_mm: [[0, 0, 0], [0, 0, 50]], strength: 0.5, radius_mm: 7}
   crtk: {commands: false, stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
+idle_power_off_s: 45
 )";
   // Those that exclude one another are in the file of another test.
   expectEveryKey(text + kHosts + "security: credentials", deploymentTable());
   const Deployment d = loadDeployment(folder.write("d.yaml", text));
   EXPECT_EQ(d.name, "lab");
+  EXPECT_EQ(d.idle_power_off, 45.0);
   EXPECT_EQ(d.robot.filename(), "ark2024-as-printed.yaml");
   EXPECT_EQ(d.hardware.filename(), "ark2024-two-buses.yaml");
   EXPECT_EQ(d.prefix, "lab_1");

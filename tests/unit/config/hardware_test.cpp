@@ -69,6 +69,20 @@ TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
   }
 }
 
+TEST(Hardware, AnArmHoldsWithoutPowerWhereAllItsAxesAreDeclaredTo) {
+  hal::HardwareConfig hardware = loadHardware(hardwarePreset());
+  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::PowerlessHold::kSelfLocking);
+  EXPECT_TRUE(hal::holdsWithoutPower(hardware, 0));
+  hardware = loadText(replaced(good(), "holds_without_power: self_locking", "holds_without_power: brake"));
+  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::PowerlessHold::kBrake);
+  EXPECT_TRUE(hal::holdsWithoutPower(hardware, 0));
+  // What nobody has declared does not hold; one such axis is enough.
+  hardware = loadText(replaced(good(), "      holds_without_power: self_locking\n", ""));
+  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::PowerlessHold::kNo);
+  EXPECT_EQ(hardware.axes[3].powerless_hold, hal::PowerlessHold::kSelfLocking);
+  EXPECT_FALSE(hal::holdsWithoutPower(hardware, 0));
+}
+
 TEST(Hardware, EveryKeyReachesItsField) {
   std::string text = good();
   text = replaced(text, "feedback_budget_ms: 300\n", "");

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Arms that have power and that nobody commands: how long they have been so, and what follows. */
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "safety/dimensions.h"
+
+namespace tandem::safety {
+
+/** Counts for each arm since when nobody has commanded it although it has power. Whoever knows who commands asks once
+ * per cycle. Nothing allocates, locks or throws; times are ns on the caller's clock. */
+class IdlePower {
+ public:
+  /// What an arm's idleness asks for now.
+  enum class Verdict : std::uint8_t {
+    kNothing = 0,
+    kPowerOff,  ///< it has been idle for long enough, and stays where it is without power
+    kWarn,      ///< likewise, but it would not stay there; again after each further such time
+  };
+
+  /// @param patience s; infinite: never.
+  explicit IdlePower(double patience) : patience_(patience) {}
+
+  /** Once per cycle and arm.
+   * @param powered the arm has power, or is about to get it
+   * @param commanded somebody commands the robot, or it moves
+   * @param holds the arm stays where it is without power */
+  Verdict step(int arm, bool powered, bool commanded, bool holds, std::int64_t now) noexcept {
+    Arm& a = arms_[static_cast<std::size_t>(arm)];
+    if (!powered || commanded || !a.idle) {
+      a = {powered && !commanded, holds, 1.0, now, now};
+      return Verdict::kNothing;
+    }
+    a.holds = holds;
+    a.now = now;
+    if (idle(arm) < a.due * patience_)
+      return Verdict::kNothing;
+    a.due = std::floor(idle(arm) / patience_) + 1.0;
+    return holds ? Verdict::kPowerOff : Verdict::kWarn;
+  }
+
+  /// How long an arm has been idle, s; 0: it is not.
+  double idle(int arm) const noexcept {
+    const Arm& a = arms_[static_cast<std::size_t>(arm)];
+    return a.idle ? 1e-9 * static_cast<double>(a.now - a.since) : 0.0;
+  }
+  /// Until an idle arm loses its power, s; -1: it keeps it, or is not idle.
+  double left(int arm) const noexcept {
+    const Arm& a = arms_[static_cast<std::size_t>(arm)];
+    return a.idle && a.holds && std::isfinite(patience_) ? std::max(0.0, patience_ - idle(arm)) : -1.0;
+  }
+  double patience() const noexcept { return patience_; }
+
+ private:
+  struct Arm {
+    bool idle = false;
+    bool holds = false;
+    double due = 1.0;  ///< the next verdict, in times of the patience
+    std::int64_t since = 0;
+    std::int64_t now = 0;
+  };
+  double patience_;
+  std::array<Arm, kMaxArms> arms_{};
+};
+
+}  // namespace tandem::safety
