@@ -230,6 +230,24 @@ const Mapping& groupTable(Kind kind) {
   return kind.translation ? translation : rotation;
 }
 
+const Mapping& emergencyStopTable() {
+  static const Mapping table{
+      "emergency_stop_input",
+      "Where the emergency stop can be read back: a bit of the drives' digital inputs, or of their statusword (STO).",
+      {
+          text("bus", "name of the bus").required(),
+          nodeId("node", "of the drive").defaultNote("every drive of that bus"),
+          integer("input_bit", "of the digital inputs, object 0x60FD").within(0, 31).defaultNote("statusword_bit"),
+          integer("statusword_bit", "of the statusword, object 0x6041; none that makes the state")
+              .within(4, 15)
+              .defaultNote("input_bit"),
+          text("active", "the value that says that it is pressed; low: a broken wire says so, too")
+              .required()
+              .oneOf({"low", "high"}),
+      }};
+  return table;
+}
+
 }  // namespace
 
 const Mapping& hardwareTable() {
@@ -262,6 +280,10 @@ const Mapping& hardwareTable() {
               .within(0.1, 20.0)
               .defaultsTo(defaults.power_budget),
           mapping("buses", busTable(), "the CAN buses").required().list(1, 8),
+          mapping("emergency_stop", emergencyStopTable(),
+                  "any of these stops all arms, and keeps them from being cleared while it is pressed")
+              .list(1, 2 * safety::kMaxJoints)
+              .defaultNote("it cannot be read"),
           mapping("translations", groupTable(kTranslation), "linear stages").required().list(1, 16),
           mapping("rotations", groupTable(kRotation), "rotations").required().list(1, 16),
       }};

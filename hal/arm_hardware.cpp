@@ -103,7 +103,14 @@ safety::FaultRecord ArmHardware::presentFailure() const noexcept {
   }
   if ((needs_boot_ && !recovering_) || rebooting_)
     present.faults |= safety::bit(safety::Fault::kDrive);
-  return present;
+  return safety::withEmergencyStop(present, emergency_active_);
+}
+
+void ArmHardware::setEmergencyStop(bool active, bool known) noexcept {
+  emergency_active_ = active;
+  emergency_known_ = known;
+  if (active && (supervisor_.faults() & safety::bit(safety::Fault::kStopRequested)) == 0)
+    supervisor_.latch(safety::kEmergencyStopRecord);
 }
 
 void ArmHardware::boot(std::int64_t now) noexcept {
@@ -122,7 +129,7 @@ DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
     return DriveRequest::kEnable;
   if (presentFaults() != 0)
     return DriveRequest::kEnable;  // latches them, which says why
-  if (!homed() || homing_.running() || recovering_)
+  if (!homed() || homing_.running() || recovering_ || !emergency_known_)
     return DriveRequest::kKeep;
   if (!(safety::largestViolation(supervisor_.limits(), position()) <= safety::kAtRest))
     return DriveRequest::kEnable;  // the same, before torque finds a distance to cover
@@ -194,7 +201,8 @@ safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::
   }
   const bool was_enabled = supervisor_.powered();
   const safety::GateReport report = supervisor_.command(passed, places(), presentFailure(), now);
-  if (passed.request == DriveRequest::kEnable && !was_enabled && presentFaults() != 0)
+  constexpr safety::FaultMask kOutside = safety::bit(safety::Fault::kStopRequested);  // no boot would help
+  if (passed.request == DriveRequest::kEnable && !was_enabled && (presentFaults() & ~kOutside) != 0)
     needs_boot_ = true;
   return report;
 }

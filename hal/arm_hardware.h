@@ -11,6 +11,7 @@
 #include "hal/axis.h"
 #include "hal/homing_run.h"
 #include "safety/arm_supervisor.h"
+#include "safety/emergency_stop.h"
 
 namespace tandem::hal {
 
@@ -36,6 +37,9 @@ class ArmHardware {
    * not been seen in good order since the start, nothing happens. */
   safety::GateReport command(const safety::ArmRequest& request, std::int64_t now) noexcept;
   void disableForNewSession() noexcept { supervisor_.disableForNewSession(); }
+  /** The emergency stop as it is read now. While it is active the arm is stopped and cannot be cleared; while it is
+   * not known the arm does not get power. */
+  void setEmergencyStop(bool active, bool known) noexcept;
   /// The stop topic.
   void stop() noexcept { supervisor_.latch({safety::bit(safety::Fault::kStopRequested)}); }
 
@@ -110,6 +114,8 @@ class ArmHardware {
   bool needs_boot_ = false;    ///< the hardware caused a fault: only a boot clears it
   bool rebooting_ = false;
   bool boot_due_ = false;  ///< rebooting_: the boot has not begun yet
+  bool emergency_active_ = false;
+  bool emergency_known_ = true;
   std::array<GuardMask, safety::kMaxJointsPerArm> seen_{};
 };
 

@@ -44,7 +44,9 @@ safety::FaultMask faultsOf(GuardMask guards) noexcept {
   safety::FaultMask faults = 0;
   if ((guards & kSensorGuards) != 0)
     faults |= safety::bit(safety::Fault::kSensor);
-  if ((guards & ~kSensorGuards) != 0)
+  if ((guards & bit(HardwareGuard::kEmergencyStop)) != 0)
+    faults |= safety::bit(safety::Fault::kStopRequested);
+  if ((guards & ~kSensorGuards & ~bit(HardwareGuard::kEmergencyStop)) != 0)
     faults |= safety::bit(safety::Fault::kDrive);
   return faults;
 }

@@ -49,7 +49,7 @@ inline constexpr GuardMask kSensorGuards =
 /// Guards on which an arm stops as a whole, with its ramp; with all others the axis itself is lost.
 inline constexpr GuardMask kRampGuards = kSensorGuards | bit(HardwareGuard::kForeignMaster);
 
-/// The fault of the operating state that follows from guards: kSensor, kDrive, both or none.
+/// The fault of the operating state that follows from guards: kSensor, kDrive, kStopRequested or none.
 safety::FaultMask faultsOf(GuardMask guards) noexcept;
 
 /** Counts how often each guard began to act. */

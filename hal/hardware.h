@@ -109,6 +109,14 @@ struct AxisConfig {
   double stopBudget() const noexcept;
 };
 
+/** Where the emergency stop, or the STO of a drive, can be read. */
+struct EmergencyInput {
+  int axis = 0;             ///< index in HardwareConfig::axes: whose drive tells
+  bool statusword = false;  ///< bit of the statusword 6041; otherwise of the digital inputs 60FD
+  int bit = 0;
+  bool active_low = true;  ///< 0 means pressed, so that a broken wire does, too
+};
+
 /** One arm of the robot. */
 struct ArmConfig {
   std::string name;
@@ -128,7 +136,8 @@ struct HardwareConfig {
   double power_budget = 2.0;       ///< for all drives of an arm to be in operation, s
   std::vector<BusConfig> buses;
   std::vector<ArmConfig> arms;
-  std::vector<AxisConfig> axes;  ///< arms in order, their joints in order: complete
+  std::vector<AxisConfig> axes;                ///< arms in order, their joints in order: complete
+  std::vector<EmergencyInput> emergency_stop;  ///< any of them stops all arms; empty: it cannot be read
 
   /// Traffic of one bus in operation. @param heartbeat_budget the drives' patience with the HAL, s.
   BusTraffic trafficOf(int bus, double heartbeat_budget) const;
@@ -138,6 +147,9 @@ struct HardwareConfig {
 
 /// The HAL sends its heartbeat so many times within the drives' patience.
 inline constexpr double kHeartbeatsPerBudget = 4.0;
+
+/// Whether the digital inputs 60FD of the drive of an axis are read.
+bool readsInputs(const HardwareConfig& hardware, const AxisConfig& axis) noexcept;
 
 /// Whether every axis of an arm is declared to stay where it is without power.
 bool holdsWithoutPower(const HardwareConfig& hardware, int arm) noexcept;

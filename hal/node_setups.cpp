@@ -58,10 +58,10 @@ canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
   return setup;
 }
 
-/// All predefined PDOs but one are switched off, where the node has them.
-void switchOffOthers(std::vector<SetupStep>& steps, PdoDirection direction, int used, int node) {
+/// All predefined PDOs but those that are used (first to last) are switched off, where the node has them.
+void switchOffOthers(std::vector<SetupStep>& steps, PdoDirection direction, int first, int last, int node) {
   for (int number = 1; number <= kPredefinedPdos; ++number) {
-    if (number == used)
+    if (number >= first && number <= last)
       continue;
     for (SetupStep& step : canopen::pdoOffSteps(number, direction, node))
       steps.push_back(optional(std::move(step)));
@@ -144,8 +144,9 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   appendInterpolation(setup.steps, hardware.period);
   if (axis.reference == PositionReference::kHoming)
     appendHoming(setup.steps, axis);
-  switchOffOthers(setup.steps, PdoDirection::kReceive, 1, axis.node);
-  switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, axis.node);
+  const bool inputs = readsInputs(hardware, axis);
+  switchOffOthers(setup.steps, PdoDirection::kReceive, 1, 1, axis.node);
+  switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, inputs ? 2 : 1, axis.node);
   PdoConfig command;
   // The drive watches the cycle itself: half of what it grants our heartbeat.
   command.event_timer = milliseconds(0.5 * heartbeat_budget);
@@ -157,6 +158,12 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   feedback.layout.add({{0x6041, 0}, 16});
   feedback.layout.add({{0x6064, 0}, 32});
   setup.tpdos.push_back(feedback);
+  if (inputs) {
+    PdoConfig digital;
+    digital.number = 2;
+    digital.layout.add({{0x60FD, 0}, 32});
+    setup.tpdos.push_back(digital);
+  }
   setup.last_steps.push_back(canopen::writeOnly(objects::kMode, static_cast<int>(axis.mode), 1, "mode of operation"));
   setup.last_steps.push_back(awaitMode(axis.mode));
   return setup;
@@ -170,7 +177,7 @@ canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig
   setup.steps.push_back(canopen::checkBits({0x6503, 0}, 0, 1, 2, "position alarm"));
   // TPDO 1 of an encoder runs by its own timer, TPDO 2 by SYNC.
   constexpr int kSynchronous = 2;
-  switchOffOthers(setup.steps, PdoDirection::kTransmit, kSynchronous, encoder.node);
+  switchOffOthers(setup.steps, PdoDirection::kTransmit, kSynchronous, kSynchronous, encoder.node);
   PdoConfig feedback;
   feedback.number = kSynchronous;
   feedback.layout.add({{0x6004, 0}, 32});

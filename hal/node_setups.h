@@ -14,9 +14,13 @@ inline constexpr int kControlword = 0;  ///< RPDO 1
 inline constexpr int kTarget = 1;       ///< position (CSP) or velocity (CSV)
 inline constexpr int kStatusword = 0;   ///< TPDO 1
 inline constexpr int kPosition = 1;
+inline constexpr int kInputs = 0;           ///< TPDO 2 of a drive, where its digital inputs are read
 inline constexpr int kEncoderPosition = 0;  ///< TPDO of an encoder
 inline constexpr int kEncoderAlarms = 1;
 }  // namespace slots
+
+/// A TPDO is missed after so many SYNCs, and the budget's time at the least.
+inline constexpr std::uint64_t kMissedSyncs = 3;
 
 /// Objects that are accessed while a drive runs.
 namespace objects {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/robot_hardware.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -27,7 +28,8 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
                              const RobotOptions& options)
     : config_(config),
       listening_time_(canopen::listeningTime(options.budgets.drive_heartbeat)),
-      monitor_(static_cast<int>(config.arms.size()), options.budgets.commandAge(options.control_period)) {
+      monitor_(static_cast<int>(config.arms.size()), options.budgets.commandAge(options.control_period)),
+      emergency_stop_(std::max(config.feedback_budget, 3.0 * config.period)) {
   if (buses.size() != config.buses.size())
     throw std::invalid_argument("hardware: one open bus per configured one expected");
   const double heartbeat_budget = options.budgets.drive_heartbeat;
@@ -52,6 +54,10 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
     if (static_cast<int>(of_arm.size()) != config_.arms[a].limits.jointCount())
       throw std::invalid_argument("hardware: " + config_.arms[a].name + ": one axis per joint expected");
     arms_.emplace_back(config_.arms[a], std::move(of_arm), supervisor, config_.power_budget);
+  }
+  for (const EmergencyInput& input : config_.emergency_stop) {
+    const Axis& axis = *axes_.at(index(input.axis));
+    emergency_stop_.add(input, *buses_[index(axis.config().bus)].network, axis.driveIndex());
   }
   phases_.assign(axes_.size(), AxisPhase::kBooting);
 }
@@ -175,8 +181,31 @@ void RobotHardware::receive(std::int64_t now) noexcept {
   }
 }
 
+/// Before the arms: that drives have lost their torque by it is its consequence, not the cause.
+void RobotHardware::watchEmergencyStop(std::int64_t now) noexcept {
+  const safety::EmergencyStop before = emergency_stop_.state();
+  const int began = emergency_stop_.update(now);
+  for (ArmHardware& arm : arms_)
+    arm.setEmergencyStop(emergency_stop_.active(), emergency_stop_.known());
+  if (began >= 0) {
+    const AxisConfig& axis = config_.axes[index(began)];
+    HardwareEvent told;
+    told.arm = static_cast<std::uint8_t>(axis.arm);
+    told.joint = static_cast<std::uint8_t>(axis.joint);
+    told.guards = bit(HardwareGuard::kEmergencyStop);
+    hardware_guards_.add(told.guards, axis.arm, axis.joint);
+    events_.push(told);
+  }
+  if (before == safety::EmergencyStop::kPressed && emergency_stop_.state() == safety::EmergencyStop::kReleased) {
+    HardwareEvent told;
+    told.kind = HardwareEvent::Kind::kReleased;
+    events_.push(told);
+  }
+}
+
 void RobotHardware::step(std::int64_t now) noexcept {
   receive(now);
+  watchEmergencyStop(now);
   for (int a = 0; a < armCount(); ++a) {
     ArmHardware& arm = arms_[index(a)];
     arm.step(config_.period, now, began_);

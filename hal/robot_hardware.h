@@ -7,6 +7,7 @@
 
 #include "hal/arm_hardware.h"
 #include "hal/can/bus.h"
+#include "hal/emergency_stop.h"
 #include "hal/event_ring.h"
 #include "safety/command_monitor.h"
 #include "safety/robot_command.h"
@@ -28,6 +29,7 @@ struct HardwareEvent {
     kReady,      ///< that axis can be used
     kBus,        ///< `bus` entered `bus_state`
     kMaster,     ///< somebody else sends `master` on `bus`
+    kReleased,   ///< the emergency stop is no longer pressed
   };
   Kind kind = Kind::kGuard;
   std::uint8_t arm = 0;
@@ -89,6 +91,8 @@ class RobotHardware {
   const safety::FaultRecord& faultRecord(int arm) const noexcept {
     return arms_[index(arm)].supervisor().faultRecord();
   }
+  /// As the inputs of the hardware file tell it.
+  safety::EmergencyStop emergencyStop() const noexcept { return emergency_stop_.state(); }
   /// Times that an axis learnt where it is: its position before that is no part of a way.
   std::uint32_t placements() const noexcept { return placements_; }
   bool standing() const noexcept;
@@ -123,6 +127,7 @@ class RobotHardware {
   void hear(std::int64_t now) noexcept;
   void receive(std::int64_t now) noexcept;
   void onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept;
+  void watchEmergencyStop(std::int64_t now) noexcept;
   void measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now) noexcept;
   void askForRestarts() noexcept;
 
@@ -134,6 +139,7 @@ class RobotHardware {
   std::vector<BusSlot> buses_;
   std::vector<std::unique_ptr<Axis>> axes_;
   std::vector<ArmHardware> arms_;
+  EmergencyStopWatch emergency_stop_;
   std::vector<AxisPhase> phases_;  ///< as last told
   std::uint32_t placements_ = 0;
   std::array<GuardMask, safety::kMaxJointsPerArm> began_{};

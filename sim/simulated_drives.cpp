@@ -102,7 +102,8 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
     request.lost |= arm.plant.failed();
     const safety::JointMask without =
         request.request == safety::DriveRequest::kRecover ? request.lost : arm.supervisor.lost();
-    guards_.add(a, arm.supervisor.command(request, placesOf(arm), arm.plant.presentFailure(without), now));
+    const safety::FaultRecord present = safety::withEmergencyStop(arm.plant.presentFailure(without), emergency_stop_);
+    guards_.add(a, arm.supervisor.command(request, placesOf(arm), present, now));
   }
   return verdict.faults == 0;
 }
@@ -142,6 +143,8 @@ void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
 }
 
 void SimulatedDrives::checkDrives(Arm& arm) const noexcept {
+  if (emergency_stop_ && (arm.supervisor.faults() & bit(safety::Fault::kStopRequested)) == 0)
+    arm.supervisor.latch(safety::kEmergencyStopRecord);
   const bool powered = arm.supervisor.powered();
   for (int j = 0; j < arm.supervisor.limits().jointCount(); ++j) {
     const double position = arm.plant.position()[j];

@@ -8,6 +8,7 @@
 
 #include "safety/arm_supervisor.h"
 #include "safety/command_monitor.h"
+#include "safety/emergency_stop.h"
 #include "safety/robot_command.h"
 #include "sim/simulated_arm.h"
 
@@ -59,6 +60,11 @@ class SimulatedDrives {
   void advance(std::int64_t now) noexcept { step(options_.control_period, now); }
   /// The stop topic: stops every arm with the ramp and latches Fault::kStopRequested, in every state.
   void stop() noexcept;
+  /// Presses or releases the emergency stop: while it is pressed all arms are stopped and cannot be cleared.
+  void setEmergencyStop(bool pressed) noexcept { emergency_stop_ = pressed; }
+  safety::EmergencyStop emergencyStop() const noexcept {
+    return emergency_stop_ ? safety::EmergencyStop::kPressed : safety::EmergencyStop::kReleased;
+  }
   /// Puts all arms elsewhere (arms stacked, m, rad). Only while nothing moves and no arm is ENABLED or PAUSED.
   ResetResult reset(const safety::RobotVector& joints) noexcept;
   /// Sets or ends the fault of one axis. False: no such axis.
@@ -105,6 +111,7 @@ class SimulatedDrives {
   safety::CommandMonitor monitor_;
   safety::GuardCounters guards_;
   std::vector<Arm> arms_;
+  bool emergency_stop_ = false;
 };
 
 }  // namespace tandem::sim

@@ -9,6 +9,7 @@ import { allowed, place, rotationRange, wrap } from "../src/state/track";
 import {
   accepts,
   driveRecord,
+  emergencyStop,
   faultsOf,
   idleWords,
   kFaults,
@@ -79,6 +80,13 @@ test("the drives' record reads as in tandem status", () => {
   // Of a catheter's three joints the insertion alone is a length.
   const roll = { ...hal, fault_joint: Uint8Array.of(255, 1) } as HalStatus;
   expect(driveRecord(roll, 1, 3)).toBe("drive (following error) of joint 2: 0.031 rad, allowed 0.02 rad");
+});
+
+test("the emergency stop is called as in tandem status", () => {
+  const words = /kEmergencyStop\[\] = \{([^}]*)\}/.exec(cpp("services/cli/status.cpp"))![1]!;
+  const names = [...words.matchAll(/"([^"]+)"/g)].map((m) => m[1]);
+  expect(names.map((_, state) => emergencyStop(state).toLowerCase())).toEqual(names);
+  expect(emergencyStop(9)).toBe("unknown");
 });
 
 test("arms that nobody commands say what becomes of their power", () => {

@@ -35,6 +35,7 @@ std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
       {"feedback of " + of(traffic.drives, "drives"), traffic.feedback_bytes, static_cast<double>(traffic.drives), 0.0},
       {"positions of " + of(traffic.encoders, "encoders"), traffic.encoder_bytes, static_cast<double>(traffic.encoders),
        0.0},
+      {"inputs of " + of(traffic.inputs, "drives"), 4, static_cast<double>(traffic.inputs), 0.0},
       {"heartbeats of " + of(nodes, "nodes"), 1, 0.0, nodes / traffic.heartbeat_period},
       {"heartbeat of the HAL", 1, 0.0, 1.0 / traffic.master_heartbeat_period},
   };

@@ -45,6 +45,7 @@ BusLoad computeLoad(const BusPlan& plan);
 struct BusTraffic {
   int drives = 0;
   int encoders = 0;
+  int inputs = 0;                         ///< drives that send their digital inputs 60FD in a PDO of their own
   int command_bytes = 6;                  ///< RPDO of a drive: controlword and target
   int feedback_bytes = 6;                 ///< TPDO of a drive: statusword and position
   int encoder_bytes = 6;                  ///< TPDO of an encoder: position and alarms

@@ -14,6 +14,7 @@ BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
       continue;
     ++traffic.drives;
     traffic.encoders += axis.encoder ? 1 : 0;
+    traffic.inputs += readsInputs(*this, axis) ? 1 : 0;
   }
   traffic.heartbeat_period = node_heartbeat;
   traffic.master_heartbeat_period = heartbeat_budget / kHeartbeatsPerBudget;
@@ -33,6 +34,13 @@ BusPlan HardwareConfig::planOf(int bus, double heartbeat_budget) const {
 double AxisConfig::stopBudget() const noexcept {
   constexpr double kMargin = 0.1;  // s: for the motor's lag, and the transitions
   return 2.0 * velocity / quick_stop_deceleration + (brake ? brake->closing_time : 0.0) + kMargin;
+}
+
+bool readsInputs(const HardwareConfig& hardware, const AxisConfig& axis) noexcept {
+  return std::any_of(hardware.emergency_stop.begin(), hardware.emergency_stop.end(), [&](const EmergencyInput& input) {
+    const AxisConfig& of = hardware.axes[static_cast<std::size_t>(input.axis)];
+    return !input.statusword && of.bus == axis.bus && of.node == axis.node;
+  });
 }
 
 bool holdsWithoutPower(const HardwareConfig& hardware, int arm) noexcept {

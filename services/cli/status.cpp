@@ -103,6 +103,8 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   json["hold"] = dds::describe(static_cast<dds::HoldReason>(s.status.hold));
   json["lease_holder"] = s.status.lease_holder;
   json["source"] = dds::describe(static_cast<dds::Source>(s.status.source));
+  constexpr const char* kEmergencyStop[] = {"not read", "released", "pressed"};
+  json["emergency_stop"] = kEmergencyStop[std::min<std::size_t>(s.hal.emergency_stop, 2)];
   json["arms"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < std::min<std::size_t>(s.state.arm_count, robot.arms.size()); ++k) {
     json["arms"].push_back(armStatusJson(robot, s, k));
@@ -152,6 +154,8 @@ void printStatus(const nlohmann::ordered_json& json) {
             << json["feedback"].get<std::string>() << ", lease "
             << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << ", moved by "
             << json["source"].get<std::string>() << '\n';
+  if (json["emergency_stop"] == "pressed")
+    std::cout << "  EMERGENCY STOP pressed: release it, then disable\n";
   for (const auto& arm : json["arms"]) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
               << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")

@@ -57,6 +57,8 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
     return "bus " + robot.config().buses[event.bus].name + ": " + std::string(name(event.bus_state));
   if (event.kind == Kind::kMaster)
     return nameOf(robot.config().buses[event.bus]) + describeMaster(event.master);
+  if (event.kind == Kind::kReleased)
+    return "the emergency stop is released; disable clears the arms";
   const hal::Axis& axis = robot.arm(event.arm).axis(event.joint);
   const hal::canopen::Node* encoder = axis.encoderNode();
   const hal::canopen::Node& node = event.encoder && encoder != nullptr ? *encoder : axis.driveNode();
@@ -73,6 +75,7 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
       return axis.config().name + ": ready";
     case Kind::kBus:
     case Kind::kMaster:
+    case Kind::kReleased:
       break;
   }
   return who;

@@ -71,6 +71,7 @@ void writeState(const Robot& robot, dds::ActuationState& state) noexcept {
 template <class Robot>
 void writeStatus(const Robot& robot, dds::HalStatus& status) noexcept {
   status.arm_count = static_cast<std::uint8_t>(robot.armCount());
+  status.emergency_stop = static_cast<std::uint8_t>(robot.emergencyStop());
   for (int k = 0; k < robot.armCount(); ++k) {
     status.operating_state[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(robot.state(k));
     status.faults[static_cast<std::size_t>(k)] = robot.faults(k);

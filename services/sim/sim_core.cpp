@@ -212,6 +212,10 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
         result == sim::ResetResult::kOutsideLimits ? dds::ReplyCode::kOutsideLimits : dds::ReplyCode::kWrongState,
         std::string(sim::describe(result)));
   }
+  if (request.kind == kFault && (request.fault == "emergency_stop" || request.fault == "emergency_stop_released")) {
+    drives_.setEmergencyStop(request.fault == "emergency_stop");
+    return answer(dds::ReplyCode::kOk, "");
+  }
   if (request.kind == kFault) {
     const auto fault = sim::axisFaultFromName(request.fault);
     if (!fault)

@@ -146,7 +146,7 @@ void Drive::command(std::uint16_t word) noexcept {
   const bool shutdown = (word & 0x07) == 0x06, switch_on = (word & 0x0F) == 0x07, enable = (word & 0x0F) == 0x0F;
   switch (state_) {
     case DriveState::kSwitchOnDisabled:
-      if (shutdown)
+      if (shutdown && !emergency_stop)
         enter(DriveState::kReady);
       break;
     case DriveState::kReady:
@@ -278,6 +278,9 @@ void Drive::step(double dt) noexcept {
   const double before = motor_.position();
   if (state_ == DriveState::kNotReady && powered() && nmt() != NmtState::kBootUp)
     enter(DriveState::kSwitchOnDisabled);
+  if (emergency_stop && state_ != DriveState::kNotReady && state_ != DriveState::kSwitchOnDisabled &&
+      state_ != DriveState::kFault)
+    enter(state_ == DriveState::kFaultReaction ? DriveState::kFault : DriveState::kSwitchOnDisabled);
   if (mode_display_.value != mode_.value) {
     mode_display_.value = mode_.value;
     profile_target_ = demand_;

@@ -84,6 +84,11 @@ class Drive final : public Device {
   const Motor& motor() const noexcept { return motor_; }
   Motor& motor() noexcept { return motor_; }
   SensorFaults sensor;  ///< of the motor's encoder; `alarm` is a fault of the drive
+  /** The emergency stop takes the torque (STO): the motor coasts, the drive falls back to "switch on disabled" and
+   * stays there. Statusword: bit 14 (of the manufacturer) is 1, bit 4 (voltage enabled) is 0. */
+  bool emergency_stop = false;
+  /// Bit of the digital inputs 60FD: 1 while the chain of the emergency stop is closed.
+  static constexpr int kEmergencyInput = 16;
 
   /// True position in the drive's coordinates, counts.
   double position() const noexcept { return motor_.position() + zero_; }

@@ -100,13 +100,14 @@ bool DriveBus::possible(const Injection& injection) noexcept {
   if (injection.kind == FaultKind::kBusOff)
     return injection.node == 0;
   if (injection.node == 0)
-    return injection.kind == FaultKind::kFrameLoss || injection.kind == FaultKind::kOff;
+    return injection.kind == FaultKind::kFrameLoss || injection.kind == FaultKind::kOff ||
+           injection.kind == FaultKind::kEmergencyStop;
   const Node* node = nodeOf(injection.node);
   if (node == nullptr)
     return false;
   const bool drive_only = injection.kind == FaultKind::kSlow || injection.kind == FaultKind::kOverCurrent ||
                           injection.kind == FaultKind::kOverTemperature || injection.kind == FaultKind::kRunaway ||
-                          injection.kind == FaultKind::kBrakeFailure;
+                          injection.kind == FaultKind::kBrakeFailure || injection.kind == FaultKind::kEmergencyStop;
   return node->drive != nullptr || !drive_only;
 }
 
@@ -210,6 +211,10 @@ void DriveBus::applyTo(Node& node, const Injection& injection, bool on) noexcept
       break;
     case FaultKind::kBrakeFailure:
       motor.no_brake = on;
+      break;
+    case FaultKind::kEmergencyStop:
+      if (node.drive != nullptr)
+        node.drive->emergency_stop = on;
       break;
     case FaultKind::kBusOff:
       break;

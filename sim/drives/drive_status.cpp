@@ -33,14 +33,16 @@ void Drive::refresh() noexcept {
   torque_.value = std::clamp<std::int64_t>(std::llround(motor_.torque()), -32768, 32767);
   current_.value = std::clamp<std::int64_t>(std::llround(motor_.current()), -32768, 32767);
   temperature_.value = std::llround(motor_.temperature());
-  inputs_.value = (motor_.atLowEnd() ? 1 : 0) | (motor_.atHighEnd() ? 2 : 0);
+  inputs_.value =
+      (motor_.atLowEnd() ? 1 : 0) | (motor_.atHighEnd() ? 2 : 0) | (emergency_stop ? 0 : 1 << kEmergencyInput);
   statusword_.value = statusword();
 }
 
 std::uint16_t Drive::statusword() const noexcept {
   constexpr std::uint16_t kStates[] = {0x00, 0x40, 0x21, 0x23, 0x27, 0x07, 0x0F, 0x08};
   std::uint16_t word = kStates[static_cast<std::size_t>(state_)];
-  word |= 0x0010 | 0x0200;  // voltage enabled, remote
+  word |= 0x0200;                            // remote
+  word |= emergency_stop ? 0x4000 : 0x0010;  // STO, voltage enabled
   const double margin = static_cast<double>(temperature_limit_.value) - motor_.temperature();
   if (margin < 15.0)
     word |= 0x0080;

@@ -27,8 +27,9 @@ enum class FaultKind : std::uint8_t {
   kBabbling,         ///< node sends `value` frames per second of highest priority [2000]
   kRunaway,          ///< drive: the motor runs at this fraction of its largest speed, whatever it is told [1]
   kBrakeFailure,     ///< drive: its brake does not hold
+  kEmergencyStop,    ///< drive: STO, and its input falls; node 0: of all drives, as the chain of a real robot does it
 };
-inline constexpr int kFaultKinds = 16;
+inline constexpr int kFaultKinds = 17;
 std::string_view name(FaultKind kind);  ///< "off", "over_current" ...
 std::optional<FaultKind> faultFromName(std::string_view name);
 

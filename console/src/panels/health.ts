@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** How the machinery is: loops, guards, services, and what the page itself costs. */
 import { age, ageWords } from "../state/age";
-import { kGuards } from "../state/words";
+import { emergencyStop, kGuards } from "../state/words";
 import type { Context, Panel } from "./context";
 import { card, h, setAttribute, setText } from "./dom";
 
@@ -74,6 +74,7 @@ export class Health implements Panel {
     }
     this.fact(this.loop, "this page hears", `${this.kilobytes.toFixed(0)} kB/s`);
     if (hal) {
+      this.fact(this.loop, "emergency stop", emergencyStop(hal.emergency_stop));
       kGuards.forEach((name, k) => {
         const count = hal.guard_count[k] ?? 0n;
         this.fact(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Arms with their faults in words, power, and homing. */
-import { accepts, driveRecord, faultsOf, holdReason, idleWords, shortName, stateGlyph, stateName } from "../state/words";
+import { accepts, driveRecord, faultsOf, holdReason, idleWords, kPressed, shortName, stateGlyph, stateName } from "../state/words";
 import type { StateCommand } from "../state/words";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
@@ -11,6 +11,11 @@ const kRepeat = 200; // ms: the drives home as long as somebody repeats the wish
 export class Operate implements Panel {
   readonly element: HTMLElement;
   private readonly faults: HTMLElement[];
+  private readonly emergency = h(
+    "div.fault",
+    { hidden: true, role: "alert", id: "emergency-stop" },
+    "✕ EMERGENCY STOP pressed: all arms stand. When it is safe: release it, disable, then enable.",
+  );
   private readonly hold = h("p.hold", { hidden: true });
   private readonly idle = h("p.hold", { hidden: true, id: "idle", role: "status" });
   private readonly commands: [HTMLButtonElement, StateCommand][];
@@ -40,6 +45,7 @@ export class Operate implements Panel {
     this.reference = this.holdButton();
     this.element = card(
       "Arms",
+      this.emergency,
       ...this.faults,
       this.hold,
       this.idle,
@@ -101,6 +107,7 @@ export class Operate implements Panel {
       const whose = robot.arms.filter((_, j) => words[j] === text).map((arm) => shortName(arm.name));
       setText(this.faults[k]!, shown ? `✕ Arm ${whose.join(", ")}: ${text}` : "");
     });
+    setShown(this.emergency, hal?.emergency_stop === kPressed);
     const waits = (status?.hold ?? 0) !== 0;
     setShown(this.hold, waits);
     if (waits && status)

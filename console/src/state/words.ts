@@ -189,6 +189,10 @@ export const holdReason = (hold: number): string =>
     "no rest of what the arms move is known near their joints",
   ][hold] ?? "for a reason that this page does not know";
 
+/** By safety::EmergencyStop. */
+export const emergencyStop = (state: number): string => ["not read", "released", "PRESSED"][state] ?? "unknown";
+export const kPressed = 2;
+
 const kMentionIdle = 5; // s
 
 /** What becomes of an arm that has power and that nobody commands; empty for others, and in the first seconds. */

@@ -73,6 +73,7 @@ export interface HalStatus {
   guard_count: BigUint64Array;
   guard_largest: Float64Array;
   homed: Uint8Array;
+  emergency_stop: number;
   bus_count: number;
   bus_load: number;
 }

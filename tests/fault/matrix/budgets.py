@@ -17,6 +17,7 @@ class Device:
     reason: str
     lag_mm: float = 0.1   # an axis that is lost may be so far from where it was told to be, in addition
     coasts: bool = False  # one motor has no brake any more
+    everywhere: bool = False  # the other arm stops, too
     rarely: bool = False  # ridden through by some runs, stopped within the time above in others
 
     def standing(self):
@@ -76,6 +77,7 @@ DEVICES = {
     ("drive", "frame_loss", 1): silent(),
     ("drive", "byte_flips", 0.1): Device(500, "the first flip that matters"),
     ("drive", "babbling", 2000): ridden("11 % of 1 Mbit/s"),
+    ("drive", "emergency_stop", 0): at_once(coasts=True),
     ("encoder", "off", 0): silent(),
     ("encoder", "stuck", 0): mismatch(),
     ("encoder", "garbage", 0): at_once(),
@@ -96,6 +98,7 @@ DEVICES = {
     ("foreign master", "heartbeat", 0): foreign(),
     ("foreign master", "reset_all", 0): foreign("1 period; drives that are reset coast", coasts=True),
     ("foreign master", "command_pdo", 0): foreign(),
+    ("bus", "emergency_stop", 0): Device(MARGIN_MS, "2 periods: digital inputs of a drive", coasts=True, everywhere=True),
 }
 
 

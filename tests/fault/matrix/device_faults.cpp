@@ -47,6 +47,7 @@ constexpr Case kCases[] = {
     {"drive", kDrive, FaultKind::kFrameLoss, 1},
     {"drive", kDrive, FaultKind::kByteFlips, 0.1},
     {"drive", kDrive, FaultKind::kBabbling, 2000},
+    {"drive", kDrive, FaultKind::kEmergencyStop, 0},
     {"encoder", kEncoder, FaultKind::kOff, 0},
     {"encoder", kEncoder, FaultKind::kStuck, 0},
     {"encoder", kEncoder, FaultKind::kGarbage, 0},
@@ -63,6 +64,7 @@ constexpr Case kCases[] = {
     {"bus", kBus, FaultKind::kFrameLoss, 0.1},
     {"bus", kBus, FaultKind::kFrameLoss, 1},
     {"bus", kBus, FaultKind::kBusOff, 0},
+    {"bus", kBus, FaultKind::kEmergencyStop, 0},
 };
 
 /// One frame that only a master sends, by somebody else on arm_a's bus.

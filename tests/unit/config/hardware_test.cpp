@@ -83,8 +83,31 @@ TEST(Hardware, AnArmHoldsWithoutPowerWhereAllItsAxesAreDeclaredTo) {
   EXPECT_FALSE(hal::holdsWithoutPower(hardware, 0));
 }
 
+TEST(Hardware, TheEmergencyStopIsReadWhereTheFileSays) {
+  const hal::HardwareConfig preset = loadHardware(hardwarePreset());
+  ASSERT_EQ(preset.emergency_stop.size(), 2u);
+  EXPECT_EQ(preset.emergency_stop[1].axis, 6);
+  EXPECT_EQ(preset.emergency_stop[1].bit, 16);
+  EXPECT_FALSE(preset.emergency_stop[1].statusword);
+  EXPECT_TRUE(preset.emergency_stop[1].active_low);
+  EXPECT_TRUE(hal::readsInputs(preset, preset.axes[6]));
+  EXPECT_FALSE(hal::readsInputs(preset, preset.axes[7]));
+  // A PDO of its own, which the calculator of the load knows: SYNC, two PDOs of six drives, those of six encoders.
+  EXPECT_EQ(hal::computeLoad(preset.planOf(0, 0.1)).frames_per_cycle, 1 + 12 + 6 + 1);
+  // Without a node: every drive of the bus. The statusword comes anyhow.
+  const hal::HardwareConfig sto = loadText(replaced(good(), "{bus: bus_b, node: 1, input_bit: 16, active: low}",
+                                                    "{bus: bus_b, statusword_bit: 14, active: high}"));
+  ASSERT_EQ(sto.emergency_stop.size(), 7u);
+  EXPECT_EQ(sto.emergency_stop[6].axis, 11);
+  EXPECT_TRUE(sto.emergency_stop[6].statusword);
+  EXPECT_FALSE(sto.emergency_stop[6].active_low);
+  EXPECT_EQ(hal::computeLoad(sto.planOf(1, 0.1)).frames_per_cycle, 1 + 12 + 6);
+}
+
 TEST(Hardware, EveryKeyReachesItsField) {
   std::string text = good();
+  text = replaced(text, "{bus: bus_b, node: 1, input_bit: 16, active: low}",
+                  "{bus: bus_b, statusword_bit: 14, active: high}");
   text = replaced(text, "feedback_budget_ms: 300\n", "");
   text = replaced(
       text, "simulated: true\n",
@@ -174,6 +197,14 @@ TEST(Hardware, Refusals) {
   refuse("lower_mm: -437", "lower_mm: 1", "lower_mm: 1", 10, "translations[0].axes[0].lower_mm", "expected less than");
   refuse("encoder_node: 17,", "", "{arm: arm_a, tube: 1, bus: bus_a", 0, "translations[0].axes[0].encoder_node",
          "expected one");
+  refuse("{bus: bus_a, node: 1, input_bit: 16,", "{bus: bus_c, node: 1, input_bit: 16,", "bus_c", 0,
+         "emergency_stop[0].bus", "expected one of the buses");
+  refuse("{bus: bus_a, node: 1, input_bit: 16,", "{bus: bus_a, node: 9, input_bit: 16,", "node: 9", 6,
+         "emergency_stop[0].node", "found no drive there");
+  refuse("node: 1, input_bit: 16,", "node: 1, ", "bus_a, node: 1,  active", 0, "emergency_stop[0].bus",
+         "expected one of input_bit and statusword_bit");
+  refuse("node: 1, input_bit: 16,", "node: 1, statusword_bit: 6,", "statusword_bit: 6", 16,
+         "emergency_stop[0].statusword_bit", "part of the drive's state");
   refuse("following_error_mm: 1", "following_error_mm: 0.00001", "node: 1, lower", 6, "translations[0].axes[0].node",
          "below two counts");
   refuse("counts_per_revolution: 4096\n      gear_ratio: 10\n",

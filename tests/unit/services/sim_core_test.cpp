@@ -96,5 +96,35 @@ TEST(SimCore, AfterALongSleepTheArmsStandAndTheRestIsLeftOut) {
   EXPECT_EQ(status.left_out, 9000u);
 }
 
+TEST(SimCore, PressesAndReleasesTheEmergencyStopOnRequest) {
+  System s;
+  s.getMoving();
+  EXPECT_EQ(s.hal.emergency_stop, 1);
+  dds::SimRequest request;
+  request.kind = 3;
+  request.fault = "emergency_stop";
+  EXPECT_EQ(s.sim.onRequest(request).accepted, 1);
+  s.run(0.3);
+  EXPECT_EQ(s.hal.emergency_stop, 2);
+  for (int arm : {0, 1})
+    EXPECT_EQ(s.drives(arm), safety::OperatingState::kFault);
+  EXPECT_EQ(dds::faultRecordOf(s.hal, 0).cause, safety::FaultCause::kEmergencyStop);
+  // While it is pressed `disable` clears nothing.
+  s.order(dds::ControlKind::kAcquireLease);
+  s.command(safety::StateCommand::kDisable);
+  s.run(0.3);
+  EXPECT_EQ(s.drives(0), safety::OperatingState::kFault);
+  EXPECT_NE(s.command(safety::StateCommand::kEnable).code, dds::ReplyCode::kOk);
+  request.fault = "emergency_stop_released";
+  EXPECT_EQ(s.sim.onRequest(request).accepted, 1);
+  s.run(0.2);
+  s.command(safety::StateCommand::kDisable);
+  s.run(0.3);
+  EXPECT_EQ(s.drives(0), safety::OperatingState::kDisabled);
+  EXPECT_EQ(s.command(safety::StateCommand::kEnable).code, dds::ReplyCode::kOk);
+  s.run(0.3);
+  EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled);
+}
+
 }  // namespace
 }  // namespace tandem::test

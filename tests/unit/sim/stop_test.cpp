@@ -57,6 +57,26 @@ TEST_F(Stop, StopTopicStopsWithinTheRampInEveryState) {
   expectFault(bit(Fault::kStopRequested));
 }
 
+TEST_F(Stop, TheEmergencyStopStopsLatchesAndIsClearedOnlyWhenReleased) {
+  bringToSpeed();
+  drives.setEmergencyStop(true);
+  timeToStand(kStopTime + kTick);
+  expectFault(bit(Fault::kStopRequested));
+  EXPECT_EQ(drives.faultRecord(0).cause, safety::FaultCause::kEmergencyStop);
+  EXPECT_EQ(drives.emergencyStop(), safety::EmergencyStop::kPressed);
+  request(DriveRequest::kDisable);
+  request(DriveRequest::kEnable);
+  expectFault(bit(Fault::kStopRequested));
+  EXPECT_EQ(drives.faultRecord(0).cause, safety::FaultCause::kEmergencyStop);
+  drives.setEmergencyStop(false);
+  run(kTick);
+  expectFault(bit(Fault::kStopRequested));
+  request(DriveRequest::kDisable);
+  EXPECT_EQ(drives.state(0), OperatingState::kDisabled);
+  request(DriveRequest::kEnable);
+  EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
+}
+
 TEST_F(Stop, BadStreamStopsAllArms) {
   struct Case {
     const char* name;

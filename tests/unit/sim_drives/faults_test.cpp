@@ -48,6 +48,20 @@ TEST_F(Faults, Off) {
   EXPECT_EQ(rig.drive().state(), DriveState::kSwitchOnDisabled);
 }
 
+TEST_F(Faults, EmergencyStopTakesTheTorqueAndKeepsIt) {
+  ramp(100e3, 0.3);
+  EXPECT_EQ(rig.read(0, {0x60FD, 0}) >> Drive::kEmergencyInput & 1u, 1u);
+  ASSERT_TRUE(inject(FaultKind::kEmergencyStop, 0));
+  EXPECT_FALSE(inject(FaultKind::kEmergencyStop, 17)) << "an encoder has no torque";
+  rig.run(0.02);
+  EXPECT_EQ(rig.drive().state(), DriveState::kSwitchOnDisabled);
+  EXPECT_EQ(rig.status() & 0x4010, 0x4000);
+  EXPECT_EQ(rig.read(0, {0x60FD, 0}) >> Drive::kEmergencyInput & 1u, 0u);
+  EXPECT_FALSE(rig.enable());
+  EXPECT_EQ(rig.drives.clear(0, FaultKind::kEmergencyStop), 1);
+  EXPECT_TRUE(rig.enable());
+}
+
 TEST_F(Faults, StuckRotor) {
   ASSERT_TRUE(inject(FaultKind::kStuck));
   ramp(100e3, 0.3);

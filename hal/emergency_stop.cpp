@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/emergency_stop.h"
+
+#include "hal/nanoseconds.h"
+#include "hal/node_setups.h"
+
+namespace tandem::hal {
+namespace {
+
+using safety::EmergencyStop;
+
+}  // namespace
+
+void EmergencyStopWatch::add(const EmergencyInput& input, const canopen::Network& network, int node) {
+  sources_.push_back({input, &network, node});
+}
+
+void EmergencyStopWatch::listen(Source& source, std::int64_t now) const noexcept {
+  const canopen::Node& node = source.network->node(source.node);
+  if (node.phase() != canopen::NodePhase::kOperational) {
+    source.heard = false;
+    source.lost = source.lost || node.phase() == canopen::NodePhase::kFailed;
+    return;
+  }
+  const bool statusword = source.input.statusword;
+  const canopen::Tpdo& tpdo = node.tpdos()[statusword ? 0 : 1];
+  const bool fresh = source.heard && tpdo.count != source.count;
+  if (!source.heard || fresh) {  // the wait for the first one begins when the node becomes operational
+    source.heard = true;
+    source.time = now;
+    source.sync_mark = source.network->syncCount();
+  }
+  source.count = tpdo.count;
+  if (fresh) {
+    const bool high = (tpdo.get(statusword ? slots::kStatusword : slots::kInputs) >> source.input.bit & 1u) != 0;
+    source.pressed = high != source.input.active_low;
+    source.read = true;
+    source.lost = false;
+  } else if (source.network->syncCount() - source.sync_mark >= kMissedSyncs &&
+             now - source.time > nanoseconds(budget_)) {
+    source.lost = true;
+  }
+}
+
+int EmergencyStopWatch::update(std::int64_t now) noexcept {
+  int began = -1;
+  bool pressed = false, readable = false, lost = false;
+  for (Source& source : sources_) {
+    const bool was_pressed = source.pressed;
+    listen(source, now);
+    if (source.pressed && !was_pressed && began < 0)
+      began = source.input.axis;
+    pressed = pressed || source.pressed;
+    readable = readable || (source.read && !source.lost);
+    lost = lost || source.lost;
+  }
+  lost_ = lost && !readable;
+  state_ = pressed ? EmergencyStop::kPressed : readable ? EmergencyStop::kReleased : EmergencyStop::kNotRead;
+  return began;
+}
+
+}  // namespace tandem::hal

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Reads the emergency stop, or the STO of drives, back from the PDOs of drives. */
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "hal/canopen/network.h"
+#include "hal/hardware.h"
+#include "safety/emergency_stop.h"
+
+namespace tandem::hal {
+
+/** All inputs that tell of the emergency stop. One that says "pressed" is enough. One that falls silent is not missed
+ * while another one is heard; when the last one is lost, nobody would learn of the emergency stop, and that stops the
+ * arms, too. While a node boots its input stands as it was last heard. Nothing after construction allocates, locks or
+ * throws; times are ns on the caller's clock. */
+class EmergencyStopWatch {
+ public:
+  /// @param budget s for which an operational node may owe an input.
+  explicit EmergencyStopWatch(double budget) : budget_(budget) {}
+
+  /// @param network outlives this. @param node index of the drive in it.
+  void add(const EmergencyInput& input, const canopen::Network& network, int node);
+
+  /// After Network::receive(), once per period. @return index of the axis whose input began to say "pressed"; -1: none.
+  int update(std::int64_t now) noexcept;
+
+  safety::EmergencyStop state() const noexcept { return state_; }
+  /// The arms have to stand: it is pressed, or cannot be read any more.
+  bool active() const noexcept { return state_ == safety::EmergencyStop::kPressed || lost_; }
+  /// Nothing is to be read, or something has been.
+  bool known() const noexcept { return sources_.empty() || state_ != safety::EmergencyStop::kNotRead; }
+
+ private:
+  struct Source {
+    EmergencyInput input;
+    const canopen::Network* network = nullptr;
+    int node = 0;
+    std::uint64_t count = 0;      ///< of the PDO, at the last update
+    std::uint64_t sync_mark = 0;  ///< SYNCs sent when it last came
+    std::int64_t time = 0;        ///< when it last came, or its node became operational
+    bool heard = false;           ///< since the node became operational
+    bool read = false;            ///< ever
+    bool pressed = false;         ///< as last read
+    bool lost = false;            ///< it should be heard, and is not
+  };
+  void listen(Source& source, std::int64_t now) const noexcept;
+
+  double budget_;
+  std::vector<Source> sources_;
+  safety::EmergencyStop state_ = safety::EmergencyStop::kNotRead;
+  bool lost_ = false;
+};
+
+}  // namespace tandem::hal

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The emergency stop, read back from drives: it stops all arms, latches, and is recovered from. */
+#include "robot_fixture.h"
+
+namespace tandem::hal::test {
+namespace {
+
+using safety::EmergencyStop;
+using safety::FaultCause;
+
+ArmVector bothKinds(double translation, double rotation) {
+  ArmVector v(6);
+  v << translation, translation, translation, rotation, rotation, rotation;
+  return v;
+}
+
+HardwareConfig without(HardwareConfig config) {
+  config.emergency_stop.clear();
+  return config;
+}
+
+/// The STO of every drive of the first bus, by the statusword.
+HardwareConfig bySto() {
+  HardwareConfig config = without(presetHardware());
+  for (int axis = 0; axis < 6; ++axis)
+    config.emergency_stop.push_back({axis, true, 14, false});
+  return config;
+}
+
+void moveBoth(System& system) {
+  ASSERT_TRUE(system.boot()) << system.story();
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kReleased);
+  ASSERT_TRUE(system.enable()) << system.story();
+  system.move(0, bothKinds(4e-3, 0.3));
+  system.move(1, bothKinds(1e-3, 0.1));
+  system.run(0.5);
+  ASSERT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+}
+
+void expectRecord(const System& system) {
+  for (int arm = 0; arm < 2; ++arm) {
+    const safety::FaultRecord& record = system.robot->faultRecord(arm);
+    EXPECT_NE(record.faults & safety::bit(Fault::kStopRequested), 0u) << safety::describe(record, 6);
+    EXPECT_EQ(record.cause, FaultCause::kEmergencyStop) << safety::describe(record, 6);
+  }
+}
+
+/// Neither `disable` nor `enable` does anything while it is pressed; afterwards they do, and nothing has moved.
+void expectRecovery(System& system) {
+  system.hold();
+  system.request(DriveRequest::kDisable);
+  system.run(4.0);  // a boot of the nodes included
+  EXPECT_TRUE(system.all(OperatingState::kFault));
+  system.request(DriveRequest::kEnable);
+  system.run(1.0);
+  EXPECT_TRUE(system.all(OperatingState::kFault));
+  EXPECT_TRUE(system.robot->off());
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kPressed);
+  const ArmVector stood = system.truth(0);
+  system.wires[0]->drives->clear(0, FaultKind::kEmergencyStop);
+  system.request(DriveRequest::kKeep);
+  system.run(0.5);
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kReleased);
+  EXPECT_TRUE(system.all(OperatingState::kFault)) << "it is latched";
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }))
+      << system.story();
+  ASSERT_TRUE(system.enable()) << system.story();
+  system.run(0.3);
+  EXPECT_LE((system.truth(0) - stood).head(3).cwiseAbs().maxCoeff(), 5e-6);
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+}
+
+TEST(EmergencyStop, OfAllDrivesStopsAllArmsLatchesAndIsRecoveredFrom) {
+  System system;
+  moveBoth(system);
+  const ArmVector before = system.truth(1);
+  ASSERT_TRUE(system.inject(0, FaultKind::kEmergencyStop, 0));
+  const std::int64_t pressed = system.now;
+  ASSERT_TRUE(system.until(0.1, [&] { return system.all(OperatingState::kFault); })) << system.story();
+  EXPECT_LE(system.now - pressed, 3 * 4 * kMillisecond);
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kPressed);
+  expectRecord(system);
+  EXPECT_EQ(system.guardCount(HardwareGuard::kEmergencyStop), 1u);
+  // The arm whose drives have their torque stops with the ramp.
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->off(); })) << system.story();
+  EXPECT_EQ(system.robot->faults(1), safety::bit(Fault::kStopRequested));
+  EXPECT_LE((system.truth(1) - before).head(3).cwiseAbs().maxCoeff(), 1e-3 * 0.05);
+  EXPECT_LE(safety::largestViolation(system.config.arms[0].limits, system.truth(0)), 0.3e-3);
+  expectRecovery(system);
+}
+
+TEST(EmergencyStop, IsReadFromTheStatuswordToo) {
+  System system(bySto());
+  moveBoth(system);
+  ASSERT_TRUE(system.inject(0, FaultKind::kEmergencyStop, 5));  // one drive's STO is enough
+  ASSERT_TRUE(system.until(0.1, [&] { return system.all(OperatingState::kFault); })) << system.story();
+  expectRecord(system);
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->off(); })) << system.story();
+  expectRecovery(system);
+}
+
+TEST(EmergencyStop, WithoutAnInputItIsALossOfPowerOfOneArm) {
+  System system(without(presetHardware()));
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  ASSERT_TRUE(system.inject(0, FaultKind::kEmergencyStop, 0));
+  system.run(0.5);
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kNotRead);
+  EXPECT_EQ(system.robot->faultRecord(0).cause, FaultCause::kOff);
+  EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled);
+}
+
+TEST(EmergencyStop, PressedInDisabledLatchesAndKeepsPowerAway) {
+  System system;
+  ASSERT_TRUE(system.inject(1, FaultKind::kEmergencyStop, 0));
+  system.robot->start(system.now);
+  system.request(DriveRequest::kEnable);
+  system.run(5.0);
+  EXPECT_TRUE(system.all(OperatingState::kFault)) << system.story();
+  EXPECT_TRUE(system.robot->off());
+  expectRecord(system);
+}
+
+TEST(EmergencyStop, WhoeverCanNoLongerReadItStops) {
+  HardwareConfig config = presetHardware();
+  config.emergency_stop.resize(1);  // on the first bus alone
+  System system(config);
+  moveBoth(system);
+  ASSERT_TRUE(system.inject(0, FaultKind::kOff, 1));
+  ASSERT_TRUE(system.until(0.3, [&] { return system.all(OperatingState::kFault); })) << system.story();
+  EXPECT_EQ(system.robot->faultRecord(1).cause, FaultCause::kEmergencyStop);
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kNotRead);
+  // When the drive is back, so is the reading: the boot that `disable` asks for brings both.
+  system.hold();
+  system.wires[0]->drives->clear(0, std::nullopt);
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }))
+      << system.story();
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kReleased);
+  EXPECT_TRUE(system.enable()) << system.story();
+}
+
+TEST(EmergencyStop, AnotherInputStandsInForOneThatIsLost) {
+  System system;
+  moveBoth(system);
+  ASSERT_TRUE(system.inject(0, FaultKind::kOff, 1));
+  system.run(0.5);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+  EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled) << system.story();
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kReleased);
+  ASSERT_TRUE(system.inject(1, FaultKind::kEmergencyStop, 0));
+  EXPECT_TRUE(system.until(0.1, [&] { return system.all(OperatingState::kFault); }));
+}
+
+}  // namespace
+}  // namespace tandem::hal::test
