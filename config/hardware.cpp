@@ -9,6 +9,7 @@
 
 #include "config/exact.h"
 #include "config/file_tables.h"
+#include "config/hardware_guards.h"
 #include "config/loaders.h"
 
 namespace tandem::config {
@@ -57,13 +58,6 @@ hal::PositionReference readReference(const Map& map) {
   if (word == "drive")
     return hal::PositionReference::kDrive;
   return word == "homing" ? hal::PositionReference::kHoming : hal::PositionReference::kAbsoluteEncoder;
-}
-
-hal::PowerlessHold readPowerlessHold(const Map& drive) {
-  const std::string word = drive.text("holds_without_power");
-  if (word == "self_locking")
-    return hal::PowerlessHold::kSelfLocking;
-  return word == "brake" ? hal::PowerlessHold::kBrake : hal::PowerlessHold::kNo;
 }
 
 /// What all axes of a group share.
@@ -123,6 +117,7 @@ Group readGroup(const Map& map, bool translation) {
   axis.following_time = drive.number("following_time");
   axis.reference = readReference(drive);
   axis.powerless_hold = readPowerlessHold(drive);
+  axis.torque = readTorqueLimit(drive);
   readHoming(drive, group);
   readBrake(drive, axis);
   axis.temperature_scale = drive.number("temperature_scale");
@@ -267,35 +262,6 @@ class AxisReader {
   std::vector<hal::AxisConfig> axes_;
 };
 
-/// One entry of `emergency_stop`, for one drive or all of its bus.
-void readEmergencyInput(const Map& map, hal::HardwareConfig& hardware) {
-  const auto bus = std::find_if(hardware.buses.begin(), hardware.buses.end(),
-                                [&](const hal::BusConfig& b) { return b.name == map.text("bus"); });
-  if (bus == hardware.buses.end())
-    map.fail("bus", "found '" + map.text("bus") + "', expected one of the buses of this file");
-  hal::EmergencyInput input;
-  input.statusword = map.has("statusword_bit");
-  if (input.statusword == map.has("input_bit"))
-    map.fail("bus", std::string("found ") + (input.statusword ? "both input_bit and statusword_bit" : "neither") +
-                        ", expected one of input_bit and statusword_bit");
-  input.bit = map.integer(input.statusword ? "statusword_bit" : "input_bit");
-  if (input.statusword && (input.bit == 5 || input.bit == 6))
-    map.fail("statusword_bit", "found " + std::to_string(input.bit) +
-                                   ", which is part of the drive's state, expected "
-                                   "another one");
-  input.active_low = map.text("active") == "low";
-  const auto before = hardware.emergency_stop.size();
-  for (std::size_t i = 0; i < hardware.axes.size(); ++i) {
-    const hal::AxisConfig& axis = hardware.axes[i];
-    if (axis.bus != bus - hardware.buses.begin() || (map.has("node") && axis.node != map.integer("node")))
-      continue;
-    input.axis = static_cast<int>(i);
-    hardware.emergency_stop.push_back(input);
-  }
-  if (hardware.emergency_stop.size() == before)
-    map.fail(map.has("node") ? "node" : "bus", "found no drive there, expected the node of a drive of this file");
-}
-
 /// Carriages that home together keep their distances if they move at one speed and end inside equation (1); then every
 /// distance goes from one good value to another one without turning round.
 void checkHoming(const Map& map, const hal::HardwareConfig& hardware) {
@@ -372,10 +338,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
     }
   }
   hardware.axes = reader.finish(map);
-  if (map.has("emergency_stop")) {
-    for (const Map& entry : map.maps("emergency_stop"))
-      readEmergencyInput(entry, hardware);
-  }
+  readEmergencyStop(map, hardware);
   readArms(map, robot, hardware);
   checkHoming(map, hardware);
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {

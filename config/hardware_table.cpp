@@ -130,6 +130,24 @@ void append(std::vector<Field>& fields, const std::vector<Field>& more) {
   fields.insert(fields.end(), more.begin(), more.end());
 }
 
+const Mapping& torqueTable() {
+  const hal::TorqueLimit defaults;
+  static const Mapping table{"torque_limit",
+                             "How much torque an axis may need in operation; beyond it the arm stops and latches.",
+                             {
+                                 text("object", "what is watched: torque, object 0x6077, or current, object 0x6078")
+                                     .oneOf({"torque", "current"})
+                                     .defaultsTo("torque"),
+                                 number("limit_per_mille", kNone, "of the rated torque (0x6076) or current (0x6075)")
+                                     .required()
+                                     .within(1, 32767),
+                                 number("time", kTime, "for which it may be beyond: speeding up takes more")
+                                     .atLeast(0)
+                                     .defaultsTo(defaults.time),
+                             }};
+  return table;
+}
+
 Mapping driveMapping(Kind kind) {
   Mapping table{kind.prefixed("drive"), "What the drives of a group have in common, CiA 402.", gearingFields(kind)};
   append(table.fields,
@@ -152,6 +170,7 @@ Mapping driveMapping(Kind kind) {
                   "say so")
                  .oneOf({"no", "self_locking", "brake"})
                  .defaultsTo("no"),
+             mapping("torque_limit", torqueTable(), "a guard on torque or current").defaultNote("not watched"),
              text("temperature_object", "object with a temperature, signed")
                  .matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal")
                  .orInteger()

@@ -35,6 +35,7 @@ Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, canopen::Ne
       units_(config.gearing),
       power_(hardware.transition_budget, config.stopBudget()),
       motion_(config.velocity, units_.resolution(), hardware.period),
+      torque_(config.torque),
       temperature_(std::numeric_limits<double>::quiet_NaN()) {
   if (config.brake)
     brake_.emplace(*config.brake);
@@ -74,6 +75,7 @@ void Axis::onEmcy(int node, const canopen::Emcy& emcy) noexcept {
 void Axis::setOperating(bool operating) noexcept {
   if (operating && !operating_) {
     following_.restart(target_);
+    torque_.reset();
   }
   operating_ = operating;
 }
@@ -120,6 +122,8 @@ void Axis::readDrive(std::int64_t now) noexcept {
   counts_ = static_cast<std::int32_t>(tpdo.getSigned(slots::kPosition));
   motion_.sample(units_.scale() * static_cast<double>(counts_), sampled_);
   statusword_ = static_cast<std::uint16_t>(tpdo.get(slots::kStatusword));
+  if (torque_.watches())
+    torque_.take(static_cast<std::int16_t>(tpdo.getSigned(slots::kTorque)), now);
   if (phase_ == AxisPhase::kReady || phase_ == AxisPhase::kFailed)
     position_ = units_.toJoint(counts_);
 }
@@ -247,6 +251,7 @@ void Axis::judgeMotion(std::int64_t now) noexcept {
   noteGuard(HardwareGuard::kFollowing, following_.outside(config_.following_time, now));
   noteGuard(HardwareGuard::kIgnoresCommand, following_.ignored(kIgnoreBudget, now));
   noteGuard(HardwareGuard::kPowerLost, !powered);
+  noteGuard(HardwareGuard::kTorque, torque_.exceeded(now));
   // In cyclic velocity a drive may slow down before its limit, and say so.
   noteGuard(HardwareGuard::kInternalLimit,
             config_.mode == DriveMode::kCyclicPosition && powered && (statusword_ & statusword::kInternalLimit) != 0);
@@ -325,6 +330,8 @@ safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
     record.cause = FaultCause::kOutsideLimits;
   } else if ((guards & bit(HardwareGuard::kBrake)) != 0) {
     record.cause = FaultCause::kBrake;
+  } else if ((guards & bit(HardwareGuard::kTorque)) != 0) {
+    record.cause = FaultCause::kTorque;
   } else if ((guards & bit(HardwareGuard::kPowerLost)) != 0) {
     record.cause = FaultCause::kOff;
   }

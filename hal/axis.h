@@ -11,6 +11,7 @@
 #include "hal/hardware.h"
 #include "hal/measured_motion.h"
 #include "hal/sdo_jobs.h"
+#include "hal/torque_guard.h"
 
 namespace tandem::hal {
 
@@ -128,6 +129,7 @@ class Axis {
   PowerSequence power_;
   MeasuredMotion motion_;
   std::optional<Brake> brake_;
+  TorqueGuard torque_;
   SdoJobs jobs_;
   AxisPhase phase_ = AxisPhase::kBooting;
   GuardMask guards_ = 0;

@@ -46,6 +46,13 @@ enum class PowerlessHold : std::uint8_t {
   kBrake,        ///< a brake that closes without power
 };
 
+/** How much torque an axis may need. */
+struct TorqueLimit {
+  std::uint16_t object = 0;  ///< 0x6077 torque or 0x6078 current actual value, in the feedback PDO; 0: not watched
+  double limit = 1.0;        ///< share of the rated torque (6076) or current (6075)
+  double time = 0.05;        ///< s for which it may be beyond: speeding up takes more
+};
+
 /** A homing run (CiA 402 mode 6). */
 struct HomingConfig {
   int method = 0;             ///< object 0x6098
@@ -101,6 +108,7 @@ struct AxisConfig {
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   PowerlessHold powerless_hold = PowerlessHold::kNo;
+  TorqueLimit torque;
   HomingConfig homing;  ///< where reference is kHoming
   std::optional<EncoderConfig> encoder;
   std::optional<BrakeConfig> brake;

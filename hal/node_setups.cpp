@@ -157,6 +157,8 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   PdoConfig feedback;
   feedback.layout.add({{0x6041, 0}, 16});
   feedback.layout.add({{0x6064, 0}, 32});
+  if (axis.torque.object != 0)
+    feedback.layout.add({{axis.torque.object, 0}, 16});
   setup.tpdos.push_back(feedback);
   if (inputs) {
     PdoConfig digital;

@@ -14,6 +14,7 @@ inline constexpr int kControlword = 0;  ///< RPDO 1
 inline constexpr int kTarget = 1;       ///< position (CSP) or velocity (CSV)
 inline constexpr int kStatusword = 0;   ///< TPDO 1
 inline constexpr int kPosition = 1;
+inline constexpr int kTorque = 2;           ///< torque or current, where it is watched
 inline constexpr int kInputs = 0;           ///< TPDO 2 of a drive, where its digital inputs are read
 inline constexpr int kEncoderPosition = 0;  ///< TPDO of an encoder
 inline constexpr int kEncoderAlarms = 1;

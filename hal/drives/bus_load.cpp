@@ -32,7 +32,10 @@ std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
   return {
       {"SYNC", 0, 1.0, 0.0},
       {"commands to " + of(traffic.drives, "drives"), traffic.command_bytes, static_cast<double>(traffic.drives), 0.0},
-      {"feedback of " + of(traffic.drives, "drives"), traffic.feedback_bytes, static_cast<double>(traffic.drives), 0.0},
+      {"feedback of " + of(traffic.drives - traffic.torques, "drives"), traffic.feedback_bytes,
+       static_cast<double>(traffic.drives - traffic.torques), 0.0},
+      {"feedback with torque of " + of(traffic.torques, "drives"), traffic.feedback_bytes + 2,
+       static_cast<double>(traffic.torques), 0.0},
       {"positions of " + of(traffic.encoders, "encoders"), traffic.encoder_bytes, static_cast<double>(traffic.encoders),
        0.0},
       {"inputs of " + of(traffic.inputs, "drives"), 4, static_cast<double>(traffic.inputs), 0.0},
@@ -47,10 +50,12 @@ namespace {
 int mostAxes(BusPlan plan, BusTraffic traffic) {
   constexpr int kMost = 63;  // two nodes each, of 127
   const bool with_encoders = traffic.encoders > 0;
+  const bool with_torque = traffic.torques > 0;
   int most = 0;
   for (int n = 1; n <= kMost; ++n) {
     traffic.drives = n;
     traffic.encoders = with_encoders ? n : 0;
+    traffic.torques = with_torque ? n : 0;
     plan.streams = streamsOf(traffic);
     if (computeLoad(plan).fits)
       most = n;

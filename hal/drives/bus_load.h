@@ -45,6 +45,7 @@ BusLoad computeLoad(const BusPlan& plan);
 struct BusTraffic {
   int drives = 0;
   int encoders = 0;
+  int torques = 0;                        ///< drives whose feedback carries torque or current, 2 bytes more
   int inputs = 0;                         ///< drives that send their digital inputs 60FD in a PDO of their own
   int command_bytes = 6;                  ///< RPDO of a drive: controlword and target
   int feedback_bytes = 6;                 ///< TPDO of a drive: statusword and position

@@ -32,6 +32,8 @@ double valueOf(const Injection& injection) noexcept {
       return 0.1;
     case FaultKind::kBabbling:
       return 2000.0;
+    case FaultKind::kOverload:
+      return 900.0;
     default:
       return 1.0;
   }
@@ -107,7 +109,8 @@ bool DriveBus::possible(const Injection& injection) noexcept {
     return false;
   const bool drive_only = injection.kind == FaultKind::kSlow || injection.kind == FaultKind::kOverCurrent ||
                           injection.kind == FaultKind::kOverTemperature || injection.kind == FaultKind::kRunaway ||
-                          injection.kind == FaultKind::kBrakeFailure || injection.kind == FaultKind::kEmergencyStop;
+                          injection.kind == FaultKind::kBrakeFailure || injection.kind == FaultKind::kEmergencyStop ||
+                          injection.kind == FaultKind::kOverload;
   return node->drive != nullptr || !drive_only;
 }
 
@@ -211,6 +214,9 @@ void DriveBus::applyTo(Node& node, const Injection& injection, bool on) noexcept
       break;
     case FaultKind::kBrakeFailure:
       motor.no_brake = on;
+      break;
+    case FaultKind::kOverload:
+      motor.load = on ? value : 0.0;
       break;
     case FaultKind::kEmergencyStop:
       if (node.drive != nullptr)

@@ -11,9 +11,9 @@ namespace tandem::sim::drives {
 namespace {
 
 constexpr std::array<std::string_view, kFaultKinds> kNames{
-    "off",          "stuck",        "garbage",          "wrong",         "slow",       "delayed",
-    "intermittent", "over_current", "over_temperature", "encoder_alarm", "frame_loss", "byte_flips",
-    "bus_off",      "babbling",     "runaway",          "brake_failure", "emergency_stop"};
+    "off",          "stuck",        "garbage",          "wrong",         "slow",           "delayed",
+    "intermittent", "over_current", "over_temperature", "encoder_alarm", "frame_loss",     "byte_flips",
+    "bus_off",      "babbling",     "runaway",          "brake_failure", "emergency_stop", "overload"};
 
 std::string allNames() {
   std::string text;

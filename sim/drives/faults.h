@@ -28,8 +28,9 @@ enum class FaultKind : std::uint8_t {
   kRunaway,          ///< drive: the motor runs at this fraction of its largest speed, whatever it is told [1]
   kBrakeFailure,     ///< drive: its brake does not hold
   kEmergencyStop,    ///< drive: STO, and its input falls; node 0: of all drives, as the chain of a real robot does it
+  kOverload,         ///< drive: the joint needs `value` per mille of the rated torque more, and still follows [900]
 };
-inline constexpr int kFaultKinds = 17;
+inline constexpr int kFaultKinds = 18;
 std::string_view name(FaultKind kind);  ///< "off", "over_current" ...
 std::optional<FaultKind> faultFromName(std::string_view name);
 

@@ -26,7 +26,7 @@ void Motor::follow(double position, double velocity, double dt) noexcept {
                             : faults.speed * std::clamp(velocity + parameters_.position_gain * error, -limit, limit);
   const double acceleration = std::clamp((wanted - velocity_) / parameters_.velocity_lag, -parameters_.max_acceleration,
                                          parameters_.max_acceleration);
-  torque_ = kPeakTorque * acceleration / parameters_.max_acceleration + kFriction * velocity_ / limit;
+  torque_ = kPeakTorque * acceleration / parameters_.max_acceleration + kFriction * velocity_ / limit + faults.load;
   move(acceleration, dt);
   heat(dt);
 }

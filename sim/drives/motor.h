@@ -24,6 +24,7 @@ struct MotorParameters {
 struct MotorFaults {
   bool blocked = false;
   double speed = 1.0;         ///< fraction of the velocity asked for that it reaches
+  double load = 0.0;          ///< torque beyond what the motion needs, per mille of rated
   bool over_current = false;  ///< a winding draws several times the rated current
   bool over_heated = false;   ///< cooling failed: the winding is 100 K hotter
   double runaway = 0.0;       ///< not 0: with power it runs at this fraction of its largest speed, whatever it is told

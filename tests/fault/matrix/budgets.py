@@ -78,6 +78,8 @@ DEVICES = {
     ("drive", "byte_flips", 0.1): Device(500, "the first flip that matters"),
     ("drive", "babbling", 2000): ridden("11 % of 1 Mbit/s"),
     ("drive", "emergency_stop", 0): at_once(coasts=True),
+    ("drive", "overload", 900): ridden("torque is not watched by default"),
+    ("drive, torque_limit", "overload", 900): Device(50 + MARGIN_MS, "`time` of `torque_limit`"),
     ("encoder", "off", 0): silent(),
     ("encoder", "stuck", 0): mismatch(),
     ("encoder", "garbage", 0): at_once(),

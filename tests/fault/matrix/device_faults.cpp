@@ -29,6 +29,10 @@ struct Case {
   double value;
 };
 
+/// Rows of drives whose torque is watched; the guard is off by default.
+constexpr const char* kWithTorqueLimit = "drive, torque_limit";
+constexpr TorqueLimit kTorqueLimit{0x6077, 0.8, 0.05};
+
 constexpr Case kCases[] = {
     {"drive", kDrive, FaultKind::kOff, 0},
     {"drive", kDrive, FaultKind::kStuck, 0},
@@ -48,6 +52,8 @@ constexpr Case kCases[] = {
     {"drive", kDrive, FaultKind::kByteFlips, 0.1},
     {"drive", kDrive, FaultKind::kBabbling, 2000},
     {"drive", kDrive, FaultKind::kEmergencyStop, 0},
+    {"drive", kDrive, FaultKind::kOverload, 900},
+    {kWithTorqueLimit, kDrive, FaultKind::kOverload, 900},
     {"encoder", kEncoder, FaultKind::kOff, 0},
     {"encoder", kEncoder, FaultKind::kStuck, 0},
     {"encoder", kEncoder, FaultKind::kGarbage, 0},
@@ -133,9 +139,16 @@ std::string statesOf(System& system) {
   return text;
 }
 
+HardwareConfig hardwareOf(const Case& fault) {
+  HardwareConfig hardware = presetHardware();
+  for (AxisConfig& axis : hardware.axes)
+    axis.torque = fault.where == std::string_view(kWithTorqueLimit) ? kTorqueLimit : TorqueLimit{};
+  return hardware;
+}
+
 /// @param hurt_it  does it to the first arm; false: cannot be done.
-Json measure(const std::function<bool(System&)>& hurt_it, int run) {
-  System system;
+Json measure(const std::function<bool(System&)>& hurt_it, int run, const HardwareConfig& hardware = presetHardware()) {
+  System system(hardware);
   if (!system.boot() || !system.enable())
     throw std::runtime_error("the arms do not come up\n" + system.story());
   ArmVector v(6);
@@ -188,7 +201,8 @@ int main() {
       Json row{{"where", fault.where}, {"fault", name(fault.kind)}, {"value", fault.value}, {"runs", Json::array()}};
       for (int run = 0; run < kRuns; ++run)
         row["runs"].push_back(
-            measure([&](System& system) { return system.inject(0, fault.kind, fault.node, fault.value); }, run));
+            measure([&](System& system) { return system.inject(0, fault.kind, fault.node, fault.value); }, run,
+                    hardwareOf(fault)));
       all["rows"].push_back(row);
     }
     for (const ForeignCase& foreign : kForeignCases) {

@@ -104,8 +104,29 @@ TEST(Hardware, TheEmergencyStopIsReadWhereTheFileSays) {
   EXPECT_EQ(hal::computeLoad(sto.planOf(1, 0.1)).frames_per_cycle, 1 + 12 + 6);
 }
 
+TEST(Hardware, TorqueIsWatchedWhereTheFileAsksForIt) {
+  EXPECT_EQ(loadHardware(hardwarePreset()).axes[0].torque.object, 0);
+  const std::string key = "holds_without_power: self_locking\n";
+  hal::HardwareConfig hardware =
+      loadText(replaced(good(), key, key + "      torque_limit: {limit_per_mille: 800, time_ms: 70}\n"));
+  EXPECT_EQ(hardware.axes[0].torque.object, 0x6077);
+  EXPECT_EQ(hardware.axes[0].torque.limit, 0.8);
+  EXPECT_EQ(hardware.axes[0].torque.time, 0.07);
+  EXPECT_EQ(hardware.axes[3].torque.object, 0);
+  // Two bytes more in the feedback of three drives.
+  const hal::HardwareConfig plain = loadHardware(hardwarePreset());
+  const double more =
+      hal::computeLoad(hardware.planOf(0, 0.1)).cycle_bits - hal::computeLoad(plain.planOf(0, 0.1)).cycle_bits;
+  EXPECT_EQ(more, 3.0 * (hal::frameBits(8) - hal::frameBits(6)));
+  hardware = loadText(replaced(good(), key, key + "      torque_limit: {object: current, limit_per_mille: 1500}\n"));
+  EXPECT_EQ(hardware.axes[0].torque.object, 0x6078);
+}
+
 TEST(Hardware, EveryKeyReachesItsField) {
   std::string text = good();
+  text = replaced(text, "holds_without_power: self_locking\n",
+                  "holds_without_power: self_locking\n"
+                  "      torque_limit: {object: current, limit_per_mille: 900, time_ms: 80}\n");
   text = replaced(text, "{bus: bus_b, node: 1, input_bit: 16, active: low}",
                   "{bus: bus_b, statusword_bit: 14, active: high}");
   text = replaced(text, "feedback_budget_ms: 300\n", "");
@@ -162,6 +183,9 @@ TEST(Hardware, EveryKeyReachesItsField) {
   EXPECT_EQ(axis.upper, -1e-3);
   EXPECT_EQ(axis.velocity, 0.01);
   EXPECT_EQ(axis.quick_stop_deceleration, 0.2);
+  EXPECT_EQ(axis.torque.object, 0x6078);
+  EXPECT_EQ(axis.torque.limit, 0.9);
+  EXPECT_EQ(axis.torque.time, 0.08);
   EXPECT_EQ(axis.following_error, 1e-3);
   EXPECT_EQ(axis.following_time, 0.1);
   EXPECT_EQ(axis.encoder->tolerance, 0.4e-3);

@@ -118,6 +118,53 @@ INSTANTIATE_TEST_SUITE_P(Vocabulary, HardwareFault, testing::ValuesIn(kCases), [
   return instance.param.name;
 });
 
+HardwareConfig withTorqueLimit(std::uint16_t object) {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes)
+    axis.torque = {object, 0.8, 0.05};
+  return config;
+}
+
+TEST(TorqueLimit, StopsAnArmThatNeedsMoreForLonger) {
+  for (const std::uint16_t object : {0x6077, 0x6078}) {
+    System system(withTorqueLimit(object));
+    ASSERT_TRUE(system.boot()) << system.story();
+    ASSERT_TRUE(system.enable()) << system.story();
+    system.move(0, speeds(4e-3, 0.3));
+    system.move(1, speeds(1e-3, 0.1));
+    system.run(0.5);
+    ASSERT_TRUE(system.all(OperatingState::kEnabled)) << "speeding up takes more, but not for long\n" << system.story();
+    ASSERT_TRUE(system.inject(0, FaultKind::kOverload, 2, 700.0));
+    system.run(0.5);
+    EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+    ASSERT_TRUE(system.inject(0, FaultKind::kOverload, 2, 900.0));
+    const std::int64_t begin = system.now;
+    ASSERT_TRUE(system.until(0.2, [&] { return system.robot->state(0) == OperatingState::kFault; })) << system.story();
+    EXPECT_GE(system.now - begin, 50 * kMillisecond);
+    EXPECT_LE(system.now - begin, (50 + 12) * kMillisecond);
+    EXPECT_EQ(system.robot->faultRecord(0).cause, safety::FaultCause::kTorque);
+    EXPECT_EQ(system.robot->faultRecord(0).joint, 1);
+    EXPECT_EQ(system.guardCount(HardwareGuard::kTorque), 1u);
+    EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled);
+    system.hold();
+    system.wires[0]->drives->clear(0, std::nullopt);
+    system.request(DriveRequest::kDisable);
+    ASSERT_TRUE(system.until(8.0, [&] { return system.all(OperatingState::kDisabled) && system.allHomed(); }));
+    EXPECT_TRUE(system.enable()) << system.story();
+  }
+}
+
+TEST(TorqueLimit, IsOffByDefault) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  system.move(0, speeds(4e-3, 0.3));
+  ASSERT_TRUE(system.inject(0, FaultKind::kOverload, 2));
+  system.run(1.0);
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+  EXPECT_EQ(system.robot->arm(0).axis(1).driveNode().tpdos()[0].layout.size(), 2);
+}
+
 TEST(HardwareWatchdogs, DrivesStopByThemselvesWhenTheHalDies) {
   System system;
   ASSERT_TRUE(system.boot());

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Whether an axis needs more torque, or current, than it may: something holds it, or it holds something. */
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "hal/hardware.h"
+#include "hal/nanoseconds.h"
+
+namespace tandem::hal {
+
+/** Watches object 0x6077 (torque actual value, per mille of the rated torque) or 0x6078 (current) of one drive. Nothing
+ * allocates, locks or throws; times are ns on the caller's clock. */
+class TorqueGuard {
+ public:
+  explicit TorqueGuard(const TorqueLimit& limit)
+      : watches_(limit.object != 0), most_(1e3 * limit.limit), time_(nanoseconds(limit.time)) {}
+
+  bool watches() const noexcept { return watches_; }
+  /// What was before does not count.
+  void reset() noexcept { since_ = 0; }
+  /// A new reading, per mille.
+  void take(std::int16_t reading, std::int64_t now) noexcept {
+    if (std::abs(static_cast<double>(reading)) <= most_) {
+      since_ = 0;
+    } else if (since_ == 0) {
+      since_ = now;
+    }
+  }
+  /// It has been beyond the limit, without a break, for as long as it may.
+  bool exceeded(std::int64_t now) const noexcept { return since_ != 0 && now - since_ >= time_; }
+
+ private:
+  bool watches_;
+  double most_;  ///< per mille
+  std::int64_t time_;
+  std::int64_t since_ = 0;  ///< beyond the limit, 0: it is not
+};
+
+}  // namespace tandem::hal
