@@ -112,6 +112,7 @@ Group readGroup(const Map& map, bool translation) {
   axis.mode = drive.text("mode") == "csv" ? hal::DriveMode::kCyclicVelocity : hal::DriveMode::kCyclicPosition;
   axis.velocity_gain = drive.number("velocity_gain");
   axis.velocity = drive.number("velocity");
+  axis.slew_limit = drive.has("slew_limit") ? drive.number("slew_limit") : axis.velocity / hal::kSlewTime;
   axis.quick_stop_deceleration = drive.number("quick_stop_deceleration");
   axis.following_error = drive.number("following_error");
   axis.following_time = drive.number("following_time");

@@ -157,6 +157,12 @@ Mapping driveMapping(Kind kind) {
                  .defaultsTo("csp"),
              number("velocity_gain", kGain, "of the position loop in mode csv").above(0).defaultsTo(10.0),
              number("velocity", kind.speed(), "the fastest that the axis may move").required().above(0),
+             number("slew_limit", kind.acceleration(),
+                    "largest change of the commanded velocity per second, held by the gate of the HAL; the tighter of "
+                    "this and the robot file's holds")
+                 .above(0)
+                 .orUnlimited()
+                 .defaultNote("velocity within 0.1 s"),
              number("quick_stop_deceleration", kind.acceleration(), "object 0x6085").required().above(0),
              number("following_error", kind.position(), "window of drive and HAL, object 0x6065").required().above(0),
              number("following_time", kTime, "for which the error may be outside, object 0x6066")

@@ -98,11 +98,12 @@ struct AxisConfig {
   Gearing gearing;
   double lower = 0.0;  ///< the drive's own software limits, m or rad
   double upper = 0.0;
-  double velocity = 0.0;                 ///< the fastest that the axis may move, m/s or rad/s
-  double quick_stop_deceleration = 0.0;  ///< m/s^2 or rad/s^2
-  double following_error = 0.0;          ///< window of the drive and of the HAL, m or rad
-  double following_time = 0.0;           ///< s for which the error may stay outside the window
-  double velocity_gain = 0.0;            ///< 1/s: mode CSV closes the position loop with it
+  double velocity = 0.0;                   ///< the fastest that the axis may move, m/s or rad/s
+  double slew_limit = safety::kUnlimited;  ///< largest change of the commanded velocity per second, m/s^2 or rad/s^2
+  double quick_stop_deceleration = 0.0;    ///< m/s^2 or rad/s^2
+  double following_error = 0.0;            ///< window of the drive and of the HAL, m or rad
+  double following_time = 0.0;             ///< s for which the error may stay outside the window
+  double velocity_gain = 0.0;              ///< 1/s: mode CSV closes the position loop with it
   PositionReference reference = PositionReference::kAbsoluteEncoder;
   std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
   std::uint8_t temperature_sub = 0;
@@ -152,6 +153,12 @@ struct HardwareConfig {
   /// The calculator's input for one bus.
   BusPlan planOf(int bus, double heartbeat_budget) const;
 };
+
+/** A hardware file that says nothing of `slew_limit` lets a commanded velocity go from nothing to the drive's
+ * `velocity` in this time, s: as fast as the default stop_deceleration of a robot takes it back (0.1 m/s^2, 20 rad/s^2)
+ * at 10 mm/s and 2 rad/s. It does not act on setpoints at 10 Hz but when a rotation turns round at more than half of
+ * its speed. */
+inline constexpr double kSlewTime = 0.1;
 
 /// The HAL sends its heartbeat so many times within the drives' patience.
 inline constexpr double kHeartbeatsPerBudget = 4.0;

@@ -59,6 +59,7 @@ safety::ArmLimits cutLimits(const safety::ArmLimits& robot, const std::vector<Ax
     joint.lower = std::max(joint.lower, axis.lower);
     joint.upper = std::min(joint.upper, axis.upper);
     joint.velocity = std::min(joint.velocity, axis.velocity);
+    joint.slew_limit = std::min(joint.slew_limit, axis.slew_limit);
   }
   for (std::size_t j = 0; j < limits.joints.size(); ++j) {
     const safety::JointLimit& joint = limits.joints[j];

@@ -104,6 +104,25 @@ TEST(Hardware, TheEmergencyStopIsReadWhereTheFileSays) {
   EXPECT_EQ(hal::computeLoad(sto.planOf(1, 0.1)).frames_per_cycle, 1 + 12 + 6);
 }
 
+TEST(Hardware, SlewIsLimitedUnlessTheFileSaysOtherwise) {
+  // The robot's own is unlimited: in simulation the paper's commands jump.
+  const Robot robot = loadRobot(presets() / "robots/ark2024.yaml");
+  EXPECT_EQ(robot.arms[0].limits.joints[0].slew_limit, safety::kUnlimited);
+  const hal::HardwareConfig preset = loadHardware(hardwarePreset());
+  for (const hal::ArmConfig& arm : preset.arms) {
+    EXPECT_DOUBLE_EQ(arm.limits.joints[0].slew_limit, 0.1);  // 10 mm/s within 0.1 s
+    EXPECT_DOUBLE_EQ(arm.limits.joints[3].slew_limit, 20.0);
+    EXPECT_DOUBLE_EQ(arm.limits.joints[0].slew_limit, arm.limits.joints[0].stop_deceleration);
+    EXPECT_DOUBLE_EQ(arm.limits.joints[3].slew_limit, arm.limits.joints[3].stop_deceleration);
+  }
+  const std::string key = "velocity_mm_per_s: 10\n";
+  const auto slewOf = [&](const std::string& more) {
+    return loadText(replaced(good(), key, key + "      " + more + "\n")).arms[0].limits.joints[0].slew_limit;
+  };
+  EXPECT_EQ(slewOf("slew_limit_mm_per_s2: unlimited"), safety::kUnlimited);
+  EXPECT_EQ(slewOf("slew_limit_m_per_s2: 0.04"), 0.04);
+}
+
 TEST(Hardware, TorqueIsWatchedWhereTheFileAsksForIt) {
   EXPECT_EQ(loadHardware(hardwarePreset()).axes[0].torque.object, 0);
   const std::string key = "holds_without_power: self_locking\n";
@@ -126,6 +145,7 @@ TEST(Hardware, EveryKeyReachesItsField) {
   std::string text = good();
   text = replaced(text, "holds_without_power: self_locking\n",
                   "holds_without_power: self_locking\n"
+                  "      slew_limit_mm_per_s2: 300\n"
                   "      torque_limit: {object: current, limit_per_mille: 900, time_ms: 80}\n");
   text = replaced(text, "{bus: bus_b, node: 1, input_bit: 16, active: low}",
                   "{bus: bus_b, statusword_bit: 14, active: high}");
@@ -183,6 +203,7 @@ TEST(Hardware, EveryKeyReachesItsField) {
   EXPECT_EQ(axis.upper, -1e-3);
   EXPECT_EQ(axis.velocity, 0.01);
   EXPECT_EQ(axis.quick_stop_deceleration, 0.2);
+  EXPECT_EQ(axis.slew_limit, 0.3);
   EXPECT_EQ(axis.torque.object, 0x6078);
   EXPECT_EQ(axis.torque.limit, 0.9);
   EXPECT_EQ(axis.torque.time, 0.08);

@@ -53,6 +53,49 @@ TEST(RobotHardware, FollowsItsCommander) {
   EXPECT_LE((system.truth(1) - start_b).cwiseAbs().maxCoeff(), 1e-7);
 }
 
+/// The largest change of a setpoint's speed from one command to the next, per second: m/s^2 and rad/s^2.
+std::pair<double, double> slewOfReversal(const HardwareConfig& config, std::uint64_t& actions) {
+  System system(config);
+  EXPECT_TRUE(system.boot()) << system.story();
+  EXPECT_TRUE(system.enable()) << system.story();
+  std::pair<double, double> most{0.0, 0.0};
+  ArmVector setpoint = system.robot->setpoint(0), speed = ArmVector::Zero(6);
+  std::uint64_t seen = system.robot->answersCommand();
+  system.after_period = [&] {
+    if (system.robot->answersCommand() == seen)
+      return;
+    seen = system.robot->answersCommand();
+    const ArmVector now = (system.robot->setpoint(0) - setpoint) / System::kControlPeriod;
+    const ArmVector change = (now - speed).cwiseAbs() / System::kControlPeriod;
+    most = {std::max(most.first, change.head(3).maxCoeff()), std::max(most.second, change.tail(3).maxCoeff())};
+    setpoint = system.robot->setpoint(0);
+    speed = now;
+  };
+  for (const double sign : {1.0, -1.0, 1.0}) {
+    system.move(0, sign * slow(4e-3, 1.5));
+    system.run(0.5);
+  }
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+  actions = system.robot->guards()[safety::Guard::kSlew].count;
+  return most;
+}
+
+TEST(RobotHardware, LimitsTheSlewByDefaultAndNotWhereTheFileSaysSo) {
+  std::uint64_t actions = 0;
+  const auto limited = slewOfReversal(presetHardware(), actions);
+  EXPECT_LE(limited.second, 20.0 * (1.0 + 1e-9)) << "rotations turn round from 1.5 rad/s within 20 rad/s^2";
+  EXPECT_GT(actions, 0u);
+  // Carriages at the robot's 5 mm/s may do what they like at 10 Hz.
+  EXPECT_NEAR(limited.first, 2 * 4e-3 / System::kControlPeriod, 1e-9);
+  HardwareConfig config = presetHardware();
+  for (ArmConfig& arm : config.arms) {
+    for (safety::JointLimit& joint : arm.limits.joints)
+      joint.slew_limit = safety::kUnlimited;
+  }
+  EXPECT_NEAR(slewOfReversal(config, actions).second, 2 * 1.5 / System::kControlPeriod, 1e-6);
+  EXPECT_EQ(actions, 0u);
+}
+
 TEST(RobotHardware, ReversedAxesAndEncodersMoveTheSameWay) {
   HardwareConfig config = presetHardware();
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
