@@ -106,10 +106,10 @@ safety::FaultRecord ArmHardware::presentFailure() const noexcept {
   return safety::withEmergencyStop(present, emergency_active_);
 }
 
-void ArmHardware::setEmergencyStop(bool active, bool known) noexcept {
-  emergency_active_ = active;
+void ArmHardware::setEmergencyStop(bool pressed, bool lost, bool known) noexcept {
+  emergency_active_ = pressed || (lost && !recovering_);
   emergency_known_ = known;
-  if (active && (supervisor_.faults() & safety::bit(safety::Fault::kStopRequested)) == 0)
+  if (emergency_active_ && (supervisor_.faults() & safety::bit(safety::Fault::kStopRequested)) == 0)
     supervisor_.latch(safety::kEmergencyStopRecord);
 }
 

@@ -37,9 +37,10 @@ class ArmHardware {
    * not been seen in good order since the start, nothing happens. */
   safety::GateReport command(const safety::ArmRequest& request, std::int64_t now) noexcept;
   void disableForNewSession() noexcept { supervisor_.disableForNewSession(); }
-  /** The emergency stop as it is read now. While it is active the arm is stopped and cannot be cleared; while it is
-   * not known the arm does not get power. */
-  void setEmergencyStop(bool active, bool known) noexcept;
+  /** The emergency stop as it is read now. While it is pressed, or has been lost, the arm is stopped and cannot be
+   * cleared; while it is not known the arm does not get power. An arm that is recovered may have lost the drive that
+   * told of it: then it has to be known that it is pressed. */
+  void setEmergencyStop(bool pressed, bool lost, bool known) noexcept;
   /// The stop topic.
   void stop() noexcept { supervisor_.latch({safety::bit(safety::Fault::kStopRequested)}); }
 

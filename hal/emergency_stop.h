@@ -27,8 +27,8 @@ class EmergencyStopWatch {
   int update(std::int64_t now) noexcept;
 
   safety::EmergencyStop state() const noexcept { return state_; }
-  /// The arms have to stand: it is pressed, or cannot be read any more.
-  bool active() const noexcept { return state_ == safety::EmergencyStop::kPressed || lost_; }
+  /// It could be read, and cannot any more.
+  bool lost() const noexcept { return lost_; }
   /// Nothing is to be read, or something has been.
   bool known() const noexcept { return sources_.empty() || state_ != safety::EmergencyStop::kNotRead; }
 

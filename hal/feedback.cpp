@@ -5,15 +5,9 @@
 #include <cmath>
 
 #include "hal/nanoseconds.h"
+#include "hal/node_setups.h"
 
 namespace tandem::hal {
-namespace {
-
-/// A TPDO is missed after so many SYNCs, and the budget's time at the least.
-constexpr std::uint64_t kMissedSyncs = 3;
-
-}  // namespace
-
 void FeedbackStream::watch(const canopen::Tpdo& tpdo, const canopen::Network& network, std::int64_t now) noexcept {
   fresh_ = begun_ && tpdo.count != count_;
   if (begun_ && !fresh_)

@@ -37,8 +37,9 @@ Withdrawal nextWithdrawal(const ArmLimits& limits, const ArmVector& q, JointMask
     next.joints = 0;
     for (int last = first; isTranslation(last, limits.jointCount()) && (lost & jointBit(last)) == 0; ++last) {
       next.joints |= jointBit(last);
-      next.way = std::min(step, roomBehind(limits, q, first, last));
-      if (next.way > kAtRest)
+      const double room = roomBehind(limits, q, first, last);
+      next.way = std::min(step, room);
+      if (room > kAtRest)
         return next;
     }
   }

@@ -4,7 +4,7 @@ import dataclasses
 
 PERIOD_MS = 4
 RAMP_MM_PER_S2 = 100     # stop_deceleration of a translation
-STAND_MS = 64            # from FAULT to standstill: 4 mm/s over the ramp is 40 ms, then the lag of the drives
+STAND_MS = 80            # from FAULT to standstill: 4 mm/s over the ramp is 40 ms, then the drives' position loops settle, with torque
 COAST_MS = 50            # more where a motor coasts: its drive cannot brake, or does not know where it is
 FOLLOWING_MM, FOLLOWING_MS, TOLERANCE_MM, SPEED_MM_PER_S = 0.5, 20, 0.2, 4
 FOLLOWING_DEG, SPEED_DEG_PER_S = 2.865, 17.19
@@ -18,11 +18,12 @@ class Device:
     lag_mm: float = 0.1   # an axis that is lost may be so far from where it was told to be, in addition
     coasts: bool = False  # one motor has no brake any more
     everywhere: bool = False  # the other arm stops, too
+    late_ms: float = 0.0  # more, until it stands: where a motor is slower to stop
     rarely: bool = False  # ridden through by some runs, stopped within the time above in others
 
     def standing(self):
         """From the fault to the last axis' standstill, ms."""
-        return self.noticed + STAND_MS + (COAST_MS if self.coasts else 0)
+        return self.noticed + STAND_MS + (COAST_MS if self.coasts else 0) + self.late_ms
 
     def travel(self, speed_mm_per_s):
         """Longest way of a joint, mm: on at full speed until it is noticed, then the ramp."""
@@ -53,6 +54,21 @@ def lossy():
 
 def foreign(reason="1 period: a frame that is not ours", coasts=False):
     return Device(PERIOD_MS, reason, coasts=coasts)
+
+
+def slow(device):
+    """In velocity mode the HAL closes the position loop, with a gain of 20 per second."""
+    return dataclasses.replace(device, late_ms=40)
+
+
+def falls(device):
+    """Without torque it falls, 0.5 m/s^2, until its brake holds, 50 ms: 0.63 mm."""
+    return dataclasses.replace(device, lag_mm=0.7)
+
+
+def fast(device):
+    """Homing runs at twice the speed of the other rows."""
+    return dataclasses.replace(device, lag_mm=0.35)
 
 
 def ridden(reason):
@@ -92,6 +108,22 @@ DEVICES = {
     ("encoder", "frame_loss", 1): silent(),
     ("encoder", "byte_flips", 0.1): Device(500, "the first flip that matters"),
     ("encoder", "babbling", 2000): ridden("11 % of 1 Mbit/s"),
+    ("drive", "runaway", 0): Device(40, "3 samples above 1.5 times the axis' velocity; torque goes 20 ms later",
+                                    lag_mm=2.0, coasts=True, late_ms=60),
+    ("one axis moves", "off", 0): silent(coasts=True),
+    ("one axis moves", "over_temperature", 0): at_once(),
+    ("one axis moves", "encoder_alarm", 0): at_once(),
+    ("one axis moves", "wrong", 50000): at_once(),
+    ("velocity mode", "off", 0): slow(silent(coasts=True)),
+    ("velocity mode", "over_temperature", 0): slow(at_once()),
+    ("velocity mode", "encoder_alarm", 0): slow(at_once()),
+    ("braked, falls without", "off", 0): falls(silent(coasts=True)),
+    ("braked, falls without", "over_temperature", 0): falls(at_once(coasts=True)),
+    ("braked, falls without", "encoder_alarm", 0): at_once(),
+    ("homing", "over_temperature", 0): fast(at_once()),
+    ("homing", "off", 0): fast(silent(coasts=True)),
+    ("withdrawal", "off", 0): silent(coasts=True),
+    ("withdrawal", "encoder_alarm", 0): at_once(),
     ("bus", "off", 0): silent(coasts=True),
     ("bus", "frame_loss", 0.1): lossy(),
     ("bus", "frame_loss", 1): silent(),

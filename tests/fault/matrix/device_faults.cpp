@@ -33,6 +33,10 @@ struct Case {
 constexpr const char* kWithTorqueLimit = "drive, torque_limit";
 constexpr TorqueLimit kTorqueLimit{0x6077, 0.8, 0.05};
 
+/// Rows whose arm moves otherwise than all joints at once, or has other drives.
+constexpr const char *kOneAxis = "one axis moves", *kVelocityMode = "velocity mode", *kBraked = "braked, falls without",
+                     *kHoming = "homing", *kWithdrawal = "withdrawal";
+
 constexpr Case kCases[] = {
     {"drive", kDrive, FaultKind::kOff, 0},
     {"drive", kDrive, FaultKind::kStuck, 0},
@@ -66,6 +70,21 @@ constexpr Case kCases[] = {
     {"encoder", kEncoder, FaultKind::kFrameLoss, 1},
     {"encoder", kEncoder, FaultKind::kByteFlips, 0.1},
     {"encoder", kEncoder, FaultKind::kBabbling, 2000},
+    {"drive", kDrive, FaultKind::kRunaway, 0},
+    {kOneAxis, kDrive, FaultKind::kOff, 0},
+    {kOneAxis, kDrive, FaultKind::kOverTemperature, 0},
+    {kOneAxis, kEncoder, FaultKind::kEncoderAlarm, 0},
+    {kOneAxis, kEncoder, FaultKind::kWrong, 50000},
+    {kVelocityMode, kDrive, FaultKind::kOff, 0},
+    {kVelocityMode, kDrive, FaultKind::kOverTemperature, 0},
+    {kVelocityMode, kEncoder, FaultKind::kEncoderAlarm, 0},
+    {kBraked, kDrive, FaultKind::kOff, 0},
+    {kBraked, kDrive, FaultKind::kOverTemperature, 0},
+    {kBraked, kEncoder, FaultKind::kEncoderAlarm, 0},
+    {kHoming, kDrive, FaultKind::kOverTemperature, 0},
+    {kHoming, kDrive, FaultKind::kOff, 0},
+    {kWithdrawal, kDrive, FaultKind::kOff, 0},
+    {kWithdrawal, kEncoder, FaultKind::kEncoderAlarm, 0},
     {"bus", kBus, FaultKind::kOff, 0},
     {"bus", kBus, FaultKind::kFrameLoss, 0.1},
     {"bus", kBus, FaultKind::kFrameLoss, 1},
@@ -139,25 +158,73 @@ std::string statesOf(System& system) {
   return text;
 }
 
-HardwareConfig hardwareOf(const Case& fault) {
+void changeAxis(std::string_view where, AxisConfig& axis) {
+  if (where == kWithTorqueLimit)
+    axis.torque = kTorqueLimit;
+  if (where == kVelocityMode) {
+    axis.mode = DriveMode::kCyclicVelocity;
+    axis.velocity_gain = 20.0;
+    axis.following_error = axis.translation ? 1e-3 : 0.1;
+  }
+  if (where == kBraked && axis.arm == 0 && axis.translation) {
+    axis.brake.emplace();
+    axis.brake->slip = 50e-6;
+  }
+  if (where == kHoming && axis.arm == 0 && axis.translation) {
+    axis.reference = PositionReference::kHoming;
+    axis.homing = {17, 2.0 * kTranslation, 1e-3, 0.2, axis.lower + 0.01, 0, 60.0};
+  }
+}
+
+HardwareConfig hardwareOf(std::string_view where) {
   HardwareConfig hardware = presetHardware();
   for (AxisConfig& axis : hardware.axes)
-    axis.torque = fault.where == std::string_view(kWithTorqueLimit) ? kTorqueLimit : TorqueLimit{};
+    changeAxis(where, axis);
   return hardware;
 }
 
-/// @param hurt_it  does it to the first arm; false: cannot be done.
-Json measure(const std::function<bool(System&)>& hurt_it, int run, const HardwareConfig& hardware = presetHardware()) {
-  System system(hardware);
-  if (!system.boot() || !system.enable())
-    throw std::runtime_error("the arms do not come up\n" + system.story());
+/// Both arms move, the first one as the row says.
+void begin(System& system, std::string_view where, int run) {
+  const auto require = [&](bool good, const char* what) {
+    if (!good)
+      throw std::runtime_error(std::string(what) + "\n" + system.story());
+  };
+  const bool homes = where == kHoming;
+  require(system.boot() || homes, "the arms do not come up");
+  system.command.request[1] = DriveRequest::kEnable;
+  system.command.request[0] = homes ? DriveRequest::kKeep : DriveRequest::kEnable;
+  if (where == kWithdrawal) {
+    system.command.request[0] = DriveRequest::kRecover;
+    system.command.without[0] = safety::jointBit(2);
+  }
+  require(system.until(3.0,
+                       [&] {
+                         return system.robot->state(1) == OperatingState::kEnabled &&
+                                (homes || system.robot->state(0) == OperatingState::kEnabled);
+                       }),
+          "the arms do not come into operation");
+  system.request(DriveRequest::kKeep);
   ArmVector v(6);
   v << kTranslation, kTranslation, kTranslation, kRotation, kRotation, kRotation;
-  system.move(0, v);
   system.move(1, kShare * v);
+  if (where == kOneAxis)
+    v.tail(4).setZero(), v[0] = 0.0;
+  if (where == kWithdrawal)
+    v = -v;
+  if (homes)
+    system.robot->home(0, system.now);
+  else
+    system.move(0, v);
   system.run(0.5 + 0.1 / kRuns * run);
-  if (!system.all(OperatingState::kEnabled))
-    throw std::runtime_error("an arm stops by itself\n" + system.story());
+  require(system.robot->state(1) == OperatingState::kEnabled && system.robot->arm(0).homing() == homes &&
+              (homes || system.robot->state(0) == OperatingState::kEnabled),
+          "an arm stops by itself");
+}
+
+/// @param hurt_it  does it to the first arm; false: cannot be done.
+Json measure(const std::function<bool(System&)>& hurt_it, int run, std::string_view where) {
+  System system(hardwareOf(where));
+  begin(system, where, run);
   const Motors hurt{system, 0}, other{system, 1};
   const ArmVector before = hurt.position();
   Story story;
@@ -200,9 +267,8 @@ int main() {
     for (const Case& fault : kCases) {
       Json row{{"where", fault.where}, {"fault", name(fault.kind)}, {"value", fault.value}, {"runs", Json::array()}};
       for (int run = 0; run < kRuns; ++run)
-        row["runs"].push_back(
-            measure([&](System& system) { return system.inject(0, fault.kind, fault.node, fault.value); }, run,
-                    hardwareOf(fault)));
+        row["runs"].push_back(measure(
+            [&](System& system) { return system.inject(0, fault.kind, fault.node, fault.value); }, run, fault.where));
       all["rows"].push_back(row);
     }
     for (const ForeignCase& foreign : kForeignCases) {
@@ -211,7 +277,7 @@ int main() {
         return system.wires[0]->bus.join("foreign").send({&foreign.frame, 1}) == 1;
       };
       for (int run = 0; run < kRuns; ++run)
-        row["runs"].push_back(measure(send, run));
+        row["runs"].push_back(measure(send, run, row["where"].get<std::string>()));
       all["rows"].push_back(row);
     }
     std::cout << all.dump(1) << '\n';

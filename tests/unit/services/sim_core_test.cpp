@@ -2,6 +2,7 @@
 /** @file The simulated robot on a machine that is busy. */
 #include <gtest/gtest.h>
 
+#include "services/dds/convert.h"
 #include "tests/unit/safety/random_arm.h"
 #include "tests/unit/services/system.h"
 

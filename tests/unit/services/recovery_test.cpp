@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Recovery and withdrawal by the holder of the lease, over control and the simulated drives. */
+#include <gtest/gtest.h>
+
+#include "safety/recovery.h"
+#include "tests/unit/services/system.h"
+
+namespace tandem::test {
+namespace {
+
+using dds::ControlKind;
+using safety::jointBit;
+using safety::JointMask;
+using safety::OperatingState;
+using safety::StateCommand;
+
+/** A system with one axis of the first arm dead, and a client that holds the lease. */
+struct Broken : System {
+  explicit Broken(const char* deployment, int joint) : System(deployment) {
+    run(0.3);
+    order(ControlKind::kAcquireLease);
+    command(StateCommand::kEnable);
+    run(0.5);
+    dds::SimRequest fault;
+    fault.kind = 3;
+    fault.joint = static_cast<std::uint8_t>(joint);
+    fault.fault = "off";
+    EXPECT_EQ(sim.onRequest(fault).accepted, 1);
+    EXPECT_GE(until([&] { return shown(0) == OperatingState::kFault; }, 1.0), 0.0);
+    keep();
+  }
+  void keep() { order(ControlKind::kKeepLease); }
+  /// Goes on for so many s, with the lease.
+  void live(double seconds) {
+    for (double t = 0.0; t < seconds; t += 0.2) {
+      keep();
+      run(0.2);
+    }
+  }
+  service::OrderReply recover(JointMask without = 0) {
+    service::ControlOrder o;
+    o.client = 7;
+    o.kind = ControlKind::kStateCommand;
+    o.command = StateCommand::kRecover;
+    o.arm = 0;
+    o.joint_count = model.size(0);
+    for (int j = 0; j < o.joint_count; ++j)
+      o.joints[static_cast<std::size_t>(j)] = (without & jointBit(j)) != 0 ? 1.0 : 0.0;
+    return control.order(o, now);
+  }
+  service::OrderReply withdraw() {
+    service::ControlOrder o;
+    o.client = 7;
+    o.kind = ControlKind::kWithdraw;
+    o.arm = 0;
+    return control.order(o, now);
+  }
+  safety::ArmVector joints() const { return dds::jointsOf(state.position, 0, model.size(0)); }
+  const safety::ArmLimits& limits() const { return *model.limits()[0]; }
+};
+
+class Withdraw : public testing::TestWithParam<std::pair<const char*, int>> {};
+
+TEST_P(Withdraw, RetractsWhatIsLeftSlowlyAndWithinTheLimits) {
+  const auto [deployment, joint] = GetParam();
+  Broken s(deployment, joint);
+  const safety::ArmVector start = s.joints();
+  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kWrongState);
+  EXPECT_EQ(s.withdraw().code, dds::ReplyCode::kWrongState) << "not without being recovered";
+  ASSERT_EQ(s.recover().code, dds::ReplyCode::kOk);
+  ASSERT_GE(s.until([&] { return s.state.recovery[0] != 0; }, 2.0), 0.0);
+  s.run(0.3);
+  ASSERT_EQ(s.shown(0), OperatingState::kEnabled);
+  EXPECT_EQ(s.state.lost[0], jointBit(joint));
+  EXPECT_EQ(s.output.status.recovery[0], 1);
+  EXPECT_EQ(s.order(ControlKind::kHome).code, dds::ReplyCode::kWrongState) << "home is no way to recover";
+  ASSERT_EQ(s.withdraw().code, dds::ReplyCode::kOk);
+  double violation = -1.0, fastest = 0.0;
+  const int n = s.model.size(0);
+  for (int i = 0; i < 4000; ++i) {
+    s.live(0.2);
+    violation = std::max(violation, safety::largestViolation(s.limits(), s.joints()));
+    for (int j = 0; j < n; ++j)
+      fastest = std::max(fastest, std::abs(s.state.velocity[dds::jointIndex(0, j)]));
+    if (i > 2 && s.output.status.busy[0] == 0)
+      break;
+  }
+  EXPECT_EQ(s.output.status.busy[0], 0);
+  ASSERT_EQ(s.shown(0), OperatingState::kEnabled) << safety::describeFaults(s.output.status.faults[0]);
+  EXPECT_LE(violation, 1e-6);
+  EXPECT_LE(fastest, safety::kRecoveryTranslation * 1.001);
+  const safety::ArmVector end = s.joints();
+  EXPECT_EQ(safety::nextWithdrawal(s.limits(), end, jointBit(joint), 1e-3).joints, 0);
+  EXPECT_NEAR(end[joint], start[joint], 1e-9) << "a dead joint";
+  for (int j = n / 2; j < n; ++j)
+    EXPECT_NEAR(end[j], start[j], 1e-9) << "a rotation";
+  for (int j = 0; j < n / 2; ++j)
+    EXPECT_LE(end[j], start[j] + 1e-9);
+  EXPECT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
+  s.run(0.5);
+  EXPECT_EQ(s.drives(0), OperatingState::kDisabled);
+}
+
+std::vector<std::pair<const char*, int>> eachAxisOfEachPreset() {
+  std::vector<std::pair<const char*, int>> all;
+  for (int j = 0; j < 6; ++j)
+    all.emplace_back("laptop", j);
+  for (int j = 0; j < 3; ++j)
+    all.emplace_back("ablation-pair", j);
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(EachAxisOfEachPreset,
+                         Withdraw,
+                         testing::ValuesIn(eachAxisOfEachPreset()),
+                         [](const auto& instance) {
+                           std::string name = instance.param.first;
+                           std::erase(name, '-');
+                           return name + std::to_string(instance.param.second + 1);
+                         });
+
+TEST(Recover, IsTheHoldersAloneAndJogsSlowlyWithoutWhatIsLeftOut) {
+  Broken s("laptop", 0);
+  service::ControlOrder stranger;
+  stranger.client = 8;
+  stranger.kind = ControlKind::kStateCommand;
+  stranger.command = StateCommand::kRecover;
+  stranger.arm = 0;
+  EXPECT_EQ(s.control.order(stranger, s.now).code, dds::ReplyCode::kNotLeaseHolder);
+  ASSERT_EQ(s.recover(jointBit(4)).code, dds::ReplyCode::kOk);
+  s.live(1.0);
+  ASSERT_EQ(s.state.lost[0], jointBit(0) | jointBit(4));
+  const safety::ArmVector start = s.joints();
+  service::ControlOrder jog;
+  jog.client = 7;
+  jog.kind = ControlKind::kJog;
+  jog.arm = 0;
+  jog.joint_count = 6;
+  jog.joints.fill(-5e-3);
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_EQ(s.control.order(jog, s.now).code, dds::ReplyCode::kOk);
+    s.live(0.2);
+  }
+  const safety::ArmVector way = s.joints() - start;
+  EXPECT_EQ(way[0], 0.0);
+  EXPECT_EQ(way[4], 0.0);
+  EXPECT_LT(way[1], -0.5e-3);
+  EXPECT_GE(way[1], -1.3 * safety::kRecoveryTranslation);
+  // A trajectory does not move an arm that is being recovered.
+  planning::TrajectorySpec spec;
+  spec.name = "line";
+  spec.shape = planning::Line{{0.0, 0.02, 0.0}};
+  s.start(spec);
+  s.live(0.6);  // the last jog has ended
+  const safety::ArmVector before = s.joints();
+  s.live(1.0);
+  EXPECT_LT((s.joints() - before).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(Recover, TheStopTopicAndALostLeaseStopAWithdrawal) {
+  for (const bool by_topic : {true, false}) {
+    Broken s("laptop", 1);
+    ASSERT_EQ(s.recover().code, dds::ReplyCode::kOk);
+    s.live(1.0);
+    ASSERT_EQ(s.withdraw().code, dds::ReplyCode::kOk);
+    s.live(1.0);
+    ASSERT_FALSE(s.standing());
+    if (by_topic) {
+      s.sim.onStop();
+      s.control.stop();
+    }
+    ASSERT_GE(s.until([&] { return s.shown(0) == OperatingState::kFault; }, 2.0), 0.0);
+    s.run(0.3);
+    EXPECT_TRUE(s.standing());
+  }
+}
+
+}  // namespace
+}  // namespace tandem::test
