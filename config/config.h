@@ -188,7 +188,8 @@ struct Deployment {
   double sim_rotation_acceleration = safety::kUnlimited;     ///< rad/s^2
   double status_period = 0.05;                               ///< s, of hal/status, control/status to people, arm_x/...
   double idle_power_off = 60.0;  ///< s after which an arm that nobody commands loses its power, where it holds without
-  int realtime_priority = 0;     ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
+  double emergency_stop_budget = 0.0;  ///< s between reports on topic emergency_stop; 0: it is not asked
+  int realtime_priority = 0;           ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
   bool lock_memory = false;
   safety::Budgets budgets;
   control::Method method = control::Method::kNspqp;

@@ -172,6 +172,9 @@ void readTiming(const Map& map, Deployment& deployment) {
   deployment.sim_translation_acceleration = map.number("sim_translation_acceleration");
   deployment.sim_rotation_acceleration = map.number("sim_rotation_acceleration");
   deployment.status_period = map.number("status_period");
+  deployment.emergency_stop_budget = map.has("emergency_stop_topic") ? map.number("emergency_stop_topic") : 0.0;
+  if (deployment.emergency_stop_budget > 0.0 && deployment.clock == ClockMode::kLockStep)
+    map.fail("emergency_stop_topic", "found in lock-step, where nobody waits for reports; expected clock: real_time");
   deployment.idle_power_off = map.number("idle_power_off");
   deployment.realtime_priority = map.integer("realtime_priority");
   deployment.lock_memory = map.flag("lock_memory");

@@ -308,6 +308,12 @@ const Mapping& deploymentTable() {
               .above(0)
               .orUnlimited()
               .defaultsTo(defaults.idle_power_off),
+          number("emergency_stop_topic", kTime,
+                 "hal or sim listens to the topic emergency_stop, on which whoever reads the emergency stop says again "
+                 "and "
+                 "again whether it is pressed; a longer silence than this stops all arms, too")
+              .within(0.01, 10)
+              .defaultNote("it does not"),
           integer("realtime_priority", "SCHED_FIFO priority of the periodic threads; 0: default scheduling")
               .within(0, 99)
               .defaultsTo(defaults.realtime_priority),

@@ -54,8 +54,12 @@ int EmergencyStopWatch::update(std::int64_t now) noexcept {
     readable = readable || (source.read && !source.lost);
     lost = lost || source.lost;
   }
-  lost_ = lost && !readable;
-  state_ = pressed ? EmergencyStop::kPressed : readable ? EmergencyStop::kReleased : EmergencyStop::kNotRead;
+  const bool silent = reports_.silent(now);
+  lost_ = (lost && !readable) || silent;
+  const bool all = (sources_.empty() || readable) && (!reports_.asked() || (reports_.heard() && !silent));
+  const bool any = !sources_.empty() || reports_.asked();
+  pressed = pressed || reports_.pressed();
+  state_ = pressed ? EmergencyStop::kPressed : all && any ? EmergencyStop::kReleased : EmergencyStop::kNotRead;
   return began;
 }
 

@@ -17,11 +17,14 @@ namespace tandem::hal {
  * throws; times are ns on the caller's clock. */
 class EmergencyStopWatch {
  public:
-  /// @param budget s for which an operational node may owe an input.
-  explicit EmergencyStopWatch(double budget) : budget_(budget) {}
+  /// @param budget s for which an operational node may owe an input. @param reports s, of EmergencyReports.
+  EmergencyStopWatch(double budget, double reports) : budget_(budget), reports_(reports) {}
 
   /// @param network outlives this. @param node index of the drive in it.
   void add(const EmergencyInput& input, const canopen::Network& network, int node);
+
+  /// What somebody else says who reads it.
+  void report(bool pressed, std::int64_t now) noexcept { reports_.take(pressed, now); }
 
   /// After Network::receive(), once per period. @return index of the axis whose input began to say "pressed"; -1: none.
   int update(std::int64_t now) noexcept;
@@ -30,7 +33,9 @@ class EmergencyStopWatch {
   /// It could be read, and cannot any more.
   bool lost() const noexcept { return lost_; }
   /// Nothing is to be read, or something has been.
-  bool known() const noexcept { return sources_.empty() || state_ != safety::EmergencyStop::kNotRead; }
+  bool known() const noexcept {
+    return (sources_.empty() && !reports_.asked()) || state_ != safety::EmergencyStop::kNotRead;
+  }
 
  private:
   struct Source {
@@ -48,6 +53,7 @@ class EmergencyStopWatch {
   void listen(Source& source, std::int64_t now) const noexcept;
 
   double budget_;
+  safety::EmergencyReports reports_;
   std::vector<Source> sources_;
   safety::EmergencyStop state_ = safety::EmergencyStop::kNotRead;
   bool lost_ = false;

@@ -29,7 +29,7 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
     : config_(config),
       listening_time_(canopen::listeningTime(options.budgets.drive_heartbeat)),
       monitor_(static_cast<int>(config.arms.size()), options.budgets.commandAge(options.control_period)),
-      emergency_stop_(std::max(config.feedback_budget, 3.0 * config.period)) {
+      emergency_stop_(std::max(config.feedback_budget, 3.0 * config.period), options.emergency_reports) {
   if (buses.size() != config.buses.size())
     throw std::invalid_argument("hardware: one open bus per configured one expected");
   const double heartbeat_budget = options.budgets.drive_heartbeat;

@@ -18,6 +18,7 @@ namespace tandem::hal {
 struct RobotOptions {
   double control_period = 0.1;  ///< T: commands come this often, s
   safety::Budgets budgets;
+  double emergency_reports = 0.0;  ///< budget of onEmergencyStop(), s; 0: nobody is asked
 };
 
 /** Something to tell people, in the order of happening. */
@@ -65,6 +66,8 @@ class RobotHardware {
   bool command(const safety::RobotCommand& command, std::int64_t now) noexcept;
   /// The stop topic: stops every arm with the ramp and latches Fault::kStopRequested, in every state.
   void stop() noexcept;
+  /// What somebody says who reads the emergency stop elsewhere; to be repeated within the budget.
+  void onEmergencyStop(bool pressed, std::int64_t now) noexcept { emergency_stop_.report(pressed, now); }
   /// No drive of any arm has torque, or is about to get it: the moment to leave after stop().
   bool off() const noexcept;
 

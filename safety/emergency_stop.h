@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "safety/faults.h"
+#include "safety/watchdog.h"
 
 namespace tandem::safety {
 
@@ -26,5 +27,30 @@ inline FaultRecord withEmergencyStop(const FaultRecord& present, bool active) no
   record.faults |= present.faults;
   return record;
 }
+
+/** Whoever reads the emergency stop elsewhere, a controller of the cell say, and tells of it again and again. That it
+ * falls silent counts as pressed. Times are ns on the caller's clock. */
+class EmergencyReports {
+ public:
+  /// @param budget s within which each report has to follow the one before; 0: nobody is asked.
+  explicit EmergencyReports(double budget) : watchdog_(budget), asked_(budget > 0.0) {}
+
+  void take(bool pressed, std::int64_t now) noexcept {
+    watchdog_.feed(now);
+    heard_ = true;
+    pressed_ = pressed;
+  }
+  bool asked() const noexcept { return asked_; }
+  bool heard() const noexcept { return heard_; }
+  bool pressed() const noexcept { return asked_ && pressed_; }
+  bool silent(std::int64_t now) const noexcept { return asked_ && heard_ && watchdog_.expired(now); }
+  bool active(std::int64_t now) const noexcept { return pressed() || silent(now); }
+
+ private:
+  Watchdog watchdog_;
+  bool asked_;
+  bool heard_ = false;
+  bool pressed_ = false;
+};
 
 }  // namespace tandem::safety

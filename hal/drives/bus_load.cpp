@@ -29,19 +29,22 @@ BusLoad computeLoad(const BusPlan& plan) {
 std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
   const auto of = [](int count, const char* kind) { return std::to_string(count) + " " + kind; };
   const int nodes = traffic.drives + traffic.encoders;
-  return {
+  const int plain = traffic.drives - traffic.torques;
+  std::vector<FrameStream> streams{
       {"SYNC", 0, 1.0, 0.0},
       {"commands to " + of(traffic.drives, "drives"), traffic.command_bytes, static_cast<double>(traffic.drives), 0.0},
-      {"feedback of " + of(traffic.drives - traffic.torques, "drives"), traffic.feedback_bytes,
-       static_cast<double>(traffic.drives - traffic.torques), 0.0},
-      {"feedback with torque of " + of(traffic.torques, "drives"), traffic.feedback_bytes + 2,
-       static_cast<double>(traffic.torques), 0.0},
+      {"feedback of " + of(plain, "drives"), traffic.feedback_bytes, static_cast<double>(plain), 0.0},
       {"positions of " + of(traffic.encoders, "encoders"), traffic.encoder_bytes, static_cast<double>(traffic.encoders),
        0.0},
-      {"inputs of " + of(traffic.inputs, "drives"), 4, static_cast<double>(traffic.inputs), 0.0},
       {"heartbeats of " + of(nodes, "nodes"), 1, 0.0, nodes / traffic.heartbeat_period},
       {"heartbeat of the HAL", 1, 0.0, 1.0 / traffic.master_heartbeat_period},
   };
+  if (traffic.torques > 0)
+    streams.push_back({"feedback with torque of " + of(traffic.torques, "drives"), traffic.feedback_bytes + 2,
+                       static_cast<double>(traffic.torques), 0.0});
+  if (traffic.inputs > 0)
+    streams.push_back({"inputs of " + of(traffic.inputs, "drives"), 4, static_cast<double>(traffic.inputs), 0.0});
+  return streams;
 }
 
 namespace {

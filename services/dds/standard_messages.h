@@ -38,6 +38,10 @@ struct TwistStamped {
 struct Empty {
   std::uint8_t structure_needs_at_least_one_member = 0;  ///< as ROS 2 has it
 };
+/// std_msgs/Bool
+struct Bool {
+  bool data = false;
+};
 /// nav_msgs/Path (frame and positions)
 struct Path {
   std::int64_t stamp = 0;

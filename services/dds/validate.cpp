@@ -204,6 +204,8 @@ const char* malformed(const TwistStamped& message) { return badTexts({&message.f
 
 const char* malformed(const Empty&) { return nullptr; }
 
+const char* malformed(const Bool&) { return nullptr; }
+
 const char* malformed(const Path& message) {
   if (message.poses.size() > kMaxList) {
     return "too many poses";

@@ -45,6 +45,7 @@ const char* malformed(const JointState& message);
 const char* malformed(const PoseStamped& message);
 const char* malformed(const TwistStamped& message);
 const char* malformed(const Empty& message);
+const char* malformed(const Bool& message);
 const char* malformed(const Path& message);
 const char* malformed(const OperatingState& message);
 const char* malformed(const StringStamped& message);

@@ -72,6 +72,7 @@ TANDEM_WIRE(JointState, sensor_msgs)
 TANDEM_WIRE(PoseStamped, geometry_msgs)
 TANDEM_WIRE(TwistStamped, geometry_msgs)
 TANDEM_WIRE(Empty, std_msgs)
+TANDEM_WIRE(Bool, std_msgs)
 TANDEM_WIRE(Path, nav_msgs)
 TANDEM_WIRE(OperatingState, crtk_msgs)
 TANDEM_WIRE(StringStamped, crtk_msgs)
@@ -87,7 +88,7 @@ TANDEM_WIRE(MarkerArray, visualization_msgs)
   DO(HalRequest) DO(Shape) DO(JointState) DO(PoseStamped) DO(Path) DO(OperatingState) DO(StringStamped)  \
   DO(DiagnosticArray) DO(ComputationRequest) DO(ComputationProgress) DO(ComputationResult) DO(Clearances) \
   DO(ClockRequest) DO(ClockReply) DO(TeleopInput) DO(TeleopStatus) DO(CrtkStatus) DO(TwistStamped) DO(Empty) \
-  DO(Log) DO(MarkerArray)
+  DO(Log) DO(MarkerArray) DO(Bool)
 
 // One list of members per message. `f` gets each pair of members, ours and the generated one.
 #define F(MEMBER) f(m.MEMBER, w.MEMBER());
@@ -161,6 +162,7 @@ TANDEM_MEMBERS(TeleopStatus, F(session) F(sequence) F(answers_state) F(stamp) F(
 TANDEM_MEMBERS(CrtkCommand, F(name) F(active) F(accepted) F(refused) F(refusal))
 TANDEM_MEMBERS(CrtkStatus, F(session) F(sequence) F(stamp) F(commanding) F(stamps) F(commands))
 TANDEM_MEMBERS(Empty, F(structure_needs_at_least_one_member))
+TANDEM_MEMBERS(Bool, F(data))
 TANDEM_MEMBERS(Shape, F(stamp) F(frame) F(points) F(tubes) F(outer_radius))
 #undef TANDEM_MEMBERS
 #undef F

@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint8_t kHome = 1;
 
 hal::RobotOptions robotOptions(const config::Deployment& deployment) {
-  return {deployment.control_period, deployment.budgets};
+  return {deployment.control_period, deployment.budgets, deployment.emergency_stop_budget};
 }
 
 void writeAxis(const hal::Axis& axis, std::size_t i, dds::HalStatus& status) noexcept {

@@ -39,6 +39,7 @@ class HalCore {
   void start(std::int64_t now) noexcept { robot_.start(now); }
   void onCommand(const dds::ActuationCommand& command, std::int64_t now) noexcept;
   void onStop() noexcept { robot_.stop(); }
+  void onEmergencyStop(bool pressed, std::int64_t now) noexcept { robot_.onEmergencyStop(pressed, now); }
   HalAnswer onOrder(const HalOrder& order, std::int64_t now) noexcept;
   /// One period of the bus.
   void step(std::int64_t now) noexcept { robot_.step(now); }

@@ -76,6 +76,7 @@ class Service {
       spdlog::error("stop: {}", m.reason);
       stop_requested_ = true;
     });
+    const auto emergencies = service::listenForEmergencyStop(bus_, setup_, emergency_);
     const service::ClockDesk clock(bus_, setup_);
     for (const auto& refusal :
          service::enterRealtime(setup_.deployment.realtime_priority, setup_.deployment.lock_memory)) {
@@ -108,6 +109,8 @@ class Service {
       core_.onCommand(command_message_, tick.now);
     if (stop_requested_.exchange(false, std::memory_order_relaxed))
       core_.onStop();
+    if (const std::uint8_t told = emergency_.exchange(0, std::memory_order_relaxed); told != 0)
+      core_.onEmergencyStop(told == service::kPressedReport, tick.now);
     service::HalOrder order;
     while (orders_.pop(order))
       answers_out_.post(core_.onOrder(order, tick.now));
@@ -175,6 +178,7 @@ class Service {
   std::mutex order_mutex_;
   service::SpscQueue<service::HalOrder> orders_{64};
   std::atomic<bool> stop_requested_{false};
+  std::atomic<std::uint8_t> emergency_{0};
   std::int64_t leaving_since_ = 0;
   std::uint64_t left_out_ = 0;  ///< periods without a cycle: drives have held their last target
   dds::ActuationCommand command_message_;

@@ -20,6 +20,19 @@ void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCom
   command.position = from.position;
 }
 
+std::optional<dds::Reader> listenForEmergencyStop(dds::Bus& bus, const Setup& setup, std::atomic<std::uint8_t>& told) {
+  if (setup.deployment.emergency_stop_budget <= 0.0)
+    return std::nullopt;
+  return bus.reader(dds::kEmergencyStop, [&told](const dds::Bool& m) {
+    if (m.data) {
+      told = kPressedReport;
+      return;
+    }
+    std::uint8_t nothing = 0;
+    told.compare_exchange_strong(nothing, kReleasedReport);  // a press that nobody has taken yet is not lost
+  });
+}
+
 void writeLoop(const PeriodicLoop& loop, dds::HalStatus& status) noexcept {
   const LoopStatistics& measured = loop.statistics();
   status.period = loop.period();

@@ -2,6 +2,9 @@
 /** @file What hal and sim share: actuation topics to and from whatever moves the joints. */
 #pragma once
 
+#include <atomic>
+#include <optional>
+
 #include "safety/gate.h"
 #include "safety/robot_command.h"
 #include "services/common/periodic_loop.h"
@@ -9,6 +12,7 @@
 #include "services/dds/messages.h"
 #include "services/setup/diagnostics.h"
 #include "services/setup/fault_log.h"
+#include "services/setup/process.h"
 
 namespace tandem::service {
 
@@ -86,6 +90,11 @@ void writeStatus(const Robot& robot, dds::HalStatus& status) noexcept {
     status.guard_joint[i] = static_cast<std::uint8_t>(entry.joint);
   }
 }
+
+/// What a reader leaves of the last report on topic emergency_stop for the periodic thread; 0: nothing new.
+inline constexpr std::uint8_t kReleasedReport = 1, kPressedReport = 2;
+/// Listens to it if the deployment asks for it. @param told  outlives the reader
+std::optional<dds::Reader> listenForEmergencyStop(dds::Bus& bus, const Setup& setup, std::atomic<std::uint8_t>& told);
 
 /// What the loop measured of itself.
 void writeLoop(const PeriodicLoop& loop, dds::HalStatus& status) noexcept;

@@ -165,6 +165,7 @@ class RealTime {
       spdlog::error("stop: {}", m.reason);
       stop_requested_ = true;
     });
+    const auto emergencies = service::listenForEmergencyStop(bus_, setup_, emergency_);
     const service::ClockDesk clock(bus_, setup_);
     for (const auto& refusal :
          service::enterRealtime(setup_.deployment.realtime_priority, setup_.deployment.lock_memory)) {
@@ -216,6 +217,8 @@ class RealTime {
       core_.onCommand(command, tick.now);
     if (stop_requested_.exchange(false))
       core_.onStop();
+    if (const std::uint8_t told = emergency_.exchange(0, std::memory_order_relaxed); told != 0)
+      core_.onEmergencyStop(told == service::kPressedReport, tick.now);
     core_.step(tick.now);
     core_.state(tick.now, state_);
     state_out_.post(state_);
@@ -265,6 +268,7 @@ class RealTime {
   service::FaultWatch fault_watch_;
   service::LatestValue<dds::ActuationCommand> command_;
   std::atomic<bool> stop_requested_{false}, serving_{false}, in_cycle_{false}, ended_{false};
+  std::atomic<std::uint8_t> emergency_{0};
   std::int64_t period_, start_ = 0;  ///< ns
   std::uint64_t stepped_ = 0;        ///< periods that the drives have gone
   dds::ActuationState state_;

@@ -51,6 +51,7 @@ SimCore::SimCore(const Setup& setup)
     : setup_(setup),
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
       drives_(makeDrives(setup)),
+      reports_(setup.deployment.emergency_stop_budget),
       tips_(makeTips(setup)) {
   const sim::PlantOptions& plant = setup.deployment.plant;
   if (plant.tracker.present)
@@ -100,6 +101,7 @@ void SimCore::advance() noexcept {
 }
 
 void SimCore::step(std::int64_t now) noexcept {
+  drives_.setEmergencyStop(injected_stop_ || reports_.active(now));
   drives_.step(setup_.deployment.sim_period, now);
   moveTips(now);
 }
@@ -213,7 +215,8 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
         std::string(sim::describe(result)));
   }
   if (request.kind == kFault && (request.fault == "emergency_stop" || request.fault == "emergency_stop_released")) {
-    drives_.setEmergencyStop(request.fault == "emergency_stop");
+    injected_stop_ = request.fault == "emergency_stop";
+    drives_.setEmergencyStop(injected_stop_);
     return answer(dds::ReplyCode::kOk, "");
   }
   if (request.kind == kFault) {

@@ -22,6 +22,8 @@ class SimCore {
   /// @return lock-step: whether there is a new state to publish.
   bool onCommand(const dds::ActuationCommand& command, std::int64_t now) noexcept;
   void onStop() noexcept { drives_.stop(); }
+  /// What somebody says who reads the emergency stop; real time.
+  void onEmergencyStop(bool pressed, std::int64_t now) noexcept { reports_.take(pressed, now); }
   dds::Reply onRequest(const dds::SimRequest& request);
 
   /// Real time: goes on by one sim period, to `now`.
@@ -56,6 +58,8 @@ class SimCore {
   const Setup& setup_;
   bool lock_step_;
   sim::SimulatedDrives drives_;
+  safety::EmergencyReports reports_;
+  bool injected_stop_ = false;          ///< the emergency stop, by a request
   std::optional<sim::PlantTips> tips_;  ///< none of catheters
   std::optional<sim::TipTracker> tracker_;
   std::uint64_t told_ = 0;        ///< the last measurement that has been asked for

@@ -61,7 +61,7 @@ class Can(HalTest):
 
     def test_budget_refuses_what_does_not_fit(self):
         good = json.loads(self.assert_ok(system.run("can", "budget", self.hardware, "--json")).stdout)
-        self.assertEqual([bus["frames_per_cycle"] for bus in good], [19.0, 19.0])
+        self.assertEqual([bus["frames_per_cycle"] for bus in good], [20.0, 20.0])
         self.assertLess(good[0]["load"], 0.6)
         fast = self.folder / "fast.yaml"
         fast.write_text(self.hardware.read_text().replace("period_ms: 4", "period_ms: 2"))

@@ -130,12 +130,14 @@ teleoperation:
   crtk: {commands: false, stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 idle_power_off_s: 45
+emergency_stop_topic_ms: 400
 )";
   // Those that exclude one another are in the file of another test.
   expectEveryKey(text + kHosts + "security: credentials", deploymentTable());
   const Deployment d = loadDeployment(folder.write("d.yaml", text));
   EXPECT_EQ(d.name, "lab");
   EXPECT_EQ(d.idle_power_off, 45.0);
+  EXPECT_EQ(d.emergency_stop_budget, 0.4);
   EXPECT_EQ(d.robot.filename(), "ark2024-as-printed.yaml");
   EXPECT_EQ(d.hardware.filename(), "ark2024-two-buses.yaml");
   EXPECT_EQ(d.prefix, "lab_1");
@@ -233,6 +235,8 @@ TEST(Deployment, Refusals) {
       {"[127.0.0.1]", "[localhost]", "localhost", 0, "peers[0]",
        "found the text \"localhost\", expected an IPv4 address"},
       {"clock: real_time", "clock: sundial", "sundial", 0, "clock", "expected one of real_time, lock_step"},
+      {"clock: real_time", "clock: lock_step\nemergency_stop_topic_ms: 300", "300", 0, "emergency_stop_topic_ms",
+       "expected clock: real_time"},
       {"sim_period_ms: 1\n", "sim_period_ms: 200\n", "200", 0, "sim_period_ms",
        "found a sim_period of 0.2 s and a control_period of 0.1 s"},
       {"control_period_s", "control_period_Hz", "control_period_Hz", 0, "control_period_Hz",

@@ -89,6 +89,7 @@ inline auto membersOf(Marker& m) {
                   m.mesh_materials);
 }
 inline auto membersOf(MarkerArray& m) { return std::tie(m.markers); }
+inline auto membersOf(Bool& m) { return std::tie(m.data); }
 
 /** Fills messages with random values. */
 class Randomiser {

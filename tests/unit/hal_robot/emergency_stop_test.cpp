@@ -141,6 +141,36 @@ TEST(EmergencyStop, WhoeverCanNoLongerReadItStops) {
   EXPECT_TRUE(system.enable()) << system.story();
 }
 
+TEST(EmergencyStop, ReportsOfOthersCountAndSoDoesTheirSilence) {
+  System system(without(presetHardware()), 0.5);
+  ASSERT_TRUE(system.boot());
+  system.request(DriveRequest::kEnable);
+  system.run(1.0);
+  EXPECT_TRUE(system.all(OperatingState::kDisabled)) << "nobody has said yet that it is released";
+  bool pressed = false, talks = true;
+  system.after_period = [&] {
+    if (talks)
+      system.robot->onEmergencyStop(pressed, system.now);
+  };
+  ASSERT_TRUE(system.enable()) << system.story();
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kReleased);
+  const auto stopsAndIsCleared = [&](const char* why) {
+    ASSERT_TRUE(system.until(0.6, [&] { return system.all(OperatingState::kFault); })) << why;
+    expectRecord(system);
+    system.request(DriveRequest::kDisable);
+    system.run(1.0);
+    EXPECT_TRUE(system.all(OperatingState::kFault)) << why;
+    pressed = false;
+    talks = true;
+    ASSERT_TRUE(system.until(1.0, [&] { return system.all(OperatingState::kDisabled); })) << why;
+    ASSERT_TRUE(system.enable()) << why;
+  };
+  pressed = true;
+  stopsAndIsCleared("pressed");
+  talks = false;
+  stopsAndIsCleared("silent");
+}
+
 TEST(EmergencyStop, AnotherInputStandsInForOneThatIsLost) {
   System system;
   moveBoth(system);

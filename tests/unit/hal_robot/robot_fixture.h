@@ -58,7 +58,8 @@ class System {
  public:
   static constexpr double kControlPeriod = 0.1;
 
-  explicit System(const HardwareConfig& hardware = presetHardware()) : config(hardware) {
+  explicit System(const HardwareConfig& hardware = presetHardware(), double emergency_reports = 0.0)
+      : config(hardware) {
     std::vector<can::Bus*> buses;
     for (int b = 0; b < static_cast<int>(config.buses.size()); ++b) {
       wires.push_back(std::make_unique<Wire>(config, b, now));
@@ -66,6 +67,7 @@ class System {
     }
     RobotOptions options;
     options.control_period = kControlPeriod;
+    options.emergency_reports = emergency_reports;
     robot = std::make_unique<RobotHardware>(config, buses, options);
   }
 

@@ -127,5 +127,23 @@ TEST(SimCore, PressesAndReleasesTheEmergencyStopOnRequest) {
   EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled);
 }
 
+TEST(SimCore, ReportsOfTheEmergencyStopCountAndSoDoesTheirSilence) {
+  System s("laptop", [](config::Deployment& deployment) { deployment.emergency_stop_budget = 0.2; });
+  s.getMoving();
+  EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << "nobody has ever told";
+  s.sim.onEmergencyStop(false, s.now);
+  s.run(0.15);
+  EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled);
+  s.run(0.15);
+  EXPECT_EQ(s.drives(0), safety::OperatingState::kFault) << "silent";
+  EXPECT_EQ(s.hal.emergency_stop, 2);
+  s.sim.onEmergencyStop(false, s.now);
+  s.run(0.1);
+  EXPECT_EQ(s.hal.emergency_stop, 1);
+  s.sim.onEmergencyStop(true, s.now);
+  s.run(0.01);
+  EXPECT_EQ(s.hal.emergency_stop, 2);
+}
+
 }  // namespace
 }  // namespace tandem::test
