@@ -50,6 +50,7 @@ void expectRecovery(System& system) {
   system.hold();
   system.request(DriveRequest::kDisable);
   system.run(4.0);  // a boot of the nodes included
+  system.send();    // not even until the next period
   EXPECT_TRUE(system.all(OperatingState::kFault));
   system.request(DriveRequest::kEnable);
   system.run(1.0);
