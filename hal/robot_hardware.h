@@ -90,6 +90,8 @@ class RobotHardware {
   /// ENABLED to be recovered, without the joints in lost().
   bool recovering(int arm) const noexcept { return arms_[index(arm)].supervisor().recovering(); }
   safety::JointMask lost(int arm) const noexcept { return arms_[index(arm)].supervisor().lost(); }
+  /// All joints know where they are.
+  bool homed(int arm) const noexcept { return arms_[index(arm)].homed(); }
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept {
     return arms_[index(arm)].supervisor().faultRecord();

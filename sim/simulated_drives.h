@@ -87,6 +87,8 @@ class SimulatedDrives {
   /// ENABLED to be recovered, without the joints in lost().
   bool recovering(int arm) const noexcept { return arms_[arm].supervisor.recovering(); }
   safety::JointMask lost(int arm) const noexcept { return arms_[arm].supervisor.lost(); }
+  /// All joints know where they are, always.
+  bool homed(int /*arm*/) const noexcept { return true; }
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_[arm].supervisor.faultRecord(); }
   const SimulatedArm& plant(int arm) const noexcept { return arms_[arm].plant; }

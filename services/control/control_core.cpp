@@ -299,7 +299,7 @@ void ControlCore::moveJoints(int k, std::int64_t now) noexcept {
     arm.activity = Activity::kNone;
     arm.motion_verb = CrtkMoment::kNone;
     if (arm.homing)
-      arm.homed = true;
+      arm.unhomed = false;
     arm.homing = false;
   }
 }

@@ -89,7 +89,7 @@ class ControlCore {
     safety::JointMask without = 0;   ///< recovering: joints that shall not be used
     std::int64_t recover_until = 0;  ///< pending and recovering: given up then, ns
     WithdrawalRun withdrawal;
-    bool homed = true;  ///< absolute encoders: homed from the start
+    bool unhomed = false;  ///< by CRTK's unhome, until the next home
     bool homing = false;
     std::uint64_t deaf_until = 0;     ///< faults in states older than the answer to this command are history
     std::uint64_t power_command = 0;  ///< the first command that asks for what is pending
@@ -127,6 +127,8 @@ class ControlCore {
   bool findTips() noexcept;
   void keepOut() noexcept;
   bool ready(int arm) const noexcept;
+  /// All joints know where they are, and nobody has asked to forget it.
+  bool homed(int arm) const noexcept { return !arm_[arm].unhomed && state_.homed[static_cast<std::size_t>(arm)] != 0; }
   /// The arm has, or is about to have, power to be recovered.
   bool recovering(int arm) const noexcept { return arm_[arm].recovering && arm_[arm].machine.mayMove(); }
   bool trajectoryRuns() const noexcept;

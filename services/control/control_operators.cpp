@@ -94,7 +94,7 @@ const char* ControlCore::againstCrtk(const CrtkOrder& order, std::int64_t now) c
   for (int k = pair ? 0 : order.group; k <= (pair ? 1 : order.group); ++k) {
     if (!ready(k))
       return "the arm is not ENABLED";
-    if (!arm_[k].homed || arm_[k].homing)
+    if (!homed(k) || arm_[k].homing)
       return "the arm is not homed";
   }
   return nullptr;

@@ -134,6 +134,9 @@ bool ControlCore::refused(const ControlOrder& order, int k, OrderReply& reply) c
     std::snprintf(reply.reason.data(), reply.reason.size(), "%s: '%s' is not allowed in %s%s", name,
                   safety::name(order.command).data(), safety::name(state).data(),
                   state == safety::OperatingState::kFault ? "; only 'disable' clears a fault" : "");
+  } else if (enable && state == safety::OperatingState::kDisabled && state_.homed[i] == 0) {
+    std::snprintf(reply.reason.data(), reply.reason.size(),
+                  "%s: its joints do not know where they are yet; home it: tandem home", name);
   } else if (const safety::Excess outside =
                  safety::largestExcess(*robot_.limits()[i], dds::jointsOf(state_.position, k, robot_.size(k)));
              enable && state == safety::OperatingState::kDisabled && state_.valid[i] != 0 &&
@@ -180,7 +183,7 @@ void ControlCore::obey(const ControlOrder& order, int k, std::int64_t now) noexc
       arm.homing = startMotion(k, arm.home);
       break;
     case safety::StateCommand::kUnhome:
-      arm.homed = false;
+      arm.unhomed = true;
       break;
   }
 }

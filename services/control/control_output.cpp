@@ -101,7 +101,7 @@ void ControlCore::fillStatus(std::int64_t now, dds::ControlStatus& status) noexc
   for (int k = 0; k < arm_count_; ++k) {
     const auto i = static_cast<std::size_t>(k);
     status.operating_state[i] = static_cast<std::uint8_t>(shownState(k));
-    status.homed[i] = arm_[k].homed ? 1 : 0;
+    status.homed[i] = homed(k) ? 1 : 0;
     status.recovery[i] = recovering(k) ? 1 : 0;
     const bool busy = arm_[k].pending || arm_[k].activity == Activity::kMotion ||
                       arm_[k].activity == Activity::kWithdraw || crtk_.busy(k);

@@ -47,6 +47,7 @@ struct ActuationState {
   PerArm<std::uint32_t> faults{};          ///< latched safety::Fault bits
   PerArm<std::uint8_t> recovery{};         ///< 1: ENABLED to recover: slow, inwards, without the joints in `lost`
   PerArm<std::uint8_t> lost{};             ///< bit j: joint j stays where it is
+  PerArm<std::uint8_t> homed{};            ///< 1: all joints know where they are
   PerArm<std::uint8_t> holds{};            ///< 1: the arm stays where it is without power
   JointArray position{};                   ///< m, rad
   JointArray velocity{};                   ///< m/s, rad/s

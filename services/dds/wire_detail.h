@@ -96,7 +96,7 @@ TANDEM_WIRE(MarkerArray, visualization_msgs)
   template <class M, class W, class Copy>                                   \
   void members(const MESSAGE*, M& m, W& w, Copy f) { __VA_ARGS__ }
 TANDEM_MEMBERS(ActuationState, F(session) F(sequence) F(stamp) F(answers_command) F(placements) F(lock_step) F(arm_count)
-               F(joint_count) F(valid) F(operating_state) F(faults) F(recovery) F(lost) F(holds) F(position) F(velocity)
+               F(joint_count) F(valid) F(operating_state) F(faults) F(recovery) F(lost) F(homed) F(holds) F(position) F(velocity)
                F(setpoint))
 TANDEM_MEMBERS(ActuationCommand, F(control_session) F(sequence) F(state_session) F(answers_state) F(stamp) F(advance)
                F(arm_count) F(request) F(without) F(moving) F(velocity) F(position))

@@ -60,6 +60,7 @@ void writeState(const Robot& robot, dds::ActuationState& state) noexcept {
     state.faults[i] = robot.faults(k);
     state.recovery[i] = robot.recovering(k) ? 1 : 0;
     state.lost[i] = robot.lost(k);
+    state.homed[i] = robot.homed(k) ? 1 : 0;
     const safety::ArmVector position = robot.position(k), velocity = robot.velocity(k);
     const safety::ArmVector& setpoint = robot.setpoint(k);
     for (int j = 0; j < robot.jointCount(k); ++j) {

@@ -8,6 +8,7 @@
 #include "services/teleop/device.h"
 // Behind Eigen: it includes Xlib.h, whose macros are names of Eigen's.
 #include <spnav.h>
+#undef Bool  // of Xlib, which it includes
 
 namespace tandem::teleop {
 namespace {

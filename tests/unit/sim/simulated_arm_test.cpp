@@ -78,7 +78,7 @@ TEST(SimulatedArm, FaultsActAsTheySay) {
 }
 
 TEST(AxisFault, NamesRoundTrip) {
-  for (const char* text : {"none", "off", "stuck", "garbage", "invalid"}) {
+  for (const char* text : {"none", "off", "stuck", "garbage", "invalid", "runaway"}) {
     ASSERT_TRUE(axisFaultFromName(text));
     EXPECT_EQ(name(*axisFaultFromName(text)), text);
   }
