@@ -22,10 +22,10 @@ int main(int argc, char** argv) {
   addRoleOption(app);
   app.fallthrough();
   for (Register* part :
-       {registerUp,     registerExperiment, registerRobot,     registerStatus,    registerTopics,   registerDoctor,
-        registerFk,     registerSolve,      registerStability, registerWorkspace, registerPlan,     registerValidate,
-        registerSchema, registerCan,        registerHome,      registerJog,       registerSecurity, registerUnits,
-        registerRecord, registerInfo,       registerReplay,    registerExport,    registerPlot,     registerConsole,
+       {registerUp,     registerExperiment, registerRobot,      registerStatus,    registerTopics,   registerDoctor,
+        registerFk,     registerSolve,      registerStability,  registerWorkspace, registerPlan,     registerValidate,
+        registerSchema, registerCan,        registerHome,       registerJog,       registerSecurity, registerUnits,
+        registerRecord, registerInfo,       registerReplay,     registerExport,    registerPlot,     registerConsole,
         registerTeleop, registerMonteCarlo, registerCooperative}) {
     part(app, exit_code);
   }

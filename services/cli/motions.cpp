@@ -54,6 +54,16 @@ int jointIndex(const config::Arm& arm, const std::string& name) {
   throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
 }
 
+std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints) {
+  const std::vector<std::string> names = config::jointNames(arm);
+  std::string text;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    if ((joints & safety::jointBit(static_cast<int>(j))) != 0)
+      text += (text.empty() ? "" : ", ") + names[j];
+  }
+  return text;
+}
+
 /// While it lives nothing interrupts.
 class Motions::Calm {
  public:

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "planning/follower.h"
+#include "safety/recovery.h"
 #include "services/cli/client.h"
 
 namespace tandem::cli {
@@ -69,6 +70,9 @@ class Motions {
 
 /// Number of a joint by its name, or "b1" for beta_1. @throw Failure that names them all
 int jointIndex(const config::Arm& arm, const std::string& name);
+
+/// "beta_1, alpha_3"; empty for none.
+std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints);
 
 /// Why the last run failed, in planning's words; empty where it does not say.
 std::string failureOf(const Snapshot& snapshot);

@@ -96,16 +96,6 @@ std::uint8_t requireArm(const Session& session, const std::string& name) {
   throw Failure(kUsage, "arm: found '" + name + "', which the robot does not have");
 }
 
-std::string namesOf(const config::Arm& arm, safety::JointMask joints) {
-  const std::vector<std::string> names = config::jointNames(arm);
-  std::string text;
-  for (std::size_t j = 0; j < names.size(); ++j) {
-    if ((joints & safety::jointBit(static_cast<int>(j))) != 0)
-      text += (text.empty() ? "" : ", ") + names[j];
-  }
-  return text;
-}
-
 int recover(const RobotCommand& options) {
   Session session(options, true);
   const std::uint8_t arm = requireArm(session, options.arm);
@@ -119,7 +109,7 @@ int recover(const RobotCommand& options) {
     request.joints[static_cast<std::size_t>(jointIndex(of, name))] = 1.0;
   session.motions.recover(request);
   session.client.releaseLease();
-  const std::string lost = namesOf(of, session.client.snapshot().state.lost[arm]);
+  const std::string lost = jointNamesOf(of, session.client.snapshot().state.lost[arm]);
   return done(options,
               of.name + (lost.empty() ? ": recovered with all joints" : ": recovered without " + lost) +
                   "; slow and inwards: `tandem jog`, `tandem robot withdraw`; then `tandem robot disable`",

@@ -13,7 +13,7 @@
 #include "planning/follower.h"
 #include "safety/operating_state.h"
 #include "services/cli/arguments.h"
-#include "services/cli/client.h"
+#include "services/cli/motions.h"
 #include "services/common/stop_signal.h"
 #include "services/dds/convert.h"
 #include "services/setup/diagnostics.h"
@@ -29,6 +29,8 @@ nlohmann::ordered_json armStatusJson(const config::Robot& robot, const Snapshot&
   arm["operating_state"] = safety::name(state);
   arm["is_homed"] = s.status.homed[k] != 0;
   arm["is_busy"] = s.status.busy[k] != 0;
+  arm["is_recovering"] = s.status.recovery[k] != 0;
+  arm["without"] = jointNamesOf(robot.arms[k], s.state.lost[k]);
   arm["idle_s"] = s.status.idle[k];
   arm["idle_left_s"] = s.status.idle_left[k];
   arm["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
@@ -148,6 +150,12 @@ std::string idleWords(double idle, double left) {
   return text.data();
 }
 
+std::string recoveryWords(bool recovering, const std::string& without) {
+  if (!recovering)
+    return "";
+  return ", being recovered" + (without.empty() ? "" : " without " + without);
+}
+
 void printStatus(const nlohmann::ordered_json& json) {
   std::cout << json["deployment"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
             << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
@@ -159,6 +167,7 @@ void printStatus(const nlohmann::ordered_json& json) {
   for (const auto& arm : json["arms"]) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
               << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")
+              << recoveryWords(arm["is_recovering"].get<bool>(), arm["without"].get<std::string>())
               << ", faults: " << arm["faults"].get<std::string>();
     std::cout << idleWords(arm["idle_s"].get<double>(), arm["idle_left_s"].get<double>());
     if (const auto drive = arm["drive_fault"].get<std::string>(); !drive.empty())

@@ -33,6 +33,7 @@ export interface ControlStatus {
   arm_count: number;
   operating_state: Uint8Array;
   homed: Uint8Array;
+  recovery: Uint8Array;
   busy: Uint8Array;
   faults: Uint32Array;
   lease_holder: bigint;

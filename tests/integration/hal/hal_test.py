@@ -109,6 +109,44 @@ class Session(HalTest):
         self.assertEqual({drive["limit_hits"] for bus in "ab" for drive in self.drives(bus)}, {0})
 
 
+class Withdrawal(HalTest):
+    def test_an_arm_with_a_dead_drive_comes_back(self):
+        for bus in "ab":
+            self.drive_sim(bus)
+        running = self.start_hal()
+        self.await_ready(running)
+        self.assert_refused(running.robot("withdraw", "a"), "not ENABLED")
+        self.assert_ok(running.robot("enable"))
+        self.tell("a", "inject 2 off")
+        system.until(lambda: running.states()[0] == "FAULT", 5, "arm_a is in FAULT")
+        self.assert_refused(running.robot("enable"), "FAULT")
+        start = running.joints()
+
+        answer = self.assert_ok(running.robot("recover", "a", "--without", "alpha_3"))
+        self.assertIn("recovered without beta_2, alpha_3", answer.stdout)
+        self.assertIn("being recovered without beta_2, alpha_3",
+                      self.assert_ok(system.run("status", "-d", running.path)).stdout)
+        self.assertEqual(running.joints()[0], start[0], "power alone moves nothing")
+        self.assert_refused(running.robot("home"), "only jog and withdraw")
+        self.assert_ok(system.run("jog", "-d", running.path, "a", "beta_3", "--for", "1", "--", "-5"))
+        way = [now - before for now, before in zip(running.joints()[0], start[0])]
+        self.assertLess(way[2], -0.5e-3)
+        self.assertGreater(way[2], -3e-3, "not faster than 2 mm/s")
+        self.assertEqual([way[1], way[5]], [0.0, 0.0])
+
+        client = system.client(running.path, "withdraw", "a")
+        self.addCleanup(system.reap, client)
+        system.until(lambda: running.joints()[0][0] < start[0][0] - 2e-3, 15, "the innermost tube goes back")
+        self.assert_ok(running.robot("stop"))
+        self.assertNotEqual(client.wait(10), 0)
+        system.until(lambda: running.states()[0] == "FAULT", 5, "arm_a is in FAULT")
+        stood = running.joints()[0]
+        self.assert_ok(running.robot("recover", "a"))
+        self.assert_ok(running.robot("disable"))
+        self.assertEqual(running.joints()[0], stood)
+        self.assertEqual({drive["limit_hits"] for bus in "ab" for drive in self.drives(bus)}, {0})
+
+
 class Up(HalTest):
     def test_a_deployment_starts_its_drives_and_moves(self):
         running = self.start_hal(with_drives=True)

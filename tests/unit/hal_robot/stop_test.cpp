@@ -205,6 +205,27 @@ TEST(Brakes, HoldWhatFallsWheneverTorqueGoes) {
   }
 }
 
+TEST(Brakes, AHomingRunThatIsLetGoDropsNothing) {
+  HardwareConfig config = brakedHardware();
+  for (AxisConfig& axis : config.axes) {
+    if (axis.arm != 0 || !axis.translation)
+      continue;
+    axis.reference = PositionReference::kHoming;
+    axis.quick_stop_deceleration = 0.1;
+    axis.homing = {17, 0.01, 0.002, 0.2, axis.lower + 0.01, 0, 60.0};
+  }
+  System system(config);
+  system.boot();
+  const TorqueWatch watch(system);
+  ASSERT_EQ(system.robot->home(0, system.now), ArmHardware::HomingAnswer::kRunning);
+  ASSERT_TRUE(system.until(1.0, [&] { return speedOf(system, 0, 0) > 9e-3; })) << system.story();
+  ASSERT_TRUE(system.until(3.0, [&] { return !system.robot->arm(0).homing(); })) << system.story();
+  const double stopped = system.truth(0, 0);
+  system.run(0.5);
+  EXPECT_NEAR(system.truth(0, 0), stopped, 20e-6) << "it fell";
+  EXPECT_LE(watch.fastest, kRestShare);
+}
+
 TEST(Brakes, OneThatDoesNotHoldIsFoundBeforeTorqueIsAskedFor) {
   System system(brakedHardware());
   ASSERT_TRUE(system.boot());
@@ -227,6 +248,36 @@ TEST(Brakes, DrivesKeepTheirTorqueWhenTheHalDies) {
   const double stopped = system.truth(0, 0);
   system.run(1.0);
   EXPECT_NEAR(system.truth(0, 0), stopped, 20e-6);
+}
+
+/// Whatever the process is kept from, and for however long: judged at its own ticks, by its own clock.
+TEST(Budgets, NoTickPassesWithASilenceAboveTheBudgetAndNoLatch) {
+  for (std::uint32_t run = 0; run < 20; ++run) {
+    SCOPED_TRACE(tandem::test::trace(tandem::test::baseSeed() + run));
+    tandem::test::Random random(tandem::test::baseSeed() + run);
+    System system;
+    ASSERT_TRUE(system.boot() && system.enable());
+    const double budget = safety::Budgets{}.commandAge(System::kControlPeriod);
+    system.move(0, oneJoint(4e-3));
+    std::int64_t heard = system.now;
+    std::uint64_t taken = system.robot->answersCommand();
+    system.after_period = [&] {
+      if (system.robot->answersCommand() != taken)
+        heard = system.now;
+      taken = system.robot->answersCommand();
+      if (1e-9 * static_cast<double>(system.now - heard) > budget)
+        ASSERT_NE(system.robot->state(0), OperatingState::kEnabled) << "a tick too many";
+    };
+    for (int i = 0; i < 6; ++i) {
+      system.commanding = random.chance(0.7);
+      system.hal_alive = random.chance(0.7);
+      system.run(random.uniform(0.01, 0.6));
+    }
+    system.hal_alive = true;
+    system.commanding = false;
+    system.run(budget + 2.0 * system.config.period);
+    EXPECT_NE(system.robot->state(0), OperatingState::kEnabled);
+  }
 }
 
 TEST(Limits, ADriveThatHoldsItsTargetBackStopsTheArm) {
