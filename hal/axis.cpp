@@ -348,9 +348,10 @@ bool Axis::valid() const noexcept {
   return phase_ == AxisPhase::kReady && (guards_ & kUnknown) == 0;
 }
 
-/** Torque may go from a joint that stands behind a closed brake, or needs none. A joint that is no slower some time
- * after its drive was told to stop has run away: torque is what drives it. */
+/** Torque may go from a joint that stands behind a closed brake, or needs none. A joint that is no slower after a good
+ * part of its ramp has run away: torque is what drives it. Where its drive is silent nobody knows: its ramp may run. */
 bool Axis::mayRelease(std::int64_t now) noexcept {
+  constexpr double kPart = 0.3;  // of the ramp; then it has lost as much of its speed
   const double speed = std::abs(velocity());
   if (!power_.braking()) {
     stopping_ = now;
@@ -358,7 +359,9 @@ bool Axis::mayRelease(std::int64_t now) noexcept {
   }
   if (atRest())
     return !brake_ || brake_->closed(now);
-  return now - stopping_ > nanoseconds(std::max(kDeafBudget, 5.0 * period_)) && speed > 0.9 * stopping_from_;
+  const double ramp = stopping_from_ / config_.quick_stop_deceleration;
+  const double patience = std::max({kDeafBudget, 5.0 * period_, kPart * ramp});
+  return drive_stream_.fresh() && now - stopping_ > nanoseconds(patience) && speed > 0.9 * stopping_from_;
 }
 
 void Axis::writeCommand(std::int64_t now) noexcept {

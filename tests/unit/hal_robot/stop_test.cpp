@@ -75,6 +75,7 @@ struct StopCase {
   int node;
   double value;
   bool velocity_mode;
+  double noticed = 0.0;  ///< s, beside the periods that every fault takes
 };
 
 class StopOfOneAxis : public testing::TestWithParam<StopCase> {};
@@ -99,7 +100,7 @@ TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
   const AxisConfig& axis = system.config.axes[kMoving];
   const double lag = stop.velocity_mode ? 1.0 / axis.velocity_gain : 0.02;
   const double allowed =
-      kFast * (4.0 * system.config.period + lag) + kFast * kFast / (2.0 * axis.quick_stop_deceleration);
+      kFast * (stop.noticed + 4.0 * system.config.period + lag) + kFast * kFast / (2.0 * axis.quick_stop_deceleration);
   EXPECT_LE(std::abs(system.truth(0, kMoving) - before), allowed);
   EXPECT_LE(watch.fastest, kRestShare) << "torque went from a joint that moved";
 }
@@ -108,6 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Vocabulary,
                          StopOfOneAxis,
                          testing::Values(StopCase{"ItsEncoderIsWrong", FaultKind::kWrong, 16 + kNode, 50000, false},
                                          StopCase{"ItsEncoderAlarms", FaultKind::kEncoderAlarm, 16 + kNode, 0, false},
+                                         StopCase{"ItsFeedbackIsLate", FaultKind::kDelayed, kNode, 300, false, 0.032},
                                          StopCase{"AnotherDriveFails", FaultKind::kOverCurrent, 3, 0, false},
                                          StopCase{"AnotherEncoderAlarms", FaultKind::kEncoderAlarm, 19, 0, false},
                                          StopCase{"Velocity", FaultKind::kEncoderAlarm, 16 + kNode, 0, true}),
@@ -121,6 +123,20 @@ TEST(Stops, DisablingAMovingArmTakesTorqueFromAStandingOne) {
   const TorqueWatch watch(system);
   system.request(DriveRequest::kDisable);
   ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; }));
+  EXPECT_LE(watch.fastest, kRestShare);
+}
+
+TEST(Stops, ASlowRampIsNotTakenForARunaway) {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes)
+    axis.quick_stop_deceleration = axis.translation ? 0.015 : 3.0;
+  System system(config);
+  ASSERT_TRUE(system.boot() && system.enable());
+  system.move(0, oneJoint(kFast));
+  system.run(0.6);
+  const TorqueWatch watch(system);
+  ASSERT_TRUE(system.inject(0, FaultKind::kEncoderAlarm, 16 + kNode));
+  ASSERT_TRUE(system.until(3.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
   EXPECT_LE(watch.fastest, kRestShare);
 }
 
