@@ -53,7 +53,8 @@ bool ArmHardware::valid() const noexcept {
 }
 
 bool ArmHardware::standing() const noexcept {
-  return supervisor_.standing() && !homing_.running() && all([](const Axis& axis) { return axis.velocity() == 0.0; });
+  return supervisor_.standing() && !homing_.running() &&
+         all([](const Axis& axis) { return axis.velocity() == 0.0 || axis.unheard(); });
 }
 
 bool ArmHardware::foreignMaster() const noexcept {
@@ -79,7 +80,7 @@ void ArmHardware::notePositions() noexcept {
 safety::ArmVector ArmHardware::velocity() const noexcept {
   safety::ArmVector v(jointCount());
   for (int j = 0; j < jointCount(); ++j)
-    v[j] = axis(j).velocity();
+    v[j] = axis(j).unheard() ? 0.0 : axis(j).velocity();
   return v;
 }
 
@@ -94,9 +95,9 @@ safety::ArmVector ArmHardware::places() const noexcept {
 safety::FaultRecord ArmHardware::presentFailure() const noexcept {
   safety::FaultRecord present;
   for (const Axis* axis : axes_) {
-    if (lost(*axis))
-      continue;
-    const safety::FaultRecord failure = axis->failure(axis->guards());
+    // What a lost joint reports is why it is lost; another master may move it, and the others' limits with it.
+    constexpr GuardMask kOfAll = bit(HardwareGuard::kForeignMaster);
+    const safety::FaultRecord failure = axis->failure(lost(*axis) ? axis->guards() & kOfAll : axis->guards());
     if (present.faults == 0)
       present = failure;
     present.faults |= failure.faults;
@@ -107,7 +108,8 @@ safety::FaultRecord ArmHardware::presentFailure() const noexcept {
 }
 
 void ArmHardware::setEmergencyStop(bool pressed, bool lost, bool known) noexcept {
-  emergency_active_ = pressed || (lost && !recovering_);
+  emergency_lost_ = lost;
+  emergency_active_ = pressed || (lost && !(recovering_ && without_emergency_stop_));
   emergency_known_ = known;
   if (emergency_active_ && (supervisor_.faults() & safety::bit(safety::Fault::kStopRequested)) == 0)
     supervisor_.latch(safety::kEmergencyStopRecord);
@@ -140,8 +142,11 @@ DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
 }
 
 DriveRequest ArmHardware::onRecover(safety::JointMask without, std::int64_t now) noexcept {
-  if (supervisor_.powered() || !supervisor_.standing() || homing_.running() || rebooting_)
+  if (supervisor_.powered() || supervisor_.wishSpent() || !supervisor_.standing() || homing_.running() || rebooting_ ||
+      foreignMaster())
     return DriveRequest::kKeep;
+  if (power_ == ArmPower::kSwitchingOn && (!recovering_ || (without & ~lost_) != 0))
+    switchOff(now);  // another wish
   enable_asked_ = now;
   if (power_ == ArmPower::kOff) {
     safety::JointMask lost = without, left = 0;
@@ -156,6 +161,7 @@ DriveRequest ArmHardware::onRecover(safety::JointMask without, std::int64_t now)
       return DriveRequest::kKeep;
     recovering_ = true;
     lost_ = lost;
+    without_emergency_stop_ = emergency_lost_;
     startSwitchingOn(now);
   }
   return recovering_ && onceInOperation() ? DriveRequest::kRecover : DriveRequest::kKeep;
@@ -191,12 +197,13 @@ void ArmHardware::onDisable(std::int64_t now) noexcept {
 safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::int64_t now) noexcept {
   safety::ArmRequest passed = request;
   if (request.motion.stream == 0) {
+    supervisor_.noteWish(request.request == DriveRequest::kRecover);
     if (request.request == DriveRequest::kEnable)
       passed.request = onEnable(now);
     if (request.request == DriveRequest::kDisable)
       onDisable(now);
     if (request.request == DriveRequest::kRecover)
-      passed.request = onRecover(request.lost, now);
+      passed.request = request.unseen ? DriveRequest::kKeep : onRecover(request.lost, now);
     passed.lost = lost_;
   }
   const bool was_enabled = supervisor_.powered();
@@ -208,8 +215,11 @@ safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::
 }
 
 void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) noexcept {
-  if (lost(joint))
+  if (lost(joint)) {
+    if ((guards & bit(HardwareGuard::kForeignMaster)) != 0)
+      latch(axes_[static_cast<std::size_t>(joint)]->failure(bit(HardwareGuard::kForeignMaster)));
     return;
+  }
   Axis& axis = *axes_[static_cast<std::size_t>(joint)];
   const bool drive = (guards & ~kRampGuards) != 0;
   const bool moves = power_ == ArmPower::kOn;
@@ -249,7 +259,8 @@ void ArmHardware::switchOff(std::int64_t now) noexcept {
 }
 
 void ArmHardware::stepSwitchingOn(std::int64_t now) noexcept {
-  const bool faulty = recovering_ ? presentFaults() != 0 : supervisor_.state() != OperatingState::kDisabled;
+  const bool faulty =
+      recovering_ ? presentFaults() != 0 || supervisor_.wishSpent() : supervisor_.state() != OperatingState::kDisabled;
   const bool forgotten = now - enable_asked_ > request_budget_;
   safety::FaultRecord late;
   for (Axis* axis : axes_) {
@@ -290,7 +301,7 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
     case ArmPower::kSwitchingOff:
       if (all([&](const Axis& axis) { return axis.goalReached() || axis.goalLate(now); })) {
         for (Axis* axis : axes_) {
-          if (axis->goalReached() || (axis->guards() & bit(HardwareGuard::kDriveSilent)) != 0)
+          if (axis->goalReached() || axis->unheard() || lost(*axis))
             continue;
           axis->fail(HardwareGuard::kSwitchOn);  // it does not let go
           latch(axis->failure(bit(HardwareGuard::kSwitchOn)));

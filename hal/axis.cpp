@@ -234,8 +234,10 @@ void Axis::moveBrake(std::int64_t now) noexcept {
   const DriveState state = driveState();
   const bool torque = state == DriveState::kOperationEnabled || state == DriveState::kQuickStopActive ||
                       state == DriveState::kFaultReaction;
-  const bool stopping = torque && !atRest();
-  const bool open = (goal() == PowerGoal::kOperation && state == DriveState::kOperationEnabled) || stopping;
+  const bool operation = goal() == PowerGoal::kOperation && state == DriveState::kOperationEnabled;
+  // Once it closes behind a joint that rests, a twitch does not open it again.
+  closing_ = torque && !operation && (closing_ || atRest());
+  const bool open = operation || (torque && !closing_);
   const bool free = jobs_.status() != SdoJobs::Status::kBusy;
   if (!brake_->step(open, torque, units_.toJoint(counts_), free, driveNode(), now))
     fail(HardwareGuard::kBrake);
@@ -348,20 +350,25 @@ bool Axis::valid() const noexcept {
   return phase_ == AxisPhase::kReady && (guards_ & kUnknown) == 0;
 }
 
-/** Torque may go from a joint that stands behind a closed brake, or needs none. A joint that is no slower after a good
- * part of its ramp has run away: torque is what drives it. Where its drive is silent nobody knows: its ramp may run. */
+/** Torque may go from a joint that stands behind a closed brake, or needs none. A joint that does not come down from
+ * its greatest speed within a good part of the ramp from there has run away: torque is what drives it. Where its drive
+ * is silent nobody knows: its ramp may run. */
 bool Axis::mayRelease(std::int64_t now) noexcept {
-  constexpr double kPart = 0.3;  // of the ramp; then it has lost as much of its speed
+  constexpr double kPart = 0.3;   // of the ramp; then it has lost as much of its speed
+  constexpr double kSlow = 0.05;  // of the fastest: not worth it, the budget of the stop will do
   const double speed = std::abs(velocity());
-  if (!power_.braking()) {
+  if (!power_.braking() || speed > 1.05 * stopping_from_) {
     stopping_ = now;
     stopping_from_ = speed;
   }
+  if (brake_ && closing_)
+    return brake_->closed(now);
   if (atRest())
-    return !brake_ || brake_->closed(now);
+    return !brake_;
   const double ramp = stopping_from_ / config_.quick_stop_deceleration;
   const double patience = std::max({kDeafBudget, 5.0 * period_, kPart * ramp});
-  return drive_stream_.fresh() && now - stopping_ > nanoseconds(patience) && speed > 0.9 * stopping_from_;
+  const bool no_slower = speed > std::max(0.9 * stopping_from_, kSlow * config_.velocity);
+  return drive_stream_.fresh() && now - stopping_ > nanoseconds(patience) && no_slower;
 }
 
 void Axis::writeCommand(std::int64_t now) noexcept {

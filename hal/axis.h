@@ -66,6 +66,10 @@ class Axis {
   bool goalLate(std::int64_t now) const noexcept { return power_.late(now); }
   /// In operation, its brake is open, and the drive says that it follows the target.
   bool followsCommand() const noexcept;
+  /// Its drive has failed or fallen silent: what it measured last says nothing of now.
+  bool unheard() const noexcept {
+    return phase_ == AxisPhase::kFailed || (guards_ & bit(HardwareGuard::kDriveSilent)) != 0;
+  }
   /// By measurement: nothing is to be stopped.
   bool atRest() const noexcept { return motion_.atRest(); }
   /// The HAL moves or holds the joint.
@@ -136,6 +140,7 @@ class Axis {
   GuardMask latched_ = 0;  ///< by fail(), until the next boot
   bool operating_ = false;
   bool free_to_move_ = true;    ///< no closed brake
+  bool closing_ = false;        ///< the brake, before torque goes
   std::int64_t stopping_ = 0;   ///< since when the drive is to stop and lose its torque, ns
   double stopping_from_ = 0.0;  ///< its speed then, m/s or rad/s
   bool holding_ = true;

@@ -18,10 +18,13 @@ bool Brake::step(bool open, bool torque, double position, bool free, canopen::No
   if (writing_) {
     const SdoJobs::Status status = jobs_.step(node, now);
     writing_ = status == SdoJobs::Status::kBusy;
-    obeys_ = obeys_ && status != SdoJobs::Status::kFailed;
+    if (status == SdoJobs::Status::kFailed) {
+      obeys_ = false;
+      open_ = true;  // for all that is known; to close it is tried again
+    }
     since_ = now;
   }
-  if (!writing_ && open != open_ && obeys_ && free) {
+  if (!writing_ && free && (open ? !open_ && obeys_ : open_)) {
     open_ = open;
     writing_ = true;
     jobs_.clear();

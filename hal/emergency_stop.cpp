@@ -50,13 +50,15 @@ int EmergencyStopWatch::update(std::int64_t now) noexcept {
     listen(source, now);
     if (source.pressed && !was_pressed && began < 0)
       began = source.input.axis;
-    pressed = pressed || source.pressed;
     readable = readable || (source.read && !source.lost);
     lost = lost || source.lost;
   }
-  const bool silent = reports_.silent(now);
-  lost_ = (lost && !readable) || silent;
-  const bool all = (sources_.empty() || readable) && (!reports_.asked() || (reports_.heard() && !silent));
+  // What was last heard of an input that is lost counts as long as no other one can be heard.
+  for (const Source& source : sources_)
+    pressed = pressed || (source.pressed && !(source.lost && readable));
+  silent_ = reports_.silent(now);
+  lost_ = lost && !readable;
+  const bool all = (sources_.empty() || readable) && (!reports_.asked() || (reports_.heard() && !silent_));
   const bool any = !sources_.empty() || reports_.asked();
   pressed = pressed || reports_.pressed();
   state_ = pressed ? EmergencyStop::kPressed : all && any ? EmergencyStop::kReleased : EmergencyStop::kNotRead;

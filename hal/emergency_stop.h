@@ -30,8 +30,10 @@ class EmergencyStopWatch {
   int update(std::int64_t now) noexcept;
 
   safety::EmergencyStop state() const noexcept { return state_; }
-  /// It could be read, and cannot any more.
+  /// Inputs could be read, and none of them can any more.
   bool lost() const noexcept { return lost_; }
+  /// Whoever reports on the topic has fallen silent.
+  bool silent() const noexcept { return silent_; }
   /// Nothing is to be read, or something has been.
   bool known() const noexcept {
     return (sources_.empty() && !reports_.asked()) || state_ != safety::EmergencyStop::kNotRead;
@@ -57,6 +59,7 @@ class EmergencyStopWatch {
   std::vector<Source> sources_;
   safety::EmergencyStop state_ = safety::EmergencyStop::kNotRead;
   bool lost_ = false;
+  bool silent_ = false;
 };
 
 }  // namespace tandem::hal

@@ -186,8 +186,8 @@ void RobotHardware::watchEmergencyStop(std::int64_t now) noexcept {
   const safety::EmergencyStop before = emergency_stop_.state();
   const int began = emergency_stop_.update(now);
   for (ArmHardware& arm : arms_)
-    arm.setEmergencyStop(emergency_stop_.state() == safety::EmergencyStop::kPressed, emergency_stop_.lost(),
-                         emergency_stop_.known());
+    arm.setEmergencyStop(emergency_stop_.state() == safety::EmergencyStop::kPressed || emergency_stop_.silent(),
+                         emergency_stop_.lost(), emergency_stop_.known());
   if (began >= 0) {
     const AxisConfig& axis = config_.axes[index(began)];
     HardwareEvent told;

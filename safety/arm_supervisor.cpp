@@ -56,6 +56,9 @@ void ArmSupervisor::hold() noexcept {
 void ArmSupervisor::latch(const FaultRecord& record) noexcept {
   if (record.faults == 0)
     return;
+  // A lost joint may go on to say what is wrong with it; a stop, or a fault of another kind, is news.
+  const bool news = machine_.state() != OperatingState::kFault || (record.faults & ~machine_.faults()) != 0;
+  spent_ = spent_ || (wished_ && news);
   if (machine_.state() != OperatingState::kFault)
     record_ = record;
   machine_.latch(record.faults);
@@ -118,6 +121,7 @@ void ArmSupervisor::recover(const ArmVector& measured, JointMask lost) noexcept 
   if (!machine_.command(StateCommand::kRecover))
     return;
   record_ = {};
+  spent_ = true;
   setSpeeds(true, lost);
   place(measured);
 }
@@ -156,7 +160,7 @@ void ArmSupervisor::applyRequest(const ArmRequest& request,
       machine_.command(StateCommand::kResume, present.faults);
       return;
     case DriveRequest::kRecover:
-      if (present.faults == 0)
+      if (present.faults == 0 && !spent_ && !request.unseen)
         recover(measured, request.lost);
       return;
   }

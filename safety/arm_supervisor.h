@@ -28,6 +28,7 @@ struct SupervisorOptions {
 struct ArmRequest {
   DriveRequest request = DriveRequest::kKeep;
   JointMask lost = 0;   ///< kRecover: joints that cannot be used, or shall not
+  bool unseen = false;  ///< kRecover: who asks cannot have seen the fault that the arm is in
   bool moving = false;  ///< `motion` counts; otherwise the arm ends the segment under way and holds
   /** The velocity counts: it is integrated here, from the last setpoint that went past the gate. Whoever commands knows
    * that setpoint only as it was a state ago, so its own sum would jump back or ahead by all that was lost or late
@@ -81,6 +82,13 @@ class ArmSupervisor {
   /// ENABLED or PAUSED to be recovered: slow, inwards, without the joints in lost().
   bool recovering() const noexcept { return recovering_ && powered(); }
   JointMask lost() const noexcept { return recovering() ? lost_ : JointMask{0}; }
+  /// Once per command: whether it asks to recover. One wish gives power once: what latches while it lasts, or after it
+  /// was granted, is not cleared by its repetitions, only by a wish that follows other commands.
+  void noteWish(bool recover) noexcept {
+    wished_ = recover;
+    spent_ = spent_ && recover;
+  }
+  bool wishSpent() const noexcept { return spent_; }
   /// The reference stands still.
   bool standing() const noexcept { return mode_ == Mode::kStanding; }
   /// Where the joints shall be now, m, rad.
@@ -120,6 +128,8 @@ class ArmSupervisor {
   ArmLimits limits_;         ///< as given; the gate's are slower while the arm is recovered
   bool recovering_ = false;  ///< since the last time it got power
   JointMask lost_ = 0;
+  bool wished_ = false;  ///< the last command asks to recover
+  bool spent_ = false;
   Mode mode_ = Mode::kStanding;
   ArmVector reference_;
   ArmVector velocity_;

@@ -15,6 +15,7 @@ struct RobotCommand {
   StreamHead head;
   std::array<DriveRequest, kMaxArms> request{};
   std::array<JointMask, kMaxArms> without{};  ///< kRecover: joints that shall not be used
+  std::array<bool, kMaxArms> unseen{};        ///< kRecover: who asks cannot have seen the fault that the arm is in
   std::array<bool, kMaxArms> moving{};
   std::array<double, kMaxJoints> velocity{};  ///< m/s, rad/s
   std::array<double, kMaxJoints> position{};  ///< m, rad
@@ -26,6 +27,7 @@ struct RobotCommand {
     ArmRequest part;
     part.request = request[index];
     part.lost = without[index];
+    part.unseen = unseen[index];
     part.moving = moving[index];
     part.motion.stream = verdict.faults;
     part.motion.age_excess = verdict.age_excess;

@@ -100,6 +100,7 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
       arm.supervisor.disableForNewSession();
     safety::ArmRequest request = command.forArm(a, jointCount(a), verdict);
     request.lost |= arm.plant.failed();
+    arm.supervisor.noteWish(request.request == safety::DriveRequest::kRecover);
     const safety::JointMask without =
         request.request == safety::DriveRequest::kRecover ? request.lost : arm.supervisor.lost();
     const safety::FaultRecord present = safety::withEmergencyStop(arm.plant.presentFailure(without), emergency_stop_);

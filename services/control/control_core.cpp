@@ -84,7 +84,8 @@ void ControlCore::onState(const dds::ActuationState& state) noexcept {
       latch(k, {state.faults[i], safety::FaultCause::kReported});
     if (knows && state.valid[i] == 0 && arm.machine.mayMove())
       latch(k, {bit(safety::Fault::kSensor)});
-    if (driveState(k) == OperatingState::kEnabled && arm.machine.mayMove()) {
+    const bool as_asked = !(arm.pending && arm.recovering) || state.recovery[i] != 0;
+    if (driveState(k) == OperatingState::kEnabled && arm.machine.mayMove() && as_asked) {
       // Drives that have not heard of the order may be on their way into the state of the order before it.
       arm.pending = arm.pending && state.answers_command < arm.power_command;
     } else if (arm.machine.mayMove() && !arm.pending) {
@@ -153,12 +154,9 @@ void ControlCore::watch(std::int64_t now) noexcept {
     first_cycle_ = now;
   if (lease_.takeLoss(now) && moving())
     latchMoving({bit(safety::Fault::kLeaseLost)});
-  for (int k = 0; k < arm_count_; ++k) {
-    if (arm_[k].pending && recovering(k) && now > arm_[k].recover_until)
-      latch(k, {bit(safety::Fault::kDrive), safety::FaultCause::kOff});
-  }
   if (lock_step_)
     return;  // stamps are simulated time there; a dead process stalls everything
+  giveUpPending(now);
   const safety::Budgets& budgets = setup_.deployment.budgets;
   if (fresh_state_)
     state_seen_ = now;
@@ -311,6 +309,9 @@ safety::DriveRequest ControlCore::requestFor(int k) const noexcept {
     case OperatingState::kEnabled:
       if (!arm.pending)
         return safety::DriveRequest::kKeep;
+      if (arm.recovering && state_.recovery[static_cast<std::size_t>(k)] == 0 &&
+          (drive == OperatingState::kEnabled || drive == OperatingState::kPaused))
+        return safety::DriveRequest::kDisable;  // power that was given for something else
       if (drive == OperatingState::kPaused)
         return safety::DriveRequest::kResume;
       return arm.recovering ? safety::DriveRequest::kRecover : safety::DriveRequest::kEnable;

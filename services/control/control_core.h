@@ -87,7 +87,7 @@ class ControlCore {
     bool pending = false;            ///< enable or resume was asked for and the drives do not show it yet
     bool recovering = false;         ///< power was asked for to recover the arm
     safety::JointMask without = 0;   ///< recovering: joints that shall not be used
-    std::int64_t recover_until = 0;  ///< pending and recovering: given up then, ns
+    std::int64_t pending_until = 0;  ///< given up then: power does not come because somebody once asked, ns
     WithdrawalRun withdrawal;
     bool unhomed = false;  ///< by CRTK's unhome, until the next home
     bool homing = false;
@@ -112,6 +112,7 @@ class ControlCore {
   bool inFault(int k) const noexcept;
   void disarm(int arm) noexcept;
   void watchIdle(std::int64_t now) noexcept;
+  void giveUpPending(std::int64_t now) noexcept;
   OrderReply motionOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   OrderReply leaseOrder(const ControlOrder& order, OrderReply reply, std::int64_t now) noexcept;
   bool startMotion(int arm, const safety::ArmVector& goal) noexcept;
@@ -130,7 +131,11 @@ class ControlCore {
   /// All joints know where they are, and nobody has asked to forget it.
   bool homed(int arm) const noexcept { return !arm_[arm].unhomed && state_.homed[static_cast<std::size_t>(arm)] != 0; }
   /// The arm has, or is about to have, power to be recovered.
-  bool recovering(int arm) const noexcept { return arm_[arm].recovering && arm_[arm].machine.mayMove(); }
+  bool recovering(int arm) const noexcept {
+    const bool wished = arm_[arm].recovering && arm_[arm].machine.state() != safety::OperatingState::kDisabled &&
+                        arm_[arm].machine.state() != safety::OperatingState::kFault;
+    return wished || state_.recovery[static_cast<std::size_t>(arm)] != 0;
+  }
   bool trajectoryRuns() const noexcept;
   bool operated() const noexcept { return operator_.engaged() || crtk_.active(); }
 

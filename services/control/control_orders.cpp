@@ -134,6 +134,13 @@ bool ControlCore::refused(const ControlOrder& order, int k, OrderReply& reply) c
     std::snprintf(reply.reason.data(), reply.reason.size(), "%s: '%s' is not allowed in %s%s", name,
                   safety::name(order.command).data(), safety::name(state).data(),
                   state == safety::OperatingState::kFault ? "; only 'disable' clears a fault" : "");
+  } else if (recovering(k) && (enable || order.command == safety::StateCommand::kHome ||
+                               order.command == safety::StateCommand::kUnhome)) {
+    refuse(reply, dds::ReplyCode::kWrongState,
+           "the arm is being recovered: only jog and withdraw move it; disable it, then enable");
+  } else if (recover && driveState(k) != safety::OperatingState::kDisabled &&
+             driveState(k) != safety::OperatingState::kFault) {
+    refuse(reply, dds::ReplyCode::kWrongState, "the drives are not DISABLED yet; ask again");
   } else if (enable && state == safety::OperatingState::kDisabled && state_.homed[i] == 0) {
     std::snprintf(reply.reason.data(), reply.reason.size(),
                   "%s: its joints do not know where they are yet; home it: tandem home", name);
@@ -154,13 +161,12 @@ bool ControlCore::refused(const ControlOrder& order, int k, OrderReply& reply) c
 }
 
 void ControlCore::obey(const ControlOrder& order, int k, std::int64_t now) noexcept {
-  constexpr std::int64_t kRecoverPatience = 8'000'000'000;  // ns: limits are written, drives get power
+  constexpr std::int64_t kPatience = 8'000'000'000;  // ns: limits are written, drives get power
   ArmControl& arm = arm_[k];
   arm.machine.command(order.command);
   switch (order.command) {
     case safety::StateCommand::kRecover:
       arm.record = {};
-      arm.recover_until = now + kRecoverPatience;
       arm.without = 0;
       for (int j = 0; j < order.joint_count; ++j)
         arm.without |= order.joints[static_cast<std::size_t>(j)] != 0.0 ? safety::jointBit(j) : safety::JointMask{0};
@@ -170,6 +176,7 @@ void ControlCore::obey(const ControlOrder& order, int k, std::int64_t now) noexc
       if (order.command != safety::StateCommand::kResume)
         arm.recovering = order.command == safety::StateCommand::kRecover;
       arm.pending = true;
+      arm.pending_until = now + kPatience;
       arm.power_command = command_sequence_ + 1;
       break;
     case safety::StateCommand::kDisable:
@@ -211,6 +218,14 @@ OrderReply ControlCore::stateCommand(const ControlOrder& order,
   return reply;
 }
 
+/// Drives that do not give the power that was asked for shall not give it later, when nobody thinks of it any more.
+void ControlCore::giveUpPending(std::int64_t now) noexcept {
+  for (int k = 0; k < arm_count_; ++k) {
+    if (arm_[k].pending && now > arm_[k].pending_until)
+      latch(k, {bit(safety::Fault::kDrive), safety::FaultCause::kOff});
+  }
+}
+
 void ControlCore::jog(int k, std::int64_t now) noexcept {
   const auto i = static_cast<std::size_t>(k);
   ArmControl& arm = arm_[k];
@@ -238,7 +253,7 @@ void ControlCore::withdraw(int k, std::int64_t now) noexcept {
 
 bool ControlCore::startMotion(int k, const safety::ArmVector& goal) noexcept {
   ArmControl& arm = arm_[k];
-  if (following() || operated() || shownState(k) != safety::OperatingState::kEnabled)
+  if (following() || operated() || recovering(k) || shownState(k) != safety::OperatingState::kEnabled)
     return false;
   arm.motion = safety::JointMotion(*robot_.limits()[static_cast<std::size_t>(k)], base(k), goal);
   arm.motion_time = 0.0;

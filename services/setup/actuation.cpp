@@ -14,6 +14,7 @@ void readCommand(const dds::ActuationCommand& from, double age, safety::RobotCom
     const bool known = from.request[k] <= static_cast<std::uint8_t>(safety::DriveRequest::kRecover);
     command.request[k] = known ? static_cast<safety::DriveRequest>(from.request[k]) : safety::DriveRequest::kKeep;
     command.without[k] = from.without[k];
+    command.unseen[k] = false;
     command.moving[k] = from.moving[k] != 0;
   }
   command.velocity = from.velocity;

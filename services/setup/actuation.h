@@ -30,10 +30,13 @@ void keepUnseenFaults(const Robot& robot,
     const bool clears = request == safety::DriveRequest::kDisable || request == safety::DriveRequest::kRecover;
     if (!clears || robot.state(k) != safety::OperatingState::kFault)
       continue;
-    if (!shown.seen(k, answers_state))
-      request = safety::DriveRequest::kKeep;
-    else if (request == safety::DriveRequest::kDisable)  // one is enough; to recover is asked for until it is done
+    const bool seen = shown.seen(k, answers_state);
+    if (request == safety::DriveRequest::kRecover)
+      command.unseen[static_cast<std::size_t>(k)] = !seen;
+    else if (seen)
       shown.forget(k);
+    else
+      request = safety::DriveRequest::kKeep;
   }
 }
 

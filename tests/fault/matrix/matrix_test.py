@@ -7,6 +7,7 @@ import atexit
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -15,15 +16,15 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "integration" / "hal"))
-from budgets import DEVICES, PROCESSES, RAMP_MM_PER_S2  # noqa: E402
+from budgets import DEVICES, PROCESSES  # noqa: E402
 from hardware import COUNTS_PER_M, COUNTS_PER_RAD, HalTest, system  # noqa: E402
 
 DOCUMENT = ROOT / "docs" / "fault-matrix.md"
 CONTROL_PERIOD = 0.05     # s
 DRIVE_HEARTBEAT_MS = 300  # half of it: deadline of the command PDO
-VELOCITY_MM_PER_S = 5.0   # V_max of the robot
-MACHINE_MS = 250          # how late a busy machine may be
-POWER_OFF_MS = 200        # from standstill to the last drive without torque
+# Who is watched, and what those who watch it say of it, in their own time; the drives watch the HAL.
+NOTICED_AS = {"planning": "reference_timeout", "control": "command_timeout"}
+STOP_S = 0.2              # of a drive by itself, in its own time: from 5 mm/s by its quick stop, and its lag
 STILL = 1e-3              # mm/s and deg/s that count as standing
 POWERED = "operation enabled"
 measured = {"devices": [], "processes": []}
@@ -103,7 +104,8 @@ class Sampler(threading.Thread):
 
 
 class Processes(HalTest):
-    """Real processes, sockets and time: budgets have room for a busy machine."""
+    """Real processes, sockets and time. What a process notices is judged by its own clock; wall-clock times are measured for
+    the document, and not judged: they are this machine's, too."""
 
     budgets = ("{minimum_age_ms: 30, planning_reference_ms: 250, lease_ms: 5000, drive_heartbeat_ms: "
                f"{DRIVE_HEARTBEAT_MS}}}")
@@ -111,6 +113,10 @@ class Processes(HalTest):
 
     def setUp(self):
         super().setUp()
+        self.log = self.folder / "log"
+        system.System.stderr = self.log.open("w")
+        self.addCleanup(setattr, system.System, "stderr", None)
+        self.addCleanup(system.System.stderr.close)
         for bus in "ab":
             self.drive_sim(bus)
 
@@ -155,11 +161,23 @@ class Processes(HalTest):
               f"stands after {found['standing']:.0f} ms, no torque after {found['powerless']:.0f} ms, "
               f"{found['travel']:.3f} mm, "
               f"{found['turn']:.3f} deg; {found['state']}", flush=True)
-        ramp = 1e3 * VELOCITY_MM_PER_S / RAMP_MM_PER_S2
-        self.assertLessEqual(found["stopping"], limit + ramp + MACHINE_MS)
-        self.assertLessEqual(found["standing"], limit + 2 * ramp + MACHINE_MS)
-        self.assertLessEqual(found["powerless"], limit + 2 * ramp + POWER_OFF_MS + MACHINE_MS)
-        self.assertLessEqual(found["travel"], 1e-3 * VELOCITY_MM_PER_S * (limit + ramp + MACHINE_MS))
+        if victim in NOTICED_AS:
+            self.assert_noticed(NOTICED_AS[victim])
+        else:
+            self.assert_drives_stopped_by_themselves()
+
+    def assert_noticed(self, fault):
+        """Whoever watches has latched, at a tick at which the silence was above its budget by its own clock. That no
+        such tick passes without a latch the unit tests show (Budgets.*): here it counts who noticed, and what."""
+        found = re.findall(rf"{fault}[^:\n]*: ([\d.e-]+) s, allowed ([\d.e-]+) s", self.log.read_text())
+        self.assertTrue(found, self.log.read_text())
+        for silence, allowed in found:
+            self.assertGreater(float(silence), float(allowed))
+
+    def assert_drives_stopped_by_themselves(self):
+        for drive in (drive for bus in "ab" for drive in self.drives(bus)):
+            self.assertGreaterEqual(drive["contact_losses"], 1, drive)
+            self.assertLessEqual(drive["stop_duration"], STOP_S, drive)
 
     def torque_goes(self):
         system.until(lambda: POWERED not in Sampler(self).look()["states"], 5, "no drive has torque")
@@ -239,7 +257,7 @@ def document():
     text = (pathlib.Path(__file__).parent / "document.md").read_text()
     processes = sorted(measured["processes"], key=lambda row: (row["signal"], row["victim"]))
     return text.format(period=report["period_ms"], speed=report["speed_mm_per_s"], turn=report["speed_deg_per_s"],
-                       runs=report["runs"], rate=1 / CONTROL_PERIOD, heartbeat=DRIVE_HEARTBEAT_MS, machine=MACHINE_MS,
+                       runs=report["runs"], rate=1 / CONTROL_PERIOD, heartbeat=DRIVE_HEARTBEAT_MS,
                        devices="\n".join(device_line(row, report) for row in measured["devices"]),
                        processes="\n".join(process_line(row) for row in processes))
 

@@ -212,7 +212,9 @@ def may_have_priorities():
 class System:
     """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind.
 
-    `inside`: words that run a command on the host that this is, of several; `parts`: what status() waits for."""
+    Logs go to `stderr`, to this one's where that is None. `inside`: words that run a command on the host that this is, of several; `parts`: what status() waits for."""
+
+    stderr = None
 
     def __init__(self, path, inside=(), await_ready=True, parts=None):
         self.path = path
@@ -222,7 +224,7 @@ class System:
         self._watcher = None
         self._incoming = queue.Queue()
         self.up = subprocess.Popen([*inside, executable(), "up", str(path), "--json", "--log", "warn"],
-                                   stdout=subprocess.PIPE, text=True, start_new_session=True)
+                                   stdout=subprocess.PIPE, stderr=self.stderr, text=True, start_new_session=True)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         try:

@@ -145,6 +145,8 @@ TEST_P(LossOfOneAxis, LeavesAnArmThatWithdrawsWhileTheOtherGoesOn) {
   EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled) << system.story();
   system.command.request[0] = DriveRequest::kDisable;
   EXPECT_TRUE(system.until(2.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
+  system.run(0.3);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kDisabled) << "disable ends it";
 }
 
 INSTANTIATE_TEST_SUITE_P(EachAxis, LossOfOneAxis, testing::Range(0, 6));
@@ -193,12 +195,53 @@ TEST(Recovery, AJointThatFailsWhileAnArmIsRecoveredStopsItAndIsLeftOutNextTime) 
   system.command.request[0] = DriveRequest::kRecover;
   ASSERT_TRUE(system.until(5.0, [&] { return system.robot->recovering(0); })) << system.story();
   system.command.request[0] = DriveRequest::kKeep;
+  system.run(0.2);
   ASSERT_TRUE(system.inject(0, FaultKind::kOverCurrent, 4));
   ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
   EXPECT_EQ(system.robot->faultRecord(0).joint, 3);
   system.command.request[0] = DriveRequest::kRecover;
   ASSERT_TRUE(system.until(5.0, [&] { return system.robot->recovering(0); })) << system.story();
   EXPECT_EQ(system.robot->lost(0), jointBit(0) | jointBit(3));
+}
+
+TEST(Recovery, AStopWhileDrivesGetPowerIsNotClearedByTheWishThatGivesIt) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  system.command.request[0] = DriveRequest::kRecover;
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kSwitchingOn; }));
+  system.robot->stop();
+  system.run(3.0);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+  EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
+  EXPECT_FALSE(system.robot->recovering(0));
+}
+
+TEST(Recovery, IsNotGivenBesideAnotherMasterNorKeptBesideOne) {
+  System system(sharedBuses());
+  ASSERT_TRUE(system.boot() && system.enable()) << system.story();
+  const can::CanFrame sync = canopen::syncFrame(0);
+  can::VirtualBus::Port& foreign = system.wires[1]->bus.join("foreign");
+  foreign.send({&sync, 1});
+  ASSERT_TRUE(system.until(1.0, [&] { return system.all(OperatingState::kFault); })) << system.story();
+  system.hold();
+  system.command.request[0] = DriveRequest::kKeep;
+  system.run(0.2);
+  system.command.request[0] = DriveRequest::kRecover;
+  system.run(0.3);
+  EXPECT_FALSE(system.robot->recovering(0)) << "the other one has not been silent for long enough";
+}
+
+TEST(Recovery, ANewSessionTakesOverBesideADriveThatDiedMoving) {
+  System system;
+  ASSERT_TRUE(system.boot() && system.enable());
+  system.move(0, ArmVector::Constant(6, 4e-3));
+  system.run(0.5);
+  ASSERT_TRUE(system.inject(0, FaultKind::kOff, 2));
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+  system.hold();
+  system.run(1.0);
+  EXPECT_TRUE(system.robot->standing());
+  EXPECT_EQ(system.robot->velocity(0)[1], 0.0);
 }
 
 TEST(Recovery, LeavesOutWhatItIsToldToLeaveOut) {

@@ -101,6 +101,7 @@ struct Commanded {
     request.moving = !speed.isZero();
     request.motion.velocity = speed;
     request.motion.position = supervisor.setpoint();
+    supervisor.noteWish(what == DriveRequest::kRecover);
     supervisor.command(request, supervisor.reference(), {}, now);
   }
   /// One control period; `each` after every tick.
@@ -188,11 +189,15 @@ TEST(Recovery, IsForStandingArmsWithoutPowerAlone) {
   EXPECT_EQ(arm.supervisor.state(), OperatingState::kEnabled);
   EXPECT_FALSE(arm.supervisor.recovering());
   arm.supervisor.latch({bit(Fault::kDrive)});
+  arm.send(DriveRequest::kKeep);
   arm.send(DriveRequest::kRecover, jointBit(0));
   EXPECT_TRUE(arm.supervisor.recovering());
-  // Whatever stops any other arm stops this one.
+  // Whatever stops any other arm stops this one, and no repetition of the wish that was granted clears it.
   arm.supervisor.latch({bit(Fault::kStopRequested)});
-  EXPECT_EQ(arm.supervisor.state(), OperatingState::kFault);
+  for (int i = 0; i < 3; ++i) {
+    arm.send(DriveRequest::kRecover, jointBit(0));
+    EXPECT_EQ(arm.supervisor.state(), OperatingState::kFault);
+  }
   EXPECT_FALSE(arm.supervisor.recovering());
   EXPECT_EQ(arm.supervisor.lost(), 0);
 }

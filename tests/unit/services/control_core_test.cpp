@@ -29,6 +29,40 @@ TEST(ControlCore, OneCommanderAtATime) {
   EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).code, dds::ReplyCode::kOk);
 }
 
+TEST(ControlCore, AnArmIsHomedWhenItsDrivesSaySo) {
+  System s;
+  s.run(0.2);
+  s.order(ControlKind::kAcquireLease);
+  EXPECT_EQ(s.output.status.homed[0], 1);
+  s.state_link = false;
+  dds::ActuationState unknown = s.state;
+  unknown.homed[0] = 0;
+  ++unknown.sequence;
+  s.control.onState(unknown);
+  const service::OrderReply answer = s.command(StateCommand::kEnable);
+  EXPECT_EQ(answer.code, dds::ReplyCode::kWrongState);
+  EXPECT_NE(std::string(answer.reason.data()).find("tandem home"), std::string::npos) << answer.reason.data();
+  s.control.cycle(s.now, false, s.output);
+  EXPECT_EQ(s.output.status.homed[0], 0);
+  EXPECT_EQ(s.output.status.homed[1], 1);
+}
+
+TEST(ControlCore, EnablingOutsideTheLimitsIsRefusedWithByHowMuch) {
+  System s;
+  s.run(0.2);
+  s.order(ControlKind::kAcquireLease);
+  s.state_link = false;
+  dds::ActuationState outside = s.state;
+  outside.position[dds::jointIndex(0, 2)] = s.model.limits()[0]->joints[2].upper + 1.23e-3;
+  ++outside.sequence;
+  s.control.onState(outside);
+  const service::OrderReply answer = s.command(StateCommand::kEnable);
+  EXPECT_EQ(answer.code, dds::ReplyCode::kOutsideLimits);
+  const std::string reason = answer.reason.data();
+  EXPECT_NE(reason.find("joint 3 is 1.23 mm or mrad outside"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("recover"), std::string::npos) << reason;
+}
+
 TEST(ControlCore, EnablingDoesNotMove) {
   System s;
   s.run(0.3);

@@ -157,6 +157,52 @@ TEST(Recover, IsTheHoldersAloneAndJogsSlowlyWithoutWhatIsLeftOut) {
   EXPECT_LT((s.joints() - before).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+TEST(Recover, NeitherEnableNorHomeMakesMoreOfIt) {
+  Broken s("laptop", 1);
+  ASSERT_EQ(s.recover().code, dds::ReplyCode::kOk);
+  s.live(1.0);
+  const safety::ArmVector before = s.joints();
+  for (const StateCommand command : {StateCommand::kEnable, StateCommand::kHome, StateCommand::kUnhome}) {
+    EXPECT_EQ(s.command(command).code, dds::ReplyCode::kWrongState) << safety::name(command);
+    s.live(0.4);
+    EXPECT_EQ(s.output.status.recovery[0], 1);
+  }
+  EXPECT_EQ((s.joints() - before).cwiseAbs().maxCoeff(), 0.0);
+}
+
+TEST(Recover, IsRefusedWhileTheDrivesAreNotDisabledYet) {
+  System s;
+  s.run(0.3);
+  s.order(ControlKind::kAcquireLease);
+  s.command(StateCommand::kEnable);
+  s.run(0.5);
+  s.command(StateCommand::kDisable);
+  service::ControlOrder o;
+  o.client = 7;
+  o.kind = ControlKind::kStateCommand;
+  o.command = StateCommand::kRecover;
+  o.arm = 0;
+  EXPECT_EQ(s.control.order(o, s.now).code, dds::ReplyCode::kWrongState);
+  s.run(0.3);
+  EXPECT_EQ(s.control.order(o, s.now).code, dds::ReplyCode::kOk);
+}
+
+TEST(Recover, PowerThatDoesNotComeIsNotWaitedForForEver) {
+  System s;
+  s.run(0.3);
+  s.order(ControlKind::kAcquireLease);
+  s.command_link = false;
+  s.command(StateCommand::kEnable);
+  for (int i = 0; i < 45; ++i) {
+    s.run(0.2);
+    s.order(ControlKind::kKeepLease);
+  }
+  EXPECT_EQ(s.shown(0), OperatingState::kFault);
+  s.command_link = true;
+  s.run(1.0);
+  EXPECT_EQ(s.drives(0), OperatingState::kDisabled) << "power came because somebody once asked";
+}
+
 TEST(Recover, TheStopTopicAndALostLeaseStopAWithdrawal) {
   for (const bool by_topic : {true, false}) {
     Broken s("laptop", 1);
