@@ -120,6 +120,7 @@ class CanUtils(PeersTest):
 
     def test_cansend_and_candump_see_a_canopen_node(self):
         drive = self.drive_sim()
+        until(lambda: "701#00" in self.heard(), 20, "it boots")  # before: a second boot-up is that of the reset
         self.exchange("000#8201", "701#00")  # reset communication: boot-up
         self.exchange("601#4000100000000000", "581#4300100092010200")  # device type
         self.exchange("601#4018100400000000", "581#4318100467120000")  # serial number 4711
