@@ -179,8 +179,13 @@ void Motions::withdraw(std::uint8_t arm, const std::function<void(const Snapshot
   if (const safety::FaultMask faults = client_.snapshot().status.faults[arm]; faults != 0)
     throw Failure(kFailure, robot_.arms[arm].name + " is in FAULT: " + safety::describeFaults(faults) +
                                 "; it stands, `tandem robot recover` goes on with what is left");
-  if (!ended)
-    abandon("the withdrawal did not end", false);
+  if (ended)
+    return;
+  const Calm calm(*this);
+  dds::ControlRequest hold = controlRequest(dds::ControlKind::kHold);  // the other arms go on
+  hold.arm = arm;
+  client_.control(hold);
+  throw Failure(kFailure, "the withdrawal was interrupted; the arm stands, and goes on with the next `withdraw`");
 }
 
 void Motions::home() {

@@ -137,8 +137,14 @@ class Withdrawal(HalTest):
         client = system.client(running.path, "withdraw", "a")
         self.addCleanup(system.reap, client)
         system.until(lambda: running.joints()[0][0] < start[0][0] - 2e-3, 15, "the innermost tube goes back")
+        client.send_signal(signal.SIGINT)
+        self.assertEqual(client.wait(10), 1)
+        self.assertIn("the arm stands", client.stderr.read())
+        system.until(lambda: running.joints() == running.joints(), 5, "the arm stands")
+        held = running.joints()[0]
+        self.assertEqual(running.states()[0], "ENABLED")
+        self.assertLess(max(abs(a - b) for a, b in zip(running.joints()[0], held)), 1e-5, "it holds")
         self.assert_ok(running.robot("stop"))
-        self.assertNotEqual(client.wait(10), 0)
         system.until(lambda: running.states()[0] == "FAULT", 5, "arm_a is in FAULT")
         stood = running.joints()[0]
         self.assert_ok(running.robot("recover", "a"))
