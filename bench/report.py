@@ -17,7 +17,8 @@ TIMES = ("p50", "p90", "p99", "p999", "max")
 def machine():
     text = pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8")
     model = re.search(r"^model name\s*: (.*)$", text, re.MULTILINE)
-    return {"processor": model.group(1) if model else platform.machine(), "cores": os.cpu_count(), "kernel": ".".join(platform.release().split(".")[:2])}
+    return {"processor": model.group(1) if model else platform.machine(), "cores": os.cpu_count(),
+            "kernel": ".".join(platform.release().split(".")[:2])}
 
 
 class Results:
@@ -121,17 +122,19 @@ def simulation(results):
 
 
 def methods(results):
-    rows = [[r["method"], f"{r['converged']} of {r['points']}", f"{r['iterations'] / r['runs']:.0f}", f"{r['rms_ab']:.3f}", f"{r['rms_a']:.3f}",
-             str(r["limit_violations"]), str(r["gate_actions"])] for r in results.files.get("simulation", {}).get("methods", [])]
+    rows = [[r["method"], f"{r['converged']} of {r['points']}", f"{r['iterations'] / r['runs']:.0f}", f"{r['rms_ab']:.3f}",
+             f"{r['rms_a']:.3f}", str(r["limit_violations"]), str(r["gate_actions"])]
+            for r in results.files.get("simulation", {}).get("methods", [])]
     return "What each method achieves: Table 3's six runs, rigid model", \
-        ["method", "points reached", "iterations a run", "RMS of x_AB, mm", "RMS of x_A, mm", "iterations beyond limits", "gate acted"], rows
+        ["method", "points reached", "iterations a run", "RMS of x_AB, mm", "RMS of x_A, mm", "iterations beyond limits",
+         "gate acted"], rows
 
 
 def montecarlo(results):
     runs = results.files.get("simulation", {}).get("montecarlo", [])
     alone = {r["method"]: r["tasks_per_s"] for r in runs if r["jobs"] == 1}
-    rows = [[r["method"], str(r["jobs"]), str(r["tasks"]), f"{r['seconds']:.2f}", f"{r['tasks_per_s']:.1f}", f"{r['tasks_per_s'] / alone[r['method']]:.2f}",
-             f"{r['succeeded']} of {r['feasible']}"] for r in runs]
+    rows = [[r["method"], str(r["jobs"]), str(r["tasks"]), f"{r['seconds']:.2f}", f"{r['tasks_per_s']:.1f}",
+             f"{r['tasks_per_s'] / alone[r['method']]:.2f}", f"{r['succeeded']} of {r['feasible']}"] for r in runs]
     return "Monte Carlo: random tasks a second", \
         ["method", "cores", "tasks", "s", "tasks per s", "of one core's", "feasible ones done"], rows
 
@@ -155,7 +158,8 @@ def show(title, heads, rows, markdown):
         widths = [max(len(row[i]) for row in [heads, *rows]) for i in range(len(heads))]
         print(f"== {title}")
         for row in [heads, *rows]:
-            print("  ".join(f"{cell:>{width}}" if right else f"{cell:<{width}}" for cell, width, right in zip(row, widths, numeric)).rstrip())
+            print("  ".join(f"{cell:>{width}}" if right else f"{cell:<{width}}"
+                            for cell, width, right in zip(row, widths, numeric)).rstrip())
     print()
 
 
@@ -177,7 +181,8 @@ def figures(results, folder):
     batch = results.files.get("batch", [])
     for model, threads in sorted({(r["model"], r["threads"]) for r in batch}, reverse=True):
         mine = [r for r in batch if (r["model"], r["threads"]) == (model, threads)]
-        line, = axes[2].plot([r["rows"] for r in mine], [r["python_us"] for r in mine], "-o", label=f"{model}, {threads} thread{'s' if threads > 1 else ''}")
+        line, = axes[2].plot([r["rows"] for r in mine], [r["python_us"] for r in mine], "-o",
+                             label=f"{model}, {threads} thread{'s' if threads > 1 else ''}")
         axes[2].plot([r["rows"] for r in mine], [r["cpp_us"] for r in mine], ":", color=line.get_color())
     axes[2].set(xlabel="rows of a batch", ylabel="us a row", xscale="log", yscale="log", title="tip poses in batches: Python, C++ dotted")
     axes[2].legend(fontsize=7, loc="center right")

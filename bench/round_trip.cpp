@@ -16,9 +16,9 @@
 #include "bench/percentiles.h"
 #include "bench/ping_pong.h"
 #include "config/config.h"
-#include "services/common/mailbox.h"
 #include "services/planning/planning_core.h"
-#include "services/sim/sim_core.h"
+#include "services/runtime/mailbox.h"
+#include "services/simulation/sim_core.h"
 
 extern char** environ;
 
@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kTrips = 5000, kWarm = 200;
 constexpr std::uint64_t kClient = 7;
-const int domain = 20 + getpid() % 80;
+const int kDomain = 20 + getpid() % 80;
 
 /** A program of ours, ended with this object. */
 class Program {
@@ -59,7 +59,7 @@ class DeploymentFile {
     std::ofstream to(path_);
     for (std::string line; std::getline(from, line);) {
       if (line.starts_with("domain:"))
-        line = "domain: " + std::to_string(domain);
+        line = "domain: " + std::to_string(kDomain);
       if (line.starts_with("robot:"))
         line = "robot: " + (presets / "robots/ark2024.yaml").string();
       to << line << '\n';
@@ -224,7 +224,7 @@ void enrollAll() {
   };
   // The bare one first: it forks, which no process with DDS threads may.
   add("round_trip/ping_pong",
-      [] { return pingPong(domain, sizeof(dds::ActuationState), sizeof(dds::ActuationCommand), kTrips); });
+      [] { return pingPong(kDomain, sizeof(dds::ActuationState), sizeof(dds::ActuationCommand), kTrips); });
   add("round_trip/control", throughControl);
 }
 

@@ -49,7 +49,8 @@ def montecarlo(program, method, jobs, tasks=TASKS, times=TIMES):
     best = math.inf
     for _ in range(times):
         begin = time.perf_counter()
-        done = subprocess.run([program, "montecarlo", "--tasks", str(tasks), "--infeasible", "0.1", "--methods", method, "--jobs", str(jobs), "--json"],
+        done = subprocess.run([program, "montecarlo", "--tasks", str(tasks), "--infeasible", "0.1", "--methods", method,
+                               "--jobs", str(jobs), "--json"],
                               check=False, capture_output=True, text=True)
         best = min(best, time.perf_counter() - begin)
         row, = json.loads(done.stdout)
@@ -72,7 +73,8 @@ def quality(program):
         mine = [row for row in rows if row["method"] == method]
         if not mine:
             continue
-        total = {key: sum(int(row[key]) for row in mine) for key in ("points", "converged", "iterations", "limit_violations", "gate_actions")}
+        total = {key: sum(int(row[key]) for row in mine)
+                 for key in ("points", "converged", "iterations", "limit_violations", "gate_actions")}
         rms = {key: math.sqrt(sum(float(row[key]) ** 2 for row in mine) / len(mine)) for key in ("rms_ab", "rms_a")}
         answer.append({"method": method, "runs": len(mine), **total, **rms})
     return answer

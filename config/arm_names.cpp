@@ -41,6 +41,20 @@ std::vector<std::string> jointNames(const Arm& arm) {
   return names;
 }
 
+std::vector<std::string> armList(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Arm& arm : robot.arms)
+    names.push_back(arm.name);
+  return names;
+}
+
+std::vector<std::string> shortArmNames(const Robot& robot) {
+  std::vector<std::string> names = armList(robot);
+  for (std::string& name : names)
+    name = name.starts_with("arm_") ? name.substr(4) : name;
+  return names;
+}
+
 std::string armNames(const Robot& robot) { return namesOf(robot.arms); }
 std::string armNames(const CooperativeRobot& robot) { return namesOf(robot.arms); }
 

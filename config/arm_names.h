@@ -18,6 +18,11 @@ std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::str
 /// beta_1 ... beta_n, alpha_1 ... alpha_n of tubes; insertion, roll, bend of a catheter.
 std::vector<std::string> jointNames(const Arm& arm);
 
+/// The names of the arms, in the robot's order.
+std::vector<std::string> armList(const Robot& robot);
+/// The same for words about limits: "a" for "arm_a".
+std::vector<std::string> shortArmNames(const Robot& robot);
+
 /// "arm_a, arm_b", for errors.
 std::string armNames(const Robot& robot);
 std::string armNames(const CooperativeRobot& robot);

@@ -16,24 +16,10 @@ Eigen::Isometry3d readPose(const Map& map) {
   return pose;
 }
 
-void readMotion(const Map& map, safety::JointLimit& limit) {
-  limit.velocity = map.number("velocity");
-  limit.approach_acceleration = map.number("approach_acceleration");
-  limit.slew_limit = map.number("slew_limit");
-  limit.stop_deceleration = map.number("stop_deceleration");
-  limit.max_step = map.number("max_step");
-}
-
-control::MethodParameters readParameters(const Map& map) {
-  control::MethodParameters parameters;
-  parameters.period = map.number("period");
-  parameters.bounds = control::boundsFromName(map.text("bounds")).value();
-  parameters.backend = control::backendFromName(map.text("backend")).value();
-  for (const control::Tunable& tunable : control::kTunables)
-    parameters.*tunable.member = map.number(tunable.name);
-  parameters.least_stability = map.number("least_stability");
-  parameters.least_distance = map.number("least_distance");
-  return parameters;
+void checkWall(const Map& map, double outer, double inner) {
+  if (inner >= outer)
+    map.fail("inner_diameter", "found " + map.inUnit("inner_diameter", inner) +
+                                   ", expected less than the outer diameter of " + map.inUnit("inner_diameter", outer));
 }
 
 void refusePair(const Map& arm) {

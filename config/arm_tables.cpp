@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/arm_tables.h"
 
+#include "config/bind.h"
 #include "control/parameters.h"
 #include "safety/limits.h"
 
 namespace tandem::config {
 
 using enum Quantity;
-constexpr double kUnlimited = safety::kUnlimited;
 
 Field armName() {
   return text("name", "topic name, unique in the file")
@@ -26,88 +26,65 @@ const Mapping& poseTable() {
   return table;
 }
 
-Field speedLimit(Quantity quantity) {
-  return number("velocity", quantity, "largest speed; finite for hardware")
-      .above(0)
-      .orUnlimited()
-      .defaultsTo(kUnlimited);
-}
-
-std::vector<Field> accelerationLimits(Quantity quantity, double stop_default) {
+std::vector<Field> motionLimits(bool angle) {
+  using safety::JointLimit;
+  const Quantity speed = angle ? kAngularSpeed : kSpeed, change = angle ? kAngularAcceleration : kAcceleration;
   return {
-      number("approach_acceleration", quantity,
-             "A_max: shapes the approach to a limit, does not bound the command's jumps")
-          .above(0)
-          .orUnlimited()
-          .defaultsTo(kUnlimited),
-      number("slew_limit", quantity, "largest change of the commanded velocity per second, held by the gate")
-          .above(0)
-          .orUnlimited()
-          .defaultsTo(kUnlimited),
-      number("stop_deceleration", quantity, "deceleration of the stop ramp").above(0).defaultsTo(stop_default),
+      positive("velocity", speed, "largest speed; finite for hardware", &JointLimit::velocity).orUnlimited(),
+      positive("approach_acceleration", change,
+               "A_max: shapes the approach to a limit, does not bound the command's jumps",
+               &JointLimit::approach_acceleration)
+          .orUnlimited(),
+      positive("slew_limit", change, "largest change of the commanded velocity per second, held by the gate",
+               &JointLimit::slew_limit)
+          .orUnlimited(),
+      positive("stop_deceleration", change, "deceleration of the stop ramp", &JointLimit::stop_deceleration)
+          .defaultsTo(angle ? 20.0 : 0.1),
+      positive("max_step", angle ? kAngle : kLength,
+               "a setpoint farther than this from the last one is an integrity fault", &JointLimit::max_step)
+          .orUnlimited(),
   };
 }
 
-Field stepLimit(Quantity quantity) {
-  return number("max_step", quantity, "a setpoint farther than this from the last one is an integrity fault")
-      .above(0)
-      .orUnlimited()
-      .defaultsTo(kUnlimited);
-}
-
 const Mapping& controlTable() {
-  const control::MethodParameters defaults;
+  using control::Backend;
+  using control::BoundsKind;
+  using P = control::MethodParameters;
   static const Mapping table{
       "control",
       "Default parameters of the redundancy-resolution methods; weights in SI (m, rad).",
       {
-          number("period", kTime, "T, control sampling time").above(0).defaultsTo(defaults.period),
-          text("bounds", "how equation (1) becomes bounds on velocities")
-              .oneOf({"coupled", "frozen"})
-              .defaultsTo(std::string(name(defaults.bounds))),
-          text("backend", "who solves the quadratic programmes")
-              .oneOf({"active-set", "ipopt"})
-              .defaultsTo(std::string(name(defaults.backend))),
-          number("nsp_damping", kLength, "damping of the pseudoinverses of (3)")
-              .atLeast(0)
-              .defaultsTo(defaults.nsp_damping),
-          number("track_weight", kNone, "W_track of (4)").above(0).defaultsTo(defaults.track_weight),
-          number("translation_weight", kNone, "lambda_t").above(0).defaultsTo(defaults.translation_weight),
-          number("rotation_weight", kNone, "lambda_r").above(0).defaultsTo(defaults.rotation_weight),
-          number("nspqp_zeta", kNone, "zeta of (7)").above(0).defaultsTo(defaults.nspqp_zeta),
-          number("snsqp_zeta", kNone, "zeta of (8)").above(0).defaultsTo(defaults.snsqp_zeta),
-          number("rotation_velocity", kAngularSpeed, "bound on every rotation in all methods: no tube spins")
-              .above(0)
-              .defaultsTo(defaults.rotation_velocity),
-          number("snsqp_rotation_velocity", kAngularSpeed, "bound on every rotation in (8)")
-              .above(0)
-              .defaultsTo(defaults.snsqp_rotation_velocity),
-          number("translation_step", kLength, "bound on every translation in one period in the QP methods")
-              .above(0)
-              .defaultsTo(defaults.translation_step),
-          number("singular_lever", kLength,
-                 "per rad: a direction in which the rotations move a tip by less is singular to nsp and nspwln-joint")
-              .above(0)
-              .defaultsTo(defaults.singular_lever),
-          number("posture_gain", kGain, "k_p: how fast joints go to the posture of a reference")
-              .above(0)
-              .defaultsTo(defaults.posture_gain),
-          number("hqp_zeta", kNone, "zeta of hqp: what velocities cost against the share of a task that is done")
-              .above(0)
-              .defaultsTo(defaults.hqp_zeta),
-          number("spread_distance", kLength, "hqp leads tubes away from limits and neighbours that are nearer")
-              .above(0)
-              .defaultsTo(defaults.spread_distance),
-          number("spread_gain", kGain, "and so fast").above(0).defaultsTo(defaults.spread_gain),
-          number("barrier_gain", kGain, "largest rate at which hqp lets a margin go to its least value")
-              .above(0)
-              .defaultsTo(defaults.barrier_gain),
-          number("least_stability", kNone, "elastic stability that hqp keeps; 0: it does not look")
-              .within(0, 1)
-              .defaultsTo(defaults.least_stability),
-          number("least_distance", kLength, "between the arms of a relative task that hqp keeps; 0: it does not look")
-              .atLeast(0)
-              .defaultsTo(defaults.least_distance),
+          positive("period", kTime, "T, control sampling time", &P::period),
+          text("bounds", "how equation (1) becomes bounds on velocities", allOf<BoundsKind>(), &P::bounds),
+          text("backend", "who solves the quadratic programmes", allOf<Backend>(), &P::backend),
+          positive("nsp_damping", kLength, "damping of the pseudoinverses of (3)", &P::nsp_damping),
+          positive("track_weight", kNone, "W_track of (4)", &P::track_weight),
+          positive("translation_weight", kNone, "lambda_t", &P::translation_weight),
+          positive("rotation_weight", kNone, "lambda_r", &P::rotation_weight),
+          positive("nspqp_zeta", kNone, "zeta of (7)", &P::nspqp_zeta),
+          positive("snsqp_zeta", kNone, "zeta of (8)", &P::snsqp_zeta),
+          positive("rotation_velocity", kAngularSpeed, "bound on every rotation in all methods: no tube spins",
+                   &P::rotation_velocity),
+          positive("snsqp_rotation_velocity", kAngularSpeed, "bound on every rotation in (8)",
+                   &P::snsqp_rotation_velocity),
+          positive("translation_step", kLength, "bound on every translation in one period in the QP methods",
+                   &P::translation_step),
+          positive("singular_lever", kLength,
+                   "per rad: a direction in which the rotations move a tip by less is singular to nsp and "
+                   "nspwln-joint",
+                   &P::singular_lever),
+          positive("posture_gain", kGain, "k_p: how fast joints go to the posture of a reference", &P::posture_gain),
+          positive("hqp_zeta", kNone, "zeta of hqp: what velocities cost against the share of a task that is done",
+                   &P::hqp_zeta),
+          positive("spread_distance", kLength, "hqp leads tubes away from limits and neighbours that are nearer",
+                   &P::spread_distance),
+          positive("spread_gain", kGain, "and so fast", &P::spread_gain),
+          positive("barrier_gain", kGain, "largest rate at which hqp lets a margin go to its least value",
+                   &P::barrier_gain),
+          number("least_stability", kNone, "elastic stability that hqp keeps; 0: it does not look", &P::least_stability)
+              .within(0, 1),
+          notNegative("least_distance", kLength,
+                      "between the arms of a relative task that hqp keeps; 0: it does not look", &P::least_distance),
       }};
   return table;
 }

@@ -12,11 +12,8 @@ namespace tandem::config {
 Field armName();
 /// A frame in its parent.
 const Mapping& poseTable();
-/// Largest speed of a joint.
-Field speedLimit(Quantity quantity);
-/// approach_acceleration, slew_limit, stop_deceleration.
-std::vector<Field> accelerationLimits(Quantity quantity, double stop_default);
-Field stepLimit(Quantity quantity);
+/// velocity, approach_acceleration, slew_limit, stop_deceleration, max_step: a safety::JointLimit without its box.
+std::vector<Field> motionLimits(bool angle);
 /// The `control` of a robot.
 const Mapping& controlTable();
 

@@ -7,6 +7,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -150,12 +151,17 @@ struct Console {
 
 /** CRTK commands of clients that know no lease. */
 struct Crtk {
-  bool commands = true;            ///< false: no command topics exist
-  bool by_arrival = false;         ///< age: how much later than the quickest of its stream; otherwise by wall clocks
+  bool commands = true;  ///< false: no command topics exist
+  /// Names of DDS participants that may command; "*": all; empty: as without commands.
+  std::vector<std::string> clients;
+  bool by_arrival = true;          ///< age: how much later than the quickest of its stream; otherwise by wall clocks
   double tip_step = 2e-3;          ///< largest step of a target by servo_cp and servo_cr, m
   double translation_step = 1e-3;  ///< likewise by servo_jp and servo_jr, m
   double rotation_step = 0.05;     ///< likewise, rad
   double acceleration = 20e-3;     ///< of targets by interpolate and move, m/s^2
+
+  bool anybody() const { return std::ranges::find(clients, "*") != clients.end(); }
+  bool nobody() const { return !commands || clients.empty(); }
 };
 
 /** How operators and CRTK clients move tips. */
@@ -191,6 +197,7 @@ struct Deployment {
   double emergency_stop_budget = 0.0;  ///< s between reports on topic emergency_stop; 0: it is not asked
   int realtime_priority = 0;           ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
   bool lock_memory = false;
+  int memory_limit = 2048;  ///< of each service, MB; 0: none
   safety::Budgets budgets;
   control::Method method = control::Method::kNspqp;
   double relative_gain = 5.0;   ///< lambda_AB, 1/s
@@ -204,6 +211,8 @@ struct Deployment {
   Console console;
   std::vector<Process> processes;
   std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default
+  /// All that motion depends on, of this file, the robot's and the hardware's (config/values.h).
+  std::string values;
   std::filesystem::path file;
 };
 

@@ -21,10 +21,7 @@ constexpr const char* kJointKeys[] = {"insertion", "roll", "bend"};
 
 cosserat::Section readWall(const Map& map) {
   const double outer = map.number("outer_diameter"), inner = map.number("inner_diameter");
-  if (inner >= outer) {
-    map.fail("inner_diameter", "found " + map.inUnit("inner_diameter", inner) +
-                                   ", expected less than the outer diameter of " + map.inUnit("inner_diameter", outer));
-  }
+  checkWall(map, outer, inner);
   const double second_moment = std::numbers::pi * (std::pow(outer, 4) - std::pow(inner, 4)) / 64.0;
   const double modulus =
       map.has("youngs_modulus") ? map.number("youngs_modulus") : map.number("bending_stiffness") / second_moment;
@@ -39,14 +36,8 @@ safety::ArmLimits readCatheterLimits(const Map& limits) {
   safety::ArmLimits arm;
   for (const char* key : kJointKeys) {
     const Map map = limits.map(key);
-    safety::JointLimit limit;
-    limit.lower = map.number("lower");
-    limit.upper = map.number("upper");
-    readMotion(map, limit);
-    if (!(limit.lower < limit.upper)) {
-      map.fail("lower", "found " + map.inUnit("lower", limit.lower) + ", expected less than " + map.keyOf("upper") +
-                            ", " + map.inUnit("lower", limit.upper));
-    }
+    const auto limit = map.read<safety::JointLimit>();
+    map.expectBelow("lower", "upper");
     if (key == kJointKeys[0] && limit.lower < 0.0)
       map.fail("lower", "found " + map.inUnit("lower", limit.lower) + ", expected none below zero");
     arm.joints.push_back(limit);
@@ -69,15 +60,11 @@ Eigen::VectorXd readHome(const Map& map, const safety::ArmLimits& limits) {
 }
 
 CatheterArm readCatheter(const Map& map) {
-  CatheterArm arm;
-  arm.name = map.text("name");
-  map.text("type");
+  auto arm = map.read<CatheterArm>();
   arm.model.arm.base = readPose(map.map("base"));
   arm.model.arm.tool = readPose(map.map("tool"));
-  arm.model.arm.bending_length = map.number("bending_length");
   arm.model.proximal = readWall(map.map("proximal"));
   arm.model.distal = readWall(map.map("distal"));
-  arm.tendon_offset = map.number("tendon_offset");
   arm.outer_diameter = map.map("distal").number("outer_diameter");
   const double radius = 0.5 * arm.outer_diameter;
   if (arm.tendon_offset >= radius) {
@@ -92,12 +79,9 @@ CatheterArm readCatheter(const Map& map) {
 
 int armOf(const Map& map, const std::string& key, const CooperativeRobot& robot) {
   std::vector<std::string> names;
-  for (const CatheterArm& arm : robot.arms) {
-    if (arm.name == map.text(key))
-      return static_cast<int>(names.size());
+  for (const CatheterArm& arm : robot.arms)
     names.push_back(arm.name);
-  }
-  map.fail(key, "found '" + map.text(key) + "', expected an arm of this robot: " + join(names));
+  return static_cast<int>(map.indexAmong(key, names, "an arm of this robot: " + join(names)));
 }
 
 Isometry3d tipAtHome(const CatheterArm& arm) {
@@ -108,10 +92,7 @@ Isometry3d tipAtHome(const CatheterArm& arm) {
 
 /// The contact frame of an arm that touches the object with its tip as it is at home.
 Contact readContact(const Map& map, const Isometry3d& object, const Isometry3d& tip) {
-  Contact contact;
-  contact.type = kinematics::grasp::contactType(map.text("type"));
-  contact.friction = map.number("friction");
-  contact.spin_radius = map.number("spin_radius");
+  auto contact = map.read<Contact>();
   const Vector3d place = object.inverse() * tip.translation();
   const Vector3d normal = map.has("normal") ? map.vector3("normal") : Vector3d(-place);
   if (normal.norm() < 1e-9) {
@@ -124,10 +105,7 @@ Contact readContact(const Map& map, const Isometry3d& object, const Isometry3d& 
 }
 
 HeldObject readObject(const Map& map, const CooperativeRobot& robot) {
-  HeldObject object;
-  object.size = map.number("size");
-  object.load = map.vector3("load");
-  object.squeeze = map.number("squeeze");
+  auto object = map.read<HeldObject>();
   Vector3d middle = Vector3d::Zero();
   const std::vector<Map> contacts = map.maps("contacts");
   for (const Map& contact : contacts) {
@@ -146,19 +124,15 @@ HeldObject readObject(const Map& map, const CooperativeRobot& robot) {
 }
 
 Assistance readAssistance(const Map& map, const CooperativeRobot& robot) {
-  Assistance relation;
+  auto relation = map.read<Assistance>();
   relation.target = armOf(map, "target", robot);
   relation.assist = armOf(map, "assist", robot);
   if (relation.target == relation.assist)
     map.fail("assist", "found '" + map.text("assist") + "', which is the target, expected another arm");
   const CatheterArm& target = robot.arms[static_cast<std::size_t>(relation.target)];
   const CatheterArm& pusher = robot.arms[static_cast<std::size_t>(relation.assist)];
-  relation.press = map.number("press");
-  if (map.has("push"))
-    relation.push = map.number("push");
   relation.pair.target = target.model;
   relation.pair.assist = pusher.model;
-  relation.pair.type = kinematics::grasp::contactType(map.text("contact"));
   assist::Joints touching;
   touching << target.home, pusher.home;
   touching[3] -= relation.press;
@@ -206,12 +180,10 @@ assist::Joints CooperativeRobot::home() const {
 CooperativeRobot loadCooperative(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(cooperativeTable());
-  CooperativeRobot robot;
+  map.expectDistinct("arms", "name");
+  auto robot = map.read<CooperativeRobot>();
   robot.file = file;
-  map.text("tandem");
-  robot.name = map.text("name");
   for (const Map& arm : map.maps("arms")) {
-    arm.expectNew("name", arm.text("name"), robot.arms, &CatheterArm::name);
     refusePair(arm);
     robot.arms.push_back(readCatheter(arm));
     try {
@@ -224,7 +196,6 @@ CooperativeRobot loadCooperative(const std::filesystem::path& file) {
     robot.object = readObject(map.map("object"), robot);
   if (map.has("assistance"))
     robot.assistance = readAssistance(map.map("assistance"), robot);
-  robot.parameters = readParameters(map.map("control"));
   document.finish();
   robot.warnings = document.warnings();
   return robot;

@@ -1,29 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "config/arm_names.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
 
-std::vector<std::string> namesOfArms(const Robot& robot) {
-  std::vector<std::string> names;
-  for (const Arm& arm : robot.arms)
-    names.push_back(arm.name);
-  return names;
-}
-
 Configuration readConfiguration(const Map& map, const Robot& robot) {
-  Configuration configuration{map.text("name"), std::vector<Eigen::VectorXd>(robot.arms.size())};
-  const std::vector<std::string> names = namesOfArms(robot);
+  auto configuration = map.read<Configuration>();
+  const std::vector<std::string> names = armList(robot);
+  configuration.joints.resize(names.size());
   for (const Map& joints : map.maps("joints")) {
-    const std::string name = joints.text("arm");
-    const auto index = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-    if (index == names.size())
-      joints.fail("arm", "found '" + name + "', expected an arm of the robot: " + join(names));
+    const std::size_t index = joints.indexAmong("arm", names, "an arm of the robot: " + join(names));
     if (configuration.joints[index].size() > 0)
-      joints.fail("arm", "found '" + name + "' a second time, expected it once");
+      joints.fail("arm", "found '" + names[index] + "' a second time, expected it once");
     configuration.joints[index] = readJoints(joints, robot.arms[index].limits);
   }
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -31,16 +23,6 @@ Configuration readConfiguration(const Map& map, const Robot& robot) {
       map.fail("joints", "found no entry for '" + names[i] + "', expected one");
   }
   return configuration;
-}
-
-std::vector<Configuration> readConfigurations(const Map& map, const Robot& robot) {
-  std::vector<Configuration> all;
-  for (const Map& entry : map.maps("configurations")) {
-    Configuration next = readConfiguration(entry, robot);
-    entry.expectNew("name", next.name, all, &Configuration::name);
-    all.push_back(std::move(next));
-  }
-  return all;
 }
 
 /// Names of the trajectory's configurations; all where none are named.
@@ -87,13 +69,11 @@ ExperimentTrajectory readRun(const Map& map, const Experiment& experiment, std::
 }
 
 PublishedRow readPublished(const Map& map, const std::vector<ExperimentTrajectory>& trajectories) {
-  PublishedRow row;
-  row.trajectory = map.text("trajectory");
+  auto row = map.read<PublishedRow>();
   const bool known = std::any_of(trajectories.begin(), trajectories.end(),
                                  [&](const ExperimentTrajectory& t) { return t.spec.name == row.trajectory; });
   if (!known)
     map.fail("trajectory", "found '" + row.trajectory + "', expected the name of one of the trajectories");
-  row.method = map.text("method");
   row.iterations = map.number("iterations");
   const Map relative = map.map("relative");
   row.rms_ab = relative.number("rms");
@@ -111,18 +91,13 @@ PublishedRow readPublished(const Map& map, const std::vector<ExperimentTrajector
 Experiment loadExperiment(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(experimentTable());
-  map.text("tandem");
-  Experiment experiment;
+  map.expectDistinct("configurations", "name");
+  auto experiment = map.read<Experiment>();
   experiment.file = file;
-  experiment.name = map.text("name");
   experiment.robot = robotPath(map, file);
   const Robot robot = loadRobot(experiment.robot);
-  for (const std::string& method : map.texts("methods")) {
-    experiment.methods.push_back(control::methodFromName(method).value());
-  }
-  experiment.relative_gain = map.number("relative_gain");
-  experiment.tip_gain = map.number("tip_gain");
-  experiment.configurations = readConfigurations(map, robot);
+  for (const Map& entry : map.maps("configurations"))
+    experiment.configurations.push_back(readConfiguration(entry, robot));
   for (const Map& entry : map.maps("trajectories")) {
     experiment.trajectories.push_back(readRun(entry, experiment, robot.arms.size()));
   }

@@ -27,6 +27,11 @@ const std::vector<std::string>& kinds();
 /// The table of a kind. @throw std::invalid_argument for an unknown kind.
 const Mapping& tableOf(const std::string& kind);
 
+/// The key `tandem` of a kind of file.
+Field kindField(const std::string& kind);
+/// The key `robot` of what refers to a robot file.
+Field robotField();
+
 /// JSON Schema (draft 2020-12) of a kind of file: the text of config/schemas/KIND.schema.json.
 std::string schema(const std::string& kind);
 

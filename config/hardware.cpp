@@ -15,60 +15,17 @@
 namespace tandem::config {
 namespace {
 
-std::uint32_t readNumber32(const Map& map, const std::string& name) {
-  if (!map.has(name))
-    return 0;
-  const std::string text = map.text(name);
-  const unsigned long long value = std::stoull(text, nullptr, text.starts_with("0x") ? 16 : 10);
-  if (value > 0xFFFFFFFFull)
-    map.fail(name, "found " + text + ", expected less than 2^32");
-  return static_cast<std::uint32_t>(value);
-}
-
-hal::DeviceIdentity readIdentity(const Map& map) {
-  return {readNumber32(map, "vendor"), readNumber32(map, "product"), readNumber32(map, "revision"), 0};
-}
-
-hal::Gearing readGearing(const Map& map, bool translation) {
-  hal::Gearing gearing;
-  gearing.counts_per_revolution = map.number("counts_per_revolution");
-  gearing.gear_ratio = map.number("gear_ratio");
-  gearing.travel_per_revolution = translation ? map.number("lead") : 2.0 * std::numbers::pi;
-  return gearing;
-}
-
-std::vector<hal::BusConfig> readBuses(const Map& map) {
-  std::vector<hal::BusConfig> buses;
-  for (const Map& entry : map.maps("buses")) {
-    hal::BusConfig bus;
-    bus.name = entry.text("name");
-    bus.address = entry.text("interface");
-    bus.bit_rate = entry.number("bit_rate");
-    bus.load_limit = entry.number("load_limit");
-    bus.node_id = entry.integer("node_id");
-    entry.expectNew("name", bus.name, buses, &hal::BusConfig::name);
-    entry.expectNew("interface", bus.address, buses, &hal::BusConfig::address);
-    buses.push_back(bus);
-  }
-  return buses;
-}
-
-hal::PositionReference readReference(const Map& map) {
-  const std::string word = map.text("reference");
-  if (word == "drive")
-    return hal::PositionReference::kDrive;
-  return word == "homing" ? hal::PositionReference::kHoming : hal::PositionReference::kAbsoluteEncoder;
-}
+using hal::AxisConfig;
+constexpr double kTurn = 2.0 * std::numbers::pi;  // of a rotation; a translation has its lead
 
 /// What all axes of a group share.
 struct Group {
-  bool translation;
-  hal::AxisConfig axis;
+  AxisConfig axis;
   std::optional<hal::EncoderConfig> encoder;
 };
 
-void readHoming(const Map& drive, Group& group) {
-  const bool wanted = group.axis.reference == hal::PositionReference::kHoming;
+void checkHomingRun(const Map& drive, const AxisConfig& axis) {
+  const bool wanted = axis.reference == hal::PositionReference::kHoming;
   if (!drive.has("homing")) {
     if (wanted)
       drive.fail("reference", "found homing, expected a `homing` mapping beside it");
@@ -77,63 +34,34 @@ void readHoming(const Map& drive, Group& group) {
   if (!wanted)
     drive.fail("homing", "found a homing run, expected `reference: homing` beside it");
   const Map map = drive.map("homing");
-  hal::HomingConfig& homing = group.axis.homing;
-  homing.method = map.integer("method");
-  homing.fast = map.number("fast");
-  homing.slow = map.number("slow");
   for (const char* key : {"fast", "slow"}) {
-    if (const double speed = map.number(key); speed > group.axis.velocity)
+    if (const double speed = map.number(key); speed > axis.velocity)
       map.fail(key,
-               "found " + exact(speed / group.axis.velocity) + " times `velocity` of the drive, expected at most that");
+               "found " + exact(speed / axis.velocity) +
+                   " times `velocity` of the drive, expected at most that: since 22 November 2026 homing runs go no "
+                   "faster than the axis. Write `velocity` or less, or raise `velocity` to what the axis can do");
   }
-  homing.acceleration = map.number("acceleration");
-  homing.order = map.integer("order");
-  homing.budget = map.number("budget");
-}
-
-void readBrake(const Map& drive, hal::AxisConfig& axis) {
-  if (!drive.has("brake"))
-    return;
-  const Map map = drive.map("brake");
-  hal::BrakeConfig& brake = axis.brake.emplace();
-  brake.output_bit = map.integer("output_bit");
-  brake.closed_level = map.integer("closed_level") == 1;
-  brake.closing_time = map.number("closing_time");
-  brake.opening_time = map.number("opening_time");
-  brake.slip = map.number("slip");
 }
 
 Group readGroup(const Map& map, bool translation) {
-  Group group{translation, {}, std::nullopt};
-  hal::AxisConfig& axis = group.axis;
   const Map drive = map.map("drive");
+  Group group;
+  AxisConfig& axis = group.axis;
   axis.translation = translation;
-  axis.gearing = readGearing(drive, translation);
-  axis.mode = drive.text("mode") == "csv" ? hal::DriveMode::kCyclicVelocity : hal::DriveMode::kCyclicPosition;
-  axis.velocity_gain = drive.number("velocity_gain");
-  axis.velocity = drive.number("velocity");
-  axis.slew_limit = drive.has("slew_limit") ? drive.number("slew_limit") : axis.velocity / hal::kSlewTime;
-  axis.quick_stop_deceleration = drive.number("quick_stop_deceleration");
-  axis.following_error = drive.number("following_error");
-  axis.following_time = drive.number("following_time");
-  axis.reference = readReference(drive);
-  axis.powerless_hold = readPowerlessHold(drive);
+  axis.gearing.travel_per_revolution = kTurn;
+  drive.read(axis);
+  if (!drive.has("slew_limit"))
+    axis.slew_limit = axis.velocity / hal::kSlewTime;
   axis.torque = readTorqueLimit(drive);
-  readHoming(drive, group);
-  readBrake(drive, axis);
-  axis.temperature_scale = drive.number("temperature_scale");
+  checkHomingRun(drive, axis);
   if (drive.has("temperature_object")) {
     const std::string object = drive.text("temperature_object");
     axis.temperature_index = static_cast<std::uint16_t>(std::stoul(object.substr(0, 4), nullptr, 16));
     axis.temperature_sub = static_cast<std::uint8_t>(std::stoul(object.substr(5), nullptr, 16));
   }
-  axis.identity = readIdentity(drive);
   if (map.has("encoder")) {
-    const Map encoder = map.map("encoder");
-    group.encoder.emplace();
-    group.encoder->gearing = readGearing(encoder, translation);
-    group.encoder->tolerance = encoder.number("tolerance");
-    group.encoder->identity = readIdentity(encoder);
+    group.encoder.emplace().gearing.travel_per_revolution = kTurn;
+    map.map("encoder").read(*group.encoder);
   } else if (axis.reference == hal::PositionReference::kAbsoluteEncoder) {
     drive.fail("reference", "found absolute_encoder, expected an `encoder` mapping in this group");
   }
@@ -149,26 +77,18 @@ class AxisReader {
   }
 
   void read(const Map& map, const Group& group) {
-    hal::AxisConfig axis = group.axis;
+    AxisConfig axis = group.axis;
+    map.read(axis);
     placeJoint(map, axis);
     placeNode(map, axis);
-    axis.identity.serial = readNumber32(map, "serial");
-    axis.gearing.reversed = map.flag("reversed");
-    axis.gearing.offset = map.number("offset");
-    axis.homing.position = map.number("home_position");
-    axis.lower = map.number("lower");
-    axis.upper = map.number("upper");
-    if (!(axis.lower < axis.upper)) {
-      map.fail("lower", "found " + map.inUnit("lower", axis.lower) + ", expected less than " + map.keyOf("upper") +
-                            ", " + map.inUnit("lower", axis.upper));
-    }
+    map.expectBelow("lower", "upper");
     readEncoder(map, group, axis);
     checkRange(map, axis);
     axes_.push_back(axis);
   }
 
   /// Arms and joints in order. @throw Error where a joint has no axis.
-  std::vector<hal::AxisConfig> finish(const Map& map) {
+  std::vector<AxisConfig> finish(const Map& map) {
     for (std::size_t a = 0; a < robot_.arms.size(); ++a) {
       const int n = robot_.arms[a].limits.jointCount();
       for (int j = 0; j < n; ++j) {
@@ -186,7 +106,7 @@ class AxisReader {
   }
 
  private:
-  void placeJoint(const Map& map, hal::AxisConfig& axis) {
+  void placeJoint(const Map& map, AxisConfig& axis) {
     const std::string arm = map.text("arm");
     const auto found =
         std::find_if(robot_.arms.begin(), robot_.arms.end(), [&](const Arm& a) { return a.name == arm; });
@@ -210,21 +130,14 @@ class AxisReader {
     }
   }
 
-  void placeNode(const Map& map, hal::AxisConfig& axis) {
-    const std::string bus = map.text("bus");
-    const auto found =
-        std::find_if(buses_.begin(), buses_.end(), [&](const hal::BusConfig& b) { return b.name == bus; });
-    if (found == buses_.end())
-      map.fail("bus", "found '" + bus + "', expected one of the buses of this file");
-    axis.bus = static_cast<int>(found - buses_.begin());
-    axis.node = map.integer("node");
+  void placeNode(const Map& map, AxisConfig& axis) {
+    axis.bus = busOf(map, buses_);
     claimNode(map, "node", axis.bus, axis.node);
   }
 
-  void readEncoder(const Map& map, const Group& group, hal::AxisConfig& axis) {
-    const std::uint32_t serial = readNumber32(map, "encoder_serial");
-    const bool reversed = map.flag("encoder_reversed");
-    const double offset = map.number("encoder_offset");
+  void readEncoder(const Map& map, const Group& group, AxisConfig& axis) {
+    hal::EncoderConfig encoder = group.encoder.value_or(hal::EncoderConfig{});
+    map.read(encoder);
     if (!map.has("encoder_node")) {
       if (axis.reference == hal::PositionReference::kAbsoluteEncoder)
         map.fail("encoder_node", "found none, expected one with `reference: absolute_encoder`");
@@ -232,21 +145,22 @@ class AxisReader {
     }
     if (!group.encoder)
       map.fail("encoder_node", "found an encoder, expected an `encoder` mapping in this group");
-    axis.encoder = group.encoder;
-    axis.encoder->node = map.integer("encoder_node");
-    axis.encoder->identity.serial = serial;
-    axis.encoder->gearing.reversed = reversed;
-    axis.encoder->gearing.offset = offset;
-    claimNode(map, "encoder_node", axis.bus, axis.encoder->node);
+    axis.encoder = encoder;
+    claimNode(map, "encoder_node", axis.bus, encoder.node);
   }
 
   /// The whole travel has to be countable, wherever a drive's counter starts.
-  static void checkRange(const Map& map, const hal::AxisConfig& axis) {
+  static void checkRange(const Map& map, const AxisConfig& axis) {
     constexpr double kRoom = 1 << 30;
     try {
       const double resolution = hal::AxisUnits(axis.gearing).resolution();
       if ((axis.upper - axis.lower) / resolution > kRoom)
         map.fail("upper", "found a travel beyond 2^30 counts, expected less: a drive cannot count it");
+      for (const auto& [what, amount] :
+           {std::pair{"velocity", axis.velocity}, {"quick_stop_deceleration", axis.quick_stop_deceleration}}) {
+        if (amount < resolution)
+          map.fail("node", std::string("found a ") + what + " below one count of this axis, expected more");
+      }
       if (axis.following_error < 2.0 * resolution)
         map.fail("node", "found a following_error below two counts of this axis, expected more");
       if (axis.encoder && axis.encoder->tolerance < hal::AxisUnits(axis.encoder->gearing).resolution())
@@ -260,17 +174,17 @@ class AxisReader {
   const std::vector<hal::BusConfig>& buses_;
   std::set<std::pair<int, int>> joints_;  ///< arm, joint
   std::set<std::pair<int, int>> nodes_;   ///< bus, id
-  std::vector<hal::AxisConfig> axes_;
+  std::vector<AxisConfig> axes_;
 };
 
 /// Carriages that home together keep their distances if they move at one speed and end inside equation (1); then every
 /// distance goes from one good value to another one without turning round.
 void checkHoming(const Map& map, const hal::HardwareConfig& hardware) {
   for (std::size_t a = 0; a < hardware.arms.size(); ++a) {
-    const hal::AxisConfig* first = nullptr;
+    const AxisConfig* first = nullptr;
     safety::ArmVector home;
     home.setZero(hardware.arms[a].limits.jointCount());
-    for (const hal::AxisConfig& axis : hardware.axes) {
+    for (const AxisConfig& axis : hardware.axes) {
       if (axis.arm != static_cast<int>(a) || !axis.translation)
         continue;
       home[axis.joint] = axis.homing.position;
@@ -312,24 +226,16 @@ void readArms(const Map& map, const Robot& robot, hal::HardwareConfig& hardware)
 hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heartbeat_budget, bool refuse_overload) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(hardwareTable());
-  map.text("tandem");
-  hal::HardwareConfig hardware;
-  hardware.name = map.text("name");
+  map.expectDistinct("buses", "name");
+  map.expectDistinct("buses", "interface");
+  auto hardware = map.read<hal::HardwareConfig>();
   const Robot robot = loadRobot(robotPath(map, file));
   hardware.robot_file = robot.file.string();
-  hardware.simulated = map.flag("simulated");
   if (!hardware.simulated && !robot.hardware)
     map.fail("robot", "found a robot with `hardware: false`, expected `hardware: true`, or `simulated: true` here");
-  hardware.period = map.number("period");
   constexpr double kTicksPerSecond = 1e4;
   if (std::abs(kTicksPerSecond * hardware.period - std::round(kTicksPerSecond * hardware.period)) > 1e-6)
     map.fail("period", "found " + map.inUnit("period", hardware.period) + ", expected a multiple of 0.1 ms");
-  hardware.node_heartbeat = map.number("node_heartbeat");
-  hardware.feedback_budget = map.number("feedback_budget");
-  hardware.boot_budget = map.number("boot_budget");
-  hardware.transition_budget = map.number("transition_budget");
-  hardware.power_budget = map.number("power_budget");
-  hardware.buses = readBuses(map);
   AxisReader reader(robot, hardware.buses);
   for (const bool translation : {true, false}) {
     for (const Map& entry : map.maps(translation ? "translations" : "rotations")) {

@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/hardware_guards.h"
 
-#include <algorithm>
-
 namespace tandem::config {
 
-hal::PowerlessHold readPowerlessHold(const Map& drive) {
-  const std::string word = drive.text("holds_without_power");
-  if (word == "self_locking")
-    return hal::PowerlessHold::kSelfLocking;
-  return word == "brake" ? hal::PowerlessHold::kBrake : hal::PowerlessHold::kNo;
+int busOf(const Map& map, const std::vector<hal::BusConfig>& buses) {
+  std::vector<std::string> names;
+  for (const hal::BusConfig& bus : buses)
+    names.push_back(bus.name);
+  return static_cast<int>(map.indexAmong("bus", names, "one of the buses of this file"));
 }
 
 hal::TorqueLimit readTorqueLimit(const Map& drive) {
-  hal::TorqueLimit torque;
   if (!drive.has("torque_limit"))
-    return torque;
+    return {};
   const Map map = drive.map("torque_limit");
-  torque.object = map.text("object") == "current" ? 0x6078 : 0x6077;
+  auto torque = map.read<hal::TorqueLimit>();
   torque.limit = 1e-3 * map.number("limit_per_mille");
-  torque.time = map.number("time");
   return torque;
 }
 
@@ -27,11 +23,8 @@ namespace {
 
 /// One entry of `emergency_stop`, for one drive or all of its bus.
 void readEmergencyInput(const Map& map, hal::HardwareConfig& hardware) {
-  const auto bus = std::find_if(hardware.buses.begin(), hardware.buses.end(),
-                                [&](const hal::BusConfig& b) { return b.name == map.text("bus"); });
-  if (bus == hardware.buses.end())
-    map.fail("bus", "found '" + map.text("bus") + "', expected one of the buses of this file");
-  hal::EmergencyInput input;
+  const int bus = busOf(map, hardware.buses);
+  auto input = map.read<hal::EmergencyInput>();
   input.statusword = map.has("statusword_bit");
   if (input.statusword == map.has("input_bit"))
     map.fail("bus", std::string("found ") + (input.statusword ? "both input_bit and statusword_bit" : "neither") +
@@ -41,11 +34,10 @@ void readEmergencyInput(const Map& map, hal::HardwareConfig& hardware) {
     map.fail("statusword_bit", "found " + std::to_string(input.bit) +
                                    ", which is part of the drive's state, expected "
                                    "another one");
-  input.active_low = map.text("active") == "low";
   const auto before = hardware.emergency_stop.size();
   for (std::size_t i = 0; i < hardware.axes.size(); ++i) {
     const hal::AxisConfig& axis = hardware.axes[i];
-    if (axis.bus != bus - hardware.buses.begin() || (map.has("node") && axis.node != map.integer("node")))
+    if (axis.bus != bus || (map.has("node") && axis.node != map.integer("node")))
       continue;
     input.axis = static_cast<int>(i);
     hardware.emergency_stop.push_back(input);

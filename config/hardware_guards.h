@@ -7,8 +7,8 @@
 
 namespace tandem::config {
 
-/// `holds_without_power` of a drive.
-hal::PowerlessHold readPowerlessHold(const Map& drive);
+/// The bus that a mapping names. @throw Error where it is none of these.
+int busOf(const Map& map, const std::vector<hal::BusConfig>& buses);
 /// `torque_limit` of a drive; not watched without it.
 hal::TorqueLimit readTorqueLimit(const Map& drive);
 /// `emergency_stop`, after buses and axes. @throw Error where an entry names no bit, or no drive of this file.

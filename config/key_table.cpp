@@ -120,6 +120,8 @@ Field mapping(const std::string& name, const Mapping& keys, const std::string& d
 Field Field::required() const {
   Field field = *this;
   field.is_required = true;
+  field.default_number.reset();
+  field.default_text.reset();
   return field;
 }
 
@@ -159,6 +161,12 @@ Field Field::above(double minimum) const {
 Field Field::atLeast(double minimum) const {
   Field field = *this;
   field.range.minimum = minimum;
+  return field;
+}
+
+Field Field::atMost(double maximum) const {
+  Field field = *this;
+  field.range.maximum = maximum;
   return field;
 }
 
@@ -204,6 +212,20 @@ Field Field::defaultsTo(const std::string& value) const {
 Field Field::defaultNote(const std::string& note) const {
   Field field = *this;
   field.default_note = note;
+  field.default_number.reset();
+  field.default_text.reset();
+  return field;
+}
+
+Field Field::optional() const {
+  Field field = *this;
+  field.is_optional = true;
+  return field;
+}
+
+Field Field::withoutMotion() const {
+  Field field = *this;
+  field.moves = false;
   return field;
 }
 

@@ -4,9 +4,11 @@
  */
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,7 @@
 
 namespace tandem::config {
 
+class Map;
 struct Mapping;
 
 enum class Type { kBool, kInteger, kNumber, kText, kMapping };
@@ -36,6 +39,8 @@ struct Field {
   bool or_scalar = false;     ///< a list, or one value for all
   bool is_unique = false;     ///< no value of the list twice
   bool numeric_text = false;  ///< text that may be written as a bare integer
+  bool is_optional = false;   ///< of kMapping: what is absent is not there, instead of having its defaults
+  bool moves = true;          ///< motion depends on it: it counts in config/values.h
   int min_size = 0;           ///< of the list
   int max_size = 0;
   int row_size = 0;  ///< > 0: the list's elements are lists of so many numbers
@@ -47,8 +52,12 @@ struct Field {
   std::optional<double> default_number;  ///< SI; of every element of a list; 0 and 1 for kBool
   std::optional<std::string> default_text;
   std::string default_note;  ///< for people, where the default is computed
+  /// The struct of which a member takes the value, and how it does (config/bind.h); null: the loader asks for the
+  /// value.
+  const std::type_info* owner = nullptr;
+  std::function<void(const Map&, const Field&, void* owner)> store;
 
-  Field required() const;
+  Field required() const;  ///< without a default
   Field list(int minimum, int maximum) const;
   Field vector3() const { return list(3, 3); }
   Field orScalar() const;
@@ -56,6 +65,7 @@ struct Field {
   Field rows(int size) const;
   Field above(double minimum) const;    ///< exclusive
   Field atLeast(double minimum) const;  ///< inclusive
+  Field atMost(double maximum) const;
   Field within(double minimum, double maximum) const;
   Field orUnlimited() const;  ///< the word "unlimited" stands for infinity
   Field oneOf(std::vector<std::string> allowed) const;
@@ -63,7 +73,9 @@ struct Field {
   Field orInteger() const;
   Field defaultsTo(double value) const;
   Field defaultsTo(const std::string& value) const;
-  Field defaultNote(const std::string& note) const;
+  Field defaultNote(const std::string& note) const;  ///< in place of a default
+  Field optional() const;                            ///< sets is_optional
+  Field withoutMotion() const;                       ///< no motion depends on it
 
   /// Every way to write the key: ("outer_diameter_mm", mm), ("outer_diameter_m", m); the unit is null for plain keys.
   std::vector<std::pair<std::string, const Unit*>> keys() const;

@@ -33,11 +33,8 @@ Eigen::VectorXd readJoints(const Map& map, const safety::ArmLimits& limits);
 /// R = Rz(yaw) Ry(pitch) Rx(roll), and a position.
 Eigen::Isometry3d readPose(const Map& map);
 
-/// Velocity, accelerations and step of a joint.
-void readMotion(const Map& map, safety::JointLimit& limit);
-
-/// The `control` of a robot.
-control::MethodParameters readParameters(const Map& map);
+/// @throw Error where a wall has its inner diameter at or above its outer one.
+void checkWall(const Map& map, double outer, double inner);
 
 /// @throw Error at an arm of the name `pair`.
 void refusePair(const Map& arm);

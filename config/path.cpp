@@ -3,6 +3,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include "config/bind.h"
 #include "config/exact.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
@@ -13,20 +14,12 @@ namespace {
 using enum Quantity;
 
 planning::ObjectPath readPath(const Map& map) {
-  planning::ObjectPath path;
-  map.text("tandem");
-  path.name = map.text("name");
-  path.shape = planning::pathShape(map.text("shape"));
-  for (const std::string& direction : map.texts("along"))
-    path.directions.push_back(planning::directionOf(direction));
+  auto path = map.read<planning::ObjectPath>();
   const std::size_t wanted = path.shape == planning::PathShape::kLine ? 1 : 2;
   if (path.directions.size() != wanted) {
     map.fail("along", "found " + std::to_string(path.directions.size()) + " of them, expected " +
                           (wanted == 1 ? "one, for a line" : "two, for a " + nameOf(path.shape)));
   }
-  path.size = map.number("size");
-  path.duration = map.number("duration");
-  path.held = planning::holdOf(map.text("hold"));
   return path;
 }
 
@@ -34,28 +27,34 @@ planning::ObjectPath readPath(const Map& map) {
 
 const Mapping& pathTable() {
   static const Mapping table = [] {
-    const planning::ObjectPath defaults;
+    using planning::Hold;
+    using planning::PathShape;
+    using P = planning::ObjectPath;
+    Words<int> directions;
+    for (int k = 0; k < 6; ++k)
+      directions.emplace_back(planning::directionName(k), k);
     return Mapping{
         "path",
         "A path of what catheters move: an object that they hold, or a tip. It begins and ends at rest where it is.",
         {
-            text("tandem", "kind and version of the file; the first key").required().oneOf({"path/1"}),
-            text("name", "name of the path").required(),
-            text("shape", "out and back, a circle, or an eight").required().oneOf({"line", "circle", "lissajous"}),
-            text("along", "directions of the robot base frame: one of a line, else two; rx, ry, rz are turns")
+            kindField("path"),
+            text("name", "name of the path", &P::name).required(),
+            text("shape", "out and back, a circle, or an eight",
+                 named({PathShape::kLine, PathShape::kCircle, PathShape::kLissajous}), &P::shape)
+                .required(),
+            text("along", "directions of the robot base frame: one of a line, else two; rx, ry, rz are turns",
+                 directions, &P::directions)
                 .required()
-                .oneOf({"x", "y", "z", "rx", "ry", "rz"})
                 .list(1, 2)
                 .unique(),
             number("size", kLength,
                    "how far a line goes, radius of a circle, amplitude of an eight; a turn goes as far at the size of "
-                   "what is moved")
-                .within(1e-6, 1.0)
-                .defaultsTo(defaults.size),
-            number("duration", kTime, "from rest to rest").within(0.1, 3600.0).defaultsTo(defaults.duration),
-            text("hold", "what is held beside the directions: nothing, the place, or place and orientation")
-                .oneOf({"none", "places", "all"})
-                .defaultsTo(nameOf(defaults.held)),
+                   "what is moved",
+                   &P::size)
+                .within(1e-6, 1.0),
+            number("duration", kTime, "from rest to rest", &P::duration).within(0.1, 3600.0),
+            text("hold", "what is held beside the directions: nothing, the place, or place and orientation",
+                 named({Hold::kNone, Hold::kPlaces, Hold::kAll}), &P::held),
         }};
   }();
   return table;

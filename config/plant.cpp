@@ -1,49 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-
+#include "config/arm_names.h"
 #include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
 
-sim::JointMechanics readMotors(const Map& map) {
-  return {map.number("delay"),
-          {map.number("lag_translation"), map.number("lag_rotation")},
-          {map.number("backlash_translation"), map.number("backlash_rotation")}};
-}
-
-sim::EncoderOptions readEncoders(const Map& map) {
-  return {{map.number("resolution_translation"), map.number("resolution_rotation")},
-          {map.number("noise_translation"), map.number("noise_rotation")}};
-}
-
-sim::TubeErrors readErrors(const Map& map) {
-  return {map.number("bending_stiffness"), map.number("torsional_stiffness"), map.number("curvature"),
-          map.number("length")};
-}
-
-sim::TipTrackerOptions readTracker(const Map& map, bool present) {
-  return {present,
-          map.number("rate"),
-          map.number("position_noise"),
-          map.number("rotation_noise"),
-          map.number("delay"),
-          map.number("drop_out")};
-}
-
 int readPlantArm(const Map& map, const Robot& robot) {
-  const std::string name = map.text("arm");
-  std::vector<std::string> names;
-  for (const Arm& arm : robot.arms)
-    names.push_back(arm.name);
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end())
-    map.fail("arm", "found '" + name + "', expected an arm of the robot: " + join(names));
-  return static_cast<int>(found - names.begin());
+  return static_cast<int>(map.indexAmong("arm", armList(robot), "an arm of the robot: " + armNames(robot)));
 }
 
 sim::GivenTubeErrors readTubeErrors(const Map& map, const Robot& robot) {
-  sim::GivenTubeErrors given{readPlantArm(map, robot), map.integer("tube") - 1, readErrors(map)};
+  sim::GivenTubeErrors given{readPlantArm(map, robot), map.integer("tube") - 1, map.read<sim::TubeErrors>()};
   const int count = robot.arms[static_cast<std::size_t>(given.arm)].model.tubeCount();
   if (given.tube >= count)
     map.fail("tube", "found " + std::to_string(given.tube + 1) + ", expected 1 to " + std::to_string(count));
@@ -53,13 +20,8 @@ sim::GivenTubeErrors readTubeErrors(const Map& map, const Robot& robot) {
 }  // namespace
 
 sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_file) {
-  sim::PlantOptions plant;
-  plant.model = map.text("model");
-  plant.seed = static_cast<std::uint64_t>(map.integer("seed"));
-  plant.mechanics = readMotors(map.map("motors"));
-  plant.encoders = readEncoders(map.map("encoders"));
-  plant.tube_deviation = readErrors(map.map("tube_deviation"));
-  plant.tracker = readTracker(map.map("tracker"), map.has("tracker"));
+  auto plant = map.read<sim::PlantOptions>();
+  plant.tracker.present = map.has("tracker");
   const std::vector<Map> tubes = map.maps("tube_errors"), forces = map.maps("tip_forces");
   if (tubes.empty() && forces.empty())
     return plant;
@@ -69,7 +31,7 @@ sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_f
   if (!forces.empty() && plant.model == "rigid")
     map.fail("tip_forces", "found forces on a rigid plant, which does not yield; expected model: compliant");
   for (const Map& entry : forces)
-    plant.tip_forces.push_back({readPlantArm(entry, robot), entry.vector3("force")});
+    entry.read(plant.tip_forces.emplace_back(sim::TipForce{readPlantArm(entry, robot)}));
   return plant;
 }
 

@@ -35,26 +35,15 @@ void readSections(const Map& map, Tube& tube) {
     return;
   }
   for (const Map& section : map.maps("sections")) {
-    tube.addSection(section.number("length"), section.number("curvature"));
-    if (section.has("bending_stiffness"))
-      tube.sections.back().bending_stiffness = section.number("bending_stiffness");
-    if (section.has("torsional_stiffness"))
-      tube.sections.back().torsional_stiffness = section.number("torsional_stiffness");
+    tube.addSection(section.number("length"), 0.0);  // with the stiffnesses of the cross-section
+    section.read(tube.sections.back());
     warnOfStrain(section, tube);
   }
 }
 
 Tube readTube(const Map& map) {
-  Tube tube;
-  tube.outer_diameter = map.number("outer_diameter");
-  tube.inner_diameter = map.number("inner_diameter");
-  tube.youngs_modulus = map.number("youngs_modulus");
-  tube.poisson_ratio = map.number("poisson_ratio");
-  if (tube.inner_diameter >= tube.outer_diameter) {
-    map.fail("inner_diameter", "found " + map.inUnit("inner_diameter", tube.inner_diameter) +
-                                   ", expected less than the outer diameter of " +
-                                   map.inUnit("inner_diameter", tube.outer_diameter));
-  }
+  Tube tube = map.read<Tube>();
+  checkWall(map, tube.outer_diameter, tube.inner_diameter);
   if (tube.poisson_ratio > kLargestPoissonRatio) {
     map.warn("poisson_ratio", "found " + formatNumber(tube.poisson_ratio) +
                                   ", expected at most 0.5; it serves only in G = E / (2 (1 + nu))");
@@ -90,16 +79,12 @@ std::vector<Tube> readTubes(const Map& arm) {
 }
 
 JointLimit readRotation(const Map& map, bool hardware) {
-  JointLimit limit;
+  JointLimit limit = map.read<JointLimit>();
   // The word `unlimited` reads as plus infinity at either end.
-  const double lower = map.number("lower");
-  limit.lower = std::isinf(lower) ? -safety::kUnlimited : lower;
-  limit.upper = map.number("upper");
-  readMotion(map, limit);
-  if (!(limit.lower < limit.upper)) {
-    map.fail("lower", "found " + map.inUnit("lower", limit.lower) + ", expected less than " + map.keyOf("upper") +
-                          ", " + map.inUnit("lower", limit.upper));
-  }
+  if (std::isinf(limit.lower))
+    limit.lower = -safety::kUnlimited;
+  else
+    map.expectBelow("lower", "upper");
   for (const auto& [key, value] :
        {std::pair{"lower", limit.lower}, {"upper", limit.upper}, {"velocity", limit.velocity}}) {
     if (hardware && std::isinf(value))
@@ -109,8 +94,7 @@ JointLimit readRotation(const Map& map, bool hardware) {
 }
 
 JointLimit readTranslation(const Map& map, bool hardware) {
-  JointLimit limit;
-  readMotion(map, limit);
+  const auto limit = map.read<JointLimit>();
   if (hardware && std::isinf(limit.velocity)) {
     map.fail("velocity", "found no limit, expected a finite one where `hardware: true`");
   }
@@ -173,9 +157,7 @@ Eigen::VectorXd middleOf(const safety::ArmLimits& limits) {
 }
 
 Arm readArm(const Map& map, bool hardware) {
-  Arm arm;
-  arm.name = map.text("name");
-  map.text("type");
+  auto arm = map.read<Arm>();
   arm.model.base = readPose(map.map("base"));
   arm.model.tool = readPose(map.map("tool"));
   arm.model.tubes = readTubes(map);
@@ -194,17 +176,13 @@ Arm readArm(const Map& map, bool hardware) {
 Robot loadRobot(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(robotTable());
-  Robot robot;
+  map.expectDistinct("arms", "name");
+  Robot robot = map.read<Robot>();
   robot.file = file;
-  map.text("tandem");
-  robot.name = map.text("name");
-  robot.hardware = map.flag("hardware");
   for (const Map& arm : map.maps("arms")) {
-    arm.expectNew("name", arm.text("name"), robot.arms, &Arm::name);
     refusePair(arm);
     robot.arms.push_back(readArm(arm, robot.hardware));
   }
-  robot.parameters = readParameters(map.map("control"));
   document.finish();
   robot.warnings = document.warnings();
   return robot;

@@ -236,6 +236,16 @@ const Mapping& tableOf(const std::string& kind) {
   throw std::invalid_argument("found the kind '" + kind + "', expected one of " + join(kinds()));
 }
 
+Field kindField(const std::string& kind) {
+  return text("tandem", "kind and version of the file; the first key").required().oneOf({kind + "/1"});
+}
+
+Field robotField() {
+  return text("robot", "robot file, relative to the folder of this file, or the name of a preset")
+      .required()
+      .withoutMotion();
+}
+
 std::string schema(const std::string& kind) {
   const Mapping& table = tableOf(kind);
   Json json{{"$schema", "https://json-schema.org/draft/2020-12/schema"},

@@ -12,17 +12,19 @@ namespace {
 /// Larger deviations from a right angle are mistakes, smaller ones are decimals; the latter are taken out.
 constexpr double kPerpendicular = 1e-6;
 
-Eigen::Vector3d nonZero(const Map& map, const std::string& key) {
-  const Eigen::Vector3d value = map.vector3(key);
-  if (value.norm() == 0.0)
+void expectLength(const Map& map, const std::string& key) {
+  if (map.vector3(key).norm() == 0.0)
     map.fail(key, "found [0, 0, 0], expected a vector with a length");
-  return value;
 }
 
-planning::Rectangle readRectangle(const Map& map) { return {nonZero(map, "first"), nonZero(map, "second")}; }
+planning::Rectangle readRectangle(const Map& map) {
+  expectLength(map, "first");
+  expectLength(map, "second");
+  return map.read<planning::Rectangle>();
+}
 
 planning::Lissajous readLissajous(const Map& map) {
-  const planning::Lissajous shape{map.vector3("amplitude"), map.vector3("cycles"), map.vector3("phase")};
+  const auto shape = map.read<planning::Lissajous>();
   if (shape.amplitude.cwiseProduct(shape.cycles).norm() == 0.0) {
     map.fail("amplitude", "found no axis that moves, expected one with both amplitude and cycles");
   }
@@ -30,24 +32,26 @@ planning::Lissajous readLissajous(const Map& map) {
 }
 
 planning::Circle readCircle(const Map& map) {
-  planning::Circle shape;
-  shape.center_offset = nonZero(map, "center_offset");
+  auto shape = map.read<planning::Circle>();
+  expectLength(map, "center_offset");
   if (map.has("normal"))
-    shape.normal = nonZero(map, "normal").normalized();
-  shape.turns = map.number("turns");
+    expectLength(map, "normal");
   if (shape.turns == 0.0)
     map.fail("turns", "found 0, expected another number");
-  const Eigen::Vector3d radius = shape.center_offset.normalized();
-  const double cosine = shape.normal.dot(radius);
+  const Eigen::Vector3d normal = shape.normal.normalized(), radius = shape.center_offset.normalized();
+  const double cosine = normal.dot(radius);
   if (std::abs(cosine) > kPerpendicular) {
     map.fail("normal", "found an angle of " + formatNumber(std::round(std::acos(cosine) * 1800.0 / M_PI) / 10.0) +
                            " deg to " + map.keyOf("center_offset") + ", expected 90 deg");
   }
-  shape.normal = (shape.normal - cosine * radius).normalized();
+  shape.normal = (normal - cosine * radius).normalized();
   return shape;
 }
 
-planning::Waypoints readWaypoints(const Map& map) { return {map.points("points"), map.flag("absolute")}; }
+planning::Line readLine(const Map& map) {
+  expectLength(map, "displacement");
+  return map.read<planning::Line>();
+}
 
 planning::Waypoints readCsv(const Map& map, const std::filesystem::path& folder) {
   const std::string file = map.text("file");
@@ -56,7 +60,9 @@ planning::Waypoints readCsv(const Map& map, const std::filesystem::path& folder)
   if (!std::filesystem::is_regular_file(folder / file)) {
     map.fail("file", "found no file " + (folder / file).string() + ", expected a path relative to this file's folder");
   }
-  return {readPoints(folder / file), map.flag("absolute")};
+  auto shape = map.read<planning::Waypoints>();
+  shape.points = readPoints(folder / file);
+  return shape;
 }
 
 planning::Shape readShape(const Map& map, const std::filesystem::path& folder) {
@@ -67,14 +73,11 @@ planning::Shape readShape(const Map& map, const std::filesystem::path& folder) {
   if (map.has("circle"))
     return readCircle(map.map("circle"));
   if (map.has("line"))
-    return planning::Line{nonZero(map.map("line"), "displacement")};
+    return readLine(map.map("line"));
   if (map.has("waypoints"))
-    return readWaypoints(map.map("waypoints"));
+    return map.map("waypoints").read<planning::Waypoints>();
   return readCsv(map.map("csv"), folder);
 }
-
-/// "b" and "1" are both 1.
-int armIndex(const std::string& text) { return text[0] >= 'a' ? text[0] - 'a' : text[0] - '0'; }
 
 /// One number between commas, blanks around it allowed.
 bool parseCell(const std::string& line, std::size_t begin, std::size_t end, double& value) {
@@ -125,23 +128,13 @@ std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file) {
 }
 
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder) {
-  planning::TrajectorySpec spec;
-  spec.name = map.text("name");
-  spec.arm = armIndex(map.text("arm"));
-  spec.other_arm = armIndex(map.text("other_arm"));
+  auto spec = map.read<planning::TrajectorySpec>();
   if (spec.arm == spec.other_arm) {
     map.fail(map.has("other_arm") ? "other_arm" : "arm", "found the same arm twice, expected two arms");
   }
   spec.shape = readShape(map.map("shape"), folder);
   if (!map.isWord("relative"))
     spec.relative.push_back(readShape(map.map("relative"), folder));
-  spec.point_count = map.integer("points");
-  spec.following = map.text("following") == "timed" ? planning::Following::kTimed : planning::Following::kPointByPoint;
-  spec.tolerance = map.number("tolerance");
-  spec.max_iterations = map.integer("max_iterations");
-  spec.point_duration = map.number("point_duration");
-  spec.speed = map.number("speed");
-  spec.acceleration = map.number("acceleration");
   return spec;
 }
 
@@ -150,7 +143,6 @@ planning::TrajectorySpec parseTrajectory(const std::string& yaml,
                                          const std::filesystem::path& folder) {
   Document document(origin, yaml);
   const Map map = document.check(trajectoryTable());
-  map.text("tandem");
   planning::TrajectorySpec spec = readTrajectory(map, folder);
   document.finish();
   return spec;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "config/bind.h"
 #include "config/file_tables.h"
 #include "planning/trajectory.h"
 
@@ -6,134 +7,120 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
+using Spec = planning::TrajectorySpec;
 constexpr int kMostPoints = 100000;
 
-const Mapping& rectangleTable() {
-  static const Mapping table{"rectangle",
-                             "Closed rectangle from the start: along first, then second, and back.",
-                             {
-                                 number("first", kLength, "first leg [x, y, z]").required().vector3(),
-                                 number("second", kLength, "second leg [x, y, z]").required().vector3(),
-                             }};
-  return table;
-}
+const Mapping kRectangleTable{
+    "rectangle",
+    "Closed rectangle from the start: along first, then second, and back.",
+    {
+        number("first", kLength, "first leg [x, y, z]", &planning::Rectangle::first).required().vector3(),
+        number("second", kLength, "second leg [x, y, z]", &planning::Rectangle::second).required().vector3(),
+    }};
 
-const Mapping& lissajousTable() {
-  static const Mapping table{
-      "lissajous",
-      "x_i = amplitude_i sin(2 pi cycles_i t + phase_i) - amplitude_i sin(phase_i), t from 0 to 1.",
-      {
-          number("amplitude", kLength, "per axis [x, y, z]").required().vector3(),
-          number("cycles", kNone, "per axis").required().vector3(),
-          number("phase", kAngle, "per axis").vector3().defaultsTo(0.0),
-      }};
-  return table;
-}
+const Mapping kLissajousTable{
+    "lissajous",
+    "x_i = amplitude_i sin(2 pi cycles_i t + phase_i) - amplitude_i sin(phase_i), t from 0 to 1.",
+    {
+        number("amplitude", kLength, "per axis [x, y, z]", &planning::Lissajous::amplitude).required().vector3(),
+        number("cycles", kNone, "per axis", &planning::Lissajous::cycles).required().vector3(),
+        number("phase", kAngle, "per axis", &planning::Lissajous::phase).vector3(),
+    }};
 
-const Mapping& circleTable() {
-  static const Mapping table{
-      "circle",
-      "Circle that starts at the start and runs about start + center_offset.",
-      {
-          number("center_offset", kLength, "from the start to the centre; its length is the radius")
-              .required()
-              .vector3(),
-          number("normal", kNone, "of the circle's plane, perpendicular to center_offset")
-              .vector3()
-              .defaultNote("[0, 0, 1]"),
-          number("turns", kNone, "negative runs backwards; not 0").defaultsTo(planning::Circle{}.turns),
-      }};
-  return table;
-}
+const Mapping kCircleTable{
+    "circle",
+    "Circle that starts at the start and runs about start + center_offset.",
+    {
+        number("center_offset",
+               kLength,
+               "from the start to the centre; its length is the radius",
+               &planning::Circle::center_offset)
+            .required()
+            .vector3(),
+        number("normal", kNone, "of the circle's plane, perpendicular to center_offset", &planning::Circle::normal)
+            .vector3()
+            .defaultNote("[0, 0, 1]"),
+        number("turns", kNone, "negative runs backwards; not 0", &planning::Circle::turns),
+    }};
 
-const Mapping& lineTable() {
-  static const Mapping table{
-      "line", "Straight line.", {number("displacement", kLength, "from the start to the end").required().vector3()}};
-  return table;
-}
+const Mapping kLineTable{
+    "line",
+    "Straight line.",
+    {number("displacement", kLength, "from the start to the end", &planning::Line::displacement).required().vector3()}};
 
-const Mapping& waypointsTable() {
-  static const Mapping table{
-      "waypoints",
-      "Polyline through given points.",
-      {
-          number("points", kLength, "[[x, y, z], ...]").required().list(1, kMostPoints).rows(3),
-          flag("absolute", "points in the robot base frame instead of offsets from the start").defaultsTo(0.0),
-      }};
-  return table;
-}
+const Mapping kWaypointsTable{"waypoints",
+                              "Polyline through given points.",
+                              {
+                                  number("points", kLength, "[[x, y, z], ...]", &planning::Waypoints::points)
+                                      .required()
+                                      .list(1, kMostPoints)
+                                      .rows(3),
+                                  flag("absolute",
+                                       "points in the robot base frame instead of offsets from the start",
+                                       &planning::Waypoints::absolute),
+                              }};
 
-const Mapping& csvTable() {
-  static const Mapping table{
-      "csv",
-      "Polyline through the points of a file: lines `x,y,z` in m, no header.",
-      {
-          text("file", "path, relative to the folder of this file").required(),
-          flag("absolute", "points in the robot base frame instead of offsets from the start").defaultsTo(0.0),
-      }};
-  return table;
-}
+const Mapping kCsvTable{"csv",
+                        "Polyline through the points of a file: lines `x,y,z` in m, no header.",
+                        {
+                            text("file", "path, relative to the folder of this file").required(),
+                            flag("absolute",
+                                 "points in the robot base frame instead of offsets from the start",
+                                 &planning::Waypoints::absolute),
+                        }};
 
-const Mapping& shapeTable() {
-  static const Mapping table{"shape",
-                             "Exactly one of these.",
-                             {
-                                 mapping("rectangle", rectangleTable(), "closed rectangle"),
-                                 mapping("lissajous", lissajousTable(), "sines per axis"),
-                                 mapping("circle", circleTable(), "circle"),
-                                 mapping("line", lineTable(), "straight line"),
-                                 mapping("waypoints", waypointsTable(), "polyline"),
-                                 mapping("csv", csvTable(), "polyline from a file"),
-                             },
-                             true};
-  return table;
-}
+const Mapping kShapeTable{"shape",
+                          "Exactly one of these.",
+                          {
+                              mapping("rectangle", kRectangleTable, "closed rectangle"),
+                              mapping("lissajous", kLissajousTable, "sines per axis"),
+                              mapping("circle", kCircleTable, "circle"),
+                              mapping("line", kLineTable, "straight line"),
+                              mapping("waypoints", kWaypointsTable, "polyline"),
+                              mapping("csv", kCsvTable, "polyline from a file"),
+                          },
+                          true};
 
-Field armField(const std::string& name, const std::string& description, const std::string& fallback) {
-  return text(name, description + ", by letter or by index from 0, in the order of the robot file")
-      .oneOf({"a", "b", "c", "d", "e", "f", "g", "h", "0", "1", "2", "3", "4", "5", "6", "7"})
-      .orInteger()
-      .defaultsTo(fallback);
+Field armField(const std::string& key, const std::string& description, int Spec::*arm) {
+  Words<int> words;
+  for (const char first : {'a', '0'}) {
+    for (int k = 0; k < safety::kMaxArms; ++k)
+      words.emplace_back(std::string(1, static_cast<char>(first + k)), k);
+  }
+  return text(key, description + ", by letter or by index from 0, in the order of the robot file", words, arm)
+      .orInteger();
 }
 
 }  // namespace
 
 std::vector<Field> trajectoryFields() {
-  const planning::TrajectorySpec defaults;
+  using planning::Following;
   return {
-      text("name", "name of the trajectory").required(),
-      armField("arm", "the arm whose tip follows the shape", "a"),
-      armField("other_arm", "its partner in the relative position", "b"),
-      mapping("shape", shapeTable(), "where the tip goes").required(),
-      integer("points", "points after the start, evenly spaced by arc length")
-          .within(1, kMostPoints)
-          .defaultsTo(defaults.point_count),
-      mapping("relative", shapeTable(), "the relative position: held, or moved along a shape in step with the tip")
+      text("name", "name of the trajectory", &Spec::name).required(),
+      armField("arm", "the arm whose tip follows the shape", &Spec::arm),
+      armField("other_arm", "its partner in the relative position", &Spec::other_arm),
+      mapping("shape", kShapeTable, "where the tip goes").required(),
+      integer("points", "points after the start, evenly spaced by arc length", &Spec::point_count)
+          .within(1, kMostPoints),
+      mapping("relative", kShapeTable, "the relative position: held, or moved along a shape in step with the tip")
           .oneOf({"hold"})
           .defaultsTo("hold"),
-      text("following", "next point when within tolerance, or along the path by time")
-          .oneOf({"point_by_point", "timed"})
-          .defaultsTo("point_by_point"),
-      number("tolerance", kLength, "a point is reached when both errors are below it")
-          .above(0)
-          .defaultsTo(defaults.tolerance),
-      integer("max_iterations", "most control steps a point").within(1, 1000000).defaultsTo(defaults.max_iterations),
-      number("point_duration", kTime, "time a point is meant to take; feed-forward = spacing / point_duration")
-          .above(0)
-          .defaultsTo(defaults.point_duration),
-      number("speed", kSpeed, "along the path, timed following").above(0).defaultsTo(defaults.speed),
-      number("acceleration", kAcceleration, "along the path, timed following")
-          .above(0)
-          .defaultsTo(defaults.acceleration),
+      text("following", "next point when within tolerance, or along the path by time",
+           {{"point_by_point", Following::kPointByPoint}, {"timed", Following::kTimed}}, &Spec::following),
+      positive("tolerance", kLength, "a point is reached when both errors are below it", &Spec::tolerance),
+      integer("max_iterations", "most control steps a point", &Spec::max_iterations).within(1, 1000000),
+      positive("point_duration", kTime, "time a point is meant to take; feed-forward = spacing / point_duration",
+               &Spec::point_duration),
+      positive("speed", kSpeed, "along the path, timed following", &Spec::speed),
+      positive("acceleration", kAcceleration, "along the path, timed following", &Spec::acceleration),
   };
 }
 
 const Mapping& trajectoryTable() {
   static const Mapping table = [] {
-    Mapping trajectory{
-        "trajectory",
-        "A trajectory of one tip, with the relative position of two tips held or moved.",
-        {text("tandem", "kind and version of the file; the first key").required().oneOf({"trajectory/1"})}};
+    Mapping trajectory{"trajectory",
+                       "A trajectory of one tip, with the relative position of two tips held or moved.",
+                       {kindField("trajectory")}};
     for (const Field& field : trajectoryFields())
       trajectory.fields.push_back(field);
     return trajectory;

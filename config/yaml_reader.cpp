@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
@@ -71,6 +72,27 @@ YAML::Node parseOne(const std::string& origin, const std::string& text) {
   }
 }
 
+std::string plainBool(bool value) { return value ? "true" : "false"; }
+
+std::string plainNode(const YAML::Node& node, const Field& field, const Unit* unit) {
+  if (node.IsSequence()) {
+    std::vector<std::string> elements;
+    for (const YAML::Node& element : node)
+      elements.push_back(plainNode(element, field, unit));
+    const bool equal = std::adjacent_find(elements.begin(), elements.end(), std::not_equal_to<>()) == elements.end();
+    return field.or_scalar && equal && !elements.empty() ? elements.front() : "[" + join(elements) + "]";
+  }
+  if (!node.IsScalar())
+    return "";
+  if (field.type == Type::kBool)
+    return plainBool(readBool(node).value());
+  if (field.type == Type::kText || field.type == Type::kMapping)
+    return node.Scalar();
+  return formatNumber(field.type == Type::kInteger && !config::isWord(node, field)
+                          ? static_cast<double>(readInteger(node, field).value())
+                          : readNumber(node, field, unit).value());
+}
+
 std::string expectedKinds() {
   std::vector<std::string> heads;
   for (const std::string& kind : kinds())
@@ -116,7 +138,8 @@ Map Document::check(const Mapping& table) {
 
 void Document::finish() const {
   for (const Field* field : present_) {
-    if (!read_.contains(field))
+    // What has to be one word has nothing to say.
+    if (!read_.contains(field) && !(field->type == Type::kText && field->words.size() == 1))
       throw std::logic_error("the loader ignores the key '" + field->name + "'");
   }
 }
@@ -145,6 +168,20 @@ std::string Map::text(const std::string& name) const {
   if (const Entry* found = find(name))
     return found->value.Scalar();
   return table_->field(name).default_text.value();
+}
+
+std::filesystem::path Map::path(const std::string& name) const {
+  return (std::filesystem::absolute(document_->origin_).parent_path() / text(name)).lexically_normal();
+}
+
+std::uint32_t Map::unsigned32(const std::string& name) const {
+  if (!has(name))
+    return 0;
+  const std::string written = text(name);
+  const unsigned long long value = std::stoull(written, nullptr, written.starts_with("0x") ? 16 : 10);
+  if (value > std::numeric_limits<std::uint32_t>::max())
+    fail(name, "found " + written + ", expected less than 2^32");
+  return static_cast<std::uint32_t>(value);
 }
 
 std::vector<std::string> Map::texts(const std::string& name) const {
@@ -209,6 +246,16 @@ std::vector<Map> Map::maps(const std::string& name) const {
   return all;
 }
 
+std::string Map::plain(const std::string& name) const {
+  const Field& field = table_->field(name);
+  const Entry* found = find(name);
+  if (!found && field.default_number)
+    return field.type == Type::kBool ? plainBool(*field.default_number != 0.0) : formatNumber(*field.default_number);
+  if (!found)
+    return field.default_text.value_or("");
+  return plainNode(found->value, field, found->unit);
+}
+
 bool Map::isWord(const std::string& name) const {
   const Entry* found = find(name);
   return found ? config::isWord(found->value, *found->field) : table_->field(name).default_text.has_value();
@@ -216,6 +263,29 @@ bool Map::isWord(const std::string& name) const {
 
 void Map::fail(const std::string& name, const std::string& message, int element) const {
   throw errorAt(name, message, element);
+}
+
+void Map::expectDistinct(const std::string& list, const std::string& name) const {
+  std::set<std::string> seen;
+  for (const Map& entry : maps(list)) {
+    if (!seen.insert(entry.text(name)).second)
+      entry.fail(name, "found '" + entry.text(name) + "' a second time, expected another " + name);
+  }
+}
+
+std::size_t Map::indexAmong(const std::string& name,
+                            const std::vector<std::string>& all,
+                            const std::string& expected) const {
+  const auto found = std::find(all.begin(), all.end(), text(name));
+  if (found == all.end())
+    fail(name, "found '" + text(name) + "', expected " + expected);
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+void Map::expectBelow(const std::string& lower, const std::string& upper) const {
+  if (!(number(lower) < number(upper)))
+    fail(lower, "found " + inUnit(lower, number(lower)) + ", expected less than " + keyOf(upper) + ", " +
+                    inUnit(lower, number(upper)));
 }
 
 void Map::warn(const std::string& name, const std::string& message) const {
@@ -237,6 +307,18 @@ std::string Map::inUnit(const std::string& name, double si) const {
 
 Map::Map(Document& document, const Mapping& table, std::string path, YAML::Mark mark)
     : document_(&document), table_(&table), path_(std::move(path)), mark_(mark) {}
+
+void Map::fill(const std::type_info& owner, void* into) const {
+  bool bound = false;
+  for (const Field& field : table_->fields) {
+    if (!field.owner || *field.owner != owner)
+      continue;
+    field.store(*this, field, into);
+    bound = true;
+  }
+  if (!bound)
+    throw std::logic_error("the table of '" + table_->name + "' binds no member of this struct");
+}
 
 const Map::Entry* Map::find(const std::string& name) const {
   const Field& field = table_->field(name);

@@ -5,7 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
-#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -55,6 +55,7 @@ class Document {
  * in the table, without unit; asking for a name that the table does not have is a std::logic_error. */
 class Map {
  public:
+  const Mapping& table() const { return *table_; }
   bool has(const std::string& name) const;
 
   bool flag(const std::string& name) const;
@@ -62,6 +63,10 @@ class Map {
   /// SI value, or the default of the table (NaN where it has none); infinity for `unlimited`.
   double number(const std::string& name) const;
   std::string text(const std::string& name) const;
+  /// Relative to the folder of the file.
+  std::filesystem::path path(const std::string& name) const;
+  /// A text that is a decimal number or 0x...; 0 where it is absent. @throw Error from 2^32 on.
+  std::uint32_t unsigned32(const std::string& name) const;
   std::vector<std::string> texts(const std::string& name) const;
   Eigen::Vector3d vector3(const std::string& name) const;
   /// So many SI values; one scalar, or the default, stands for all. @throw Error for a list of another size.
@@ -71,17 +76,35 @@ class Map {
   /// A mapping; where it is absent, one of defaults.
   Map map(const std::string& name) const;
   std::vector<Map> maps(const std::string& name) const;
+  /// A value, or its default, as text that says the same for the same value: SI, 12 digits, of a list of equal numbers
+  /// where one may stand for all this one. Empty without a default, and for mappings that no word stands for.
+  std::string plain(const std::string& name) const;
   /// True where a word stands in place of a mapping, or is its default.
   bool isWord(const std::string& name) const;
 
+  /// Fills a struct from the keys that the table binds to its members; its other members stay as they are.
+  /// @throw std::logic_error where the table binds none.
+  template <class Struct>
+  void read(Struct& into) const {
+    fill(typeid(Struct), &into);
+  }
+  template <class Struct>
+  Struct read() const {
+    Struct made;
+    read(made);
+    return made;
+  }
+
   /// @throw Error always, at the value of a key (or where it should be), or at an element of its list.
   [[noreturn]] void fail(const std::string& name, const std::string& message, int element = -1) const;
-  /// @throw Error at the value of a key where one of the entries read before this one has the same, as its `member`.
-  template <class Entries, class Member>
-  void expectNew(const std::string& name, const std::string& value, const Entries& before, Member member) const {
-    if (std::ranges::find(before, value, member) != std::ranges::end(before))
-      fail(name, "found '" + value + "' a second time, expected another " + name);
-  }
+  /// @throw Error at the second mapping of a list that has the same text.
+  void expectDistinct(const std::string& list, const std::string& name) const;
+  /// The place of a text among others. @throw Error at a text that is not there. @param expected what to say then
+  std::size_t indexAmong(const std::string& name,
+                         const std::vector<std::string>& all,
+                         const std::string& expected) const;
+  /// @throw Error at the first number where it is not less than the second one.
+  void expectBelow(const std::string& lower, const std::string& upper) const;
   /// Adds a warning at the value of a key.
   void warn(const std::string& name, const std::string& message) const;
   /// The key as it is written, or as it should be: "outer_diameter_mm".
@@ -102,6 +125,7 @@ class Map {
   Map(Document& document, const Mapping& table, std::string path, YAML::Mark mark);
   static Map checked(Document& document, const Mapping& table, std::string path, const YAML::Node& node);
 
+  void fill(const std::type_info& owner, void* into) const;
   void addEntry(const YAML::Node& key, const YAML::Node& value);
   void checkPresence() const;
   void checkAlternatives() const;

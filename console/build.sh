@@ -11,6 +11,8 @@ mkdir -p "$folder"
 rm -rf "$folder/src" "$folder/test" "$folder/public"
 cp -r "$here"/{src,test,public,index.html,tsconfig.json,vite.config.ts} "$folder/"
 cd "$folder"
+/usr/bin/python3 -B "$TANDEM_SOURCE/idl/generate.py" build --out generated
+cp generated/messages.ts src/wire/
 status=0
 "$TANDEM_SOURCE/tests/integration/harness/npm.sh" "$here/package.json" "$folder" -- npm run --silent build >build.log 2>&1 ||
   status=$?

@@ -104,25 +104,10 @@ std::string describe(const NamedLimit& limit, const std::vector<std::string>& ar
   const auto arm = static_cast<std::size_t>(limit.arm);
   const std::string whose =
       "tube " + std::to_string(limit.tube) + " of arm " + (arm < arms.size() ? arms[arm] : armLetter(limit.arm));
-  switch (limit.kind) {
-    case LimitKind::kNeighbour:
-      return whose + " against tube " + std::to_string(limit.tube - 1);
-    case LimitKind::kVelocity:
-      return "velocity limit of " + whose;
-    case LimitKind::kRotationVelocity:
-      return "rotation velocity limit of " + whose;
-    case LimitKind::kRearTravel:
-      return "rear travel limit of " + whose;
-    case LimitKind::kFrontTravel:
-      return "front travel limit of " + whose;
-    case LimitKind::kRotation:
-      return "rotation limit of " + whose;
-    case LimitKind::kTranslationStep:
-      return "largest translation in a step of " + whose;
-    case LimitKind::kRotationStep:
-      return "largest rotation in a step of " + whose;
-  }
-  return "unknown limit of " + whose;
+  if (limit.kind == LimitKind::kNeighbour)
+    return whose + " against tube " + std::to_string(limit.tube - 1);
+  const std::string_view kind = idl::find(limit.kind) == nullptr ? "unknown limit" : name(limit.kind);
+  return std::string(kind) + " of " + whose;
 }
 
 std::string describe(const StepProblem& problem, const Conflict& conflict, const std::vector<std::string>& arms) {

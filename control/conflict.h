@@ -7,6 +7,7 @@
 
 #include "control/quadratic_program.h"
 #include "control/solution.h"
+#include "idl/enumerations.h"
 
 namespace tandem::control {
 
@@ -20,16 +21,8 @@ void explain(const StepProblem& problem,
 /// The limits at which a solution's velocity stands, as a conflict of equal weights. Allocates nothing.
 void standingAt(const StepProblem& problem, const Solution& solution, Conflict& conflict) noexcept;
 
-enum class LimitKind : std::uint8_t {
-  kNeighbour = 0,  ///< a tube against its inner neighbour: a coupled row
-  kVelocity,       ///< of a translation
-  kRotationVelocity,
-  kRearTravel,
-  kFrontTravel,
-  kRotation,         ///< the way left to a limit of a rotation
-  kTranslationStep,  ///< what the method allows in a step
-  kRotationStep,
-};
+using idl::LimitKind;
+using idl::name;
 
 /** A limit without the problem that it belongs to. */
 struct NamedLimit {

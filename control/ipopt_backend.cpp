@@ -186,7 +186,8 @@ void IpoptBackend::solve(const QuadraticProgram& qp, QpSolution& solution) noexc
     app->Options()->SetStringValue("hessian_constant", "yes");
     app->Options()->SetStringValue("mehrotra_algorithm", "yes");
     app->Options()->SetStringValue("fixed_variable_treatment", "make_constraint");
-    if (app->Initialize() != Ipopt::Solve_Succeeded) {
+    // No ipopt.opt of the working folder.
+    if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded) {
       solution.status = QpStatus::kFailed;
       return;
     }

@@ -6,35 +6,16 @@
 #include <optional>
 #include <string_view>
 
+#include "idl/enumerations.h"
+
 namespace tandem::control {
 
-/** Redundancy-resolution methods. Equation numbers: Alsaka et al. 2024. */
-enum class Method {
-  kNsp,          ///< (3), damped pseudoinverse and null-space projection, no limits
-  kNspwln,       ///< (6), weighted least norm, as printed
-  kNspwlnJoint,  ///< the corrected law: one weighted inverse over all joints
-  kNspqp,        ///< (7), null-space projection as a constrained QP
-  kSnsqp,        ///< (8), saturation in the null space as a sequence of constrained QPs
-  kSns,          ///< its analytic form, Flacco et al. 2015, algorithm 4
-  kHqp,          ///< ours: strict priorities below all inequalities, exact task scaling, continuous
-};
-inline constexpr int kMethodCount = 7;
+using idl::Method;
+using idl::name;
+inline constexpr int kMethodCount = idl::count<Method>;
 
-/** Who solves the quadratic programmes. */
-enum class Backend { kActiveSet, kIpopt };
-
-/** How equation (1) becomes bounds on velocities. */
-enum class BoundsKind {
-  kCoupled,  ///< rows over both tubes' velocities: exact
-  kFrozen,   ///< per-tube intervals with the neighbours held at their present position: the paper's formula, literally
-};
-
-std::string_view name(Method method);
-std::string_view name(Backend backend);
-std::string_view name(BoundsKind kind);
-std::optional<Method> methodFromName(std::string_view name);
-std::optional<Backend> backendFromName(std::string_view name);
-std::optional<BoundsKind> boundsFromName(std::string_view name);
+using idl::Backend;
+using idl::BoundsKind;
 
 /** Parameters of all methods; each method reads its own. SI units (m, rad). */
 struct MethodParameters {
@@ -51,8 +32,8 @@ struct MethodParameters {
   double rotation_velocity = 2.0;
   double snsqp_rotation_velocity =
       0.5;  ///< rad/s, bound on every rotation in (8); without it the optimum spins the tubes
-  /// m, bound on every translation in one period in the QP methods. Where ends of tubes pass each other the tip's
-  /// Jacobian jumps, and longer steps go to and fro across that place for ever.
+  /// m, bound on every translation in one period in the QP methods, and on the way to a posture in all. Where ends of
+  /// tubes pass each other the tip's Jacobian jumps, and longer steps go to and fro across that place for ever.
   double translation_step = 1e-3;
   /// m/rad: a direction in which the rotations move a task by less is singular to the closed-form methods, which damp
   /// it
@@ -66,28 +47,45 @@ struct MethodParameters {
   double posture_gain = 2.0;    ///< k_p, 1/s: how fast joints go to the posture of a reference
 };
 
+/// Bits 1 << method.
+using MethodSet = unsigned;
+template <class... Methods>
+constexpr MethodSet methods(Methods... some) {
+  return ((1U << static_cast<unsigned>(some)) | ...);
+}
+inline constexpr MethodSet kAllMethods = (1U << kMethodCount) - 1U;
+
 /** A number that can be changed while a method runs, by its name in robot files (there with a unit) and on the wire. */
 struct Tunable {
   const char* name;
   double MethodParameters::*member;
+  MethodSet readers = kAllMethods;  ///< methods to which it matters
+  constexpr bool readBy(Method method) const { return (readers & methods(method)) != 0; }
 };
+
+namespace tunables {
+using enum idl::Method;
+using P = MethodParameters;
+inline constexpr MethodSet kWeighted = methods(kNspwln, kNspwlnJoint);
 /// All of them; each has to be finite and above zero.
-inline constexpr std::array<Tunable, 15> kTunables{{
-    {"nsp_damping", &MethodParameters::nsp_damping},
-    {"track_weight", &MethodParameters::track_weight},
-    {"translation_weight", &MethodParameters::translation_weight},
-    {"rotation_weight", &MethodParameters::rotation_weight},
-    {"nspqp_zeta", &MethodParameters::nspqp_zeta},
-    {"snsqp_zeta", &MethodParameters::snsqp_zeta},
-    {"rotation_velocity", &MethodParameters::rotation_velocity},
-    {"snsqp_rotation_velocity", &MethodParameters::snsqp_rotation_velocity},
-    {"translation_step", &MethodParameters::translation_step},
-    {"singular_lever", &MethodParameters::singular_lever},
-    {"posture_gain", &MethodParameters::posture_gain},
-    {"hqp_zeta", &MethodParameters::hqp_zeta},
-    {"spread_distance", &MethodParameters::spread_distance},
-    {"spread_gain", &MethodParameters::spread_gain},
-    {"barrier_gain", &MethodParameters::barrier_gain},
-}};
+inline constexpr std::array kAll{
+    Tunable{"nsp_damping", &P::nsp_damping, methods(kNsp)},
+    Tunable{"track_weight", &P::track_weight, kWeighted},
+    Tunable{"translation_weight", &P::translation_weight, kWeighted},
+    Tunable{"rotation_weight", &P::rotation_weight, kWeighted},
+    Tunable{"nspqp_zeta", &P::nspqp_zeta, methods(kNspqp)},
+    Tunable{"snsqp_zeta", &P::snsqp_zeta, methods(kSnsqp)},
+    Tunable{"rotation_velocity", &P::rotation_velocity},
+    Tunable{"snsqp_rotation_velocity", &P::snsqp_rotation_velocity, methods(kSnsqp)},
+    Tunable{"translation_step", &P::translation_step},
+    Tunable{"singular_lever", &P::singular_lever, methods(kNsp, kNspwlnJoint, kSns, kHqp)},
+    Tunable{"posture_gain", &P::posture_gain},
+    Tunable{"hqp_zeta", &P::hqp_zeta, methods(kHqp)},
+    Tunable{"spread_distance", &P::spread_distance, methods(kHqp)},
+    Tunable{"spread_gain", &P::spread_gain, methods(kHqp)},
+    Tunable{"barrier_gain", &P::barrier_gain, methods(kHqp)},
+};
+}  // namespace tunables
+inline constexpr const auto& kTunables = tunables::kAll;
 
 }  // namespace tandem::control

@@ -141,22 +141,6 @@ void requireNotNegative(double value, const char* what) {
 
 }  // namespace
 
-std::string_view describe(SolveStatus status) {
-  switch (status) {
-    case SolveStatus::kSolved:
-      return "ok";
-    case SolveStatus::kInfeasible:
-      return "the limits leave no velocity that does the whole task; the nearest one is taken";
-    case SolveStatus::kIterationLimit:
-      return "the solver ran out of iterations";
-    case SolveStatus::kNotFinite:
-      return "a number in the problem is not finite";
-    case SolveStatus::kFailed:
-      return "the solver failed";
-  }
-  return "unknown";
-}
-
 void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
   const int n = problem.joint_count;
   solution.velocity.setZero(n);

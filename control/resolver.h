@@ -14,7 +14,6 @@ namespace tandem::control {
 class Resolver {
  public:
   virtual ~Resolver() = default;
-  Resolver() = default;
   Resolver(const Resolver&) = delete;
   Resolver& operator=(const Resolver&) = delete;
 

@@ -7,17 +7,12 @@
 #include <string_view>
 
 #include "control/step_problem.h"
+#include "idl/enumerations.h"
 
 namespace tandem::control {
 
-enum class SolveStatus : std::uint8_t {
-  kSolved = 0,
-  kInfeasible,      ///< the limits leave no velocity that does the task: the one given comes nearest, conflict says why
-  kIterationLimit,  ///< the solver ran out of iterations; the velocity given is zero
-  kNotFinite,       ///< the problem holds a number that is not finite; the velocity given is zero
-  kFailed,          ///< the solver gave up; the velocity given is zero
-};
-std::string_view describe(SolveStatus status);
+using idl::name;
+using idl::SolveStatus;
 
 /** The limits that forbid a task, by the multipliers of a certificate of infeasibility (Farkas' lemma). */
 struct Conflict {

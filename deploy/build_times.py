@@ -311,7 +311,7 @@ def check_or_record(build, preset, recording):
 def arguments_of(words):
     parser = argparse.ArgumentParser(prog="deploy/build-times.sh", description=HELP, epilog=EXAMPLES,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--preset", default="release", metavar="NAME", help="release (default), debug, asan-ubsan, tsan")
+    parser.add_argument("--preset", default="release", metavar="NAME", help="release (default), debug, asan, tsan")
     parser.add_argument("--no-headers", action="store_true", help="leave headers out of the report")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--check", action="store_true", help=f"fail if compilation is over {LIMIT:g} times as dear as recorded")

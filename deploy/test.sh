@@ -16,7 +16,11 @@ processor time away is run once more, which is said. A complete run is held agai
 what compiling costs against the recorded value (deploy/build-times.sh --check).
 Ends with ctest's exit code, or with 1 where a hazard's control is not shown.
 
-  --preset NAME  release (default), debug, asan-ubsan, tsan, each-file
+Presets but `release` leave out what says the same for all of them: how the sources are written (label `lint`), hazards, build times.
+The sanitizers `asan` (addresses and undefined behaviour) and `tsan` (threads) are built without Python module and page, and run the
+labels `unit` and `integration_in_process`; processes with deadlines are too slow under them. Name a test to run it all the same.
+
+  --preset NAME  release (default), debug, asan, tsan, each-file
   --room NAME    builds and runs the unit tests of one folder of tests/unit alone: control, services, cli ...
   --no-install   use what is installed; neither apt nor root is needed
   --help         this text
@@ -27,6 +31,7 @@ Examples:
   deploy/test.sh --room control     after a change in control/: its own tests, in seconds
   deploy/test.sh -R Gate            tests whose names hold Gate
   deploy/test.sh --preset tsan      with the thread sanitizer
+  deploy/test.sh --preset asan -R wire_malformed
 TEXT
 }
 
@@ -66,7 +71,11 @@ $long || exclude+='|^long$'
 
 mapfile -t all < <(purposes)
 prepare "$install" "${all[@]}"
-configure "$preset" -DTANDEM_TESTS=ON -DTANDEM_PYTHON=ON -DTANDEM_PAGE=ON
+# With sanitizers g++ warns of what they put in.
+sanitized=false more=ON
+[[ $preset != asan && $preset != tsan ]] || sanitized=true more=OFF
+[[ $preset == release ]] || exclude+='|^lint$'
+configure "$preset" -DTANDEM_TESTS=ON -DTANDEM_WERROR=$more -DTANDEM_PYTHON=$more -DTANDEM_PAGE=$more
 if [[ -n $room ]]; then build "$preset" "tests/unit/$room/all"; else build "$preset"; fi
 results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
@@ -75,7 +84,7 @@ cd "$root/build/$preset"
 # Debian's Fast DDS, Ipopt, fmt ... are built without the sanitizer: it has not seen their locks, so what happens in them is left out.
 # It frees, at the end of a process, objects under another size than they were made with, which is Debian's affair as well. There
 # are no other suppressions.
-[[ $preset != asan-ubsan ]] || export ASAN_OPTIONS="new_delete_type_mismatch=0 ${ASAN_OPTIONS:-}"
+[[ $preset != asan ]] || export ASAN_OPTIONS="new_delete_type_mismatch=0 ${ASAN_OPTIONS:-}"
 [[ $preset != tsan ]] || export TSAN_OPTIONS="ignore_noninstrumented_modules=1 ${TSAN_OPTIONS:-}"
 
 # Processor time that the host took away (steal) and all that was asked for, in ticks since boot.
@@ -102,12 +111,15 @@ run() {
   fi
   ((status != 0)) || status=$code
 }
+run lint 1 -L '^lint$' ${exclude:+-LE "${exclude#|}"}
 run unit 2 -L '^unit$' ${exclude:+-LE "${exclude#|}"}
-run other 1 -LE "^unit\$$exclude"
+others=(-LE "^(unit|lint)\$$exclude")
+! $sanitized || ((${#arguments[@]} > 0)) || others+=(-L '^integration_in_process$')
+run other 1 "${others[@]}"
 
 $ran || die "no test matches: ${arguments[*]}"
 say "summary, preset $preset"
-(cd "$results" && grep -Hs "tests passed" -- unit other | sed "s/:/ tests: /") || true
+(cd "$results" && grep -Hs "tests passed" -- lint unit other | sed "s/:/ tests: /") || true
 if ((${#arguments[@]} == 0)); then
   say "slowest tests, s"
   grep -ho '<testcase name="[^"]*"[^>]* time="[^"]*"' "$results"/*.xml |

@@ -21,12 +21,12 @@ import sys
 import time
 
 import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
+
+matplotlib.use("Agg")
 
 # Told apart by colour-blind readers too (after Okabe and Ito): colour, style and width of each method. What often
 # coincides, nspqp and snsqp, is a broad line under a narrow one.

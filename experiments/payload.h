@@ -5,9 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "experiments/catheters.h"
+#include "robots/catheters.h"
 
 namespace tandem::experiments {
+
+using robots::HeldObjectMechanism;
+using safety::RobotVector;
 
 struct PayloadOptions {
   double most_sag = 10e-3;  ///< m: the object may give way so far

@@ -9,35 +9,6 @@ namespace tandem::experiments {
 
 std::string RunKey::name() const { return trajectory + "-" + configuration + "-" + std::string(control::name(method)); }
 
-RobotModel::RobotModel(const config::Robot& robot, const std::string& model) {
-  offset_.push_back(0);
-  for (const config::Arm& arm : robot.arms) {
-    if (!robot.catheters)
-      owned_.push_back(kinematics::makeArmModel(model, arm.model));
-    owned_limits_.push_back(arm.limits);
-    offset_.push_back(offset_.back() + arm.jointCount());
-  }
-  for (const auto& owned : owned_)
-    models_.push_back(owned.get());
-  for (const safety::ArmLimits& limits : owned_limits_)
-    limits_.push_back(&limits);
-}
-
-safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) const {
-  if (static_cast<int>(arms.size()) != armCount()) {
-    throw std::invalid_argument("found joints of " + std::to_string(arms.size()) + " arms, expected " +
-                                std::to_string(armCount()));
-  }
-  safety::RobotVector q(jointCount());
-  for (int k = 0; k < armCount(); ++k) {
-    const Eigen::VectorXd& joints = arms[static_cast<std::size_t>(k)];
-    if (joints.size() != size(k))
-      throw std::invalid_argument("arm " + std::to_string(k) + ": wrong number of joints");
-    q.segment(offset(k), size(k)) = joints;
-  }
-  return q;
-}
-
 RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance)
     : key_(std::move(key)), robot_(robot), point_count_(point_count), tolerance_(tolerance) {
   limits_.setLimits(robot.limits().data(), robot.armCount());

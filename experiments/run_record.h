@@ -7,10 +7,12 @@
 
 #include "config/config.h"
 #include "control/step_problem.h"
-#include "kinematics/arm_model.h"
 #include "planning/reference.h"
+#include "robots/robot_model.h"
 
 namespace tandem::experiments {
+
+using robots::RobotModel;
 
 /** Which run. */
 struct RunKey {
@@ -65,30 +67,6 @@ struct RunSummary {
 
 /// Excess over a limit that counts as violation: rounding is below it, m or rad.
 inline constexpr double kViolation = 1e-9;
-
-/** A robot's models and limits, built once from its file. */
-class RobotModel {
- public:
-  /// @throw std::invalid_argument as kinematics::makeArmModel() does.
-  explicit RobotModel(const config::Robot& robot, const std::string& model = "rigid");
-
-  /// Empty for catheters, which are no arms of their own: see experiments/mechanism.h.
-  const std::vector<const kinematics::ArmModel*>& models() const { return models_; }
-  const std::vector<const safety::ArmLimits*>& limits() const { return limits_; }
-  int armCount() const { return static_cast<int>(limits_.size()); }
-  int jointCount() const { return offset_.back(); }
-  int offset(int arm) const { return offset_[static_cast<std::size_t>(arm)]; }
-  int size(int arm) const { return offset(arm + 1) - offset(arm); }
-  /// Joints of all arms in one vector.
-  safety::RobotVector stack(const std::vector<Eigen::VectorXd>& arms) const;
-
- private:
-  std::vector<std::unique_ptr<kinematics::ArmModel>> owned_;
-  std::vector<safety::ArmLimits> owned_limits_;
-  std::vector<const kinematics::ArmModel*> models_;
-  std::vector<const safety::ArmLimits*> limits_;
-  std::vector<int> offset_;
-};
 
 /** Collects the rows of one run. */
 class RunRecord {

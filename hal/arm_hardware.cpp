@@ -19,12 +19,6 @@ constexpr std::int64_t kFaultReset = kSecond;
 
 }  // namespace
 
-std::string_view name(ArmPower power) {
-  constexpr std::array<std::string_view, 4> kNames{"off", "switching on", "on", "switching off"};
-  const auto i = static_cast<std::size_t>(power);
-  return i < kNames.size() ? kNames[i] : std::string_view("unknown");
-}
-
 ArmHardware::ArmHardware(const ArmConfig& config,
                          std::vector<Axis*> axes,
                          const safety::SupervisorOptions& options,
@@ -334,7 +328,8 @@ void ArmHardware::stepReboot(std::int64_t now) noexcept {
   up_since_ = !up ? 0 : up_since_ == 0 ? now : up_since_;
   if (up && clear) {
     needs_boot_ = rebooting_ = false;
-    supervisor_.command({DriveRequest::kDisable, false, {}}, places(), presentFailure(), now);  // the wish
+    const safety::ArmRequest wish{.request = DriveRequest::kDisable, .motion = {}};
+    supervisor_.command(wish, places(), presentFailure(), now);
   } else if (failed || (up && now - up_since_ > kFaultReset) || now - booted_ > 30 * kSecond) {
     rebooting_ = false;
   }

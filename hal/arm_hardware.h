@@ -10,14 +10,14 @@
 
 #include "hal/axis.h"
 #include "hal/homing_run.h"
+#include "idl/enumerations.h"
 #include "safety/arm_supervisor.h"
 #include "safety/emergency_stop.h"
 
 namespace tandem::hal {
 
-/** How the drives of an arm are powered. */
-enum class ArmPower : std::uint8_t { kOff = 0, kSwitchingOn, kOn, kSwitchingOff };
-std::string_view name(ArmPower power);
+using idl::ArmPower;
+using idl::name;
 
 /** Supervisor and axes of one arm. Nothing after construction allocates, locks or throws. Times are ns. */
 class ArmHardware {
@@ -42,7 +42,7 @@ class ArmHardware {
    * told of it before: then it has to be known that it is pressed. */
   void setEmergencyStop(bool pressed, bool lost, bool known) noexcept;
   /// The stop topic.
-  void stop() noexcept { supervisor_.latch({safety::bit(safety::Fault::kStopRequested)}); }
+  void stop(const safety::FaultRecord& record) noexcept { supervisor_.latch(record); }
 
   /// Runs a homing run, or keeps it running: without a repetition within kHomingKeepAlive it is stopped.
   enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady };

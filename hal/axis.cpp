@@ -20,18 +20,15 @@ constexpr double kDeafBudget = 0.020;
 
 }  // namespace
 
-std::string_view name(AxisPhase phase) {
-  constexpr std::array<std::string_view, 5> kNames{"booting", "referencing", "unhomed", "ready", "failed"};
-  const auto i = static_cast<std::size_t>(phase);
-  return i < kNames.size() ? kNames[i] : std::string_view("unknown");
-}
-
-Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, canopen::Network& network, double heartbeat_budget)
+Axis::Axis(const HardwareConfig& hardware,
+           const AxisConfig& config,
+           canopen::Network& network,
+           const safety::Budgets& budgets)
     : config_(config),
       period_(hardware.period),
-      feedback_budget_(std::max(hardware.feedback_budget, 3.0 * hardware.period)),
+      feedback_budget_(FeedbackBudget::of(hardware, budgets)),
       network_(network),
-      drive_(network.addNode(driveSetup(hardware, config, heartbeat_budget))),
+      drive_(network.addNode(driveSetup(hardware, config, budgets.drive_heartbeat))),
       units_(config.gearing),
       power_(hardware.transition_budget, config.stopBudget()),
       motion_(config.velocity, units_.resolution(), hardware.period),
@@ -41,7 +38,7 @@ Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, canopen::Ne
     brake_.emplace(*config.brake);
   if (!config.encoder)
     return;
-  encoder_ = network.addNode(encoderSetup(hardware, config, heartbeat_budget));
+  encoder_ = network.addNode(encoderSetup(hardware, config, budgets.drive_heartbeat));
   encoder_units_ = AxisUnits(config.encoder->gearing);
 }
 
@@ -265,13 +262,14 @@ void Axis::judge(std::int64_t now) noexcept {
   noteGuard(HardwareGuard::kForeignMaster, network_.masters().commands(now));
   if (phase_ == AxisPhase::kBooting || phase_ == AxisPhase::kFailed)
     return;
-  noteGuard(HardwareGuard::kDriveSilent, drive_stream_.silent(network_, feedback_budget_, now));
+  noteGuard(HardwareGuard::kDriveSilent, drive_stream_.silent(network_, feedback_budget_.silence, now));
+  noteGuard(HardwareGuard::kFramesLost, 1.0 - feedbackSuccess() > feedback_budget_.lost);
   const DriveState state = driveState();
   noteGuard(HardwareGuard::kDriveFault, state == DriveState::kFault || state == DriveState::kFaultReaction);
   noteGuard(HardwareGuard::kEmergency, emergency_ || encoder_emergency_);
   noteGuard(HardwareGuard::kOverspeed, motion_.tooFast());
   if (encoder_ >= 0) {
-    noteGuard(HardwareGuard::kEncoderSilent, encoder_stream_.silent(network_, feedback_budget_, now));
+    noteGuard(HardwareGuard::kEncoderSilent, encoder_stream_.silent(network_, feedback_budget_.silence, now));
     noteGuard(HardwareGuard::kEncoderAlarm, encoder_alarm_);
     if (phase_ == AxisPhase::kReady)
       noteGuard(HardwareGuard::kEncoderMismatch, std::abs(encoder_position_ - position_) > config_.encoder->tolerance);
@@ -303,41 +301,25 @@ void Axis::update(std::int64_t now) noexcept {
 
 safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
   using safety::FaultCause;
-  constexpr GuardMask kSilent = bit(HardwareGuard::kNode) | bit(HardwareGuard::kDriveSilent) |
-                                bit(HardwareGuard::kEncoderSilent) | bit(HardwareGuard::kBus);
-  constexpr GuardMask kError =
-      bit(HardwareGuard::kDriveFault) | bit(HardwareGuard::kEmergency) | bit(HardwareGuard::kEncoderAlarm);
-  safety::FaultRecord record;
-  record.faults = faultsOf(guards);
+  safety::FaultRecord record = faultOf(guards);
   if (record.faults == 0)
     return record;
   record.joint = static_cast<std::uint8_t>(config_.joint);
-  if ((guards & bit(HardwareGuard::kForeignMaster)) != 0) {
-    record.cause = FaultCause::kForeignMaster;  // whatever it did to the nodes
-  } else if ((guards & kSilent) != 0) {
-    record.cause = FaultCause::kNoAnswer;
-  } else if ((guards & kError) != 0) {
-    record.cause = FaultCause::kDeviceError;
-  } else if ((guards & bit(HardwareGuard::kEncoderMismatch)) != 0) {
-    record.cause = FaultCause::kDisagree;
+  if (record.cause == FaultCause::kDisagree) {
     record.amount = std::abs(encoder_position_ - position_);
     record.allowed = config_.encoder->tolerance;
-  } else if ((guards & bit(HardwareGuard::kFollowing)) != 0) {
-    record.cause = FaultCause::kFollowingError;
+  } else if (record.cause == FaultCause::kFollowingError) {
     record.amount = std::abs(following_.error());
     record.allowed = config_.following_error;
-  } else if ((guards & bit(HardwareGuard::kOverspeed)) != 0) {
-    record.cause = FaultCause::kOverspeed;
-  } else if ((guards & bit(HardwareGuard::kInternalLimit)) != 0) {
-    record.cause = FaultCause::kOutsideLimits;
-  } else if ((guards & bit(HardwareGuard::kBrake)) != 0) {
-    record.cause = FaultCause::kBrake;
-  } else if ((guards & bit(HardwareGuard::kTorque)) != 0) {
-    record.cause = FaultCause::kTorque;
-  } else if ((guards & bit(HardwareGuard::kPowerLost)) != 0) {
-    record.cause = FaultCause::kOff;
+  } else if (record.cause == FaultCause::kLost) {
+    record.amount = 1.0 - feedbackSuccess();
+    record.allowed = feedback_budget_.lost;
   }
   return record;
+}
+
+double Axis::feedbackSuccess() const noexcept {
+  return std::min(drive_stream_.success().value(), encoder_stream_.success().value());
 }
 
 bool Axis::followsCommand() const noexcept {

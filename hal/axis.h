@@ -12,18 +12,12 @@
 #include "hal/measured_motion.h"
 #include "hal/sdo_jobs.h"
 #include "hal/torque_guard.h"
+#include "idl/enumerations.h"
 
 namespace tandem::hal {
 
-/** Where an axis stands on its way to being usable. */
-enum class AxisPhase : std::uint8_t {
-  kBooting = 0,  ///< nodes are reset and configured
-  kReferencing,  ///< nodes run; the position gets its origin, the drive its software limits
-  kUnhomed,      ///< a homing run is needed
-  kReady,
-  kFailed,  ///< only a new boot helps; Axis::guards() says why
-};
-std::string_view name(AxisPhase phase);
+using idl::AxisPhase;
+using idl::name;
 
 /** Drive and encoder of one joint. Reads and writes the PDOs of their nodes; sends nothing by itself. Nothing after
  * construction allocates, locks or throws. Times are ns on the caller's clock. */
@@ -32,7 +26,10 @@ class Axis {
   /** Adds the nodes to the network, which must outlive the axis.
    * @param heartbeat_budget the nodes' patience with the HAL, s
    * @throw std::invalid_argument as Network::addNode() does. */
-  Axis(const HardwareConfig& hardware, const AxisConfig& config, canopen::Network& network, double heartbeat_budget);
+  Axis(const HardwareConfig& hardware,
+       const AxisConfig& config,
+       canopen::Network& network,
+       const safety::Budgets& budgets);
 
   /// Resets and configures the nodes; everything that stood against the axis is forgotten.
   void boot(std::int64_t now) noexcept;
@@ -87,6 +84,8 @@ class Axis {
   double encoderPosition() const noexcept { return encoder_position_; }
   double followingError() const noexcept { return following_.error(); }  ///< m or rad
   std::uint16_t errorCode() const noexcept { return error_code_; }       ///< of the last emergency, 0: none
+  /// Share of the last 100 TPDOs that came, of its drive or of its encoder, whichever is less; 0 to 1.
+  double feedbackSuccess() const noexcept;
   /// Of the drive, degrees Celsius; NaN where it is not known.
   double temperature() const noexcept { return temperature_; }
   const AxisConfig& config() const noexcept { return config_; }
@@ -124,7 +123,7 @@ class Axis {
 
   AxisConfig config_;
   double period_;
-  double feedback_budget_;
+  FeedbackBudget feedback_budget_;
   canopen::Network& network_;
   int drive_;
   int encoder_ = -1;

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/emergency_stop.h"
 
-#include "hal/nanoseconds.h"
 #include "hal/node_setups.h"
 
 namespace tandem::hal {
-namespace {
 
 using safety::EmergencyStop;
-
-}  // namespace
 
 void EmergencyStopWatch::add(const EmergencyInput& input, const canopen::Network& network, int node) {
   sources_.push_back({input, &network, node});
@@ -18,26 +14,19 @@ void EmergencyStopWatch::add(const EmergencyInput& input, const canopen::Network
 void EmergencyStopWatch::listen(Source& source, std::int64_t now) const noexcept {
   const canopen::Node& node = source.network->node(source.node);
   if (node.phase() != canopen::NodePhase::kOperational) {
-    source.heard = false;
+    source.stream.restart();
     source.lost = source.lost || node.phase() == canopen::NodePhase::kFailed;
     return;
   }
   const bool statusword = source.input.statusword;
   const canopen::Tpdo& tpdo = node.tpdos()[statusword ? 0 : 1];
-  const bool fresh = source.heard && tpdo.count != source.count;
-  if (!source.heard || fresh) {  // the wait for the first one begins when the node becomes operational
-    source.heard = true;
-    source.time = now;
-    source.sync_mark = source.network->syncCount();
-  }
-  source.count = tpdo.count;
-  if (fresh) {
+  source.stream.watch(tpdo, *source.network, now);
+  if (source.stream.fresh()) {
     const bool high = (tpdo.get(statusword ? slots::kStatusword : slots::kInputs) >> source.input.bit & 1u) != 0;
     source.pressed = high != source.input.active_low;
     source.read = true;
     source.lost = false;
-  } else if (source.network->syncCount() - source.sync_mark >= kMissedSyncs &&
-             now - source.time > nanoseconds(budget_)) {
+  } else if (source.stream.silent(*source.network, budget_, now)) {
     source.lost = true;
   }
 }

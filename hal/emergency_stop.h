@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/canopen/network.h"
+#include "hal/feedback.h"
 #include "hal/hardware.h"
 #include "safety/emergency_stop.h"
 
@@ -44,13 +45,10 @@ class EmergencyStopWatch {
     EmergencyInput input;
     const canopen::Network* network = nullptr;
     int node = 0;
-    std::uint64_t count = 0;      ///< of the PDO, at the last update
-    std::uint64_t sync_mark = 0;  ///< SYNCs sent when it last came
-    std::int64_t time = 0;        ///< when it last came, or its node became operational
-    bool heard = false;           ///< since the node became operational
-    bool read = false;            ///< ever
-    bool pressed = false;         ///< as last read
-    bool lost = false;            ///< it should be heard, and is not
+    FeedbackStream stream{};
+    bool read = false;     ///< ever
+    bool pressed = false;  ///< as last read
+    bool lost = false;     ///< it should be heard, and is not
   };
   void listen(Source& source, std::int64_t now) const noexcept;
 

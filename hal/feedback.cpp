@@ -8,8 +8,16 @@
 #include "hal/node_setups.h"
 
 namespace tandem::hal {
+
+FeedbackBudget FeedbackBudget::of(const HardwareConfig& hardware, const safety::Budgets& budgets) {
+  const double silence = std::max(hardware.feedback_budget, 3.0 * hardware.period);
+  const double of_silence = silence / (hardware.period * static_cast<double>(safety::SuccessRate::kWindow));
+  return {silence, std::max(budgets.lost_samples, std::min(1.0, of_silence))};
+}
+
 void FeedbackStream::watch(const canopen::Tpdo& tpdo, const canopen::Network& network, std::int64_t now) noexcept {
   fresh_ = begun_ && tpdo.count != count_;
+  success_.note(network.syncCount(), tpdo.count);
   if (begun_ && !fresh_)
     return;
   begun_ = true;

@@ -6,8 +6,19 @@
 #include <cstdint>
 
 #include "hal/canopen/network.h"
+#include "hal/hardware.h"
+#include "safety/budgets.h"
+#include "safety/success_rate.h"
 
 namespace tandem::hal {
+
+/** What a node in operation may owe. */
+struct FeedbackBudget {
+  double silence = 0.0;  ///< how long it may say nothing, s
+  double lost = 1.0;     ///< share of the last 100 TPDOs that may not have come; more than one such silence holds
+
+  static FeedbackBudget of(const HardwareConfig& hardware, const safety::Budgets& budgets);
+};
 
 /** How often one TPDO came, against how often it should have. Times are ns. */
 class FeedbackStream {
@@ -20,6 +31,8 @@ class FeedbackStream {
   bool fresh() const noexcept { return fresh_; }
   /// @param budget for which a node in operation may owe its TPDO, s
   bool silent(const canopen::Network& network, double budget, std::int64_t now) const noexcept;
+  /// Of the last 100 SYNCs: how many were answered.
+  const safety::SuccessRate& success() const noexcept { return success_; }
 
  private:
   std::uint64_t count_ = 0;      ///< seen at the last watch
@@ -27,6 +40,7 @@ class FeedbackStream {
   std::int64_t time_ = 0;        ///< when it last came
   bool fresh_ = false;
   bool begun_ = false;
+  safety::SuccessRate success_;
 };
 
 /** Whether a joint is where it was told to be, and its drive takes notice of what it is told. Times are ns. */

@@ -1,32 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/guards.h"
 
-namespace tandem::hal {
+#include <utility>
 
-std::string_view name(HardwareGuard guard) {
-  constexpr std::array<std::string_view, kHardwareGuardCount> kNames{"node",
-                                                                     "drive_silent",
-                                                                     "drive_fault",
-                                                                     "emergency",
-                                                                     "power_lost",
-                                                                     "following",
-                                                                     "ignores_command",
-                                                                     "switch_on",
-                                                                     "encoder_silent",
-                                                                     "encoder_alarm",
-                                                                     "encoder_mismatch",
-                                                                     "reference",
-                                                                     "homing",
-                                                                     "bus",
-                                                                     "overspeed",
-                                                                     "internal_limit",
-                                                                     "foreign_master",
-                                                                     "torque",
-                                                                     "brake",
-                                                                     "emergency_stop"};
-  const auto i = static_cast<std::size_t>(guard);
-  return i < kNames.size() ? kNames[i] : std::string_view("unknown");
-}
+namespace tandem::hal {
 
 std::string describeGuards(GuardMask guards) {
   std::string text;
@@ -40,15 +17,39 @@ std::string describeGuards(GuardMask guards) {
   return text.empty() ? "none" : text;
 }
 
-safety::FaultMask faultsOf(GuardMask guards) noexcept {
-  safety::FaultMask faults = 0;
+safety::FaultRecord faultOf(GuardMask guards) noexcept {
+  using safety::FaultCause;
+  // What a guard brings about comes after it.
+  static constexpr std::pair<GuardMask, FaultCause> kCauses[] = {
+      {bit(HardwareGuard::kForeignMaster), FaultCause::kForeignMaster},
+      {bit(HardwareGuard::kNode) | bit(HardwareGuard::kDriveSilent) | bit(HardwareGuard::kEncoderSilent) |
+           bit(HardwareGuard::kBus),
+       FaultCause::kNoAnswer},
+      {bit(HardwareGuard::kDriveFault) | bit(HardwareGuard::kEmergency) | bit(HardwareGuard::kEncoderAlarm),
+       FaultCause::kDeviceError},
+      {bit(HardwareGuard::kEncoderMismatch), FaultCause::kDisagree},
+      {bit(HardwareGuard::kFollowing), FaultCause::kFollowingError},
+      {bit(HardwareGuard::kOverspeed), FaultCause::kOverspeed},
+      {bit(HardwareGuard::kInternalLimit), FaultCause::kOutsideLimits},
+      {bit(HardwareGuard::kBrake), FaultCause::kBrake},
+      {bit(HardwareGuard::kTorque), FaultCause::kTorque},
+      {bit(HardwareGuard::kPowerLost), FaultCause::kOff},
+      {bit(HardwareGuard::kFramesLost), FaultCause::kLost},
+  };
+  safety::FaultRecord record;
   if ((guards & kSensorGuards) != 0)
-    faults |= safety::bit(safety::Fault::kSensor);
+    record.faults |= bit(safety::Fault::kSensor);
   if ((guards & bit(HardwareGuard::kEmergencyStop)) != 0)
-    faults |= safety::bit(safety::Fault::kStopRequested);
+    record.faults |= bit(safety::Fault::kStopRequested);
   if ((guards & ~kSensorGuards & ~bit(HardwareGuard::kEmergencyStop)) != 0)
-    faults |= safety::bit(safety::Fault::kDrive);
-  return faults;
+    record.faults |= bit(safety::Fault::kDrive);
+  for (const auto& [those, cause] : kCauses) {
+    if ((guards & those) != 0) {
+      record.cause = cause;
+      break;
+    }
+  }
+  return record;
 }
 
 void HardwareGuardCounters::add(GuardMask began, int arm, int joint) noexcept {

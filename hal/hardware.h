@@ -102,8 +102,8 @@ struct AxisConfig {
   double slew_limit = safety::kUnlimited;  ///< largest change of the commanded velocity per second, m/s^2 or rad/s^2
   double quick_stop_deceleration = 0.0;    ///< m/s^2 or rad/s^2
   double following_error = 0.0;            ///< window of the drive and of the HAL, m or rad
-  double following_time = 0.0;             ///< s for which the error may stay outside the window
-  double velocity_gain = 0.0;              ///< 1/s: mode CSV closes the position loop with it
+  double following_time = 0.05;            ///< s for which the error may stay outside the window
+  double velocity_gain = 10.0;             ///< 1/s: mode CSV closes the position loop with it
   PositionReference reference = PositionReference::kAbsoluteEncoder;
   std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
   std::uint8_t temperature_sub = 0;

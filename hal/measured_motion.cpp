@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "safety/limits.h"
+
 namespace tandem::hal {
 
 MeasuredMotion::MeasuredMotion(double fastest, double resolution, double period) noexcept
@@ -28,7 +30,7 @@ void MeasuredMotion::sample(double position, std::int64_t time) noexcept {
     return;
   velocity_ = std::abs(step) <= kHair * resolution_ ? 0.0 : step / passed;
   const bool rest = std::abs(step) <= 2.0 * kHair * resolution_ || std::abs(velocity_) <= kRest * fastest_;
-  const bool fast = std::abs(velocity_) > kOverspeed * fastest_ + 2.0 * resolution_ / passed;
+  const bool fast = std::abs(velocity_) > safety::kOverspeedFactor * fastest_ + 2.0 * resolution_ / passed;
   resting_ = rest ? std::min(resting_ + 1, kSamples) : 0;
   fast_ = fast ? std::min(fast_ + 1, kSamples) : 0;
 }

@@ -27,8 +27,6 @@ class MeasuredMotion {
   /// The last samples were faster than the axis may be, with room for a position loop that catches up.
   bool tooFast() const noexcept { return fast_ >= kSamples; }
 
-  /// More than this, times the fastest that the axis may be, is too fast.
-  static constexpr double kOverspeed = 1.5;
   static constexpr int kSamples = 3;
 
  private:

@@ -28,7 +28,9 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
                              const RobotOptions& options)
     : config_(config),
       listening_time_(canopen::listeningTime(options.budgets.drive_heartbeat)),
-      monitor_(static_cast<int>(config.arms.size()), options.budgets.commandAge(options.control_period)),
+      monitor_(static_cast<int>(config.arms.size()),
+               options.budgets.commandAge(options.control_period),
+               options.budgets.lost_samples),
       emergency_stop_(std::max(config.feedback_budget, 3.0 * config.period), options.emergency_reports) {
   if (buses.size() != config.buses.size())
     throw std::invalid_argument("hardware: one open bus per configured one expected");
@@ -41,7 +43,7 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
   }
   for (const AxisConfig& axis : config_.axes) {
     BusSlot& slot = buses_.at(index(axis.bus));
-    axes_.push_back(std::make_unique<Axis>(config_, axis, *slot.network, heartbeat_budget));
+    axes_.push_back(std::make_unique<Axis>(config_, axis, *slot.network, options.budgets));
     slot.axis_of_node.resize(index(slot.network->nodeCount()), static_cast<int>(axes_.size()) - 1);
   }
   const safety::SupervisorOptions supervisor{options.control_period, options.budgets, false};
@@ -96,6 +98,10 @@ bool RobotHardware::command(const safety::RobotCommand& command, std::int64_t no
     if (arm.rebooting() && !was_rebooting)
       askForRestarts();
   }
+  if (std::ranges::none_of(arms_, [](const ArmHardware& arm) { return arm.supervisor().powered(); }))
+    monitor_.forgiveLosses();
+  else if (verdict.lost.faults != 0)
+    stopPowered(verdict.lost);
   return verdict.faults == 0;
 }
 
@@ -104,11 +110,25 @@ void RobotHardware::askForRestarts() noexcept {
     slot.restart = slot.restart || slot.bus->state() == can::BusState::kOff;
 }
 
+double RobotHardware::busSuccess(int b) const noexcept {
+  double worst = 1.0;
+  for (const auto& axis : axes_)
+    worst = axis->config().bus == b ? std::min(worst, axis->feedbackSuccess()) : worst;
+  return worst;
+}
+
 bool RobotHardware::takeRestart(int b) noexcept { return std::exchange(buses_[index(b)].restart, false); }
 
 void RobotHardware::stop() noexcept {
   for (ArmHardware& arm : arms_)
-    arm.stop();
+    arm.stop({bit(safety::Fault::kStopRequested)});
+}
+
+void RobotHardware::stopPowered(const safety::FaultRecord& record) noexcept {
+  for (ArmHardware& arm : arms_) {
+    if (arm.supervisor().powered())
+      arm.stop(record);
+  }
 }
 
 void RobotHardware::onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept {

@@ -66,6 +66,8 @@ class RobotHardware {
   bool command(const safety::RobotCommand& command, std::int64_t now) noexcept;
   /// The stop topic: stops every arm with the ramp and latches Fault::kStopRequested, in every state.
   void stop() noexcept;
+  /// Likewise of the arms that have power.
+  void stopPowered(const safety::FaultRecord& record) noexcept;
   /// What somebody says who reads the emergency stop elsewhere; to be repeated within the budget.
   void onEmergencyStop(bool pressed, std::int64_t now) noexcept { emergency_stop_.report(pressed, now); }
   /// No drive of any arm has torque, or is about to get it: the moment to leave after stop().
@@ -105,12 +107,16 @@ class RobotHardware {
   const HardwareGuardCounters& hardwareGuards() const noexcept { return hardware_guards_; }
   /// Sequence of the last command taken, 0 before the first.
   std::uint64_t answersCommand() const noexcept { return monitor_.sequence(); }
+  /// Share of the last 100 commands that came, 0 to 1.
+  double commandSuccess() const noexcept { return monitor_.success(); }
 
   int busCount() const noexcept { return static_cast<int>(buses_.size()); }
   const can::Bus& bus(int b) const noexcept { return *buses_[index(b)].bus; }
   const canopen::Network& network(int b) const noexcept { return *buses_[index(b)].network; }
   /// Share of the bit rate in use, from the frames of the last second at their longest.
   double busLoad(int b) const noexcept { return buses_[index(b)].load; }
+  /// Share of the last 100 TPDOs that came, 0 to 1, of the drive or encoder on this bus that is heard worst.
+  double busSuccess(int b) const noexcept;
   /// An operator clears a fault while this bus is off: somebody outside of the periodic thread shall restart it. True
   /// once per wish.
   bool takeRestart(int b) noexcept;

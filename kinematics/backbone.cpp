@@ -163,7 +163,7 @@ ModelStatus RigidModel::backbone(const JointsRef& q,
   };
   Eigen::Matrix3d rotation = arm_.base.linear();
   Eigen::Vector3d position = arm_.base.translation();
-  const auto bendTo = [&](int k, const Bend& here, double length, Eigen::Vector3d& end, Jacobian& twist) {
+  const auto bend_to = [&](int k, const Bend& here, double length, Eigen::Vector3d& end, Jacobian& twist) {
     const Arc arc(here.u, length);
     end = position + rotation * arc.position();
     for (int i = 0; i < n; ++i) {
@@ -185,7 +185,7 @@ ModelStatus RigidModel::backbone(const JointsRef& q,
     while (k + 1 < parts.count && inside > parts.interval[k].end) {
       const Segmentation::Interval& interval = parts.interval[k];
       Eigen::Vector3d end;
-      rotation = bendTo(k, here, interval.end - interval.start, end, passed);
+      rotation = bend_to(k, here, interval.end - interval.start, end, passed);
       position = end;
       const Bend behind = bend(parts.interval[++k], q);
       add(passed, interval.owner, Eigen::Vector3d::Zero(), rotation * (here.u - behind.u), position);
@@ -193,7 +193,7 @@ ModelStatus RigidModel::backbone(const JointsRef& q,
     }
     here_too = passed;
     point.s = s[i];
-    point.tangent = bendTo(k, here, inside - parts.interval[k].start, point.position, here_too).col(2);
+    point.tangent = bend_to(k, here, inside - parts.interval[k].start, point.position, here_too).col(2);
     point.position += (s[i] - inside) * point.tangent;
     if (!derivatives)
       continue;

@@ -259,7 +259,7 @@ class Walker {
   }
   /// Whether it is a demand that stands in the way, and not the joints.
   static bool demanded(Reach reach) {
-    return reach == Reach::kUnstable || reach == Reach::kArmsTouch || reach == Reach::kPort;
+    return reach == Reach::kUnstable || reach == Reach::kArmsTouch || reach == Reach::kPortTouched;
   }
 
   bool jumps(const safety::RobotVector& from, const safety::RobotVector& to) const {

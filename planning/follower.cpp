@@ -30,22 +30,6 @@ struct Profile {
 
 }  // namespace
 
-std::string_view name(Phase phase) {
-  switch (phase) {
-    case Phase::kIdle:
-      return "idle";
-    case Phase::kRunning:
-      return "running";
-    case Phase::kPaused:
-      return "paused";
-    case Phase::kFinished:
-      return "finished";
-    case Phase::kFailed:
-      return "failed";
-  }
-  return "unknown";
-}
-
 void Follower::start(const TrajectorySpec& spec,
                      const Eigen::Vector3d& tip,
                      const Eigen::Vector3d& relative,

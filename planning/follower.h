@@ -5,13 +5,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "idl/enumerations.h"
 #include "planning/reference.h"
 #include "planning/trajectory.h"
 
 namespace tandem::planning {
 
-enum class Phase : std::uint8_t { kIdle = 0, kRunning, kPaused, kFinished, kFailed };
-std::string_view name(Phase phase);
+using idl::name;
+using idl::Phase;
 
 /** Where a run stands. */
 struct Progress {

@@ -66,13 +66,6 @@ std::string wordsOf(const std::vector<ActiveLimit>& limits, int arm) {
 
 }  // namespace
 
-std::string_view name(Reach reach) {
-  constexpr std::string_view kNames[] = {
-      "reached",      "outside_workspace", "limits",          "unstable",  "arms_touch",
-      "port_touched", "reconfiguration",   "iteration_limit", "cancelled", "invalid"};
-  return kNames[static_cast<std::size_t>(reach)];
-}
-
 double IkAnswer::largestError() const { return error.empty() ? 0.0 : *std::max_element(error.begin(), error.end()); }
 
 InverseKinematics::InverseKinematics(Arms arms, IkOptions options)
@@ -128,7 +121,7 @@ bool InverseKinematics::take(Search& search, const PoseProblem& problem, const P
         if (0.01 * value < -kSlack) {
           needed.port = options_.demands.port;
           needed.port_clearance = options_.demands.port_clearance;
-          reach = Reach::kPort;
+          reach = Reach::kPortTouched;
         }
         break;
       default:
@@ -178,9 +171,8 @@ IkAnswer InverseKinematics::judge(const std::vector<TipTarget>& targets,
 }
 
 /// From a start to the pose itself. Demands that a solution breaks are asked for in the next try.
-void InverseKinematics::attempt(Search& search, const safety::RobotVector& start) const {
+void InverseKinematics::attempt(Search& search, const safety::RobotVector& from) const {
   constexpr int kTries = 4, kShort = 40;  // what has not arrived by then seldom does
-  safety::RobotVector from = start;
   ++search.starts;
   for (int i = 0; i < kTries && !search.reached && !cancelled(); ++i) {
     const PoseProblem problem = search.problem;
@@ -249,7 +241,7 @@ void InverseKinematics::explain(Search& search) const {
     const PoseProblem& wanted = search.problem;
     if (any && InverseKinematics(arms_, plain).solve(wanted.targets, wanted.reference, wanted.branches).reach ==
                    Reach::kReached)
-      search.broken = needed.stability ? Reach::kUnstable : needed.clearance ? Reach::kArmsTouch : Reach::kPort;
+      search.broken = needed.stability ? Reach::kUnstable : needed.clearance ? Reach::kArmsTouch : Reach::kPortTouched;
   }
   best.limits = heldBack(arms_, search.nearest_problem, search.nearest);
   best.reach = search.broken ? *search.broken : best.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;

@@ -8,26 +8,14 @@
 #include <string_view>
 #include <vector>
 
+#include "idl/enumerations.h"
 #include "planning/joint_sampler.h"
 #include "planning/pose_problem.h"
 
 namespace tandem::planning {
 
-/** How a search for joints ended. */
-enum class Reach : std::uint8_t {
-  kReached = 0,
-  kOutsideWorkspace,  ///< beyond the edge of the workspace: no limit of a joint holds the tip back
-  kLimits,            ///< limits of joints hold the tip back; IkAnswer::limits names them
-  kUnstable,          ///< only with an arm that is less stable than asked for
-  kArmsTouch,         ///< only with arms nearer to each other than asked for
-  kPort,              ///< only with an arm nearer to the port than asked for
-  kReconfiguration,   ///< only by joints far from the reference: there is no continuous way (trajectories)
-  kIterationLimit,    ///< no start led to a solution of either problem
-  kCancelled,
-  kInvalid,  ///< a target is not finite or names an arm that there is not, or a model cannot answer for the reference
-};
-/// "outside_workspace", ...: stable names for programs.
-std::string_view name(Reach reach);
+using idl::name;
+using idl::Reach;
 
 struct IkOptions {
   Demands demands;           ///< none by default
@@ -97,7 +85,7 @@ class InverseKinematics {
   std::vector<safety::RobotVector> starts(const PoseProblem& problem, std::uint64_t seed) const;
   /// q inside the limits, a little away from their edges, its rotations turned at random by up to `turn`, rad.
   safety::RobotVector neighbour(const safety::RobotVector& q, double turn, std::mt19937_64& engine) const;
-  void attempt(Search& search, const safety::RobotVector& start) const;
+  void attempt(Search& search, const safety::RobotVector& from) const;
   bool take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const;
   void improve(Search& search, const safety::RobotVector& start) const;
   safety::RobotVector downhill(const PoseProblem& problem, const safety::RobotVector& q, std::mt19937_64& engine) const;

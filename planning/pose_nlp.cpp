@@ -202,7 +202,8 @@ PoseSolution solve(const PoseProblem& problem,
   options->SetNumericValue("bound_frac", 1e-4);
   options->SetNumericValue("mu_init", 1e-3);
   options->SetStringValue("nlp_scaling_method", "user-scaling");
-  if (app->Initialize() != Ipopt::Solve_Succeeded)
+  // No ipopt.opt of the working folder.
+  if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded)
     return solution;
   const Ipopt::SmartPtr<Ipopt::TNLP> base = Ipopt::GetRawPtr(nlp);
   const Ipopt::ApplicationReturnStatus status = app->OptimizeTNLP(base);

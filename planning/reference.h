@@ -6,16 +6,12 @@
 #include <array>
 #include <cstdint>
 
+#include "idl/enumerations.h"
 #include "safety/dimensions.h"
 
 namespace tandem::planning {
 
-enum class TaskKind : std::uint8_t {
-  kNone = 0,
-  kRelativePosition = 1,  ///< x_AB = tip of `arm` minus tip of `other_arm`, robot base frame
-  kTipPosition = 2,       ///< tip of `arm`, robot base frame
-  kFrame = 3,             ///< what catheters move: Reference::frame, the only task of its reference
-};
+using idl::TaskKind;
 
 /** Where a frame shall be, which arms move together. */
 struct FrameReference {

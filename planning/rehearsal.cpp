@@ -117,7 +117,7 @@ class Run {
       if (track_.status == TrackStatus::kModel)
         return end(RehearsalEnd::kModel, std::string(kinematics::describe(track_.model)), point);
       if (track_.status != TrackStatus::kOk)
-        return end(RehearsalEnd::kSolver, std::string(control::describe(track_.solution.status)), point);
+        return end(RehearsalEnd::kSolver, std::string(control::name(track_.solution.status)), point);
       if (!joints_.move(track_.solution.velocity, options_.parameters.period))
         return end(RehearsalEnd::kGateRefuses, {}, point);
       joints_.measure(result_);
@@ -167,12 +167,6 @@ class Run {
 };
 
 }  // namespace
-
-std::string_view name(RehearsalEnd end) {
-  constexpr std::string_view kNames[] = {
-      "completes", "method_stalls", "model_cannot_answer", "solver_fails", "gate_refuses", "cancelled", "invalid"};
-  return kNames[static_cast<std::size_t>(end)];
-}
 
 Rehearsal rehearse(const Arms& arms,
                    const TrajectorySpec& spec,

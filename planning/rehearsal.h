@@ -7,24 +7,15 @@
 #include <string_view>
 #include <vector>
 
+#include "idl/enumerations.h"
 #include "planning/pose_problem.h"
 #include "planning/reference_tracker.h"
 #include "planning/trajectory.h"
 
 namespace tandem::planning {
 
-/** How a rehearsal ended. */
-enum class RehearsalEnd : std::uint8_t {
-  kCompleted = 0,
-  kStalls,       ///< a point was not reached within the tolerance in its iterations
-  kModel,        ///< the method led the joints to where a model cannot answer
-  kSolver,       ///< the method's solver failed
-  kGateRefuses,  ///< the gate refused a command
-  kCancelled,
-  kInvalid,  ///< start or trajectory make no sense
-};
-/// "completes", "method_stalls", ...: stable names for programs.
-std::string_view name(RehearsalEnd end);
+using idl::name;
+using idl::RehearsalEnd;
 
 struct RehearsalOptions {
   control::Method method = control::Method::kNspqp;

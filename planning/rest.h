@@ -17,7 +17,7 @@ struct RestTask {
   std::array<double, control::kMaxTaskRows> velocity{};                       ///< for a gain of 1/s
 };
 
-/** A rest of a mechanism (experiments/mechanism.h). A plain struct of fixed size: one thread hands it to another. */
+/** A rest of a mechanism (robots/mechanism.h). A plain struct of fixed size: one thread hands it to another. */
 struct Rest {
   int joint_count = 0;                                    ///< 0: none is known
   std::array<double, safety::kMaxJoints> joints{};        ///< where it is, m, rad

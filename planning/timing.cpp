@@ -210,7 +210,8 @@ TimingStatus solve(const TimingProblem& problem, const std::function<bool()>& ca
   app->Options()->SetNumericValue("bound_relax_factor", 0.0);
   app->Options()->SetStringValue("mu_strategy", "adaptive");
   app->Options()->SetStringValue("jac_d_constant", "yes");
-  if (app->Initialize() != Ipopt::Solve_Succeeded)
+  // No ipopt.opt of the working folder.
+  if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded)
     return TimingStatus::kInvalid;
   switch (app->OptimizeTNLP(nlp)) {
     case Ipopt::Solve_Succeeded:

@@ -6,6 +6,8 @@
 #include <functional>
 #include <vector>
 
+#include "idl/enumerations.h"
+
 namespace tandem::planning {
 
 struct TimingProblem {
@@ -14,7 +16,7 @@ struct TimingProblem {
   Eigen::VectorXd acceleration;  ///< m/s^2 and rad/s^2; infinite: none
 };
 
-enum class TimingStatus { kOptimal, kUnlimited, kIterationLimit, kCancelled, kInvalid };
+using idl::TimingStatus;
 
 struct Timing {
   TimingStatus status = TimingStatus::kInvalid;

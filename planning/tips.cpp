@@ -5,16 +5,6 @@
 
 namespace tandem::planning {
 
-std::string_view name(Feedback feedback) { return feedback == Feedback::kSensor ? "sensor" : "model"; }
-
-std::optional<Feedback> feedbackFromName(std::string_view text) {
-  for (const Feedback feedback : {Feedback::kModel, Feedback::kSensor}) {
-    if (text == name(feedback))
-      return feedback;
-  }
-  return std::nullopt;
-}
-
 TipFollower::TipFollower(std::vector<const kinematics::ArmModel*> models) : models_(std::move(models)), offset_{0} {
   if (models_.empty() || models_.size() > safety::kMaxArms)
     throw std::invalid_argument("1 to 8 arms expected");

@@ -10,20 +10,15 @@
 #include <string_view>
 #include <vector>
 
+#include "idl/enumerations.h"
 #include "kinematics/arm_model.h"
 #include "planning/reference.h"
 #include "safety/dimensions.h"
 
 namespace tandem::planning {
 
-/** Which tips the error of a task is computed with; its Jacobian is the model's either way. */
-enum class Feedback : std::uint8_t {
-  kModel = 0,   ///< the model's, of the measured joints
-  kSensor = 1,  ///< those that a tip tracker measures
-};
-/// "model", "sensor".
-std::string_view name(Feedback feedback);
-std::optional<Feedback> feedbackFromName(std::string_view name);
+using idl::Feedback;
+using idl::name;
 
 /** Tips of all arms by their models, followed along the path of the joints: an elastic arm's tip depends on the way
  * that the joints have come, so each arm keeps its kinematics::Branch. Nothing after construction allocates or throws.

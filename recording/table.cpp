@@ -2,11 +2,10 @@
 #include "recording/table.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <limits>
 #include <optional>
-#include <type_traits>
+
+#include "recording/cdr.h"
 
 namespace tandem::recording {
 namespace {
@@ -17,75 +16,6 @@ Column::Type columnType(Kind kind) {
          : kind == Kind::kString ? Column::Type::kText
                                  : Column::Type::kReal;
 }
-
-std::size_t sizeOf(Kind kind) {
-  switch (kind) {
-    case Kind::kInt16:
-    case Kind::kUint16:
-      return 2;
-    case Kind::kInt32:
-    case Kind::kUint32:
-    case Kind::kFloat32:
-      return 4;
-    case Kind::kInt64:
-    case Kind::kUint64:
-    case Kind::kFloat64:
-      return 8;
-    default:
-      return 1;
-  }
-}
-
-/** Plain CDR, version 1, of either byte order. Reads beyond the end give nothing, and good() says so. */
-class Cdr {
- public:
-  explicit Cdr(std::string_view bytes) : bytes_(bytes) {
-    good_ = bytes.size() >= 4 && bytes[0] == 0 && (bytes[1] == 0 || bytes[1] == 1);
-    swap_ = good_ && bytes[1] == 0;
-  }
-
-  template <class T>
-  T number() {
-    std::array<char, sizeof(T)> raw{};
-    at_ += (sizeof(T) - at_ % sizeof(T)) % sizeof(T);
-    const std::string_view from = take(sizeof(T));
-    std::copy(from.begin(), from.end(), raw.begin());
-    if (swap_)
-      std::reverse(raw.begin(), raw.end());
-    T value;
-    std::memcpy(&value, raw.data(), sizeof value);
-    return value;
-  }
-  std::string text() {
-    const auto size = number<std::uint32_t>();  // with the zero at the end
-    const std::string_view text = take(size);
-    return std::string(text.substr(0, text.empty() ? 0 : text.size() - 1));
-  }
-  /// Elements of a sequence; each takes at least so many bytes.
-  std::size_t count(std::size_t smallest) {
-    const auto size = number<std::uint32_t>();
-    if (size > (bytes_.size() - std::min(bytes_.size(), 4 + at_)) / std::max<std::size_t>(1, smallest))
-      good_ = false;
-    return good_ ? size : 0;
-  }
-  bool good() const { return good_; }
-  bool atEnd() const { return bytes_.size() - std::min(bytes_.size(), 4 + at_) < 4; }  // encoders may pad to 4
-
- private:
-  std::string_view take(std::size_t size) {
-    if (!good_ || 4 + at_ + size > bytes_.size()) {
-      good_ = false;
-      return {};
-    }
-    const std::string_view taken = bytes_.substr(4 + at_, size);
-    at_ += size;
-    return taken;
-  }
-
-  std::string_view bytes_;
-  std::size_t at_ = 0;  // behind the encapsulation
-  bool good_, swap_;
-};
 
 /// Calls f(value) with a number as the type that it is kept as.
 template <class F>
@@ -127,8 +57,6 @@ void append(Column& column, std::string value) { column.texts.push_back(std::mov
 std::size_t valuesOf(const Column& column) {
   return column.reals.size() + column.integers.size() + column.unsigneds.size() + column.texts.size();
 }
-
-constexpr int kDeepest = 20;  // types within types
 
 /// Walks over a message: visit(path, field, count) reads the values of one member, whose number is known.
 template <class Visit>

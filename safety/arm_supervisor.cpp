@@ -240,7 +240,7 @@ double ArmSupervisor::advanceSegment(double dt) noexcept {
 
 void ArmSupervisor::step(double dt, std::int64_t now) noexcept {
   if (machine_.mayMove() && watchdog_.expired(now)) {
-    latch({bit(Fault::kCommandTimeout), FaultCause::kUnspecified, FaultRecord::kNoJoint, watchdog_.silence(now),
+    latch({bit(Fault::kCommandTimeout), FaultCause::kUnspecified, idl::kNoJoint, watchdog_.silence(now),
            options_.budgets.commandAge(options_.control_period)});
   }
   if (mode_ == Mode::kSegment) {

@@ -15,6 +15,8 @@ struct Budgets {
   double tip_measurement = 0.100;     ///< age of a measured tip, judged by control
   double drive_heartbeat = 0.100;     ///< the drives' budget for hal's heartbeat
   double lease = 1.0;                 ///< silence after which the control lease is lost
+  double lost_samples = 0.05;         ///< share of the last 100 states, commands or frames of a drive that may be lost
+  double lock_step = 60.0;            ///< silence in lock-step, where nobody is judged by the clock otherwise
 
   /// Largest age of a command or of a state at this control period, s.
   double commandAge(double period) const { return std::max(minimum_age, age_periods * period); }

@@ -8,6 +8,7 @@
 
 #include "safety/dimensions.h"
 #include "safety/faults.h"
+#include "safety/success_rate.h"
 
 namespace tandem::safety {
 
@@ -17,6 +18,8 @@ struct StreamHead {
   std::uint64_t sequence = 0;                            ///< counts up within the session; gaps are allowed
   double age = std::numeric_limits<double>::infinity();  ///< of the state that the command answers, s
   int arm_count = 0;
+  std::int64_t stamp = 0;      ///< of the commander, ns
+  std::uint64_t arrivals = 0;  ///< commands that have come so far, with this one; 0: nobody counts
 };
 
 /** What the monitor thinks of one command. */
@@ -24,6 +27,7 @@ struct StreamVerdict {
   FaultMask faults = 0;      ///< kStaleCommand, kOutOfSequence, kUnknownArm; 0 = accepted
   double age_excess = 0.0;   ///< by how much the command is too old, s; 0 where the state is not known
   bool new_session = false;  ///< accepted, and from another session than the one before
+  FaultRecord lost;          ///< too many commands before it did not come: no reason to refuse this one, but to stop
 };
 
 /** One per robot, shared by its arms: a stream is good or bad for all of them.
@@ -32,17 +36,25 @@ struct StreamVerdict {
  * the newcomer must enable them itself. */
 class CommandMonitor {
  public:
-  /// @param max_age budget of StreamHead::age, s; @param standing no arm moves.
-  CommandMonitor(int arm_count, double max_age) : arm_count_(arm_count), max_age_(max_age) {}
+  /// @param max_age budget of StreamHead::age, s; @param lost_samples as in Budgets; @param standing no arm moves.
+  CommandMonitor(int arm_count, double max_age, double lost_samples)
+      : arm_count_(arm_count), max_age_(max_age), lost_samples_(lost_samples) {}
 
   StreamVerdict check(const StreamHead& head, bool standing) noexcept;
   std::uint64_t session() const noexcept { return session_; }
   /// Sequence of the last command that was accepted, 0 before the first.
   std::uint64_t sequence() const noexcept { return accepted_; }
+  /// Share of the last 100 commands that came.
+  double success() const noexcept { return success_.value(); }
+  /// What was lost until now shall stop nobody: no arm has power.
+  void forgiveLosses() noexcept { success_.forgive(); }
 
  private:
+  FaultRecord judgeLoss(const StreamHead& head) noexcept;
+
   int arm_count_;
-  double max_age_;
+  double max_age_, lost_samples_;
+  StreamSuccess success_;
   std::uint64_t session_ = 0;
   std::uint64_t last_ = 0;
   std::uint64_t accepted_ = 0;
@@ -65,25 +77,31 @@ class StateStamps {
   std::array<Slot, kSlots> slots_{};
 };
 
-/** Remembers which published state was the first to show an arm in FAULT. A `disable` clears what whoever sent it has
- * seen: one that was on its way when the fault came takes nothing away. */
+/** Remembers which published state was the first to show the faults of an arm. A `disable` clears what whoever sent it
+ * has seen: one that was on its way when a fault came takes nothing away. */
 class ShownFaults {
  public:
   /// Notes what the state with this sequence, which is being published, shows of an arm.
-  void record(int arm, bool fault, std::uint64_t sequence) noexcept {
-    std::uint64_t& first = first_[static_cast<std::size_t>(arm)];
-    first = !fault ? 0 : first == 0 ? sequence : first;
+  void record(int arm, FaultMask faults, std::uint64_t sequence) noexcept {
+    Shown& shown = shown_[static_cast<std::size_t>(arm)];
+    if ((faults & ~shown.faults) != 0)
+      shown.since = sequence;
+    shown.faults = faults;
   }
-  /// Whether who answers that state knows of the fault that the arm is in.
-  bool seen(int arm, std::uint64_t answers_state) const noexcept {
-    const std::uint64_t first = first_[static_cast<std::size_t>(arm)];
-    return first != 0 && answers_state >= first;
+  /// Whether who answers the state with this sequence knows of all faults that the arm has now.
+  bool seen(int arm, FaultMask faults, std::uint64_t answers) const noexcept {
+    const Shown& shown = shown_[static_cast<std::size_t>(arm)];
+    return faults == 0 || ((faults & ~shown.faults) == 0 && answers >= shown.since);
   }
-  /// The fault is being cleared; the next one is another.
-  void forget(int arm) noexcept { first_[static_cast<std::size_t>(arm)] = 0; }
+  /// They are being cleared, or come anew: the next ones are others.
+  void forget(int arm) noexcept { shown_[static_cast<std::size_t>(arm)] = {}; }
 
  private:
-  std::array<std::uint64_t, kMaxArms> first_{};  ///< 0: none is shown
+  struct Shown {
+    FaultMask faults = 0;
+    std::uint64_t since = 0;  ///< the sequence that showed the last of them
+  };
+  std::array<Shown, kMaxArms> shown_{};
 };
 
 }  // namespace tandem::safety

@@ -4,17 +4,13 @@
 
 #include <cstdint>
 
+#include "idl/enumerations.h"
 #include "safety/faults.h"
 #include "safety/watchdog.h"
 
 namespace tandem::safety {
 
-/** What is known of it. tandem_msgs/HalStatus::emergency_stop */
-enum class EmergencyStop : std::uint8_t {
-  kNotRead = 0,  ///< nothing reads it, or what does cannot be heard
-  kReleased,
-  kPressed,
-};
+using idl::EmergencyStop;
 
 /// What it latches on every arm.
 inline constexpr FaultRecord kEmergencyStopRecord{bit(Fault::kStopRequested), FaultCause::kEmergencyStop};

@@ -1,53 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "safety/faults.h"
 
-#include <array>
 #include <cstdio>
-#include <utility>
 
 #include "safety/joint_kinds.h"
 
 namespace tandem::safety {
 namespace {
-
-constexpr std::array<std::pair<Fault, std::string_view>, 13> kFaultNames{{
-    {Fault::kNotFinite, "not_finite"},
-    {Fault::kStaleCommand, "stale_command"},
-    {Fault::kOutOfSequence, "out_of_sequence"},
-    {Fault::kStepTooLarge, "step_too_large"},
-    {Fault::kUnknownArm, "unknown_arm"},
-    {Fault::kCommandTimeout, "command_timeout"},
-    {Fault::kStateTimeout, "state_timeout"},
-    {Fault::kReferenceTimeout, "reference_timeout"},
-    {Fault::kSensor, "sensor"},
-    {Fault::kDrive, "drive"},
-    {Fault::kStopRequested, "stop_requested"},
-    {Fault::kLeaseLost, "lease_lost"},
-    {Fault::kSolver, "solver"},
-}};
-
-constexpr std::array<std::string_view, kGuardCount> kGuardNames{
-    "finite", "fresh", "sequence", "step", "known_arm", "position", "coupled_row", "velocity", "slew"};
-
-constexpr std::array<std::string_view, 19> kCauses{"",
-                                                   "off",
-                                                   "following error",
-                                                   "hal or sim started anew",
-                                                   "left ENABLED by themselves",
-                                                   "reported by the drives",
-                                                   "no model",
-                                                   "no solution",
-                                                   "no states",
-                                                   "commands are not taken",
-                                                   "no answer",
-                                                   "reports an error",
-                                                   "drive and encoder disagree",
-                                                   "overspeed",
-                                                   "outside its limits",
-                                                   "another master on the bus",
-                                                   "torque",
-                                                   "brake",
-                                                   "emergency stop"};
 
 std::string number(double value) {
   char text[32];
@@ -59,19 +18,58 @@ std::string number(double value) {
 
 std::string describe(const FaultRecord& record, int joint_count) {
   std::string text = describeFaults(record.faults);
-  const auto cause = static_cast<std::size_t>(record.cause);
-  if (cause > 0 && cause < kCauses.size())
-    text += " (" + std::string(kCauses[cause]) + ")";
-  const bool has_joint = record.joint != FaultRecord::kNoJoint;
+  if (const idl::Entry<FaultCause>* cause = idl::find(record.cause); cause != nullptr && !cause->name.empty())
+    text += " (" + std::string(cause->name) + ")";
+  const bool has_joint = record.joint != idl::kNoJoint;
   if (has_joint)
     text += " of joint " + std::to_string(record.joint + 1);
   if (record.amount == 0.0 && record.allowed == 0.0)
     return text;
-  const std::string unit = !has_joint ? " s" : isTranslation(record.joint, joint_count) ? " m" : " rad";
+  const bool share = record.cause == FaultCause::kLost;
+  const std::string unit = share                                      ? " of the last 100"
+                           : !has_joint                               ? " s"
+                           : isTranslation(record.joint, joint_count) ? " m"
+                                                                      : " rad";
   text += ": " + number(record.amount) + unit;
   if (record.allowed > 0.0)
     text += ", allowed " + number(record.allowed) + unit;
   return text;
+}
+
+std::string_view remedy(Fault fault) {
+  switch (fault) {
+    case Fault::kStaleCommand:
+      return "Check the load of the machine and the network. Disable to clear it, then enable.";
+    case Fault::kOutOfSequence:
+      return "Make sure that one tandem-control runs. Disable to clear it, then enable.";
+    case Fault::kUnknownArm:
+      return "Start all processes with the same robot file.";
+    case Fault::kCommandTimeout:
+      return "Is tandem-control running, and does nothing get lost (tandem status: arrived)? Disable to clear it, then "
+             "enable.";
+    case Fault::kStateTimeout:
+      return "Is tandem-sim or tandem-hal running, and does nothing get lost (tandem status: arrived)? Disable to "
+             "clear it, then enable.";
+    case Fault::kReferenceTimeout:
+      return "Is tandem-planning running? Disable to clear it, then enable.";
+    case Fault::kSensor:
+      return "Check the encoder and its cable; disable when the reading is good again.";
+    case Fault::kDrive:
+      return "Look for what blocks the joint, check the drive; then disable and enable.";
+    case Fault::kStopRequested:
+      return "When it is safe to go on: take control, disable, then enable.";
+    case Fault::kLeaseLost:
+      return "Take control. Disable to clear it, then enable.";
+    case Fault::kSolver:
+      return "Move the joints by hand (jog) or choose another method, after disable and enable.";
+    case Fault::kMismatch:
+      return "`tandem status` names who it is and what differs: end it, or give it the same files; then disable and "
+             "enable.";
+    case Fault::kNotFinite:
+    case Fault::kStepTooLarge:
+      break;
+  }
+  return "Disable to clear it, then enable.";
 }
 
 std::string describeFaults(FaultMask faults) {
@@ -81,7 +79,7 @@ std::string describeFaults(FaultMask faults) {
       text += ", ";
     text += name;
   };
-  for (const auto& [fault, name] : kFaultNames) {
+  for (const auto& [fault, name, meaning] : idl::Enumeration<Fault>::entries) {
     if (faults & bit(fault))
       append(name);
     faults &= ~bit(fault);
@@ -89,11 +87,6 @@ std::string describeFaults(FaultMask faults) {
   if (faults != 0)
     append("unknown");  // bits of a newer peer
   return text.empty() ? "none" : text;
-}
-
-std::string_view name(Guard guard) {
-  const auto index = static_cast<std::size_t>(guard);
-  return index < kGuardNames.size() ? kGuardNames[index] : "unknown";
 }
 
 }  // namespace tandem::safety

@@ -16,6 +16,10 @@ inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 /// a few counts.
 inline constexpr double kAtRest = 1e-4;
 
+/// A joint that is measured to be faster than this, times its largest speed, has run away: a position loop that catches
+/// up needs less.
+inline constexpr double kOverspeedFactor = 1.5;
+
 /** What one joint may do. SI: m and m/s for translations, rad and rad/s for rotations; kUnlimited = none. */
 struct JointLimit {
   double lower = -kUnlimited;                 ///< smallest position

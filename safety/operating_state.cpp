@@ -1,35 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "safety/operating_state.h"
 
-#include <array>
-
 namespace tandem::safety {
-namespace {
-
-constexpr std::array<std::string_view, 4> kStateNames{"DISABLED", "ENABLED", "PAUSED", "FAULT"};
-constexpr std::array<std::string_view, 7> kCommandNames{"enable", "disable", "pause",  "resume",
-                                                        "home",   "unhome",  "recover"};
-
-}  // namespace
-
-std::string_view name(OperatingState state) {
-  const auto index = static_cast<std::size_t>(state);
-  return index < kStateNames.size() ? kStateNames[index] : "unknown";
-}
-
-std::string_view name(StateCommand command) {
-  const auto index = static_cast<std::size_t>(command);
-  return index < kCommandNames.size() ? kCommandNames[index] : "unknown";
-}
-
-std::optional<StateCommand> stateCommandFromName(std::string_view name) {
-  for (std::size_t i = 0; i < kCommandNames.size(); ++i) {
-    if (kCommandNames[i] == name)
-      return static_cast<StateCommand>(i);
-  }
-  return std::nullopt;
-}
-
 std::optional<OperatingState> transition(OperatingState state, StateCommand command) {
   using State = OperatingState;
   if (command == StateCommand::kRecover)

@@ -11,16 +11,14 @@
 #include <optional>
 #include <string_view>
 
+#include "idl/enumerations.h"
 #include "safety/faults.h"
 
 namespace tandem::safety {
 
-enum class OperatingState : std::uint8_t { kDisabled = 0, kEnabled, kPaused, kFault };
-enum class StateCommand : std::uint8_t { kEnable = 0, kDisable, kPause, kResume, kHome, kUnhome, kRecover };
-
-std::string_view name(OperatingState state);  ///< "DISABLED" ...
-std::string_view name(StateCommand command);  ///< "enable" ...
-std::optional<StateCommand> stateCommandFromName(std::string_view name);
+using idl::name;
+using idl::OperatingState;
+using idl::StateCommand;
 
 /** State after a command, or nothing where the table forbids it. */
 std::optional<OperatingState> transition(OperatingState state, StateCommand command);

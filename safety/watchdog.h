@@ -2,6 +2,7 @@
 /** @file Notices that somebody has been silent for too long. */
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 namespace tandem::safety {
@@ -10,7 +11,7 @@ namespace tandem::safety {
 class Watchdog {
  public:
   /// @param budget longest silence, s.
-  explicit Watchdog(double budget) : budget_(static_cast<std::int64_t>(budget * 1e9 + 0.5)) {}
+  explicit Watchdog(double budget) : budget_(std::llround(budget * 1e9)) {}
 
   void feed(std::int64_t now) noexcept { fed_ = now; }
   /// Silent for longer than the budget.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/simulated_drives.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -14,8 +15,6 @@ using safety::ArmVector;
 
 /// A start that misses a limit by rounding is inside.
 constexpr double kInsideTolerance = 1e-9;
-/// A joint that is faster than this, times its limit, has run away.
-constexpr double kOverspeed = 1.5;
 
 PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOptions& options) {
   const int n = limits.jointCount();
@@ -82,7 +81,10 @@ std::string_view describe(ResetResult result) {
 SimulatedDrives::SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
                                  const std::vector<ArmVector>& start,
                                  const SimulatedDrivesOptions& options)
-    : options_(options), monitor_(static_cast<int>(limits.size()), options.budgets.commandAge(options.control_period)) {
+    : options_(options),
+      monitor_(static_cast<int>(limits.size()),
+               options.budgets.commandAge(options.control_period),
+               options.budgets.lost_samples) {
   checkArguments(limits, start, options);
   const safety::SupervisorOptions supervisor{options.control_period, options.budgets, options.lock_step};
   for (std::size_t a = 0; a < limits.size(); ++a) {
@@ -106,6 +108,10 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
     const safety::FaultRecord present = safety::withEmergencyStop(arm.plant.presentFailure(without), emergency_stop_);
     guards_.add(a, arm.supervisor.command(request, placesOf(arm), present, now));
   }
+  if (std::ranges::none_of(arms_, [](const Arm& arm) { return arm.supervisor.powered(); }))
+    monitor_.forgiveLosses();
+  else if (verdict.lost.faults != 0)
+    stopPowered(verdict.lost);
   return verdict.faults == 0;
 }
 
@@ -119,7 +125,7 @@ ArmVector SimulatedDrives::placesOf(const Arm& arm) noexcept {
 
 void SimulatedDrives::checkSpeed(Arm& arm) const noexcept {
   for (int j = 0; j < arm.supervisor.limits().jointCount() && !options_.lock_step; ++j) {
-    const double allowed = kOverspeed * arm.supervisor.limits().joints[j].velocity;
+    const double allowed = safety::kOverspeedFactor * arm.supervisor.limits().joints[j].velocity;
     const double speed = std::abs(arm.plant.velocityReading()[j]);
     if (speed > allowed) {
       arm.supervisor.latchAxisFailure(driveFailure(safety::FaultCause::kOverspeed, j), arm.plant.position()[j]);
@@ -182,6 +188,13 @@ void SimulatedDrives::stop() noexcept {
     arm.supervisor.latch({safety::bit(safety::Fault::kStopRequested)});
 }
 
+void SimulatedDrives::stopPowered(const safety::FaultRecord& record) noexcept {
+  for (Arm& arm : arms_) {
+    if (arm.supervisor.powered())
+      arm.supervisor.latch(record);
+  }
+}
+
 ResetResult SimulatedDrives::reset(const safety::RobotVector& joints) noexcept {
   Eigen::Index total = 0;
   for (int a = 0; a < armCount(); ++a) {
@@ -206,6 +219,7 @@ ResetResult SimulatedDrives::reset(const safety::RobotVector& joints) noexcept {
     arms_[a].supervisor.place(q);
     arms_[a].plant.place(q);
   }
+  ++placements_;
   return ResetResult::kDone;
 }
 

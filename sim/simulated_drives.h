@@ -60,6 +60,8 @@ class SimulatedDrives {
   void advance(std::int64_t now) noexcept { step(options_.control_period, now); }
   /// The stop topic: stops every arm with the ramp and latches Fault::kStopRequested, in every state.
   void stop() noexcept;
+  /// Likewise of the arms that have power.
+  void stopPowered(const safety::FaultRecord& record) noexcept;
   /// Presses or releases the emergency stop: while it is pressed all arms are stopped and cannot be cleared.
   void setEmergencyStop(bool pressed) noexcept { emergency_stop_ = pressed; }
   safety::EmergencyStop emergencyStop() const noexcept {
@@ -67,6 +69,10 @@ class SimulatedDrives {
   }
   /// Puts all arms elsewhere (arms stacked, m, rad). Only while nothing moves and no arm is ENABLED or PAUSED.
   ResetResult reset(const safety::RobotVector& joints) noexcept;
+  /// Share of the last 100 commands that came, 0 to 1.
+  double commandSuccess() const noexcept { return monitor_.success(); }
+  /// Times that it did.
+  std::uint32_t placements() const noexcept { return placements_; }
   /// Sets or ends the fault of one axis. False: no such axis.
   bool inject(int arm, int joint, AxisFault fault) noexcept;
 
@@ -114,6 +120,7 @@ class SimulatedDrives {
   safety::GuardCounters guards_;
   std::vector<Arm> arms_;
   bool emergency_stop_ = false;
+  std::uint32_t placements_ = 0;
 };
 
 }  // namespace tandem::sim

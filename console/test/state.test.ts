@@ -7,46 +7,26 @@ import { parametersOf } from "../src/state/robot";
 import type { Robot } from "../src/state/robot";
 import { allowed, place, rotationRange, wrap } from "../src/state/track";
 import {
-  accepts,
   driveRecord,
-  emergencyStop,
   faultsOf,
   idleWords,
-  kFaults,
-  kGuards,
   limitName,
   limitsInTheWay,
-  stateName,
+  useWords,
+  whyNot,
+  wordsOf,
 } from "../src/state/words";
-import type { ControlStatus, HalStatus } from "../src/wire/messages";
-import { kMethods } from "../src/wire/messages";
+import type { Words } from "../src/state/words";
+import type { ControlPermissions, ControlStatus, HalStatus } from "../src/wire/messages";
+import { actionsPerArm } from "../src/wire/messages";
 import { seeded } from "./random";
 
-/** Tests run in the source tree and in the copy of the build tree; TANDEM_SOURCE says where C++ is. */
-const source = process.env["TANDEM_SOURCE"] ?? "..";
-const cpp = (file: string): string => readFileSync(`${source}/${file}`, "utf8");
-
-test("faults have the names, and the bits, that safety gives them", () => {
-  const bits = [...cpp("safety/faults.h").matchAll(/= 1u << (\d+)/g)].map((m) => Number(m[1]));
-  const names = [...cpp("safety/faults.cpp").matchAll(/\{Fault::k\w+, "(\w+)"\}/g)].map((m) => m[1]);
-  expect(bits).toEqual(kFaults.map((_, k) => k));
-  expect(kFaults.map((f) => f.name)).toEqual(names);
-  for (const fault of kFaults) expect(fault.remedy).not.toBe("");
-});
-
-test("guards and methods are those of C++", () => {
-  const guards = /kGuardNames\{([^}]*)\}/.exec(cpp("safety/faults.cpp"))![1]!;
-  expect([...guards.matchAll(/"(\w+)"/g)].map((m) => m[1])).toEqual(kGuards);
-  const methods = /kMethodNames\{([^}]*)\}/.exec(cpp("control/parameters.cpp"))![1]!;
-  expect([...methods.matchAll(/"([\w-]+)"/g)].map((m) => m[1])).toEqual(kMethods);
-});
+/** What the server gives: made from idl/ like its own (tests/unit/console holds them against each other). */
+const kWords = JSON.parse(readFileSync("generated/words.json", "utf8")) as Words;
+const kMethods = kWords["Method"]!.map((word) => word.name);
+useWords(kWords);
 
 test("words for limits are those of tandem solve", () => {
-  const text = cpp("control/conflict.cpp");
-  for (let kind = 0; kind < 8; ++kind) {
-    const words = limitName(kind, "arm_a", 2).replace(/tube 2 of arm A.*$/, "");
-    expect(words === "" || text.includes(`"${words}"`)).toBe(true);
-  }
   expect(limitName(0, "arm_a", 2)).toBe("tube 2 of arm A against tube 1");
   expect(limitName(99, "arm_b", 1)).toContain("does not know");
   expect([1, 5, 7].map((kind) => limitName(kind, "arm_b", kind === 7 ? 2 : 1, true))).toEqual([
@@ -61,8 +41,9 @@ test("masks of faults become all their words, and bits of a newer robot are not 
   for (let run = 0; run < 50; ++run) {
     const mask = Math.floor(random() * 2 ** 31);
     const names = faultsOf(mask).map((f) => f.name);
-    kFaults.forEach((fault, bit) => expect(names.includes(fault.name)).toBe((mask & (1 << bit)) !== 0));
-    expect(names.includes("unknown")).toBe(mask >= 1 << kFaults.length);
+    const faults = wordsOf("Fault");
+    for (const fault of faults) expect(names.includes(fault.name)).toBe((mask & fault.value) !== 0);
+    expect(names.includes("unknown")).toBe(mask >= 1 << faults.length);
   }
   expect(faultsOf(0)).toEqual([]);
 });
@@ -80,13 +61,6 @@ test("the drives' record reads as in tandem status", () => {
   // Of a catheter's three joints the insertion alone is a length.
   const roll = { ...hal, fault_joint: Uint8Array.of(255, 1) } as HalStatus;
   expect(driveRecord(roll, 1, 3)).toBe("drive (following error) of joint 2: 0.031 rad, allowed 0.02 rad");
-});
-
-test("the emergency stop is called as in tandem status", () => {
-  const words = /kEmergencyStop\[\] = \{([^}]*)\}/.exec(cpp("services/cli/status.cpp"))![1]!;
-  const names = [...words.matchAll(/"([^"]+)"/g)].map((m) => m[1]);
-  expect(names.map((_, state) => emergencyStop(state).toLowerCase())).toEqual(names);
-  expect(emergencyStop(9)).toBe("unknown");
 });
 
 test("arms that nobody commands say what becomes of their power", () => {
@@ -114,17 +88,24 @@ test("limits in the way are named, however many there are said to be", () => {
   expect(limitsInTheWay({ ...status, limited: 0 }, [])).toBe("");
 });
 
-test("the table of states is the one of the documentation", () => {
-  const rows = [
-    ...cpp("docs/safety.md").matchAll(/^\| (DISABLED|ENABLED|PAUSED|FAULT) \| (\w+) \| (\w+) \| (\w+) \| (\w+) \|$/gm),
-  ];
-  expect(rows.length).toBe(4);
-  rows.forEach((row, state) => {
-    expect(stateName(state)).toBe(row[1]);
-    (["enable", "disable", "pause", "resume"] as const).forEach((command, k) =>
-      expect(accepts(state, command), `${command} in ${row[1]}`).toBe(row[k + 2] !== "refused"),
-    );
-  });
+test("what control does not allow is said with its reason, arm by arm", () => {
+  const random = seeded();
+  const known = wordsOf("RefusalReason");
+  for (let run = 0; run < 100; ++run) {
+    const reason = Uint8Array.from({ length: 256 }, () => Math.floor(random() * (known.length + 2)));
+    const permissions = { arm_count: 2, reason } as unknown as ControlPermissions;
+    for (const { value: action } of wordsOf("Action")) {
+      const said = [0, 1].map((arm) => whyNot(permissions, action, ["arm_a", "arm_b"], arm));
+      said.forEach((text, arm) => {
+        const code = reason[arm * actionsPerArm + action]!;
+        expect(text === "").toBe(code === 0);
+        const words = known.find(({ value }) => value === code)?.name ?? "does not know";
+        expect(text).toContain(words);
+      });
+      expect(whyNot(permissions, action, ["arm_a", "arm_b"])).toBe(said[0] || said[1]);
+    }
+  }
+  expect(whyNot(null, 0, ["arm_a"])).toBe("");
 });
 
 test("old is old: by five periods, at least half a second", () => {
@@ -162,19 +143,14 @@ test("bars: what is inside stays inside and in order", () => {
   expect(place(1, { from: 1, to: 1 })).toBe(0);
 });
 
-test("parameters: gains, the method's own, what all read, and ones that are new", () => {
-  const tunables = [...cpp("control/parameters.h").matchAll(/\{"(\w+)", &MethodParameters/g)].map((m) => m[1]!);
-  expect(tunables.length).toBeGreaterThan(5);
-  const robot = {
-    control: {
-      relative_gain: 5,
-      tip_gain: 3,
-      parameters: [...tunables, "brand_new"].map((name) => ({ name, value: 1 })),
-    },
-  } as unknown as Robot;
-  const shown = new Set(kMethods.flatMap((method) => parametersOf(robot, method).map((p) => p.name)));
-  for (const name of [...tunables, "brand_new", "tip_gain"]) expect(shown.has(name), name).toBe(true);
-  const names = parametersOf(robot, "nspqp").map((p) => p.name);
-  expect(names).toContain("nspqp_zeta");
-  expect(names).not.toContain("snsqp_zeta");
+test("parameters: gains, then what the method reads", () => {
+  const parameters = [
+    { name: "shared", value: 1, methods: kMethods },
+    { name: "own", value: 2, methods: ["nspqp"] },
+  ];
+  const robot = { control: { relative_gain: 5, tip_gain: 3, parameters } } as unknown as Robot;
+  for (const method of kMethods) {
+    const names = parametersOf(robot, method).map((p) => p.name);
+    expect(names).toEqual(["relative_gain", "tip_gain", "shared", ...(method === "nspqp" ? ["own"] : [])]);
+  }
 });

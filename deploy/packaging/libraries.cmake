@@ -2,7 +2,7 @@
 # part of it: they are reached over DDS and through files.
 include(CMakePackageConfigHelpers)
 include(CheckCXXSymbolExists)
-set(names base safety kinematics control planning hal_can hal_canopen hal_drives hal sim sim_drives config experiments)
+set(names base safety kinematics control planning hal_can hal_canopen hal_drives hal sim sim_drives config robots experiments)
 target_compile_features(tandem_base INTERFACE cxx_std_20)
 target_include_directories(tandem_base INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/tandem>)
 # Eigen aligns and frees in another way where it is compiled for AVX: what uses the libraries has to be compiled as they are.
@@ -15,13 +15,16 @@ foreach(name IN LISTS names)
   install(TARGETS tandem_${name} EXPORT tandem-targets DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 endforeach()
 
-foreach(room safety kinematics control planning hal sim config experiments)
+foreach(room safety kinematics control planning hal sim config robots experiments)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${room}/*.h)
   foreach(header IN LISTS headers)
     cmake_path(GET header PARENT_PATH folder)
     install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tandem/${folder} COMPONENT dev)
   endforeach()
 endforeach()
+
+install(FILES ${CMAKE_BINARY_DIR}/idl/plain/idl/enumerations.h ${CMAKE_BINARY_DIR}/idl/plain/idl/messages.h
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tandem/idl COMPONENT dev)
 
 set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/tandem)
 set(data ${CMAKE_INSTALL_DATADIR}/tandem)

@@ -28,11 +28,6 @@ bool stateOfDetail(std::uint8_t detail, BusState& state) noexcept {
 
 }  // namespace
 
-std::string_view name(BusState state) {
-  constexpr std::string_view kNames[] = {"active", "warning", "passive", "bus-off", "down"};
-  return kNames[static_cast<std::size_t>(state)];
-}
-
 Bus::Bus(std::string name, const BusOptions& options)
     : name_(std::move(name)), filters_(options.filters), max_consecutive_drops_(options.max_consecutive_drops) {}
 

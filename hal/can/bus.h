@@ -10,18 +10,12 @@
 #include <vector>
 
 #include "hal/can/frame.h"
+#include "idl/enumerations.h"
 
 namespace tandem::hal::can {
 
-/** Error state of the controller, as CAN defines it, or why there is none. */
-enum class BusState : std::uint8_t {
-  kActive = 0,
-  kWarning,  ///< an error counter is at 96 or above
-  kPassive,  ///< 128 or above: no active error flags any more
-  kOff,      ///< 256: the controller has left the bus; only an operator brings it back
-  kDown,     ///< the interface is down, or gone
-};
-std::string_view name(BusState state);  ///< "active" ...
+using idl::BusState;
+using idl::name;
 
 /** What happened on one bus since it was opened. */
 struct BusCounters {

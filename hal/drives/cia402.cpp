@@ -35,15 +35,6 @@ DriveState driveState(std::uint16_t statusword) noexcept {
   }
 }
 
-std::string_view name(DriveState state) {
-  constexpr std::array<std::string_view, kDriveStateCount> kNames{
-      "unknown",     "not ready to switch on", "switch on disabled", "ready to switch on",
-      "switched on", "operation enabled",      "quick stop active",  "fault reaction active",
-      "fault"};
-  const auto i = static_cast<std::size_t>(state);
-  return i < kNames.size() ? kNames[i] : kNames[0];
-}
-
 std::string_view name(DriveMode mode) {
   switch (mode) {
     case DriveMode::kNone:

@@ -9,28 +9,16 @@
 #include <string>
 #include <string_view>
 
+#include "idl/enumerations.h"
 #include "safety/watchdog.h"
 
 namespace tandem::hal {
 
-/** States of the power drive system, read from statusword 0x6041. */
-enum class DriveState : std::uint8_t {
-  kUnknown = 0,  ///< no bit pattern of the profile: garbage, or nothing heard yet
-  kNotReady,
-  kSwitchOnDisabled,
-  kReadyToSwitchOn,
-  kSwitchedOn,
-  kOperationEnabled,
-  kQuickStopActive,
-  kFaultReaction,
-  kFault,
-};
-inline constexpr int kDriveStateCount = 9;
+using idl::DriveState;
+using idl::name;
 
 /// The state that a statusword shows (masks 0x4F and 0x6F of the profile).
 DriveState driveState(std::uint16_t statusword) noexcept;
-/// "operation enabled".
-std::string_view name(DriveState state);
 
 /** Modes of operation, object 0x6060. */
 enum class DriveMode : std::int8_t {

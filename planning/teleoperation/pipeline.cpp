@@ -21,38 +21,6 @@ Vector3d outside(const Vector3d& v, double radius) noexcept {
 
 std::string_view name(Stage stage) { return kStageNames[static_cast<std::size_t>(stage)]; }
 
-std::string_view name(Mode mode) {
-  switch (mode) {
-    case Mode::kNone:
-      return "none";
-    case Mode::kTip:
-      return "tip";
-    case Mode::kPair:
-      return "pair";
-    case Mode::kRelative:
-      return "relative";
-  }
-  return "unknown";
-}
-
-std::string_view name(State state) {
-  switch (state) {
-    case State::kIdle:
-      return "idle";
-    case State::kRefused:
-      return "refused";
-    case State::kReleased:
-      return "released";
-    case State::kClutched:
-      return "clutched";
-    case State::kFollowing:
-      return "following";
-    case State::kStopped:
-      return "stopped";
-  }
-  return "unknown";
-}
-
 Pipeline::Pipeline(const Options& options, double period)
     : options_(&options),
       period_(period),

@@ -7,34 +7,18 @@
 #include <cstdint>
 #include <string_view>
 
+#include "idl/enumerations.h"
 #include "planning/reference.h"
 #include "planning/teleoperation/one_euro.h"
 #include "planning/teleoperation/target_guard.h"
 
 namespace tandem::planning::teleoperation {
 
-enum class Device : std::uint8_t { kOther = 0, kGamepad, kSpaceMouse, kKeyboard, kTrace, kPointer, kHaptic };
-inline constexpr int kDevices = 7;
+using Device = idl::TeleopDevice;
+using idl::name;
 
-/** What an operator drives. */
-enum class Mode : std::uint8_t {
-  kNone = 0,
-  kTip,       ///< the tip of `arm`; that of the other arm stays
-  kPair,      ///< the tip of `arm`, while the relative position to the other one is kept: both move
-  kRelative,  ///< the relative position of `arm` to the other one, whose tip stays
-};
-std::string_view name(Mode mode);
-
-/** Where the operator stands. */
-enum class State : std::uint8_t {
-  kIdle = 0,   ///< nobody sends
-  kRefused,    ///< somebody sends who may not
-  kReleased,   ///< the dead-man switch is not held
-  kClutched,   ///< the device moves freely, the robot stays
-  kFollowing,  ///< the robot follows
-  kStopped,    ///< stopped from outside: the dead-man switch has to be released and held again
-};
-std::string_view name(State state);
+using Mode = idl::TeleopMode;
+using State = idl::TeleopState;
 
 /** The stages in their order. Up to the scale they handle velocities of the device, m/s; from then on places of what is
  * driven, m, robot base frame. */

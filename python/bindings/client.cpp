@@ -7,14 +7,14 @@
 #include <future>
 
 #include "control/conflict.h"
+#include "operation/convert.h"
 #include "planning/follower.h"
 #include "python/bindings/bind.h"
 #include "python/bindings/controller.h"
 #include "python/bindings/live_robot.h"
 #include "python/bindings/trajectory.h"
-#include "services/cli/arguments.h"
-#include "services/dds/convert.h"
-#include "services/setup/limit_words.h"
+#include "robots/limit_words.h"
+#include "services/client/arguments.h"
 
 namespace tandem::python {
 namespace {
@@ -84,7 +84,7 @@ py::dict armStatus(const cli::Snapshot& s, int arm) {
 py::list limitWords(const config::Robot& robot, const dds::ControlStatus& status) {
   py::list words;
   for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < robot.arms.size(); ++i)
-    words.append(service::describeLimit(
+    words.append(robots::describeLimit(
         robot, {static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i], status.limit_tube[i]}));
   return words;
 }
@@ -115,11 +115,11 @@ class Client {
     all["deployment"] = live->deployment().name;
     all["robot"] = live->robot().name;
     all["method"] = std::string(control::name(static_cast<control::Method>(s.status.method)));
-    all["model"] = live->robot().catheters ? "elastic" : s.status.model == 1 ? "compliant" : "rigid";
+    all["model"] = std::string(dds::name(static_cast<dds::Model>(s.status.model)));
     all["feedback"] = std::string(planning::name(static_cast<planning::Feedback>(s.status.feedback)));
     all["lease"] = s.status.lease_holder == 0 ? "free" : s.status.lease_holder == live->id() ? "ours" : "held";
-    all["source"] = std::string(dds::describe(static_cast<dds::Source>(s.status.source)));
-    all["hold"] = std::string(dds::describe(static_cast<dds::HoldReason>(s.status.hold)));
+    all["source"] = std::string(dds::name(static_cast<dds::Source>(s.status.source)));
+    all["hold"] = std::string(dds::name(static_cast<dds::HoldReason>(s.status.hold)));
     py::dict arms;
     for (int k = 0; k < std::min<int>(s.state.arm_count, static_cast<int>(live->robot().arms.size())); ++k)
       arms[live->robot().arms[static_cast<std::size_t>(k)].name.c_str()] = armStatus(s, k);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "control/method_names.h"
 #include "planning/reference_tracker.h"
 #include "python/bindings/bind.h"
 
@@ -38,7 +39,7 @@ std::string statusOf(const planning::TrackResult& result) {
     case planning::TrackStatus::kOk:
       return "solved";
     case planning::TrackStatus::kSolver:
-      return std::string(control::describe(result.solution.status));
+      return std::string(control::name(result.solution.status));
     case planning::TrackStatus::kModel:
       throw ModelError("arm " + std::to_string(result.model_arm) + ": " +
                        std::string(kinematics::describe(result.model)));
@@ -103,7 +104,7 @@ class Controller {
   }
 
   Robot robot_;
-  experiments::RobotModel model_;
+  robots::RobotModel model_;
   planning::ReferenceTracker tracker_;
   planning::TrackResult result_;
 };
@@ -134,11 +135,11 @@ void bindStep(py::module_& module) {
 }  // namespace
 
 control::Method methodFrom(const std::string& name) {
-  if (const auto method = control::methodFromName(name))
+  if (const auto method = idl::fromName<control::Method>(name))
     return *method;
   std::string known;
-  for (int m = 0; m < control::kMethodCount; ++m)
-    known += (m == 0 ? "'" : ", '") + std::string(control::name(static_cast<control::Method>(m))) + "'";
+  for (const std::string& method : control::methodNames())
+    known += (known.empty() ? "'" : ", '") + method + "'";
   throw py::value_error("method: found '" + name + "', expected one of " + known);
 }
 
@@ -158,8 +159,8 @@ control::MethodParameters parametersFrom(const Robot& robot, double period, cons
       parameters.*(tunable->member) = positive(name, py::cast<double>(value));
     } else if (name == "bounds" || name == "backend") {
       const auto word = py::cast<std::string>(value);
-      const auto bounds = control::boundsFromName(word);
-      const auto backend = control::backendFromName(word);
+      const auto bounds = idl::fromName<control::BoundsKind>(word);
+      const auto backend = idl::fromName<control::Backend>(word);
       if (name == "bounds" ? !bounds : !backend)
         throw py::value_error(name + ": found '" + word + "', expected " +
                               (name == "bounds" ? "'coupled' or 'frozen'" : "'active-set' or 'ipopt'"));
@@ -198,6 +199,7 @@ void bindController(py::module_& module) {
       },
       "arm"_a, "position"_a, "feed_forward"_a = py::none(), "Where the tip of an arm shall be, m, base frame.");
   bindStep(module);
+  module.attr("METHODS") = py::tuple(py::cast(control::methodNames()));
   py::class_<Controller>(module, "Controller", "Redundancy resolution: from joints and targets to joint velocities.")
       .def(py::init([](const Robot& robot, const std::string& method, const std::string& model, double period,
                        double relative_gain, double tip_gain, const py::kwargs& options) {
@@ -206,8 +208,9 @@ void bindController(py::module_& module) {
            }),
            "robot"_a, "method"_a = "nspqp", py::kw_only(), "model"_a = "rigid", "period"_a = 0.1,
            "relative_gain"_a = 5.0, "tip_gain"_a = 3.0,
-           "method: nsp, nspwln, nspwln-joint, nspqp or snsqp. period in s, gains in 1/s. Further keywords: bounds, "
-           "backend, and the parameters of docs/methods.md.")
+           ("method: " + control::methodList() +
+            ". period in s, gains in 1/s. Further keywords: bounds, backend, and the parameters of docs/methods.md.")
+               .c_str())
       .def_property_readonly("method", &Controller::method)
       .def(
           "step", &Controller::step, "q"_a, "targets"_a, "setpoint"_a = py::none(),

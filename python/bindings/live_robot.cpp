@@ -5,7 +5,8 @@
 #include <chrono>
 
 #include "config/any_robot.h"
-#include "services/cli/arguments.h"
+#include "services/client/arguments.h"
+#include "services/runtime/process.h"
 
 namespace tandem::python {
 namespace {
@@ -45,7 +46,7 @@ LiveRobot::Command::~Command() {
 }
 
 LiveRobot::LiveRobot(const std::string& deployment)
-    : deployment_(config::loadDeployment(config::findFile(deployment, "deployment"))),
+    : deployment_(service::loadDeployment(deployment)),
       robot_(config::loadAnyRobot(deployment_.robot)),
       patience_(2.0 + 3.0 * deployment_.control_period) {
   cli::Client::Taps taps;

@@ -12,7 +12,7 @@
 
 #include "config/config.h"
 #include "control/parameters.h"
-#include "services/cli/motions.h"
+#include "services/client/motions.h"
 
 namespace tandem::python {
 

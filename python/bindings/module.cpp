@@ -2,7 +2,8 @@
 #include "python/bindings/bind.h"
 
 PYBIND11_MODULE(_tandem, module) {
-  module.doc() = "Models, control, simulation, planning, recordings and running robots of Tandem. SI units; numpy in, numpy out.";
+  module.doc() =
+      "Models, control, simulation, planning, recordings and running robots of Tandem. SI units; numpy in, numpy out.";
   tandem::python::bindRobot(module);
   tandem::python::bindTrajectory(module);
   tandem::python::bindController(module);

@@ -91,7 +91,7 @@ class Planner {
 
  private:
   Robot robot_;
-  experiments::RobotModel model_;
+  robots::RobotModel model_;
   planning::IkOptions options_;
 };
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "config/config.h"
-#include "experiments/run_record.h"
 #include "python/bindings/rows.h"
+#include "robots/robot_model.h"
 
 namespace tandem::python {
 

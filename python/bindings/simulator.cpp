@@ -45,7 +45,7 @@ class Simulator {
   }
 
   Robot robot_;
-  experiments::RobotModel model_;
+  robots::RobotModel model_;
   experiments::LoopOptions options_;
   experiments::SimulatedRobot plant_;
 };
@@ -107,7 +107,7 @@ py::dict run(const Robot& robot,
   const safety::RobotVector from = start.is_none() ? robot.home() : robot.stack(start, "start");
   const experiments::RunPlan plan{
       {trajectory.spec.name, "start", methodFrom(method)}, trajectory.spec, robot.split(from)};
-  const experiments::RobotModel models(file, model);
+  const robots::RobotModel models(file, model);
   const auto record = [&] {
     const py::gil_scoped_release released;
     return experiments::runOffline(file, models, plan, loop);

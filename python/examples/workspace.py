@@ -23,7 +23,8 @@ for name, marker in zip(robot.arms, ("o", "^")):
     for axis, (across, up) in zip(axes, ((0, 2), (1, 2), (0, 1))):
         dots = axis.scatter(tips[:, across], tips[:, up], c=least, s=2, marker=marker, cmap="viridis", vmin=0, vmax=1, label=name)
         axis.set(xlabel=f"{'xyz'[across]}, mm", ylabel=f"{'xyz'[up]}, mm", aspect="equal")
-    print(f"{name}: tips from {np.nanmin(tips, axis=0).round()} to {np.nanmax(tips, axis=0).round()} mm; least stability {np.nanmin(least):.3f}")
+    print(f"{name}: tips from {np.nanmin(tips, axis=0).round()} to {np.nanmax(tips, axis=0).round()} mm; "
+          f"least stability {np.nanmin(least):.3f}")
 axes[0].legend()
 figure.colorbar(dots, ax=axes, label="stability: 0 where the arm snaps")
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "workspace.png", dpi=150)

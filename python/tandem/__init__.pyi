@@ -4,9 +4,12 @@ from typing import Any, Callable, Literal, Mapping, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import wire as wire  # noqa: F401
+
 Floats = NDArray[np.float64]
 Model = Literal["rigid", "compliant"]
 Method = Literal["nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns", "hqp"]
+METHODS: tuple[str, ...]
 OnError = Literal["raise", "nan"]
 Joints = Union[ArrayLike, Sequence[ArrayLike], Mapping[str, ArrayLike]]
 

@@ -2,9 +2,10 @@
 /** @file tandem: the command line to the stack. */
 #include <CLI/CLI.hpp>
 
-#include "services/cli/arguments.h"
-#include "services/cli/cooperative.h"
-#include "services/cli/role.h"
+#include "services/cli/models/cooperative.h"
+#include "services/client/arguments.h"
+#include "services/client/role.h"
+#include "services/runtime/process.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
@@ -20,6 +21,7 @@ int main(int argc, char** argv) {
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
   addRoleOption(app);
+  tandem::service::addPlaceOptions(app);
   app.fallthrough();
   for (Register* part :
        {registerUp,     registerExperiment, registerRobot,      registerStatus,    registerTopics,   registerDoctor,

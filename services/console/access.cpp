@@ -29,9 +29,7 @@ std::string readToken(const std::filesystem::path& file, const char* key) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw std::invalid_argument(where + ": cannot be opened for reading");
-  struct stat about {};
-  if (stat(file.c_str(), &about) == 0 && (about.st_mode & S_IROTH) != 0)
-    throw std::invalid_argument(where + ": found a file that everybody on this machine may read, expected mode 0600");
+  expectPrivate(file, where);
   std::string token{std::istreambuf_iterator<char>(stream), {}};
   while (token.ends_with('\n') || token.ends_with('\r'))
     token.pop_back();
@@ -76,6 +74,12 @@ Verdict refusal(int status, std::string why) { return {std::nullopt, status, std
 
 }  // namespace
 
+void expectPrivate(const std::filesystem::path& file, const std::string& where) {
+  struct stat about {};
+  if (stat(file.c_str(), &about) == 0 && (about.st_mode & S_IROTH) != 0)
+    throw std::invalid_argument(where + ": found a file that everybody on this machine may read, expected mode 0600");
+}
+
 bool sameSecret(std::string_view a, std::string_view b) {
   // Every letter of the longest token is looked at, whatever was found before.
   std::size_t difference = a.size() ^ b.size();
@@ -97,7 +101,7 @@ std::string_view cookieOf(std::string_view cookies, std::string_view name) {
   });
 }
 
-Access::Access(const config::Console& console, bool secured, std::vector<std::string> own_names)
+Access::Access(const config::Console& console, bool secured, const std::vector<std::string>& own_names)
     : scheme_(console.tls() ? "https://" : "http://"), origins_(console.origins) {
   if (!console.operator_token.empty())
     operator_token_ = readToken(console.operator_token, "operator_token");

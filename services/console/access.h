@@ -6,6 +6,7 @@
  */
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,6 +38,10 @@ struct Verdict {
 /// Name of the cookie that a browser keeps the token in.
 inline constexpr const char* kTokenCookie = "tandem_token";
 
+/// @throw std::invalid_argument where everybody on this machine may read the file. @param where  key and file, for
+/// people
+void expectPrivate(const std::filesystem::path& file, const std::string& where);
+
 /** Judges introductions. */
 class Access {
  public:
@@ -44,7 +49,7 @@ class Access {
   /// @param secured  the deployment is: then nobody may command without a token
   /// @throw std::invalid_argument that names key and file: no token where one is needed, or a file with another one
   /// than kMinToken to kMaxToken letters, digits, '-', '_', '.', '~', or one that everybody may read.
-  Access(const config::Console& console, bool secured, std::vector<std::string> own_names);
+  Access(const config::Console& console, bool secured, const std::vector<std::string>& own_names);
 
   static constexpr std::size_t kMinToken = 16, kMaxToken = 256;
 

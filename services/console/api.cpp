@@ -9,7 +9,10 @@
 #include "config/any_robot.h"
 #include "config/arm_names.h"
 #include "config/path.h"
+#include "config/values.h"
+#include "safety/faults.h"
 #include "safety/joint_kinds.h"
+#include "services/runtime/identity.h"
 
 namespace tandem::console {
 namespace {
@@ -109,16 +112,18 @@ Json describeObject(const config::Robot& robot) {
 }
 
 Json describeControl(const config::Deployment& deployment, const config::Robot& robot) {
-  Json methods = Json::array(), parameters = Json::array();
-  for (int k = 0; k < control::kMethodCount; ++k)
-    methods.push_back(control::name(static_cast<control::Method>(k)));
-  for (const control::Tunable& tunable : control::kTunables)
-    parameters.push_back({{"name", tunable.name}, {"value", robot.parameters.*tunable.member}});
+  Json parameters = Json::array();
+  for (const control::Tunable& tunable : control::kTunables) {
+    Json readers = Json::array();
+    for (const auto& [method, name, meaning] : idl::Enumeration<control::Method>::entries) {
+      if (tunable.readBy(method))
+        readers.push_back(name);
+    }
+    parameters.push_back(
+        {{"name", tunable.name}, {"value", robot.parameters.*tunable.member}, {"methods", std::move(readers)}});
+  }
   return {{"method", control::name(deployment.method)},
-          {"methods", methods},
           {"parameters", parameters},
-          {"backends", {control::name(control::Backend::kActiveSet), control::name(control::Backend::kIpopt)}},
-          {"bounds", {control::name(control::BoundsKind::kCoupled), control::name(control::BoundsKind::kFrozen)}},
           {"period", deployment.control_period},
           {"relative_gain", deployment.relative_gain},
           {"tip_gain", deployment.tip_gain},
@@ -135,6 +140,21 @@ Json describeBudgets(const config::Deployment& deployment) {
           {"lease", budgets.lease}};
 }
 
+/// Name and meaning of every number in messages; of faults the way out, too.
+Json describeWords() {
+  Json words;
+  idl::forEachEnumeration([&words](const char* enumeration, const auto& entries) {
+    Json& list = words[enumeration];
+    for (const auto& [value, name, meaning] : entries) {
+      Json& word =
+          list.emplace_back(Json{{"value", static_cast<std::uint64_t>(value)}, {"name", name}, {"meaning", meaning}});
+      if constexpr (std::is_same_v<decltype(value), const safety::Fault>)
+        word["remedy"] = safety::remedy(value);
+    }
+  });
+  return words;
+}
+
 }  // namespace
 
 Json describeRobot(const config::Deployment& deployment, const config::Robot& robot) {
@@ -146,6 +166,7 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
   return {{"deployment", deployment.name},
           {"prefix", deployment.prefix},
           {"robot", robot.name},
+          {"fingerprint", config::fingerprintText(service::fingerprintOf(deployment))},
           {"frame", deployment.prefix + "_base"},
           {"hardware", robot.hardware || !deployment.hardware.empty()},
           {"lock_step", deployment.clock == config::ClockMode::kLockStep},
@@ -155,7 +176,8 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
           {"object", describeObject(robot)},
           {"port", port},
           {"control", describeControl(deployment, robot)},
-          {"budgets", describeBudgets(deployment)}};
+          {"budgets", describeBudgets(deployment)},
+          {"words", describeWords()}};
 }
 
 Json describeTrajectories(const config::Robot& robot) {

@@ -26,6 +26,34 @@ inline Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
+/** A connection's place among the guests, until it is known or gone. */
+class Guest {
+ public:
+  explicit Guest(Context& context) : context_(context) {}
+  ~Guest() { leave(); }
+  Guest(const Guest&) = delete;
+  Guest& operator=(const Guest&) = delete;
+
+  /// @param end  ends the connection
+  void enter(std::function<void()> end) {
+    context_.guests.push_back([this, end = std::move(end)] {
+      present_ = false;  // whoever calls this has taken it out of the list
+      end();
+    });
+    place_ = std::prev(context_.guests.end());
+    present_ = true;
+  }
+  void leave() {
+    if (std::exchange(present_, false))
+      context_.guests.erase(place_);
+  }
+
+ private:
+  Context& context_;
+  std::list<std::function<void()>>::iterator place_;
+  bool present_ = false;
+};
+
 /** Counts a connection as long as it lives. */
 class Counted {
  public:
@@ -197,7 +225,16 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
 template <class Stream>
 class Http final : public std::enable_shared_from_this<Http<Stream>> {
  public:
-  Http(Stream stream, Context& context) : stream_(std::move(stream)), context_(context), counted_(context) {}
+  Http(Stream stream, Context& context)
+      : stream_(std::move(stream)), context_(context), counted_(context), guest_(context) {}
+
+  /// Before its first byte.
+  void enter() {
+    guest_.enter([weak = this->weak_from_this()] {
+      if (const auto self = weak.lock())
+        self->giveUp();
+    });
+  }
 
   /// @param time  s, that the request may take
   void read(double time) {
@@ -225,10 +262,13 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
       return giveUp();
     const auto& message = parser_->get();
     const Request request = requestOf(message);
+    const bool known = context_.access.judge(request.introduction).role.has_value();
+    if (known)
+      guest_.leave();
     if (websocket::is_upgrade(message))
       return upgrade(request, message);
     head_ = request.head;
-    send(answer(context_, request), message.keep_alive());
+    send(answer(context_, request), known && message.keep_alive());
   }
 
   Request requestOf(const http::request<http::empty_body>& message) const {
@@ -296,6 +336,7 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
   Stream stream_;
   Context& context_;
   Counted counted_;
+  Guest guest_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
   bool head_ = false;

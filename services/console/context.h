@@ -4,6 +4,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <list>
 #include <set>
 
 #include "services/console/server.h"
@@ -31,6 +32,8 @@ struct Context {
   bool tls = false;
   std::set<std::shared_ptr<Session>> sessions{};
   std::size_t open = 0;  ///< connections of all kinds
+  /// Those of which nobody knows yet whether they may do anything, the longest first: what ends them.
+  std::list<std::function<void()>> guests{};
   std::uint64_t connections = 0, turned_away = 0, cut_off = 0;
 };
 

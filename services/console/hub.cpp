@@ -6,7 +6,7 @@
 #include <set>
 
 #include "services/dds/definitions.h"
-#include "services/setup/clock_desk.h"
+#include "services/runtime/clock_desk.h"
 
 namespace tandem::console {
 namespace {
@@ -16,9 +16,9 @@ constexpr std::size_t kMaxPublications = 200;
 
 /// Whether a topic carries answers to requests.
 bool carriesAnswers(const dds::TopicInfo& topic) {
-  static const std::set<std::string> kAnswers{"tandem_msgs/msg/Reply", "tandem_msgs/msg/ComputationProgress",
-                                              "tandem_msgs/msg/ComputationResult", "tandem_msgs/msg/ClockReply"};
-  return kAnswers.contains(topic.type);
+  static const std::set<std::string> answers{"tandem_msgs/msg/Reply", "tandem_msgs/msg/ComputationProgress",
+                                             "tandem_msgs/msg/ComputationResult", "tandem_msgs/msg/ClockReply"};
+  return answers.contains(topic.type);
 }
 
 }  // namespace

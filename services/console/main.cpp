@@ -7,13 +7,14 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 
-#include "services/common/periodic_loop.h"
+#include "config/arm_names.h"
 #include "services/console/api.h"
 #include "services/console/markers.h"
 #include "services/console/server.h"
-#include "services/setup/clock_desk.h"
-#include "services/setup/diagnostics.h"
-#include "services/setup/process.h"
+#include "services/runtime/clock_desk.h"
+#include "services/runtime/diagnostics.h"
+#include "services/runtime/periodic_loop.h"
+#include "services/runtime/process.h"
 
 using namespace tandem;
 
@@ -75,11 +76,11 @@ class Console {
         robot_(console::describeRobot(setup.deployment, setup.robot)),
         trajectories_(console::describeTrajectories(setup.robot).dump()),
         bus_(service::busOptions(setup.deployment, setup.name)),
-        bytes_(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole)),
+        bytes_(service::ofAnyRobot(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole))),
         diagnostics_(bus_, setup.name, setup.robot.name),
         markers_(bus_, setup.robot),
         clock_(bus_, setup),
-        hub_(bytes_, service::armNames(setup.robot), std::to_string(setup.session)),
+        hub_(bytes_, config::armList(setup.robot), std::to_string(setup.session)),
         server_(options_, hub_, access_, page_, [this](auto path, auto role) { return answer(path, role); }) {}
 
   void run(service::StopSignal& stop) {

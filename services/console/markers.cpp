@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/console/markers.h"
+#include "config/arm_names.h"
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 
 #include "services/console/held_object.h"
-#include "services/setup/clock_desk.h"
-#include "services/setup/process.h"
+#include "services/runtime/clock_desk.h"
+#include "services/runtime/process.h"
 
 namespace tandem::console {
 namespace {
@@ -29,7 +30,7 @@ dds::Marker marker(const dds::Shape& shape, const std::string& arm, std::int64_t
   dds::Marker marker;
   marker.stamp = stamp;
   marker.frame = shape.frame;
-  marker.group = arm;
+  marker.ns = arm;
   marker.lifetime = kLifetime;
   marker.color = kColors[(std::max<std::size_t>(shape.tubes[point], 1) - 1) % kColors.size()];
   marker.scale = {2.0 * shape.outer_radius[point], 0.0, 0.0};
@@ -71,7 +72,7 @@ dds::MarkerArray markersOf(const config::HeldObject& object,
   dds::Marker cube;
   cube.stamp = stamp;
   cube.frame = frame;
-  cube.group = "object";
+  cube.ns = "object";
   cube.type = kCube;
   cube.lifetime = kLifetime;
   cube.color = kObjectColor;
@@ -83,7 +84,7 @@ dds::MarkerArray markersOf(const config::HeldObject& object,
 }
 
 Markers::Markers(dds::Bus& bus, const config::Robot& robot)
-    : bus_(bus), arms_(service::armNames(robot)), writer_(bus.writer(dds::kMarkers)) {
+    : bus_(bus), arms_(config::armList(robot)), writer_(bus.writer(dds::kMarkers)) {
   if (robot.catheters)
     object_ = robot.catheters->object;
 }

@@ -4,7 +4,9 @@
 namespace tandem::console {
 
 void servePlain(net::ip::tcp::socket socket, Context& context) {
-  std::make_shared<Http<beast::tcp_stream>>(beast::tcp_stream(std::move(socket)), context)->read(kHandshakeTime);
+  const auto connection = std::make_shared<Http<beast::tcp_stream>>(beast::tcp_stream(std::move(socket)), context);
+  connection->enter();
+  connection->read(kHandshakeTime);
 }
 
 }  // namespace tandem::console

@@ -39,6 +39,7 @@ struct Server::Impl {
                        net::ssl::context::no_sslv3 | net::ssl::context::no_tlsv1 | net::ssl::context::no_tlsv1_1);
       tls->use_certificate_chain_file(options.certificate.string(), error);
       expect(error, "console.certificate: " + options.certificate.string());
+      expectPrivate(options.key, "console.key: " + options.key.string());
       tls->use_private_key_file(options.key.string(), net::ssl::context::pem, error);
       expect(error, "console.key: " + options.key.string());
     }
@@ -73,9 +74,16 @@ struct Server::Impl {
 
   void welcome(tcp::socket socket) {
     ++context.connections;
-    if (context.open >= kMaxConnections) {
+    if (context.open - context.guests.size() >= kMaxConnections) {
       ++context.turned_away;
       return;  // its end closes it
+    }
+    // Who has not shown a token waits for nobody else's: the one that has been here longest goes.
+    if (context.guests.size() >= kMaxGuests) {
+      ++context.turned_away;
+      const auto leave = std::move(context.guests.front());
+      context.guests.pop_front();
+      leave();
     }
     Failed ignored;
     socket.set_option(tcp::no_delay(true), ignored);

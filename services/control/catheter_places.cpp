@@ -2,12 +2,12 @@
 #include "services/control/catheter_places.h"
 
 #include "config/any_robot.h"
-#include "services/dds/convert.h"
+#include "operation/convert.h"
 
 namespace tandem::service {
 
-CatheterPlaces::CatheterPlaces(const Setup& setup, const experiments::RobotModel& robot)
-    : setup_(setup), robot_(robot), follower_(makeRestFollower(setup.robot)) {
+CatheterPlaces::CatheterPlaces(const Setup& setup, const robots::RobotModel& robot)
+    : setup_(setup), robot_(robot), follower_(robots::makeRestFollower(setup.robot)) {
   for (const int k : config::armsInOrder(*setup.robot.catheters)) {
     const config::CatheterArm& arm = setup.robot.catheters->arms[static_cast<std::size_t>(k)];
     radius_.push_back(static_cast<float>(0.5 * arm.outer_diameter));
@@ -19,7 +19,7 @@ bool CatheterPlaces::update(const dds::ActuationState& state) {
   if (!dds::measuredJoints(state, robot_.armCount(), robot_.jointCount(), q))
     return false;
   if (session_ != 0 && (session_ != state.session || placements_ != state.placements))
-    follower_ = makeRestFollower(setup_.robot);
+    follower_ = robots::makeRestFollower(setup_.robot);
   session_ = state.session;
   placements_ = state.placements;
   if (!tips_.empty() && q == follower_.joints())

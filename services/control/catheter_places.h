@@ -4,18 +4,18 @@
 
 #include <vector>
 
-#include "experiments/run_record.h"
+#include "robots/mechanisms.h"
+#include "robots/robot_model.h"
 #include "services/dds/messages.h"
-#include "services/setup/mechanisms.h"
-#include "services/setup/process.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 
 /** Tips and shapes at measured joints. For a thread that publishes: it settles and allocates. */
 class CatheterPlaces {
  public:
-  /// @throw std::invalid_argument as makeRestFollower() does.
-  CatheterPlaces(const Setup& setup, const experiments::RobotModel& robot);
+  /// @throw std::invalid_argument as robots::makeRestFollower() does.
+  CatheterPlaces(const Setup& setup, const robots::RobotModel& robot);
 
   /// Takes in a state. @return whether all arms are measured and at rest there; tips and shapes are of it then.
   bool update(const dds::ActuationState& state);
@@ -26,8 +26,8 @@ class CatheterPlaces {
 
  private:
   const Setup& setup_;
-  const experiments::RobotModel& robot_;
-  experiments::RestFollower follower_;
+  const robots::RobotModel& robot_;
+  robots::RestFollower follower_;
   std::uint64_t session_ = 0;
   std::uint32_t placements_ = 0;
   std::vector<Eigen::Isometry3d> tips_;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "services/dds/convert.h"
+#include "operation/convert.h"
 
 namespace tandem::service {
 namespace {
@@ -20,7 +20,7 @@ dds::BodyClearance messageOf(const kinematics::Clearance& clearance, int arm, in
   message.arm = static_cast<std::uint8_t>(arm);
   message.other_arm = static_cast<std::uint8_t>(other);
   message.distance = clearance.distance;
-  const bool port = message.other_arm == dds::BodyClearance::kPort;
+  const bool port = message.other_arm == dds::kPort;
   copy(clearance.place_a, message.place);
   copy(port ? clearance.place_a : clearance.place_b, message.other_place);
   message.s = clearance.s_a;
@@ -32,7 +32,7 @@ dds::BodyClearance messageOf(const kinematics::Clearance& clearance, int arm, in
 
 }  // namespace
 
-ClearanceMeter::ClearanceMeter(const Setup& setup, const experiments::RobotModel& robot)
+ClearanceMeter::ClearanceMeter(const Setup& setup, const robots::RobotModel& robot)
     : setup_(setup),
       robot_(robot),
       branches_(static_cast<std::size_t>(robot.armCount())),
@@ -67,13 +67,12 @@ dds::Clearances ClearanceMeter::measure(const dds::ActuationState& state) {
       message.bodies.push_back(
           messageOf(clearance(body, bodies_[static_cast<std::size_t>(known[j])]), known[i], known[j]));
     if (setup_.deployment.port)
-      message.bodies.push_back(
-          messageOf(clearance(body, *setup_.deployment.port), known[i], dds::BodyClearance::kPort));
+      message.bodies.push_back(messageOf(clearance(body, *setup_.deployment.port), known[i], dds::kPort));
   }
   return message;
 }
 
-ClearancePublisher::ClearancePublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
+ClearancePublisher::ClearancePublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot)
     : measures_(!robot.models().empty()),
       meter_(setup, robot),
       writer_(bus.writer(dds::kControlClearance)),

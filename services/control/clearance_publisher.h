@@ -2,10 +2,10 @@
 /** @file How near the bodies of the arms are to one another and to the port, as a published value. */
 #pragma once
 
-#include "experiments/run_record.h"
 #include "kinematics/clearance.h"
-#include "services/common/outbox.h"
-#include "services/setup/process.h"
+#include "robots/robot_model.h"
+#include "services/runtime/outbox.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 
@@ -13,7 +13,7 @@ namespace tandem::service {
  * followed from state to state. */
 class ClearanceMeter {
  public:
-  ClearanceMeter(const Setup& setup, const experiments::RobotModel& robot);
+  ClearanceMeter(const Setup& setup, const robots::RobotModel& robot);
   /// Bodies of arms that are not measured, or for which the model cannot answer, are left out. Allocates.
   dds::Clearances measure(const dds::ActuationState& state);
 
@@ -21,7 +21,7 @@ class ClearanceMeter {
   bool makeBody(const dds::ActuationState& state, int k);
 
   const Setup& setup_;
-  const experiments::RobotModel& robot_;
+  const robots::RobotModel& robot_;
   std::vector<kinematics::Branch> branches_;
   std::vector<kinematics::Body> bodies_;
   std::uint64_t session_ = 0, sequence_ = 0;
@@ -32,7 +32,7 @@ class ClearanceMeter {
  * elastic arms take long. */
 class ClearancePublisher {
  public:
-  ClearancePublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot);
+  ClearancePublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot);
   /// Before enterRealtime(): the thread inherits the scheduling of the caller.
   void start() { outbox_.start(); }
   void stop() { outbox_.stop(); }

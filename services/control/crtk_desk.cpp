@@ -4,11 +4,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "config/arm_names.h"
-#include "services/common/periodic_loop.h"
+#include "services/runtime/clock_desk.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::service {
 namespace {
@@ -16,16 +16,11 @@ namespace {
 constexpr double kForgotten = 10.0;  ///< silence after which a stream is another one, s
 constexpr double kLeak = 1e-3;       ///< by which clocks may drift, s per s
 
-std::int64_t wallNow() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 std::string milliseconds(double seconds) { return fmt::format("{:.1f} ms", 1e3 * seconds); }
 
 int verbNamed(std::string_view name) {
-  for (std::size_t i = 0; i < kCrtkVerbs.size(); ++i) {
-    if (kCrtkVerbs[i].name == name)
+  for (std::size_t i = 0; i < operation::kCrtkVerbs.size(); ++i) {
+    if (operation::kCrtkVerbs[i].name == name)
       return static_cast<int>(i);
   }
   return -1;
@@ -45,7 +40,7 @@ std::vector<std::string> jointNames(const config::Arm& arm) {
   return names;
 }
 
-std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_t arrival, bool opens) {
+std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_t arrival) {
   if (stamp == 0)
     return "stamp: found 0, which marks what is not valid";
   const double silence = 1e-9 * static_cast<double>(arrival - last_arrival_);
@@ -57,72 +52,100 @@ std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_
   known_ = true;
   last_stamp_ = stamp;
   last_arrival_ = arrival;
+  const double age = 1e-9 * static_cast<double>(wall - stamp);
+  const bool fresh = std::abs(age) <= budget_;
   if (by_arrival_) {
-    if (first && !opens)
-      return "the first sample of a stream only opens it";
+    if (first && !fresh)
+      return "the first one of a stream only opens it where clocks differ, since its age is not known; send it again";
     if (offset - quickest_ > budget_)
       return "comes " + milliseconds(offset - quickest_) + " later than the quickest of its stream, at most " +
              milliseconds(budget_);
     return "";
   }
-  const double age = 1e-9 * static_cast<double>(wall - stamp);
-  if (std::abs(age) > budget_)
+  if (!fresh)
     return "stamp: " + milliseconds(age) + " old by this clock, at most " + milliseconds(budget_) +
-           "; where wall clocks differ set teleoperation.crtk.stamps: arrival";
+           "; where wall clocks differ leave out teleoperation.crtk.stamps: wall";
   return "";
 }
 
-CrtkDesk::CrtkDesk(const Setup& setup, const experiments::RobotModel& robot)
+void FeedbackStamps::record(std::int64_t stamp, std::uint64_t status) {
+  const std::lock_guard lock(mutex_);
+  entries_[next_++ % entries_.size()] = {stamp, status};
+}
+
+std::uint64_t FeedbackStamps::statusOf(std::int64_t stamp) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find(entries_, stamp, &Entry::stamp);
+  return stamp == 0 || found == entries_.end() ? 0 : found->status;
+}
+
+std::uint64_t FeedbackStamps::last() const {
+  const std::lock_guard lock(mutex_);
+  return next_ == 0 ? 0 : entries_[(next_ - 1) % entries_.size()].status;
+}
+
+std::uint64_t CrtkDesk::answered(std::int64_t stamp) const {
+  if (const std::uint64_t status = feedback_.statusOf(stamp); status != 0)
+    return status;
+  const double age = 1e-9 * static_cast<double>(wallNow() - stamp);
+  const bool by_clock = !setup_.deployment.teleoperation.crtk.by_arrival;
+  return by_clock && std::abs(age) <= setup_.deployment.budgets.planning_reference ? feedback_.last() : 0;
+}
+
+CrtkDesk::CrtkDesk(const Setup& setup, const robots::RobotModel& robot)
     : setup_(setup), robot_(robot), frame_(setup.deployment.prefix + "_base") {}
 
 std::string CrtkDesk::groupName(int group) const {
-  return group == kPairGroup ? dds::kPair : setup_.robot.arms[static_cast<std::size_t>(group)].name;
+  return group == operation::kPairGroup ? dds::kPair : setup_.robot.arms[static_cast<std::size_t>(group)].name;
 }
 
 std::vector<int> CrtkDesk::armsOf(int group) const {
-  return group == kPairGroup ? std::vector<int>{0, 1} : std::vector<int>{group};
+  return group == operation::kPairGroup ? std::vector<int>{0, 1} : std::vector<int>{group};
 }
 
 CrtkDesk::Entry& CrtkDesk::entry(int group, int verb) {
   const safety::Budgets& budgets = setup_.deployment.budgets;
-  const double budget = verbOf(verb).level == CrtkLevel::kServo ? budgets.teleoperation : budgets.planning_reference;
+  const double budget = operation::verbOf(verb).level == operation::CrtkLevel::kServo ? budgets.teleoperation
+                                                                                      : budgets.planning_reference;
   return entries_.try_emplace({group, verb}, Entry{CrtkStream(setup_.deployment.teleoperation.crtk.by_arrival, budget)})
       .first->second;
 }
 
-void CrtkDesk::listen(dds::Bus& bus, OnOrder on_order, std::vector<dds::Reader>& readers) {
+void CrtkDesk::listen(dds::Bus& bus,
+                      OnOrder on_order,
+                      const dds::ReaderOptions& admitted,
+                      std::vector<dds::Reader>& readers) {
   std::vector<int> groups(static_cast<std::size_t>(robot_.armCount()));
   for (std::size_t k = 0; k < groups.size(); ++k)
     groups[k] = static_cast<int>(k);
   if (groups.size() >= 2)
-    groups.push_back(kPairGroup);
+    groups.push_back(operation::kPairGroup);
   dds::forEachTopic([&](const auto& topic) {
     using M = typename std::decay_t<decltype(topic)>::Message;
     const int verb = verbNamed(topic.name);
-    if constexpr (requires(CrtkOrder order) { this->parse(M(), order); }) {
+    if constexpr (requires(operation::CrtkOrder order) { this->parse(M(), order); }) {
       for (const int group : verb < 0 ? std::vector<int>{} : groups) {
         {
           const std::lock_guard lock(mutex_);
           entry(group, verb);
         }
-        CrtkOrder order;
+        operation::CrtkOrder order;
         order.verb = verb;
         order.group = group;
-        readers.push_back(bus.reader(topic, groupName(group),
-                                     [this, order, on_order](const M& message) { take(message, order, on_order); }));
+        readers.push_back(bus.reader(
+            topic, groupName(group), [this, order, on_order](const M& message) { take(message, order, on_order); },
+            admitted));
       }
     }
   });
 }
 
 template <class M>
-void CrtkDesk::take(const M& message, CrtkOrder order, const OnOrder& on_order) {
+void CrtkDesk::take(const M& message, operation::CrtkOrder order, const OnOrder& on_order) {
   std::string refusal = parse(message, order);
   if constexpr (requires { message.stamp; }) {
-    const bool opens = verbOf(order.verb).level == CrtkLevel::kMove;
     const std::lock_guard lock(mutex_);
-    const std::string late =
-        entry(order.group, order.verb).stream.judge(message.stamp, wallNow(), monotonicNow(), opens);
+    const std::string late = entry(order.group, order.verb).stream.judge(message.stamp, wallNow(), monotonicNow());
     refusal = late.empty() ? refusal : late;
   }
   if (refusal.empty()) {
@@ -132,12 +155,12 @@ void CrtkDesk::take(const M& message, CrtkOrder order, const OnOrder& on_order) 
   }
 }
 
-void CrtkDesk::note(const CrtkOrder& order, const std::string& refusal) {
+void CrtkDesk::note(const operation::CrtkOrder& order, const std::string& refusal) {
   const std::lock_guard lock(mutex_);
   Entry& of = entry(order.group, order.verb);
   ++of.refused;
   if (of.refusal != refusal && of.refusal.substr(0, 12) != refusal.substr(0, 12))
-    spdlog::warn("{}/{} refused: {}", groupName(order.group), verbOf(order.verb).name, refusal);
+    spdlog::warn("{}/{} refused: {}", groupName(order.group), operation::verbOf(order.verb).name, refusal);
   of.refusal = refusal;
 }
 
@@ -147,13 +170,13 @@ std::string CrtkDesk::badFrame(const std::string& frame) const {
   return "frame_id: found '" + frame.substr(0, 60) + "', expected " + frame_ + " or nothing";
 }
 
-std::string CrtkDesk::parse(const dds::JointState& message, CrtkOrder& order) const {
+std::string CrtkDesk::parse(const dds::JointState& message, operation::CrtkOrder& order) const {
   std::vector<std::string> names;
   for (const int k : armsOf(order.group)) {
     for (const std::string& name : service::jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
       names.push_back(name);
   }
-  const bool velocity = verbOf(order.verb).kind == CrtkKind::kVelocity;
+  const bool velocity = operation::verbOf(order.verb).kind == operation::CrtkKind::kVelocity;
   const std::vector<double>& values = velocity ? message.velocity : message.position;
   const char* member = velocity ? "velocity" : "position";
   if (values.size() != names.size())
@@ -167,7 +190,7 @@ std::string CrtkDesk::parse(const dds::JointState& message, CrtkOrder& order) co
   return "";
 }
 
-std::string CrtkDesk::parse(const dds::PoseStamped& message, CrtkOrder& order) const {
+std::string CrtkDesk::parse(const dds::PoseStamped& message, operation::CrtkOrder& order) const {
   const auto& q = message.orientation;
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!allFinite(message.position))
@@ -179,7 +202,7 @@ std::string CrtkDesk::parse(const dds::PoseStamped& message, CrtkOrder& order) c
   return badFrame(message.frame);
 }
 
-std::string CrtkDesk::parse(const dds::TwistStamped& message, CrtkOrder& order) const {
+std::string CrtkDesk::parse(const dds::TwistStamped& message, operation::CrtkOrder& order) const {
   if (!allFinite(message.linear) || !allFinite(message.angular))
     return "twist: a number is not finite";
   order.count = 3;
@@ -187,13 +210,13 @@ std::string CrtkDesk::parse(const dds::TwistStamped& message, CrtkOrder& order) 
   return badFrame(message.frame);
 }
 
-std::string CrtkDesk::parse(const dds::Empty&, CrtkOrder& order) const {
+std::string CrtkDesk::parse(const dds::Empty&, operation::CrtkOrder& order) const {
   order.count = 0;
   return "";
 }
 
-void CrtkDesk::settle(const CrtkOutcome& outcome) {
-  CrtkOrder order;
+void CrtkDesk::settle(const operation::CrtkOutcome& outcome) {
+  operation::CrtkOrder order;
   order.verb = outcome.verb;
   order.group = outcome.group;
   if (!outcome.accepted && outcome.counts)
@@ -205,14 +228,14 @@ void CrtkDesk::settle(const CrtkOutcome& outcome) {
     of.refusal = outcome.reason.data();
 }
 
-void CrtkDesk::fill(const CrtkMoment& moment, dds::CrtkStatus& status) const {
+void CrtkDesk::fill(const operation::CrtkMoment& moment, dds::CrtkStatus& status) const {
   status.commanding = moment.commanding ? 1 : 0;
   status.stamps = setup_.deployment.teleoperation.crtk.by_arrival ? "arrival" : "wall";
   const std::lock_guard lock(mutex_);
   for (const auto& [key, entry] : entries_) {
     const auto& [group, verb] = key;
     const bool active = moment.active[static_cast<std::size_t>(group)] == verb;
-    status.commands.push_back({groupName(group) + "/" + std::string(verbOf(verb).name),
+    status.commands.push_back({groupName(group) + "/" + std::string(operation::verbOf(verb).name),
                                static_cast<std::uint8_t>(active ? 1 : 0), entry.accepted, entry.refused,
                                entry.refusal});
   }

@@ -3,10 +3,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "operation/convert.h"
 #include "safety/operating_state.h"
-#include "services/common/periodic_loop.h"
 #include "services/control/crtk_desk.h"
-#include "services/dds/convert.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::service {
 namespace {
@@ -33,7 +33,7 @@ CrtkPublisher::Arm::Arm(dds::Bus& bus, const config::Arm& from)
       ends(bus, from.name),
       shape(bus.writer(dds::kShape, from.name)) {}
 
-CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot)
+CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot)
     : setup_(setup),
       robot_(robot),
       frame_(setup.deployment.prefix + "_base"),
@@ -117,7 +117,7 @@ void CrtkPublisher::publishPair(const Moment& moment) {
   };
   publish(*pair_, pair_names_, together(arms_[0].measured, arms_[1].measured),
           together(arms_[0].setpoint, arms_[1].setpoint), moment.state.stamp);
-  publishGoals(*pair_, kPairGroup, pair_names_, moment);
+  publishGoals(*pair_, operation::kPairGroup, pair_names_, moment);
 }
 
 CrtkPublisher::Place CrtkPublisher::placeOf(int k, const Joints& joints, kinematics::Branch& branch) const {
@@ -160,7 +160,7 @@ void CrtkPublisher::publish(Ends& ends,
 /// Goals while there are any; once, with a stamp of zero, when they end.
 void CrtkPublisher::publishGoals(Ends& ends, int group, const std::vector<std::string>& names, const Moment& moment) {
   const auto i = static_cast<std::size_t>(group);
-  const CrtkMoment& crtk = moment.crtk;
+  const operation::CrtkMoment& crtk = moment.crtk;
   const auto tell = [&](bool has, bool& had, auto& writer, auto message) {
     message.stamp = has ? moment.state.stamp : 0;
     message.frame = frame_;
@@ -177,7 +177,7 @@ void CrtkPublisher::publishGoals(Ends& ends, int group, const std::vector<std::s
   dds::JointState joints;
   joints.name = names;
   bool has = true;
-  for (int k = group == kPairGroup ? 0 : group; k <= (group == kPairGroup ? 1 : group); ++k) {
+  for (int k = group == operation::kPairGroup ? 0 : group; k <= (group == operation::kPairGroup ? 1 : group); ++k) {
     has = has && crtk.has_js[static_cast<std::size_t>(k)] != 0;
     for (int j = 0; j < robot_.size(k); ++j)
       joints.position.push_back(crtk.js[dds::jointIndex(k, j)]);
@@ -214,7 +214,7 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
     states += (k == 0 ? "" : ", ") + arms_[i].name + " " +
               std::string(safety::name(static_cast<safety::OperatingState>(status.operating_state[i])));
   }
-  const std::string hold(dds::describe(static_cast<dds::HoldReason>(status.hold)));
+  const std::string hold(dds::name(static_cast<dds::HoldReason>(status.hold)));
   const auto level = !faults.empty()                ? Diagnostics::Level::kError
                      : hold.empty() && idle.empty() ? Diagnostics::Level::kOk
                                                     : Diagnostics::Level::kWarn;
@@ -225,6 +225,8 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
                         {"method", std::string(control::name(static_cast<control::Method>(status.method)))},
                         {"cycles", std::to_string(status.cycles)},
                         {"overruns", std::to_string(status.overruns)},
+                        {"state_success", std::to_string(status.state_success)},
+                        {"reference_success", std::to_string(status.reference_success)},
                         {"jitter_max_s", std::to_string(status.jitter_max)},
                         {"cycle_time_max_s", std::to_string(status.cycle_time_max)}});
 }

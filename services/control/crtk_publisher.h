@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "experiments/run_record.h"
+#include "operation/crtk_order.h"
+#include "operation/operator_desk.h"
+#include "robots/robot_model.h"
 #include "services/control/catheter_places.h"
-#include "services/control/crtk_order.h"
-#include "services/control/operator_desk.h"
-#include "services/setup/diagnostics.h"
-#include "services/setup/fault_log.h"
-#include "services/setup/process.h"
+#include "services/runtime/diagnostics.h"
+#include "services/runtime/fault_log.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 
@@ -20,17 +20,18 @@ namespace tandem::service {
 struct Moment {
   dds::ActuationState state;
   dds::ControlStatus status;
+  dds::ControlPermissions permissions;
   dds::JointArray commanded{};  ///< joint velocities, m/s, rad/s
   std::array<safety::FaultRecord, safety::kMaxArms> faults;
-  OperatorMoment operators;
-  CrtkMoment crtk;
+  operation::OperatorMoment operators;
+  operation::CrtkMoment crtk;
 };
 
 /** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes
  * and allocates. */
 class CrtkPublisher {
  public:
-  CrtkPublisher(dds::Bus& bus, const Setup& setup, const experiments::RobotModel& robot);
+  CrtkPublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot);
   void publish(const Moment& moment);
 
  private:
@@ -83,7 +84,7 @@ class CrtkPublisher {
   void publishCatheter(Arm& arm, int k, std::int64_t stamp);
 
   const Setup& setup_;
-  const experiments::RobotModel& robot_;
+  const robots::RobotModel& robot_;
   std::string frame_;
   std::optional<CatheterPlaces> catheters_;
   bool catheters_known_ = false;  ///< at the joints of this moment

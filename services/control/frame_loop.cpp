@@ -14,7 +14,7 @@ FrameLoop::FrameLoop(const Setup& setup)
       period_(setup.deployment.control_period),
       oldest_(std::max(5.0 * period_, setup.deployment.budgets.commandAge(period_))) {
   if (setup.deployment.clock == config::ClockMode::kLockStep)
-    follower_.emplace(makeRestFollower(setup.robot));
+    follower_.emplace(robots::makeRestFollower(setup.robot));
   else
     settler_ = std::make_unique<Settler>(setup);
 }
@@ -32,7 +32,7 @@ void FrameLoop::stop() {
 void FrameLoop::restart() noexcept {
   ++placement_;
   if (follower_)
-    follower_.emplace(makeRestFollower(setup_.robot));
+    follower_.emplace(robots::makeRestFollower(setup_.robot));
 }
 
 void FrameLoop::stepAtOnce(const safety::RobotVector& q,
@@ -41,7 +41,7 @@ void FrameLoop::stepAtOnce(const safety::RobotVector& q,
                            planning::TrackResult& result) {
   const auto settle = [this](const safety::RobotVector& joints) { return follower_->settle(joints); };
   const std::string why =
-      experiments::stepByMiddle(follower_->mechanism(), settle, tracker, q, tasks.frame, period_, rest_, result);
+      robots::stepByMiddle(follower_->mechanism(), settle, tracker, q, tasks.frame, period_, rest_, result);
   if (why.empty())
     return;
   spdlog::error("no rest at the present joints: {}", why);

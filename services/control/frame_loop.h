@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "operation/frame_control.h"
 #include "services/control/settler.h"
 #include "services/dds/messages.h"
 
@@ -13,32 +14,26 @@ namespace tandem::service {
 /** In lock-step every step settles where it is, and in the middle of its period. In real time a thread beside the
  * periodic one settles where the joints are going to be in the middle of the next period (Settler); what it found is
  * taken to where they are to first order. */
-class FrameLoop {
+class FrameLoop : public operation::FrameControl {
  public:
-  /// @throw std::invalid_argument as makeRestFollower() does.
+  /// @throw std::invalid_argument as robots::makeRestFollower() does.
   explicit FrameLoop(const Setup& setup);
 
   /// Real time, before enterRealtime(). Without it every cycle settles by itself: for tests.
   void start();
   void stop();
 
-  /// The joints were put elsewhere without a path.
-  void restart() noexcept;
-
-  /// One step. @param setpoint  joints from which this cycle goes on  @param velocity  of the command before
-  /// @return why the arms have to hold instead; `result` says so, too
+  void restart() noexcept override;
   dds::HoldReason step(std::int64_t now,
                        const safety::RobotVector& setpoint,
                        const safety::RobotVector& velocity,
                        const planning::Reference& tasks,
                        planning::ReferenceTracker& tracker,
-                       planning::TrackResult& result) noexcept;
-
-  /// Real time, at the end of every cycle: a rest for the next one. @param velocity  that has been sent
+                       planning::TrackResult& result) noexcept override;
   void ask(std::int64_t now,
            const safety::RobotVector& setpoint,
            const safety::RobotVector& velocity,
-           const planning::ReferenceTracker& tracker) noexcept;
+           const planning::ReferenceTracker& tracker) noexcept override;
 
  private:
   void stepAtOnce(const safety::RobotVector& q,
@@ -48,9 +43,9 @@ class FrameLoop {
 
   const Setup& setup_;
   double period_;
-  double oldest_;                                      ///< rest that may be used, s
-  std::optional<experiments::RestFollower> follower_;  ///< lock-step
-  std::unique_ptr<Settler> settler_;                   ///< real time
+  double oldest_;                                 ///< rest that may be used, s
+  std::optional<robots::RestFollower> follower_;  ///< lock-step
+  std::unique_ptr<Settler> settler_;              ///< real time
   std::uint32_t placement_ = 0;
   planning::Rest rest_;
   Settler::Wish wish_;

@@ -3,14 +3,13 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
-#include <variant>
+#include <mutex>
 
-#include "services/common/latest_value.h"
-#include "services/common/mailbox.h"
-#include "services/common/outbox.h"
-#include "services/common/periodic_loop.h"
-#include "services/common/spsc_queue.h"
 #include "services/control/service.h"
+#include "services/runtime/latest_value.h"
+#include "services/runtime/mailbox.h"
+#include "services/runtime/realtime_shell.h"
+#include "services/runtime/spsc_queue.h"
 
 using namespace tandem;
 using service::Service;
@@ -23,39 +22,26 @@ class LockStep {
   explicit LockStep(Service& service) : service_(service) {}
 
   void run(service::StopSignal& stop) {
-    service_.listen([this](const dds::ActuationState& m) { mailbox_.put(m); },
-                    [this](const dds::TipPoses& m) { mailbox_.put(m); },
-                    [this](const dds::PlanningReference& m) { mailbox_.put(m); },
-                    [this](const service::ControlOrder& m) { mailbox_.put(m); }, [this] { mailbox_.put(dds::Stop{}); },
-                    [this](const dds::TeleopInput& m) { mailbox_.put(m); },
-                    [this](const service::CrtkOrder& m) { mailbox_.put(m); });
+    const auto put = [this](const auto& message) { loop_.put(message); };
+    service_.listen(
+        put, put, put, put, [this] { loop_.put(dds::Stop{}); }, put, put, [this] { loop_.put(dds::Mismatch{}); });
     service_.clearance.start();
     spdlog::info("ready: lock-step, period {} s of simulated time", service_.setup.deployment.control_period);
-    while (!stop.requested()) {
-      const auto event = mailbox_.take(kIdle);
-      service_.setup.heartbeat->beat();
-      bool tell = !event;
-      if (event)
-        tell = std::visit([this](const auto& message) { return take(message); }, *event);
+    loop_.run(service_.setup, stop, kIdle, [this](const auto& message) {
+      const bool tell = take(message);
       const std::int64_t now = service::monotonicNow();
       const bool advance = service_.core.readyToAdvance();
-      tell = tell || now - last_told_ > static_cast<std::int64_t>(1e9 * kIdle);
-      if (advance || tell)
+      if (advance || tell || now - last_told_ > static_cast<std::int64_t>(1e9 * kIdle))
         speak(now, advance);
-    }
+    });
+    service_.clearance.stop();
   }
 
  private:
   static constexpr double kIdle = 0.02;  // s
-  using Event = std::variant<dds::ActuationState,
-                             dds::TipPoses,
-                             dds::PlanningReference,
-                             service::ControlOrder,
-                             dds::Stop,
-                             dds::TeleopInput,
-                             service::CrtkOrder>;
 
   // Each returns whether the others should hear of it at once.
+  bool take(std::monostate) { return true; }
   bool take(const dds::ActuationState& message) {
     state_ = message;
     service_.core.onState(message);
@@ -69,19 +55,26 @@ class LockStep {
     service_.core.onReference(message);
     return false;
   }
-  bool take(const service::ControlOrder& order) {
-    service_.answer(service_.core.order(order, service::monotonicNow()));
+  bool take(const operation::ControlOrder& order) {
+    const std::int64_t now = service::monotonicNow();
+    const operation::OrderReply reply = service_.core.order(order, now);
+    service_.holder = service_.core.leaseHolder(now);
+    service_.answer(reply);
     return order.kind != dds::ControlKind::kKeepLease;
   }
   bool take(const dds::Stop&) {
     service_.core.stop();
     return true;
   }
+  bool take(const dds::Mismatch&) {
+    service_.core.onMismatch(service::monotonicNow());
+    return true;
+  }
   bool take(const dds::TeleopInput& message) {
     service_.core.onInput(message, service::monotonicNow());
     return false;
   }
-  bool take(const service::CrtkOrder& order) {
+  bool take(const operation::CrtkOrder& order) {
     service_.crtk_desk.settle(service_.core.crtk(order, service::monotonicNow()));
     return true;
   }
@@ -94,8 +87,8 @@ class LockStep {
       service_.limits.write(output_.limits);
     if (advance || service_.core.drivesPending())
       service_.commands.write(output_.command);
-    service_.tellFaults(
-        fault_watch_, [this](const service::FaultReport& report) { service::logFault(service_.setup.robot, report); });
+    watch_.look(service_.core, service_.robot.armCount(),
+                [this](const auto& report) { service::logFault(service_.setup.robot, report); });
     if (!advance)
       last_told_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
@@ -107,12 +100,20 @@ class LockStep {
   }
 
   Service& service_;
-  service::Mailbox<Event> mailbox_;
-  service::CycleOutput output_;
+  service::EventLoop<dds::ActuationState,
+                     dds::TipPoses,
+                     dds::PlanningReference,
+                     operation::ControlOrder,
+                     dds::Stop,
+                     dds::Mismatch,
+                     dds::TeleopInput,
+                     operation::CrtkOrder>
+      loop_;
+  operation::CycleOutput output_;
   dds::ActuationState state_;
   service::Moment moment_;
   std::int64_t last_told_ = 0, last_crtk_ = 0;
-  service::FaultWatch fault_watch_;
+  service::FaultWatch watch_;
 };
 
 /** Real time: a periodic thread that never sees DDS. */
@@ -120,75 +121,62 @@ class RealTime {
  public:
   explicit RealTime(Service& service)
       : service_(service),
-        loop_(service.setup.deployment.control_period),
-        crtk_every_(std::max<std::uint64_t>(
-            1,
-            static_cast<std::uint64_t>(service.setup.deployment.status_period / loop_.period()))),
-        commands_(outbox_.latest<dds::ActuationCommand>([&](const auto& m) { service_.commands.write(m); })),
-        statuses_(outbox_.latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
-        limits_(outbox_.latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
-        beats_(outbox_.latest<service::LoopStatistics>([&](const auto& m) { service_.setup.heartbeat->beat(m); })),
-        moments_(publisher_.latest<service::Moment>([&](const auto& m) { service_.publish(m); })),
-        outcomes_(publisher_.queue<service::CrtkOutcome>(256, [&](const auto& m) { service_.crtk_desk.settle(m); })),
-        answers_(publisher_.queue<service::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
-        faults_(
-            publisher_.queue<service::FaultReport>(64,
-                                                   [&](const auto& m) { service::logFault(service_.setup.robot, m); })),
-        idles_(publisher_.queue<service::IdleReport>(32, [&](const auto& m) { service_.tellIdle(m); })) {}
+        shell_(service.setup, service.setup.deployment.control_period),
+        commands_(shell_.outbox().latest<dds::ActuationCommand>([&](const auto& m) { service_.commands.write(m); })),
+        statuses_(shell_.outbox().latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
+        limits_(shell_.outbox().latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
+        moments_(shell_.publisher().latest<service::Moment>([&](const auto& m) { service_.publish(m); })),
+        outcomes_(
+            shell_.publisher().queue<operation::CrtkOutcome>(256,
+                                                             [&](const auto& m) { service_.crtk_desk.settle(m); })),
+        answers_(shell_.publisher().queue<operation::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
+        idles_(shell_.publisher().queue<service::IdleReport>(32, [&](const auto& m) { service_.logIdle(m); })) {}
 
   void run(service::StopSignal& stop) {
-    outbox_.start();
-    publisher_.start();
     service_.clearance.start();
-    if (service_.core.frames() != nullptr)
-      service_.core.frames()->start();
-    service_.listen(
-        [this](const dds::ActuationState& m) { states_.store(m); }, [this](const dds::TipPoses& m) { tips_.store(m); },
-        [this](const dds::PlanningReference& m) { references_.store(m); },
-        [this](const service::ControlOrder& m) { putOrder(m); }, [this] { stop_requested_ = true; },
-        [this](const dds::TeleopInput& m) { putInput(m); }, [this](const service::CrtkOrder& m) { putCrtk(m); });
-    const config::Deployment& deployment = service_.setup.deployment;
-    for (const std::string& refusal : service::enterRealtime(deployment.realtime_priority, deployment.lock_memory)) {
-      spdlog::warn("{}", refusal);
-    }
-    spdlog::info("ready: period {} s", loop_.period());
-    loop_.run([&](const service::Tick& tick) {
+    if (service_.frames != nullptr)
+      service_.frames->start();
+    service_.listen([this](const dds::ActuationState& m) { states_.store(m); },
+                    [this](const dds::TipPoses& m) { tips_.store(m); },
+                    [this](const dds::PlanningReference& m) { references_.store(m); },
+                    [this](const operation::ControlOrder& m) { putOrder(m); }, [this] { stop_requested_ = true; },
+                    [this](const dds::TeleopInput& m) { putInput(m); },
+                    [this](const operation::CrtkOrder& m) { putCrtk(m); }, [this] { mismatch_ = true; });
+    shell_.run("robot " + service_.setup.robot.name, [&](const service::Tick& tick) {
       cycle(tick);
       return !stop.requested();
     });
-    outbox_.stop();
-    publisher_.stop();
     service_.clearance.stop();
-    if (service_.core.frames() != nullptr)
-      service_.core.frames()->stop();
+    if (service_.frames != nullptr)
+      service_.frames->stop();
   }
 
  private:
-  void putOrder(const service::ControlOrder& order) {
+  void putOrder(const operation::ControlOrder& order) {
     const std::lock_guard lock(order_mutex_);  // several DDS threads; the periodic one takes no lock
     if (orders_.push(order))
       return;
-    service::OrderReply reply;
+    operation::OrderReply reply;
     reply.client = order.client;
     reply.request = order.request;
-    reply.code = dds::ReplyCode::kBusy;
+    reply.refusal.reason = operation::Reason::kTooFast;
     reply.retired = order.tracker;
     service_.answer(reply);
   }
 
   /// Inputs of others than the commander must not overtake the commander's.
   void putInput(const dds::TeleopInput& input) {
-    (input.client == lease_holder_.load(std::memory_order_relaxed) ? inputs_ : other_inputs_).store(input);
+    (input.client == service_.holder.load(std::memory_order_relaxed) ? inputs_ : other_inputs_).store(input);
   }
 
-  void putCrtk(const service::CrtkOrder& order) {
+  void putCrtk(const operation::CrtkOrder& order) {
     const std::lock_guard lock(order_mutex_);
     if (crtk_orders_.push(order))
       return;
-    service::CrtkOutcome outcome;
+    operation::CrtkOutcome outcome;
     outcome.verb = order.verb;
     outcome.group = order.group;
-    service_.crtk_desk.settle(outcome.refuse("comes faster than control takes it"));
+    service_.crtk_desk.settle(outcome.refuse("%s", idl::name(operation::Reason::kTooFast).data()));
   }
 
   void takeOperators(std::int64_t now) noexcept {
@@ -196,74 +184,76 @@ class RealTime {
       service_.core.onInput(input_, now);
     if (other_inputs_.take(input_))
       service_.core.onInput(input_, now);
-    service::CrtkOrder order;
+    operation::CrtkOrder order;
     while (crtk_orders_.pop(order))
       outcomes_.post(service_.core.crtk(order, now));
   }
 
+  static void tellTiming(const service::LoopStatistics& s, dds::ControlStatus& status) noexcept {
+    status.cycle_time = s.execution_last;
+    status.cycle_time_max = s.execution_max;
+    status.jitter_max = s.lateness_max;
+    status.cycles = s.cycles;
+    status.overruns = s.overruns;
+  }
+
   void cycle(const service::Tick& tick) noexcept {
-    if (states_.take(state_))
-      service_.core.onState(state_);
+    if (states_.take())
+      service_.core.onState(states_.value(), states_.arrivals());
     if (tips_.take(measured_))
       service_.core.onTips(measured_);
-    if (references_.take(reference_))
-      service_.core.onReference(reference_);
+    if (references_.take())
+      service_.core.onReference(references_.value(), references_.arrivals());
     if (stop_requested_.exchange(false, std::memory_order_relaxed))
       service_.core.stop();
-    service::ControlOrder order;
-    while (orders_.pop(order))
-      answers_.post(service_.core.order(order, tick.now));
+    if (mismatch_.exchange(false, std::memory_order_relaxed))
+      service_.core.onMismatch(tick.now);
+    operation::ControlOrder order;
+    while (orders_.pop(order)) {
+      const operation::OrderReply reply = service_.core.order(order, tick.now);
+      service_.holder.store(service_.core.leaseHolder(tick.now), std::memory_order_relaxed);
+      answers_.post(reply);
+    }
     takeOperators(tick.now);
-    const service::LoopStatistics& s = loop_.statistics();
-    service_.core.setTiming({s.execution_last, s.execution_max, s.lateness_max, s.cycles, s.overruns});
+    const service::LoopStatistics& s = shell_.loop().statistics();
     service_.core.cycle(tick.now, false, output_);
-    lease_holder_.store(output_.status.lease_holder, std::memory_order_relaxed);
-    for (service::CrtkOutcome outcome; service_.core.takeEnded(outcome);)
-      outcomes_.post(outcome);
-    for (service::IdleReport report; service_.core.takeIdle(report);)
-      idles_.post(report);
+    tellTiming(s, output_.status);
+    service_.holder.store(output_.status.lease_holder, std::memory_order_relaxed);
+    for (int i = 0; i < output_.endings.count; ++i)
+      outcomes_.post(output_.endings.outcome[static_cast<std::size_t>(i)]);
+    service_.tellIdle(output_, [this](const service::IdleReport& report) { idles_.post(report); });
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
-    beats_.post(s);
-    service_.tellFaults(fault_watch_, [this](const service::FaultReport& report) { faults_.post(report); });
-    if (tick.cycle % crtk_every_ == 0) {
-      service_.fillMoment(tick.now, state_, output_, moment_);
+    shell_.close(service_.core, service_.robot.armCount());
+    if (shell_.isTold(tick)) {
+      service_.fillMoment(tick.now, states_.value(), output_, moment_);
       moments_.post(moment_);
-      service_.clearance.post(state_);
+      service_.clearance.post(states_.value());
     }
   }
 
   Service& service_;
-  service::PeriodicLoop loop_;
-  std::uint64_t crtk_every_;
-  service::Outbox outbox_;     ///< what the robot waits for
-  service::Outbox publisher_;  ///< what people wait for: it computes shapes
+  service::RealtimeShell shell_;
   service::Outbox::Latest<dds::ActuationCommand>& commands_;
   service::Outbox::Latest<dds::ControlStatus>& statuses_;
   service::Outbox::Latest<dds::ActuationLimits>& limits_;
-  service::Outbox::Latest<service::LoopStatistics>& beats_;
   service::Outbox::Latest<service::Moment>& moments_;
-  service::Outbox::Queue<service::CrtkOutcome>& outcomes_;
-  service::Outbox::Queue<service::OrderReply>& answers_;
-  service::Outbox::Queue<service::FaultReport>& faults_;
+  service::Outbox::Queue<operation::CrtkOutcome>& outcomes_;
+  service::Outbox::Queue<operation::OrderReply>& answers_;
   service::Outbox::Queue<service::IdleReport>& idles_;
-  service::FaultWatch fault_watch_;
-  service::LatestValue<dds::ActuationState> states_;
+  service::LatestSample<dds::ActuationState> states_;
   service::LatestValue<dds::TipPoses> tips_;
-  service::LatestValue<dds::PlanningReference> references_;
+  service::LatestSample<dds::PlanningReference> references_;
   std::mutex order_mutex_;
-  service::SpscQueue<service::ControlOrder> orders_{64};
-  service::SpscQueue<service::CrtkOrder> crtk_orders_{256};
+  service::SpscQueue<operation::ControlOrder> orders_{64};
+  service::SpscQueue<operation::CrtkOrder> crtk_orders_{256};
   service::LatestValue<dds::TeleopInput> inputs_, other_inputs_;
-  std::atomic<std::uint64_t> lease_holder_{0};
-  std::atomic<bool> stop_requested_{false};
-  dds::ActuationState state_;
+  std::atomic<bool> stop_requested_{false}, mismatch_{false};
   dds::TipPoses measured_;
-  dds::PlanningReference reference_;
   dds::TeleopInput input_;
   service::Moment moment_;
-  service::CycleOutput output_;
+  operation::CycleOutput output_;
 };
 
 void run(const service::Setup& setup, service::StopSignal& stop) {
@@ -271,7 +261,6 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   if (setup.deployment.clock == config::ClockMode::kLockStep) {
     LockStep lock_step(service);
     lock_step.run(stop);
-    service.clearance.stop();
     service.readers.clear();
   } else {
     RealTime real_time(service);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/operator_publisher.h"
+#include "config/arm_names.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -17,8 +18,8 @@ OperatorPublisher::OperatorPublisher(dds::Bus& bus, const Setup& setup, const Cr
     : setup_(setup), desk_(desk), operators_(bus.writer(dds::kTeleopStatus)), crtk_(bus.writer(dds::kCrtkStatus)) {}
 
 void OperatorPublisher::publish(const dds::ControlStatus& status,
-                                const OperatorMoment& operators,
-                                const CrtkMoment& crtk) {
+                                const operation::OperatorMoment& operators,
+                                const operation::CrtkMoment& crtk) {
   ++sequence_;
   operators_.write(statusOf(status, operators));
   dds::CrtkStatus message;
@@ -29,7 +30,7 @@ void OperatorPublisher::publish(const dds::ControlStatus& status,
   crtk_.write(message);
 }
 
-std::string OperatorPublisher::limiterOf(const OperatorMoment::Stage& stage) const {
+std::string OperatorPublisher::limiterOf(const operation::OperatorMoment::Stage& stage) const {
   constexpr std::array<const char*, 6> kSides{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
   const auto& guard = setup_.deployment.teleoperation.options.guard;
   const auto index = static_cast<std::size_t>(stage.index);
@@ -60,7 +61,7 @@ std::string OperatorPublisher::limiterOf(const OperatorMoment::Stage& stage) con
 
 /// "tube 2 of arm_a against tube 1, ...", the heaviest first; empty where no limit is in the way.
 std::string OperatorPublisher::jointLimits(const dds::ControlStatus& status) const {
-  const std::vector<std::string> names = service::shortArmNames(setup_.robot);
+  const std::vector<std::string> names = config::shortArmNames(setup_.robot);
   std::string all;
   for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < names.size(); ++i) {
     const control::NamedLimit limit{static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i],
@@ -70,14 +71,15 @@ std::string OperatorPublisher::jointLimits(const dds::ControlStatus& status) con
   return all;
 }
 
-dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status, const OperatorMoment& moment) const {
+dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
+                                              const operation::OperatorMoment& moment) const {
   dds::TeleopStatus m;
   m.session = setup_.session;
   m.sequence = sequence_;
   m.answers_state = status.answers_state;
   m.stamp = status.stamp;
   m.state = static_cast<std::uint8_t>(moment.state);
-  m.reason = words(moment.reason);
+  m.reason = operation::operatorWords(moment.reason);
   m.client = moment.client;
   m.answers_input = moment.answers_input;
   m.device = moment.device;
@@ -95,12 +97,12 @@ dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status, 
   m.refused = moment.refused;
   m.late = moment.late;
   m.refused_client = moment.refused_client;
-  m.refusal = words(moment.refusal);
+  m.refusal = operation::operatorWords(moment.refusal);
   m.tip_target = moment.tip_target;
   if (moment.client == 0)
     return m;
   for (int s = 0; s < planning::teleoperation::kStages; ++s) {
-    const OperatorMoment::Stage& from = moment.stages[static_cast<std::size_t>(s)];
+    const operation::OperatorMoment::Stage& from = moment.stages[static_cast<std::size_t>(s)];
     m.stages.push_back({std::string(planning::teleoperation::name(static_cast<Stage>(s))),
                         static_cast<std::uint8_t>(from.input != from.output ? 1 : 0), limiterOf(from), from.input,
                         from.output});

@@ -2,8 +2,8 @@
 /** @file teleop/status and crtk/status. Runs on a publisher thread: it makes words. */
 #pragma once
 
+#include "operation/operator_desk.h"
 #include "services/control/crtk_desk.h"
-#include "services/control/operator_desk.h"
 #include "services/dds/bus.h"
 
 namespace tandem::service {
@@ -11,11 +11,13 @@ namespace tandem::service {
 class OperatorPublisher {
  public:
   OperatorPublisher(dds::Bus& bus, const Setup& setup, const CrtkDesk& desk);
-  void publish(const dds::ControlStatus& status, const OperatorMoment& operators, const CrtkMoment& crtk);
+  void publish(const dds::ControlStatus& status,
+               const operation::OperatorMoment& operators,
+               const operation::CrtkMoment& crtk);
 
  private:
-  dds::TeleopStatus statusOf(const dds::ControlStatus& status, const OperatorMoment& moment) const;
-  std::string limiterOf(const OperatorMoment::Stage& stage) const;
+  dds::TeleopStatus statusOf(const dds::ControlStatus& status, const operation::OperatorMoment& moment) const;
+  std::string limiterOf(const operation::OperatorMoment::Stage& stage) const;
   std::string jointLimits(const dds::ControlStatus& status) const;
 
   const Setup& setup_;

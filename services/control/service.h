@@ -4,18 +4,31 @@
 
 #include <spdlog/spdlog.h>
 
+#include <atomic>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "config/arm_names.h"
+#include "operation/control_core.h"
 #include "services/control/clearance_publisher.h"
-#include "services/control/control_core.h"
 #include "services/control/crtk_desk.h"
 #include "services/control/crtk_publisher.h"
+#include "services/control/frame_loop.h"
 #include "services/control/operator_publisher.h"
-#include "services/setup/clock_desk.h"
+#include "services/control/order_desk.h"
+#include "services/dds/reply.h"
+#include "services/runtime/clock_desk.h"
+#include "services/runtime/identity.h"
 
 namespace tandem::service {
+
+/** An arm that nobody commands, for the thread that logs. */
+struct IdleReport {
+  int arm = 0;
+  double idle = 0.0;  ///< s
+  safety::IdlePower::Verdict verdict{};
+};
 
 /** What both ways of running share: the bus, the topics, the desk for requests. */
 struct Service {
@@ -23,7 +36,8 @@ struct Service {
       : setup(s),
         robot(s.robot, s.deployment.model),
         desk(s, robot),
-        core(s, robot, desk.makeTracker()),
+        frames(s.robot.catheters ? std::make_unique<FrameLoop>(s) : nullptr),
+        core(siteOf(s, robot), desk.makeTracker(), frames.get()),
         crtk_desk(s, robot),
         bus(busOptions(s.deployment, s.name)),
         crtk(bus, s, robot),
@@ -33,26 +47,54 @@ struct Service {
     limits = bus.writer(dds::kActuationLimits);
     statuses = bus.writer(dds::kControlStatus);
     replies = bus.writer(dds::kControlReply);
+    permissions = bus.writer(dds::kControlPermissions);
+  }
+
+  /// What takes long to prepare is prepared for the commander alone: others could keep the thread busy with it that
+  /// hears stops.
+  static bool isDear(const dds::ControlRequest& request) {
+    const auto kind = static_cast<dds::ControlKind>(request.kind);
+    return kind == dds::ControlKind::kSetMethod || kind == dds::ControlKind::kSetParameter;
   }
 
   /// Readers; every callback runs on a DDS thread.
-  template <class OnState, class OnTips, class OnReference, class OnOrder, class OnStop, class OnInput, class OnCrtk>
+  template <class OnState,
+            class OnTips,
+            class OnReference,
+            class OnOrder,
+            class OnStop,
+            class OnInput,
+            class OnCrtk,
+            class OnMismatch>
   void listen(OnState on_state,
               OnTips on_tips,
               OnReference on_reference,
               OnOrder on_order,
               OnStop on_stop,
               OnInput on_input,
-              OnCrtk on_crtk) {
+              OnCrtk on_crtk,
+              OnMismatch on_mismatch) {
+    mismatches.emplace(
+        bus, [this](const dds::Reply& reply) { replies.write(reply); }, on_mismatch);
+    readers.push_back(bus.reader(dds::kControlStatus, [](const dds::ControlStatus&) {}));  // of others who control
     readers.push_back(bus.reader(dds::kTeleopInput, on_input));
-    if (setup.deployment.teleoperation.crtk.commands)
-      crtk_desk.listen(bus, on_crtk, readers);
+    const config::Crtk& admission = setup.deployment.teleoperation.crtk;
+    dds::ReaderOptions admitted;
+    if (!admission.anybody())
+      admitted.senders = admission.clients;
+    if (!admission.nobody())
+      crtk_desk.listen(bus, on_crtk, admitted, readers);
     if (setup.deployment.feedback == planning::Feedback::kSensor)
       readers.push_back(bus.reader(dds::kSensingTips, on_tips));
     readers.push_back(bus.reader(dds::kActuationState, on_state));
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
     readers.push_back(bus.reader(dds::kControlRequest, [this, on_order](const dds::ControlRequest& request) {
       dds::Reply refusal;
+      if (isDear(request) && request.client != holder.load(std::memory_order_relaxed)) {
+        const auto reason = holder == 0 ? operation::Reason::kNoLease : operation::Reason::kOtherLease;
+        replies.write(dds::replyTo(request, dds::ReplyCode::kNotLeaseHolder, std::string(idl::name(reason))));
+        return;
+      }
       if (const auto order = desk.parse(request, refusal)) {
         on_order(*order);
       } else {
@@ -64,37 +106,42 @@ struct Service {
       spdlog::error("stop: {}", stop.reason);
       on_stop();
     }));
-    std::vector<std::string> groups = armNames(setup.robot);
+    std::vector<std::string> groups = config::armList(setup.robot);
     if (groups.size() >= 2)
       groups.push_back(dds::kPair);
+    if (admission.nobody())
+      groups.clear();
     for (const std::string& group : groups) {
-      readers.push_back(bus.reader(dds::kStateCommand, group, [this, group, on_order](const auto& command) {
+      const auto take = [this, group, on_order](const dds::StringStamped& command) {
         std::string refusal;
         auto order = desk.parse(group, command, refusal);
         if (!order)
           return spdlog::warn("{}", refusal);
+        order->control_session = setup.session;
+        order->answers_control = crtk_desk.answered(command.stamp);
         if (order->arm != dds::kAllArms || robot.armCount() == 2)
           return on_order(*order);
         for (order->arm = 0; order->arm < 2; ++order->arm)  // the pair of a robot with more arms
           on_order(*order);
-      }));
+      };
+      readers.push_back(bus.reader(dds::kStateCommand, group, take, admitted));
     }
     clock.emplace(bus, setup);
   }
 
-  /// Calls `tell` with every new fault of an arm.
+  /// Calls `tell` with every arm that has been without a commander for too long.
   template <class Tell>
-  void tellFaults(FaultWatch& watch, Tell tell) const noexcept {
-    for (int k = 0; k < robot.armCount(); ++k) {
-      if (watch.fresh(k, core.faultRecord(k)))
-        tell(FaultReport{k, core.faultRecord(k)});
+  static void tellIdle(const operation::CycleOutput& output, Tell tell) noexcept {
+    for (std::size_t k = 0; k < output.idle.size(); ++k) {
+      if (output.idle[k] != safety::IdlePower::Verdict::kNothing)
+        tell(IdleReport{static_cast<int>(k), output.status.idle[k], output.idle[k]});
     }
   }
 
   /// Not for the periodic thread.
-  void tellIdle(const IdleReport& report) const {
+  void logIdle(const IdleReport& report) const {
     const std::string& arm = setup.robot.arms[static_cast<std::size_t>(report.arm)].name;
-    if (report.powered_off) {
+    if (report.verdict == safety::IdlePower::Verdict::kPowerOff) {
       spdlog::warn("{}: power off: nobody has commanded it for {:.0f} s", arm, report.idle);
     } else {
       spdlog::warn(
@@ -107,32 +154,54 @@ struct Service {
   /// What the thread that publishes for people shall say. @param m  of the periodic thread
   void fillMoment(std::int64_t now,
                   const dds::ActuationState& state,
-                  const CycleOutput& output,
+                  const operation::CycleOutput& output,
                   Moment& m) const noexcept {
     m.state = state;
     m.status = output.status;
+    m.permissions = output.permissions;
     m.commanded = output.command.velocity;
-    m.faults = core.faultRecords();
+    for (int k = 0; k < robot.armCount(); ++k)
+      m.faults[static_cast<std::size_t>(k)] = core.faultRecord(k);
     core.fillMoments(now, m.operators, m.crtk);
   }
 
   void publish(const Moment& m) {
+    crtk_desk.noteFeedback(m.state.stamp, m.status.sequence);
     crtk.publish(m);
+    permissions.write(m.permissions);
     operators.publish(m.status, m.operators, m.crtk);
   }
 
-  void answer(const OrderReply& reply) {
-    const dds::Reply message = desk.settle(reply);
+  void answer(const operation::OrderReply& reply) {
+    dds::Reply message = desk.settle(reply);
+    message.reason += more(reply);
     if (message.accepted == 0 && message.request != 0)
       spdlog::warn("request refused: {}", message.reason);
     if (message.request != 0)
       replies.write(message);
   }
 
+  /// What the bus knows beyond the reason of a refusal: whom it is about.
+  std::string more(const operation::OrderReply& reply) const {
+    std::string text;
+    const operation::Reason reason = reply.refusal.reason;
+    if (reason == operation::Reason::kMismatch) {
+      for (const std::string& words : service::mismatches(bus))
+        text += "; " + words;
+    }
+    const bool others = reason == operation::Reason::kOtherLease || reason == operation::Reason::kLeaseTaken;
+    if (const auto who = bus.who(reply.holder); others && who)
+      text = ": " + service::describe(*who);
+    if (others)
+      text += "; it alone can resume what it has begun";
+    return text;
+  }
+
   const Setup& setup;
-  experiments::RobotModel robot;
+  robots::RobotModel robot;
   OrderDesk desk;
-  ControlCore core;
+  std::unique_ptr<FrameLoop> frames;  ///< of catheters
+  operation::ControlCore core;
   CrtkDesk crtk_desk;
   dds::Bus bus;
   CrtkPublisher crtk;
@@ -142,8 +211,11 @@ struct Service {
   dds::Writer<dds::ActuationLimits> limits;
   dds::Writer<dds::ControlStatus> statuses;
   dds::Writer<dds::Reply> replies;
+  dds::Writer<dds::ControlPermissions> permissions;
+  std::optional<MismatchDesk> mismatches;
   std::vector<dds::Reader> readers;
   std::optional<ClockDesk> clock;
+  std::atomic<std::uint64_t> holder{0};  ///< of the lease, as control's thread last knew
 };
 
 }  // namespace tandem::service

@@ -7,7 +7,7 @@ namespace tandem::service {
 
 Settler::Settler(const Setup& setup)
     : setup_(setup),
-      follower_(makeRestFollower(setup.robot)),
+      follower_(robots::makeRestFollower(setup.robot)),
       wishes_(outbox_.latest<Wish>([this](const Wish& wish) { settle(wish); })) {}
 
 void Settler::start() {
@@ -24,7 +24,7 @@ void Settler::ask(const Wish& wish) noexcept {
 
 void Settler::settle(const Wish& wish) {
   if (wish.placement != placement_)
-    follower_.emplace(makeRestFollower(setup_.robot));
+    follower_.emplace(robots::makeRestFollower(setup_.robot));
   placement_ = wish.placement;
   const safety::RobotVector q = Eigen::VectorXd::Map(wish.joints.data(), wish.joint_count);
   const bool moved = !answer_.rest.known() || q != answer_.rest.q();
@@ -35,7 +35,7 @@ void Settler::settle(const Wish& wish) {
   if (!why.empty())
     return;
   if (moved)
-    experiments::fillRest(follower_->mechanism(), q, answer_.rest);
+    robots::fillRest(follower_->mechanism(), q, answer_.rest);
   answer_.stamp = wish.stamp;
   answer_.placement = wish.placement;
   answers_.store(answer_);

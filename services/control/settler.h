@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "services/common/latest_value.h"
-#include "services/common/outbox.h"
-#include "services/setup/mechanisms.h"
-#include "services/setup/process.h"
+#include "robots/mechanisms.h"
+#include "services/runtime/latest_value.h"
+#include "services/runtime/outbox.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 
@@ -28,7 +28,7 @@ class Settler {
     planning::Rest rest;
   };
 
-  /// @throw std::invalid_argument as makeRestFollower() does.
+  /// @throw std::invalid_argument as robots::makeRestFollower() does.
   explicit Settler(const Setup& setup);
 
   /// Before enterRealtime(): the thread inherits the scheduling of the caller. Without a thread ask() itself settles,
@@ -45,7 +45,7 @@ class Settler {
   void settle(const Wish& wish);
 
   const Setup& setup_;
-  std::optional<experiments::RestFollower> follower_;
+  std::optional<robots::RestFollower> follower_;
   std::uint32_t placement_ = 0;
   std::string told_;  ///< why there was no rest, the last time
   Answer answer_;

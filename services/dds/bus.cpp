@@ -5,12 +5,19 @@
 #include <stdexcept>
 
 #include "services/dds/ends_detail.h"
+#include "services/dds/identities.h"
 #include "services/dds/validate.h"
 #include "services/dds/wire_detail.h"
 
 namespace tandem::dds {
 namespace detail {
 namespace {
+
+/// Messages of which only those count whose sender knows the same robot.
+template <class M>
+concept Fingerprinted = !std::is_same_v<M, Identity> && requires(M message) {
+  message.fingerprint;
+};
 
 template <class M>
 std::string topicName(const Participant& participant, const Topic<M>& topic, const std::string& arm) {
@@ -25,7 +32,11 @@ template <class M>
 class WriterImpl final : public WriterEnd {
  public:
   WriterImpl(std::shared_ptr<Participant> participant, const Topic<M>& topic, const std::string& arm)
-      : WriterEnd(participant, topicName(*participant, topic, arm), topic.profile, new GuardedSupport<M>) {}
+      : WriterEnd(participant,
+                  topicName(*participant, topic, arm),
+                  topic.profile,
+                  fast::TypeSupport(new GuardedSupport<M>)),
+        fingerprint_(participant->options().identity.fingerprint) {}
 
  private:
   const char* writeSample(const void* message) override {
@@ -34,9 +45,14 @@ class WriterImpl final : public WriterEnd {
       return why;
     std::lock_guard lock(mutex_);
     toWire(ours, wire_);
+    if constexpr (Fingerprinted<M>) {
+      if (fingerprint_ != 0)
+        wire_.fingerprint(fingerprint_);
+    }
     return hand(&wire_);
   }
 
+  std::uint64_t fingerprint_;
   std::mutex mutex_;
   typename Wire<M>::Generated wire_;  // reused, so that fixed-size messages allocate nothing
 };
@@ -63,11 +79,27 @@ class ReaderImpl final : public ReaderEnd {
     if (!sample_.decoded)
       return "cannot be decoded";
     fromWire(sample_, message_);
+    if (isMismatch())
+      return nullptr;
     if (const char* why = malformed(message_))
       return why;
     countReceived();
     callback_(message_);
     return nullptr;
+  }
+
+  bool isMismatch() const {
+    if constexpr (Fingerprinted<M>) {
+      const std::uint64_t ours = participant()->options().identity.fingerprint;
+      if (ours == 0 || message_.fingerprint == ours)
+        return false;
+      Mismatch mismatch{name(), message_.fingerprint};
+      if constexpr (requires { message_.client; })
+        mismatch = {name(), message_.fingerprint, message_.client, message_.request};
+      participant()->noteMismatch(mismatch);
+      return true;
+    }
+    return false;
   }
 
   Callback callback_;
@@ -78,8 +110,23 @@ class ReaderImpl final : public ReaderEnd {
 }  // namespace
 }  // namespace detail
 
-Bus::Bus(const BusOptions& options) : participant_(std::make_shared<detail::Participant>(options)) {}
-Bus::~Bus() = default;
+Bus::Bus(const BusOptions& options) : participant_(std::make_shared<detail::Participant>(options)) {
+  if (options.identity.fingerprint == 0)
+    return;
+  others_ = std::make_unique<detail::IdentityReader>(participant_);
+  identity_ = writer(kIdentity);
+  identity_.write(options.identity);
+}
+
+Bus::~Bus() { onMismatch({}); }
+
+std::vector<Identity> Bus::others() const { return others_ ? others_->all() : std::vector<Identity>{}; }
+
+std::optional<Identity> Bus::who(std::uint64_t session) const {
+  return others_ ? others_->find(session) : std::nullopt;
+}
+
+void Bus::onMismatch(std::function<void(const Mismatch&)> handler) { participant_->onMismatch(std::move(handler)); }
 
 const BusOptions& Bus::options() const { return participant_->options(); }
 

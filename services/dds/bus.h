@@ -4,7 +4,7 @@
  * No traffic leaves the chosen interface: no multicast, no shared memory, unicast discovery among the peers.
  * A match proves nothing (a peer may match and yet refuse the data), so services judge one another by sequence and age.
  * Nothing here belongs on a periodic thread: writers take a lock and may make a system call; hand over through
- * services/common/outbox.h instead.
+ * services/runtime/outbox.h instead.
  */
 #pragma once
 
@@ -38,12 +38,15 @@ struct BusOptions {
   std::string interface_address = "127.0.0.1";  ///< IPv4 address of the only interface used
   std::vector<std::string> peers{"127.0.0.1"};  ///< IPv4 addresses of hosts to look for; this host is always looked at
   bool deterministic = false;  ///< lock-step: periodic topics and commands reliable, without time limits
-  /// s; a command that is older is not delivered, a writer of commands that is silent for longer counts as dead.
+  /// s; a writer of commands that is silent for longer counts as dead.
   double command_age = 0.3;
   /// DDS Security: everything is encrypted, and only who is certified takes part. Empty: off.
   std::optional<Credentials> credentials;
   /// Discovery through a server instead of peers. Empty: none.
   std::optional<DiscoveryServer> discovery;
+  /// As what this process knows the robot: goes out on topic `identity`, and its fingerprint with every message that
+  /// carries one. With fingerprint 0 nothing is told, messages go out as they are, and those of all are taken.
+  Identity identity;
 };
 
 /** What a reader may ask for beyond its topic's profile. */
@@ -51,6 +54,8 @@ struct ReaderOptions {
   /// 0: the profile's own. Otherwise keeps so many samples, as recorders and tools do, and asks for no deadline and no
   /// liveliness, so that it matches whatever the writer offers.
   int depth = 0;
+  /// Names of participants whose samples count; empty: those of all do.
+  std::vector<std::string> senders{};
 };
 
 /** Counters of a writer since its creation. */
@@ -78,7 +83,15 @@ struct Dropped {
   std::string why;  ///< of the last one
 };
 
+/** A message of somebody who knows another robot or deployment than this process: it is given to nobody. */
+struct Mismatch {
+  std::string topic;  ///< its name in DDS
+  std::uint64_t fingerprint = 0;
+  std::uint64_t client = 0, request = 0;  ///< of a request, which wants an answer; otherwise 0
+};
+
 namespace detail {
+class IdentityReader;
 class Participant;
 
 class WriterBase {
@@ -173,11 +186,21 @@ class Bus {
   /// What its readers, the former ones included, have dropped since its creation. Any thread.
   std::vector<Dropped> dropped() const;
 
+  /// Everybody else who is there and has told who it is. Any thread.
+  std::vector<Identity> others() const;
+  /// Who has this session, also of those who have left of late.
+  std::optional<Identity> who(std::uint64_t session) const;
+  /// Whom to call, on DDS threads, for each message of somebody who knows another robot or deployment; nobody from the
+  /// moment on in which this returns with an empty function.
+  void onMismatch(std::function<void(const Mismatch&)> handler);
+
   /// For the ends in this folder.
   const std::shared_ptr<detail::Participant>& participant() const { return participant_; }
 
  private:
   std::shared_ptr<detail::Participant> participant_;
+  std::unique_ptr<detail::IdentityReader> others_;
+  Writer<Identity> identity_;
 };
 
 }  // namespace tandem::dds

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <exception>
 #include <stdexcept>
 
@@ -11,11 +12,10 @@ using eprosima::fastrtps::types::ReturnCode_t;
 WriterEnd::WriterEnd(std::shared_ptr<Participant> participant,
                      std::string dds_name,
                      Profile profile,
-                     fast::TopicDataType* type)
+                     const fast::TypeSupport& type)
     : participant_(std::move(participant)), name_(std::move(dds_name)) {
-  const fast::TypeSupport support(type);
-  auto* topic = participant_->topic(name_, support);
-  const auto qos = writerQos(profile, participant_->options(), support->is_plain());
+  auto* topic = participant_->topic(name_, type);
+  const auto qos = writerQos(profile, participant_->options(), type->is_plain());
   writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
   if (writer_ == nullptr) {
     throw std::runtime_error("DDS refuses a writer of " + name_);
@@ -24,7 +24,7 @@ WriterEnd::WriterEnd(std::shared_ptr<Participant> participant,
 
 WriterEnd::~WriterEnd() {
   writer_->set_listener(nullptr);
-  participant_->publisher()->delete_datawriter(writer_);
+  participant_->remove(writer_);
 }
 
 bool WriterEnd::write(const void* message) {
@@ -60,6 +60,7 @@ void ReaderEnd::open(Profile profile, fast::TopicDataType* type, const ReaderOpt
   const fast::TypeSupport support(type);
   auto* topic = participant_->topic(name_, support);
   const auto qos = readerQos(profile, participant_->options(), options, support->is_plain());
+  senders_ = options.senders;
   reader_ = participant_->subscriber()->create_datareader(topic, qos, this);
   if (reader_ == nullptr) {
     throw std::runtime_error("DDS refuses a reader of " + name_);
@@ -88,7 +89,7 @@ void ReaderEnd::on_data_available(fast::DataReader* reader) {
 
 void ReaderEnd::deliverGuarded(const fast::SampleInfo& info) {
   try {
-    if (const char* why = deliver(info)) {
+    if (const char* why = admits(info) ? deliver(info) : "its sender is not admitted by name") {
       ++malformed_;
       participant_->noteDropped(name_, why);
       problem_.set(name_ + ": sample dropped: " + why);
@@ -98,8 +99,15 @@ void ReaderEnd::deliverGuarded(const fast::SampleInfo& info) {
   }
 }
 
+bool ReaderEnd::admits(const fast::SampleInfo& info) const {
+  return senders_.empty() ||
+         std::ranges::find(senders_, participant_->senderOf(info.publication_handle)) != senders_.end();
+}
+
 void ReaderEnd::on_subscription_matched(fast::DataReader*, const fast::SubscriptionMatchedStatus& status) {
   matched_ = status.current_count;
+  if (status.current_count_change < 0)
+    left(status.last_publication_handle);
 }
 
 void ReaderEnd::on_requested_incompatible_qos(fast::DataReader*, const fast::RequestedIncompatibleQosStatus& status) {

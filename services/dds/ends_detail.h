@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "services/dds/participant_detail.h"
 
@@ -37,7 +38,10 @@ class Problem {
 class WriterEnd : public WriterBase, private fast::DataWriterListener {
  public:
   /// @throw std::runtime_error where DDS refuses.
-  WriterEnd(std::shared_ptr<Participant> participant, std::string dds_name, Profile profile, fast::TopicDataType* type);
+  WriterEnd(std::shared_ptr<Participant> participant,
+            std::string dds_name,
+            Profile profile,
+            const fast::TypeSupport& type);
   ~WriterEnd() override;
 
   bool write(const void* message) final;
@@ -78,11 +82,15 @@ class ReaderEnd : public ReaderBase, private fast::DataReaderListener {
   virtual void* target() = 0;
   /// Looks at it and, with countReceived(), gives it on. @return why it is dropped, or null.
   virtual const char* deliver(const fast::SampleInfo& info) = 0;
+  /// A writer is gone.
+  virtual void left(const eprosima::fastrtps::rtps::InstanceHandle_t& /*writer*/) {}
 
   /// @throw std::runtime_error where DDS refuses.
   void open(Profile profile, fast::TopicDataType* type, const ReaderOptions& options);
   void close();
   void countReceived() { ++received_; }
+  const std::shared_ptr<Participant>& participant() const { return participant_; }
+  const std::string& name() const { return name_; }
 
  private:
   void on_data_available(fast::DataReader* reader) override;
@@ -92,10 +100,12 @@ class ReaderEnd : public ReaderBase, private fast::DataReaderListener {
                                     const eprosima::fastrtps::RequestedDeadlineMissedStatus& status) override;
   void on_sample_lost(fast::DataReader*, const fast::SampleLostStatus& status) override;
   void deliverGuarded(const fast::SampleInfo& info);
+  bool admits(const fast::SampleInfo& info) const;
 
   std::shared_ptr<Participant> participant_;
   std::string name_;
   fast::DataReader* reader_ = nullptr;
+  std::vector<std::string> senders_;  ///< as ReaderOptions has them
   std::mutex callback_mutex_;
   bool closed_ = false;
   std::atomic<int> matched_{0};

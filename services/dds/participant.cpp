@@ -8,6 +8,7 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/log/StdoutErrConsumer.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -162,7 +163,7 @@ struct Contract {
   bool reliable = true;
   bool latched = false;
   bool exclusive = false;
-  double expiry = 0.0;  ///< s, of commands: deadline, lifespan, liveliness; 0 = none
+  double expiry = 0.0;  ///< s, of commands: deadline, liveliness; 0 = none
 };
 
 Contract contractOf(Profile profile, const BusOptions& options) {
@@ -184,8 +185,9 @@ void applyContract(const Contract& contract, bool limited, Qos& qos) {
   qos.ownership().kind = contract.exclusive ? fast::EXCLUSIVE_OWNERSHIP_QOS : fast::SHARED_OWNERSHIP_QOS;
   if (contract.expiry > 0.0 && limited) {
     const auto expiry = Duration_t(static_cast<long double>(contract.expiry));
+    // No lifespan: Fast DDS judges it by the sender's wall clock, and clocks need not agree. Commands say what they
+    // answer.
     qos.deadline().period = expiry;
-    qos.lifespan().duration = expiry;
     // AUTOMATIC would keep a dead writer alive while any other participant lives.
     qos.liveliness().kind = fast::MANUAL_BY_TOPIC_LIVELINESS_QOS;
     qos.liveliness().lease_duration = expiry;
@@ -219,7 +221,8 @@ Participant::Participant(const BusOptions& options) : options_(options) {
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
 
   auto* factory = fast::DomainParticipantFactory::get_instance();
-  participant_ = factory->create_participant(static_cast<std::uint32_t>(options.domain), participantQos(options));
+  participant_ = factory->create_participant(static_cast<std::uint32_t>(options.domain), participantQos(options), this,
+                                             fast::StatusMask::none());
   if (participant_ != nullptr) {
     publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
     subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
@@ -234,14 +237,44 @@ Participant::Participant(const BusOptions& options) : options_(options) {
 }
 
 Participant::~Participant() {
+  std::vector<fast::DataWriter*> writers;
+  publisher_->get_datawriters(writers);
+  for (fast::DataWriter* writer : writers)
+    remove(writer);
   participant_->delete_contained_entities();
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+void Participant::on_participant_discovery(fast::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
+  const std::lock_guard lock(names_mutex_);
+  const bool gone = info.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT ||
+                    info.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT;
+  if (gone)
+    names_.erase(info.info.m_guid.guidPrefix);
+  else
+    names_[info.info.m_guid.guidPrefix] = info.info.m_participantName.to_string();
+}
+
+std::string Participant::senderOf(const rtps::InstanceHandle_t& writer) const {
+  const std::lock_guard lock(names_mutex_);
+  const auto found = names_.find(rtps::iHandle2GUID(writer).guidPrefix);
+  return found == names_.end() ? std::string() : found->second;
+}
+
+void Participant::remove(fast::DataWriter* writer) {
+  std::size_t removed = 0;
+  writer->clear_history(&removed);
+  publisher_->delete_datawriter(writer);
 }
 
 fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSupport& type) {
   std::lock_guard lock(mutex_);
   const fast::TypeSupport registered = participant_->find_type(type.get_type_name());
-  if (!registered.empty() && typeid(*registered) != typeid(*type)) {
+  const auto differs = [&type](const fast::TopicDataType& known) {
+    const fast::TopicDataType& wanted = *type.get();
+    return typeid(known) != typeid(wanted);
+  };
+  if (!registered.empty() && differs(*registered.get())) {
     throw std::runtime_error("topic " + dds_name + ": this bus has the type " + type.get_type_name() +
                              " both as messages and as bytes; the bytes need a bus of their own");
   }
@@ -273,6 +306,17 @@ void Participant::noteDropped(const std::string& topic, const char* why) {
 std::vector<Dropped> Participant::dropped() const {
   const std::lock_guard lock(dropped_mutex_);
   return dropped_;
+}
+
+void Participant::onMismatch(std::function<void(const Mismatch&)> handler) {
+  const std::lock_guard lock(mismatch_mutex_);
+  mismatch_handler_ = std::move(handler);
+}
+
+void Participant::noteMismatch(const Mismatch& mismatch) const {
+  const std::lock_guard lock(mismatch_mutex_);
+  if (mismatch_handler_)
+    mismatch_handler_(mismatch);
 }
 
 fast::DataWriterQos writerQos(Profile profile, const BusOptions& options, bool plain) {

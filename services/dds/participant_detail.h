@@ -3,11 +3,13 @@
 #pragma once
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <map>
 #include <mutex>
 #include <string>
 
@@ -18,10 +20,10 @@ namespace tandem::dds::detail {
 namespace fast = eprosima::fastdds::dds;
 
 /** Owns the participant; shared by the Bus and all its endpoints, so that it goes last. */
-class Participant {
+class Participant : private fast::DomainParticipantListener {
  public:
   explicit Participant(const BusOptions& options);
-  ~Participant();
+  ~Participant() override;
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
 
@@ -29,17 +31,32 @@ class Participant {
   fast::Topic* topic(const std::string& dds_name, const fast::TypeSupport& type);
 
   fast::Publisher* publisher() { return publisher_; }
+  /** Deletes a writer of publisher(), its samples first: Fast DDS before 2.12.2 releases them without a lock while its
+   * thread of events may walk over them for a heartbeat, which then walks for ever (Fast DDS, pull request 4076). */
+  void remove(fast::DataWriter* writer);
   fast::Subscriber* subscriber() { return subscriber_; }
   const BusOptions& options() const { return options_; }
 
+  /// The name that the participant of this writer has given itself; empty: none.
+  std::string senderOf(const eprosima::fastrtps::rtps::InstanceHandle_t& writer) const;
+
   void noteDropped(const std::string& topic, const char* why);
   std::vector<Dropped> dropped() const;
+  void onMismatch(std::function<void(const Mismatch&)> handler);
+  void noteMismatch(const Mismatch& mismatch) const;
 
  private:
+  void on_participant_discovery(fast::DomainParticipant*,
+                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+
   BusOptions options_;
+  mutable std::mutex names_mutex_;
+  std::map<eprosima::fastrtps::rtps::GuidPrefix_t, std::string> names_;  ///< of other participants
   std::mutex mutex_;
   mutable std::mutex dropped_mutex_;
   std::vector<Dropped> dropped_;
+  mutable std::mutex mismatch_mutex_;
+  std::function<void(const Mismatch&)> mismatch_handler_;
   fast::DomainParticipant* participant_ = nullptr;
   fast::Publisher* publisher_ = nullptr;
   fast::Subscriber* subscriber_ = nullptr;

@@ -35,7 +35,7 @@ class RawSupport final : public fast::TopicDataType {
       return false;
     std::copy(bytes.begin(), bytes.end(), payload->data);
     payload->length = static_cast<std::uint32_t>(bytes.size());
-    payload->encapsulation = static_cast<std::uint16_t>(bytes[1]);
+    payload->encapsulation = static_cast<unsigned char>(bytes[1]);
     return true;
   }
   bool deserialize(SerializedPayload_t* payload, void* data) override {
@@ -62,7 +62,7 @@ class RawWriterImpl final : public WriterEnd {
       : WriterEnd(participant,
                   ddsTopicName(participant->options().prefix, topic.name),
                   topic.profile,
-                  new RawSupport(ddsTypeName(topic.type))) {}
+                  fast::TypeSupport(new RawSupport(ddsTypeName(topic.type)))) {}
 
  private:
   const char* writeSample(const void* message) override {

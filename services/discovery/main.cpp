@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-#include "services/setup/process.h"
+#include "services/runtime/process.h"
 
 using namespace tandem;
 

@@ -9,11 +9,11 @@
 #include <optional>
 
 #include "hal/can/clock.h"
-#include "services/common/log.h"
-#include "services/common/stop_signal.h"
 #include "services/drive_sim/bus_spec.h"
 #include "services/drive_sim/control_socket.h"
 #include "services/drive_sim/report.h"
+#include "services/runtime/log.h"
+#include "services/runtime/stop_signal.h"
 
 using namespace tandem;
 

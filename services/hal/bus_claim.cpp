@@ -3,8 +3,8 @@
 
 #include <spdlog/spdlog.h>
 
-#include "services/common/periodic_loop.h"
 #include "services/hal/hal_events.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::service {
 

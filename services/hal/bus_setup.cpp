@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "hal/can/link.h"
-#include "services/common/periodic_loop.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::service {
 namespace {

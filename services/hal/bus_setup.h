@@ -7,7 +7,7 @@
 
 #include "hal/can/bus.h"
 #include "hal/hardware.h"
-#include "services/setup/process.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 

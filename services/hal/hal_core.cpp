@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "services/setup/actuation.h"
+#include "operation/permission.h"
+#include "services/dds/reply.h"
 
 namespace tandem::service {
 namespace {
-
-constexpr std::uint8_t kHome = 1;
 
 hal::RobotOptions robotOptions(const config::Deployment& deployment) {
   return {deployment.control_period, deployment.budgets, deployment.emergency_stop_budget};
@@ -29,25 +28,34 @@ void writeAxis(const hal::Axis& axis, std::size_t i, dds::HalStatus& status) noe
 }  // namespace
 
 dds::Reply replyOf(const HalAnswer& answer) {
-  dds::Reply reply;
-  reply.client = answer.client;
-  reply.request = answer.request;
-  reply.accepted = answer.code == dds::ReplyCode::kOk ? 1 : 0;
-  reply.code = static_cast<std::uint16_t>(answer.code);
-  reply.reason = answer.reason.data();
-  reply.value = answer.value;
-  return reply;
+  return dds::replyTo(answer, answer.code, answer.reason.data(), answer.value);
 }
 
 HalCore::HalCore(const Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses)
-    : setup_(setup), robot_(hardware, buses, robotOptions(setup.deployment)) {}
+    : DriveCore(setup, hardware, buses, robotOptions(setup.deployment)),
+      commands_(setup.deployment.budgets.commandAge(setup.deployment.control_period)) {}
 
-void HalCore::onCommand(const dds::ActuationCommand& from, std::int64_t now) noexcept {
-  // A command that answers a state of another session answers none of ours: its age is infinite.
-  const bool ours = from.state_session == setup_.session;
-  readCommand(from, ours ? stamps_.age(from.answers_state, now) : safety::kUnlimited, command_);
-  keepUnseenFaults(robot_, ours ? from.answers_state : 0, shown_faults_, command_);
-  robot_.command(command_, now);
+void HalCore::onCommand(const dds::ActuationCommand& command, std::int64_t now, std::uint64_t arrivals) noexcept {
+  if (!drives_.command(read(command, now, arrivals), now))
+    return;
+  commander_ = command.commander;
+  may_home_ = command.may_home;
+  commands_.feed(now);
+}
+
+idl::RefusalReason HalCore::againstHoming(const HalOrder& order, int arm, std::int64_t now) const noexcept {
+  using enum idl::RefusalReason;
+  if (commands_.expired(now))
+    return kNoCommand;
+  switch (operation::askerOf(order.client, commander_)) {
+    case operation::Asker::kAnybody:
+      return kNoLease;
+    case operation::Asker::kOther:
+      return kOtherLease;
+    case operation::Asker::kCommander:
+      break;
+  }
+  return may_home_[static_cast<std::size_t>(arm)] != 0 ? kNone : kNotDisabled;
 }
 
 HalAnswer HalCore::onOrder(const HalOrder& order, std::int64_t now) noexcept {
@@ -59,16 +67,21 @@ HalAnswer HalCore::onOrder(const HalOrder& order, std::int64_t now) noexcept {
     std::snprintf(answer.reason.data(), answer.reason.size(), "%s%s", who, why);
     return answer;
   };
-  if (order.kind != kHome)
+  if (order.kind != static_cast<std::uint8_t>(dds::HalKind::kHome))
     return refuse(dds::ReplyCode::kUnknown, "", "unknown kind of request, expected 1 (home)");
-  if (order.arm != dds::kAllArms && order.arm >= robot_.armCount())
+  if (order.arm != dds::kAllArms && order.arm >= drives_.armCount())
     return refuse(dds::ReplyCode::kMalformed, "", "arm: the robot has fewer, or 255 for all");
   const int first = order.arm == dds::kAllArms ? 0 : order.arm;
-  const int last = order.arm == dds::kAllArms ? robot_.armCount() - 1 : order.arm;
+  const int last = order.arm == dds::kAllArms ? drives_.armCount() - 1 : order.arm;
   answer.value = 1;
   for (int a = first; a <= last; ++a) {
-    const char* name = robot_.config().arms[static_cast<std::size_t>(a)].name.c_str();
-    switch (robot_.home(a, now)) {
+    const char* name = drives_.config().arms[static_cast<std::size_t>(a)].name.c_str();
+    if (const operation::Refusal refusal{againstHoming(order, a, now), idl::Action::kHomeDrives}) {
+      std::snprintf(answer.reason.data(), answer.reason.size(), "%s: %s", name, idl::name(refusal.reason).data());
+      answer.code = refusal.code();
+      return answer;
+    }
+    switch (drives_.home(a, now)) {
       case hal::ArmHardware::HomingAnswer::kDone:
         break;
       case hal::ArmHardware::HomingAnswer::kRunning:
@@ -84,49 +97,41 @@ HalAnswer HalCore::onOrder(const HalOrder& order, std::int64_t now) noexcept {
 }
 
 void HalCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
-  state.session = setup_.session;
-  state.sequence = ++sequence_;
-  state.stamp = now;
-  state.placements = robot_.placements();
-  writeState(robot_, state);
-  recordFaults(state, shown_faults_);
+  show(now, now, state);
   // Whoever has disabled an arm in FAULT shall wait for its boot, and not take what is being cleared for a new fault.
-  for (int a = 0; a < robot_.armCount(); ++a) {
-    if (robot_.arm(a).rebooting())
+  for (int a = 0; a < drives_.armCount(); ++a) {
+    if (drives_.arm(a).rebooting())
       state.faults[static_cast<std::size_t>(a)] = 0;
   }
-  stamps_.record(state.sequence, now);
 }
 
-void HalCore::status(std::int64_t now, dds::HalStatus& status) const noexcept {
-  status.session = setup_.session;
-  status.sequence = sequence_;  // of the state that it goes with
-  status.stamp = now;
-  writeStatus(robot_, status);
-  for (int a = 0; a < robot_.armCount(); ++a) {
-    const hal::ArmHardware& arm = robot_.arm(a);
+void HalCore::status(dds::HalStatus& status) const noexcept {
+  show(status);
+  for (int a = 0; a < drives_.armCount(); ++a) {
+    const hal::ArmHardware& arm = drives_.arm(a);
     status.homed[static_cast<std::size_t>(a)] = arm.homed() ? 1 : 0;
     status.power[static_cast<std::size_t>(a)] = static_cast<std::uint8_t>(arm.power());
     for (int j = 0; j < arm.jointCount(); ++j)
       writeAxis(arm.axis(j), dds::jointIndex(a, j), status);
   }
   for (int g = 0; g < hal::kHardwareGuardCount; ++g) {
-    const hal::HardwareGuardCounters::Entry& entry = robot_.hardwareGuards()[static_cast<hal::HardwareGuard>(g)];
+    const hal::HardwareGuardCounters::Entry& entry = drives_.hardwareGuards()[static_cast<hal::HardwareGuard>(g)];
     const auto i = static_cast<std::size_t>(g);
     status.hardware_count[i] = entry.count;
     status.hardware_arm[i] = entry.arm;
     status.hardware_joint[i] = entry.joint;
   }
   status.bus_count =
-      static_cast<std::uint8_t>(std::min<int>(robot_.busCount(), static_cast<int>(status.bus_state.size())));
+      static_cast<std::uint8_t>(std::min<int>(drives_.busCount(), static_cast<int>(status.bus_state.size())));
   status.bus_load = 0.0;
   for (int b = 0; b < status.bus_count; ++b) {
     const auto i = static_cast<std::size_t>(b);
-    const hal::can::BusCounters& counters = robot_.bus(b).counters();
-    status.bus_state[i] = static_cast<std::uint8_t>(robot_.bus(b).state());
-    status.bus_loads[i] = robot_.busLoad(b);
+    const hal::can::BusCounters& counters = drives_.bus(b).counters();
+    status.bus_state[i] = static_cast<std::uint8_t>(drives_.bus(b).state());
+    status.bus_loads[i] = drives_.busLoad(b);
     status.bus_dropped[i] = counters.tx_dropped + counters.tx_failed;
     status.bus_overflow[i] = counters.rx_overflow;
+    status.bus_success[i] = drives_.busSuccess(b);
     status.bus_load = std::max(status.bus_load, status.bus_loads[i]);
   }
 }

@@ -5,7 +5,8 @@
 #include <array>
 
 #include "hal/robot_hardware.h"
-#include "services/setup/process.h"
+#include "safety/watchdog.h"
+#include "services/runtime/drive_core.h"
 
 namespace tandem::service {
 
@@ -29,39 +30,36 @@ struct HalAnswer {
 dds::Reply replyOf(const HalAnswer& answer);
 
 /** Wire in, hardware, wire out. Nothing after construction allocates, locks or throws. Times are ns, monotonic. */
-class HalCore {
+class HalCore : public DriveCore<hal::RobotHardware> {
  public:
   /// @param buses open, in the order of the hardware file; they outlive the core.
   HalCore(const Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses);
 
   /// Before start(): hears who else is on the buses, and sends nothing; see RobotHardware::listen().
-  void listen(std::int64_t now) noexcept { robot_.listen(now); }
-  void start(std::int64_t now) noexcept { robot_.start(now); }
-  void onCommand(const dds::ActuationCommand& command, std::int64_t now) noexcept;
-  void onStop() noexcept { robot_.stop(); }
-  void onEmergencyStop(bool pressed, std::int64_t now) noexcept { robot_.onEmergencyStop(pressed, now); }
+  void listen(std::int64_t now) noexcept { drives_.listen(now); }
+  void start(std::int64_t now) noexcept { drives_.start(now); }
+  /// @param arrivals  commands that have come so far, with this one; 0: nobody counts
+  void onCommand(const dds::ActuationCommand& command, std::int64_t now, std::uint64_t arrivals = 0) noexcept;
+  void onEmergencyStop(bool pressed, std::int64_t now) noexcept { drives_.onEmergencyStop(pressed, now); }
+  /// Homing runs are the commander's, where control allows them: as the last command says.
   HalAnswer onOrder(const HalOrder& order, std::int64_t now) noexcept;
   /// One period of the bus.
-  void step(std::int64_t now) noexcept { robot_.step(now); }
+  void step(std::int64_t now) noexcept { drives_.step(now); }
 
   /// The state to publish now, with a new sequence.
   void state(std::int64_t now, dds::ActuationState& state) noexcept;
-  void status(std::int64_t now, dds::HalStatus& status) const noexcept;
-  bool nextEvent(hal::HardwareEvent& event) noexcept { return robot_.nextEvent(event); }
+  void status(dds::HalStatus& status) const noexcept;
+  bool nextEvent(hal::HardwareEvent& event) noexcept { return drives_.nextEvent(event); }
   /// An operator wishes this bus to be restarted after bus-off; true once per wish.
-  bool takeRestart(int bus) noexcept { return robot_.takeRestart(bus); }
-  int armCount() const noexcept { return robot_.armCount(); }
-  /// What led an arm into FAULT; empty in the other states.
-  const safety::FaultRecord& faultRecord(int arm) const noexcept { return robot_.faultRecord(arm); }
-  const hal::RobotHardware& robot() const noexcept { return robot_; }
+  bool takeRestart(int bus) noexcept { return drives_.takeRestart(bus); }
+  const hal::RobotHardware& robot() const noexcept { return drives_; }
 
  private:
-  const Setup& setup_;
-  hal::RobotHardware robot_;
-  safety::StateStamps stamps_;
-  safety::ShownFaults shown_faults_;
-  std::uint64_t sequence_ = 0;
-  safety::RobotCommand command_;
+  idl::RefusalReason againstHoming(const HalOrder& order, int arm, std::int64_t now) const noexcept;
+
+  std::uint64_t commander_ = 0;  ///< of the last command that was taken
+  dds::PerArm<std::uint8_t> may_home_{};
+  safety::Watchdog commands_;
 };
 
 }  // namespace tandem::service

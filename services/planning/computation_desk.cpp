@@ -5,9 +5,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "operation/convert.h"
 #include "planning/joint_sampler.h"
-#include "services/common/periodic_loop.h"
-#include "services/dds/convert.h"
+#include "services/dds/reply.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::service {
 namespace {
@@ -17,32 +18,16 @@ using dds::ComputationKind;
 
 double secondsSince(std::int64_t then) { return 1e-9 * static_cast<double>(monotonicNow() - then); }
 
-const char* wordsOf(CancelledBy who) {
-  switch (who) {
-    case CancelledBy::kNobody:
-      return "";
-    case CancelledBy::kClient:
-      return "cancelled by its client";
-    case CancelledBy::kSilence:
-      return "cancelled: its client fell silent; a client says that it is there at least once a second (keep alive)";
-    case CancelledBy::kTimeLimit:
-      return "cancelled: the time limit was reached";
-    case CancelledBy::kEnd:
-      return "cancelled: planning ends";
-  }
-  return "cancelled";
-}
-
 std::optional<Plan> planOf(const dds::ComputationRequest& request, const dds::ComputationResult& result) {
   if (static_cast<ComputationKind>(result.kind) != ComputationKind::kCheck ||
       result.outcome != static_cast<std::uint8_t>(dds::Outcome::kGood))
     return std::nullopt;
-  const auto vectorOf = [](const std::vector<double>& q) {
+  const auto vector_of = [](const std::vector<double>& q) {
     return safety::RobotVector(Eigen::VectorXd::Map(q.data(), static_cast<Eigen::Index>(q.size())));
   };
-  Plan plan{request.trajectory, vectorOf(result.start), {}};
+  Plan plan{request.trajectory, vector_of(result.start), {}};
   for (const dds::PointReport& point : result.report.points)
-    plan.points.push_back(vectorOf(point.joints));
+    plan.points.push_back(vector_of(point.joints));
   return plan;
 }
 
@@ -68,12 +53,7 @@ ComputationDesk::~ComputationDesk() {
 }
 
 void ComputationDesk::answer(const dds::ComputationRequest& request, dds::ReplyCode code, const std::string& reason) {
-  dds::Reply reply;
-  reply.client = request.client;
-  reply.request = request.request;
-  reply.accepted = code == dds::ReplyCode::kOk ? 1 : 0;
-  reply.code = static_cast<std::uint16_t>(code);
-  reply.reason = reason.substr(0, 2000);
+  dds::Reply reply = dds::replyTo(request, code, reason.substr(0, 2000));
   if (reply.accepted == 0)
     spdlog::warn("computation refused: {}", reply.reason);
   outgoing_.put(Outgoing(std::move(reply)));
@@ -170,7 +150,7 @@ dds::ComputationResult ComputationDesk::run(const Computation& computation, Job&
   dds::ComputationResult result = computation.run(hooks);
   if (result.outcome == static_cast<std::uint8_t>(dds::Outcome::kCancelled)) {
     result.cancelled_by = static_cast<std::uint8_t>(job.cancelled.load());
-    result.reason = wordsOf(job.cancelled);
+    result.reason = dds::name(job.cancelled.load());
   }
   result.elapsed = secondsSince(job.begin);
   return result;

@@ -10,11 +10,11 @@
 #include <thread>
 #include <variant>
 
-#include "services/common/latest_value.h"
-#include "services/common/mailbox.h"
-#include "services/planning/computation.h"
+#include "services/computation/computation.h"
 #include "services/planning/plan.h"
-#include "services/setup/process.h"
+#include "services/runtime/latest_value.h"
+#include "services/runtime/mailbox.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 
@@ -62,7 +62,7 @@ class ComputationDesk {
   std::optional<safety::RobotVector> presentJoints();
 
   const Setup& setup_;
-  experiments::RobotModel robot_;
+  robots::RobotModel robot_;
   std::function<void(const Outgoing&)> send_;
   LatestValue<dds::ActuationState> states_;
   dds::ActuationState state_;  ///< the computing thread's

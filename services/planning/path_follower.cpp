@@ -21,11 +21,11 @@ std::string millimetres(double value) {
 
 }  // namespace
 
-PathFollower::PathFollower(const Setup& setup) : setup_(setup), follower_(makeRestFollower(setup.robot)) {
+PathFollower::PathFollower(const Setup& setup) : setup_(setup), follower_(robots::makeRestFollower(setup.robot)) {
   options_.parameters.period = setup.deployment.control_period;
 }
 
-void PathFollower::restart() { follower_ = makeRestFollower(setup_.robot); }
+void PathFollower::restart() { follower_ = robots::makeRestFollower(setup_.robot); }
 
 void PathFollower::pause() {
   if (progress_.phase == Phase::kRunning)
@@ -40,7 +40,7 @@ void PathFollower::resume() {
 /// Why the rest that there is now cannot be the start of the path.
 std::string PathFollower::refusal() const {
   const std::string trouble = follower_.mechanism().trouble();
-  return trouble.empty() ? experiments::refusal(follower_.mechanism(), path_) : trouble;
+  return trouble.empty() ? robots::refusal(follower_.mechanism(), path_) : trouble;
 }
 
 std::string PathFollower::start(const std::string& text, const safety::RobotVector& q) {
@@ -52,7 +52,7 @@ std::string PathFollower::start(const std::string& text, const safety::RobotVect
   if (const std::string why = follower_.mechanism().impossible(); !why.empty())
     return why;
   path_ = path;
-  const bool ready = follower_.mechanism().drift() <= experiments::kPrepared * options_.most_drift;
+  const bool ready = follower_.mechanism().drift() <= robots::kPrepared * options_.most_drift;
   if (const std::string why = ready ? refusal() : ""; !why.empty())
     return why;
   part_ = Part::kBefore;
@@ -82,7 +82,7 @@ void PathFollower::ask(const planning::FrameReference& frame) {
 
 /// What is wrong with the rest along the path.
 std::string PathFollower::judge() const {
-  const experiments::Mechanism& mechanism = follower_.mechanism();
+  const robots::Mechanism& mechanism = follower_.mechanism();
   if (std::string trouble = mechanism.trouble(); !trouble.empty())
     return trouble;
   if (mechanism.drift() > options_.most_drift)
@@ -95,7 +95,7 @@ std::string PathFollower::judge() const {
 
 /// What is moved is held where it was at the start, until the path can begin.
 bool PathFollower::before() {
-  if (follower_.mechanism().drift() <= experiments::kPrepared * options_.most_drift) {
+  if (follower_.mechanism().drift() <= robots::kPrepared * options_.most_drift) {
     if (const std::string why = refusal(); !why.empty())
       return end(why);
     part_ = Part::kAlong;
@@ -104,7 +104,7 @@ bool PathFollower::before() {
     return along();
   }
   if (periods_++ * options_.parameters.period >= options_.patience)
-    return end("before the path: " + experiments::kUnprepared);
+    return end("before the path: " + robots::kUnprepared);
   ask(planning::heldReference(path_, start_));
   return true;
 }

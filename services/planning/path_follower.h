@@ -4,27 +4,27 @@
 
 #include <string>
 
-#include "experiments/track.h"
 #include "planning/follower.h"
-#include "services/setup/mechanisms.h"
-#include "services/setup/process.h"
+#include "robots/mechanisms.h"
+#include "robots/track.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 
 /** Walks along a path by time, one update per control period.
  *
  * First what is moved is held where it is, until what comes before the motion is so: forces that the arms shall hold
- * it with (experiments::prepare()); Progress::point is 0 as long. Then the path, of which the points are hundredths of
+ * it with (robots::prepare()); Progress::point is 0 as long. Then the path, of which the points are hundredths of
  * its time, in Progress::iteration its periods. A run is finished when its end is reached within the tolerance, failed
  * when it is not after some patience; and as soon as there is something wrong with the rest, or it is off by more than
- * a run may be (experiments::TrackOptions). Not for the periodic thread: it settles and allocates. */
+ * a run may be (robots::TrackOptions). Not for the periodic thread: it settles and allocates. */
 class PathFollower {
  public:
   static constexpr int kPoints = 100;
-  static constexpr double kTolerance = 1e-4;  ///< m, radians counting as in experiments/track.h
+  static constexpr double kTolerance = 1e-4;  ///< m, radians counting as in robots/track.h
   static constexpr double kPatience = 2.0;    ///< s, to reach the end
 
-  /// @throw std::invalid_argument as makeRestFollower() does.
+  /// @throw std::invalid_argument as robots::makeRestFollower() does.
   explicit PathFollower(const Setup& setup);
 
   /// Starts at measured joints. @return empty, or why not: that could be seen before anything moves
@@ -58,8 +58,8 @@ class PathFollower {
   std::string refusal() const;
 
   const Setup& setup_;
-  experiments::RestFollower follower_;
-  experiments::TrackOptions options_;
+  robots::RestFollower follower_;
+  robots::TrackOptions options_;
   planning::ObjectPath path_;
   Part part_ = Part::kBefore;
   Eigen::Isometry3d start_ = Eigen::Isometry3d::Identity();

@@ -5,29 +5,21 @@
 
 #include <cmath>
 
+#include "operation/convert.h"
+#include "operation/permission.h"
 #include "safety/operating_state.h"
-#include "services/common/periodic_loop.h"
-#include "services/dds/convert.h"
+#include "services/dds/reply.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::service {
 namespace {
+
+using dds::replyTo;
 
 /// Somebody moves the robot by hand.
 bool operated(const dds::ControlStatus& status) {
   const auto source = static_cast<dds::Source>(status.source);
   return source == dds::Source::kTeleoperation || source == dds::Source::kCrtk;
-}
-
-enum RequestKind : std::uint8_t { kStart = 1, kPause, kResume, kStop };
-
-dds::Reply reply(const dds::PlanningRequest& request, dds::ReplyCode code, std::string reason) {
-  dds::Reply reply;
-  reply.client = request.client;
-  reply.request = request.request;
-  reply.accepted = code == dds::ReplyCode::kOk ? 1 : 0;
-  reply.code = static_cast<std::uint16_t>(code);
-  reply.reason = std::move(reason);
-  return reply;
 }
 
 }  // namespace
@@ -218,27 +210,30 @@ void PlanningCore::publish() {
 std::optional<dds::PlanningReference> PlanningCore::take() { return std::exchange(outgoing_, std::nullopt); }
 
 dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
-  const bool nobody = request.client == 0 || request.client == dds::kCrtkClient;
-  if (request.kind != kStop && (nobody || status_.lease_holder != request.client)) {
-    return reply(request, dds::ReplyCode::kNotLeaseHolder, "only the holder of the control lease commands planning");
-  }
-  switch (request.kind) {
-    case kStart:
+  using Kind = dds::PlanningKind;
+  const auto kind = static_cast<Kind>(request.kind);
+  const auto action = kind == Kind::kStart ? operation::Action::kStart : operation::Action::kSteer;
+  const auto situation = operation::situationOf(setup_.robot, state_, status_, progress().phase);
+  const auto refusal = judge(action, operation::askerOf(request.client, status_.lease_holder), situation);
+  if (kind != Kind::kStop && refusal)
+    return replyTo(request, refusal.code(), describe(refusal, setup_.robot));
+  switch (kind) {
+    case Kind::kStart:
       return start(request, path);
-    case kPause:
+    case Kind::kPause:
       paths_ ? paths_->pause() : follower_.pause();
       break;
-    case kResume:
+    case Kind::kResume:
       paths_ ? paths_->resume() : follower_.resume();
       break;
-    case kStop:
+    case Kind::kStop:
       paths_ ? paths_->stop() : follower_.stop();
       break;
     default:
-      return reply(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
+      return replyTo(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
   }
   publish();
-  return reply(request, dds::ReplyCode::kOk, "");
+  return replyTo(request, dds::ReplyCode::kOk, "");
 }
 
 /// Why a trajectory cannot be run as it was planned; empty if it can.
@@ -258,40 +253,30 @@ std::string PlanningCore::unplanned(const dds::PlanningRequest& request) const {
 }
 
 dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
-  if (active())
-    return reply(request, dds::ReplyCode::kBusy, "a trajectory is running; stop it first");
-  if (operated(status_))
-    return reply(request, dds::ReplyCode::kBusy, "an operator moves the robot; release the dead-man switch first");
-  for (std::size_t k = 0; k < status_.arm_count; ++k) {
-    if (status_.operating_state[k] != static_cast<std::uint8_t>(safety::OperatingState::kEnabled)) {
-      return reply(request, dds::ReplyCode::kWrongState,
-                   setup_.robot.arms[k].name + " is not ENABLED; enable it first");
-    }
-  }
   if (paths_)
     return startPath(request, path);
   planning::TrajectorySpec spec;
   try {
     spec = config::parseTrajectory(request.trajectory, "planning/request", {});  // names no files
   } catch (const std::exception& error) {
-    return reply(request, dds::ReplyCode::kMalformed, error.what());
+    return replyTo(request, dds::ReplyCode::kMalformed, error.what());
   }
   for (const int arm : {spec.arm, spec.other_arm}) {
     if (arm < 0 || arm >= robot_.armCount() || spec.arm == spec.other_arm) {
-      return reply(request, dds::ReplyCode::kMalformed,
-                   "arm and other_arm: expected two different arms of the " + std::to_string(robot_.armCount()));
+      return replyTo(request, dds::ReplyCode::kMalformed,
+                     "arm and other_arm: expected two different arms of the " + std::to_string(robot_.armCount()));
     }
   }
   Eigen::Vector3d tip, relative;
   if (!measured(spec, tip, relative)) {
-    return reply(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
+    return replyTo(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
   }
   if (const std::string why = request.planned != 0 ? unplanned(request) : ""; !why.empty())
-    return reply(request, dds::ReplyCode::kWrongState, why);
+    return replyTo(request, dds::ReplyCode::kWrongState, why);
   try {
     follower_.start(spec, tip, relative, request.planned != 0 ? plan_->points : std::vector<safety::RobotVector>{});
   } catch (const std::exception& error) {
-    return reply(request, dds::ReplyCode::kMalformed, error.what());
+    return replyTo(request, dds::ReplyCode::kMalformed, error.what());
   }
   std::vector<Eigen::Isometry3d> points;
   for (const planning::TrajectoryPoint& point : follower_.points())
@@ -307,10 +292,8 @@ dds::Reply PlanningCore::begun(const dds::PlanningRequest& request, const std::s
   session_at_start_ = state_.session;
   commander_ = request.client;
   spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, name, progress().point_count);
-  dds::Reply answer = reply(request, dds::ReplyCode::kOk, "");
-  answer.value = trajectory_id_;
   advance();
-  return answer;
+  return replyTo(request, dds::ReplyCode::kOk, "", trajectory_id_);
 }
 
 dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) const {
@@ -330,16 +313,16 @@ dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) con
 
 dds::Reply PlanningCore::startPath(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
   if (request.planned != 0)
-    return reply(request, dds::ReplyCode::kMalformed,
-                 "planned: found 1, expected 0: paths of catheters are not checked ahead");
+    return replyTo(request, dds::ReplyCode::kMalformed,
+                   "planned: found 1, expected 0: paths of catheters are not checked ahead");
   safety::RobotVector q;
   if (!dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
-    return reply(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
+    return replyTo(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
   try {
     if (const std::string why = paths_->start(request.trajectory, q); !why.empty())
-      return reply(request, dds::ReplyCode::kFailed, why);
+      return replyTo(request, dds::ReplyCode::kFailed, why);
   } catch (const std::exception& error) {
-    return reply(request, dds::ReplyCode::kMalformed, error.what());
+    return replyTo(request, dds::ReplyCode::kMalformed, error.what());
   }
   path = pathOf(paths_->points());
   return begun(request, paths_->path().name);

@@ -4,13 +4,13 @@
 
 #include <optional>
 
-#include "experiments/run_record.h"
 #include "planning/follower.h"
 #include "planning/tips.h"
+#include "robots/robot_model.h"
 #include "services/dds/messages.h"
 #include "services/planning/path_follower.h"
 #include "services/planning/plan.h"
-#include "services/setup/process.h"
+#include "services/runtime/process.h"
 
 namespace tandem::service {
 
@@ -61,7 +61,7 @@ class PlanningCore {
 
   const Setup& setup_;
   bool lock_step_;
-  experiments::RobotModel robot_;
+  robots::RobotModel robot_;
   bool sensor_;  ///< where the tips are is measured
   planning::TipFollower model_tips_;
   planning::MeasuredTips sensor_tips_;

@@ -14,7 +14,7 @@
 
 #include "recording/sample_ring.h"
 #include "services/recorder/fault_trigger.h"
-#include "services/recorder/run_file.h"
+#include "services/recordings/run_file.h"
 
 namespace tandem::service {
 

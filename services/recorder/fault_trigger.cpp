@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include "operation/convert.h"
 #include "safety/operating_state.h"
-#include "services/dds/convert.h"
 #include "services/dds/raw.h"
-#include "services/setup/fault_log.h"
+#include "services/runtime/fault_log.h"
 
 namespace tandem::service {
 

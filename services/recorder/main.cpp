@@ -5,12 +5,13 @@
 
 #include <cstdio>
 
-#include "services/common/periodic_loop.h"
+#include "config/arm_names.h"
 #include "services/recorder/black_box.h"
-#include "services/recorder/capture.h"
-#include "services/setup/clock_desk.h"
-#include "services/setup/diagnostics.h"
-#include "services/setup/process.h"
+#include "services/recordings/capture.h"
+#include "services/runtime/clock_desk.h"
+#include "services/runtime/diagnostics.h"
+#include "services/runtime/periodic_loop.h"
+#include "services/runtime/process.h"
 
 using namespace tandem;
 
@@ -48,13 +49,14 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is a full disk, not an end
   // Bytes have a bus of their own, beside the one for what we say.
   dds::Bus bus(service::busOptions(setup.deployment, setup.name));
-  dds::Bus bytes(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder));
+  dds::Bus bytes(
+      service::ofAnyRobot(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder)));
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
   const service::ClockDesk clock(bus, setup);
   std::vector<std::string> wanted = setup.deployment.black_box.topics;
   wanted.insert(wanted.end(), service::FaultTrigger::kTopics.begin(), service::FaultTrigger::kTopics.end());
   service::BlackBox box(setup.deployment, setup.robot,
-                        service::chooseTopics(dds::allTopics(service::armNames(setup.robot)), wanted));
+                        service::chooseTopics(dds::allTopics(config::armList(setup.robot)), wanted));
   service::Capture capture(bytes, box.topics(),
                            [&](const auto& tag, std::string_view sample) { box.take(tag, sample); });
   spdlog::info("ready: {} topics, files in {}", box.topics().size(),

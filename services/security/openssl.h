@@ -17,11 +17,11 @@
 
 namespace tandem::security {
 
-template <auto release>
+template <auto kRelease>
 struct Release {
   template <class T>
   void operator()(T* object) const {
-    release(object);
+    kRelease(object);
   }
 };
 using Bio = std::unique_ptr<BIO, Release<BIO_free_all>>;

@@ -4,6 +4,7 @@
 
 #include "services/teleop/device.h"
 #include "services/teleop/sdl.h"
+#include "services/teleop/still.h"
 
 namespace tandem::teleop {
 namespace {
@@ -36,7 +37,7 @@ class Gamepad final : public Device {
     SDL_QuitSubSystem(sdl::kInitGameController);
   }
 
-  Reading read(double) override {
+  Reading read(double time) override {
     SDL_GameControllerUpdate();
     if (!SDL_GameControllerGetAttached(pad_))
       throw DeviceError("gamepad: it is gone");
@@ -48,6 +49,9 @@ class Gamepad final : public Device {
         speed_ * Eigen::Vector3d(stick(sdl::kAxisLeftX), -stick(sdl::kAxisLeftY), -stick(sdl::kAxisRightY));
     for (int b = 0; b < std::min(sdl::kButtonMax, 32); ++b)
       reading.buttons |= held(b) ? 1U << b : 0U;
+    const std::vector<int> raw{rawAxis(sdl::kAxisTriggerRight), rawAxis(sdl::kAxisLeftX), rawAxis(sdl::kAxisLeftY),
+                               rawAxis(sdl::kAxisRightY), static_cast<int>(reading.buttons)};
+    reading.present = still_.lets(raw, reading.present && reading.linear.norm() > 0.0, reading.present, time);
     const std::uint32_t pressed = reading.buttons & ~buttons_;
     buttons_ = reading.buttons;
     const auto now = [pressed](int b) { return (pressed & (1U << b)) != 0; };
@@ -62,7 +66,8 @@ class Gamepad final : public Device {
   std::string describe() const override {
     const char* name = SDL_GameControllerName(pad_);
     return std::string(name != nullptr ? name : "gamepad") +
-           ": hold the right trigger to move; left stick x and y, right stick z; left shoulder clutch; Y mode, X arm, "
+           ": hold the right trigger to move (again, where it stopped because nothing changed for 1.5 s); left stick x "
+           "and y, right stick z; left shoulder clutch; Y mode, X arm, "
            "cross up and down scale, B stop";
   }
   void showLimited(bool limited) override {
@@ -72,7 +77,8 @@ class Gamepad final : public Device {
   }
 
  private:
-  double axis(int which) const { return SDL_GameControllerGetAxis(pad_, which) / 32767.0; }
+  int rawAxis(int which) const { return SDL_GameControllerGetAxis(pad_, which); }
+  double axis(int which) const { return rawAxis(which) / 32767.0; }
   double stick(int which) const {
     const double x = std::clamp(axis(which), -1.0, 1.0);
     const double beyond = std::max(0.0, std::abs(x) - kStickRest) / (1.0 - kStickRest);
@@ -84,6 +90,7 @@ class Gamepad final : public Device {
   SDL_GameController* pad_ = nullptr;
   std::uint32_t buttons_ = 0;
   bool limited_ = false;
+  StillGuard still_;
 };
 
 }  // namespace

@@ -10,11 +10,12 @@
 #include "config/tubes.h"
 #include "safety/faults.h"
 #include "safety/operating_state.h"
-#include "services/cli/arguments.h"
-#include "services/cli/client.h"
-#include "services/cli/role.h"
-#include "services/common/periodic_loop.h"
-#include "services/common/stop_signal.h"
+#include "services/client/arguments.h"
+#include "services/client/client.h"
+#include "services/client/role.h"
+#include "services/runtime/periodic_loop.h"
+#include "services/runtime/process.h"
+#include "services/runtime/stop_signal.h"
 #include "services/teleop/device.h"
 
 using namespace tandem;
@@ -88,7 +89,7 @@ class Session {
     input_.device = static_cast<std::uint8_t>(kind);
     input_.operator_present = reading.present ? 1 : 0;
     input_.clutch = reading.clutch ? 1 : 0;
-    input_.kind = reading.pose ? 2 : 1;
+    input_.kind = static_cast<std::uint8_t>(reading.pose ? idl::TeleopKind::kPose : idl::TeleopKind::kVelocity);
     Eigen::Vector3d::Map(input_.linear.data()) = reading.linear;
     Eigen::Vector3d::Map(input_.angular.data()) = reading.angular;
     Eigen::Vector3d::Map(input_.position.data()) = reading.position;
@@ -226,7 +227,7 @@ std::string drive(Session& session, teleop::Device& device, const Options& optio
 
 int run(const Options& options) {
   service::StopSignal stop;
-  const config::Deployment deployment = config::loadDeployment(config::findFile(options.deployment, "deployment"));
+  const config::Deployment deployment = service::loadDeployment(options.deployment);
   const config::Robot robot = config::loadTubes(deployment, "catheters that work together are not moved tip by tip");
   if (deployment.clock == config::ClockMode::kLockStep)
     throw Failure(cli::kUsage,

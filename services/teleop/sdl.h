@@ -8,6 +8,7 @@
 
 // SDL's own header, if it was included before, has declared these.
 #ifndef SDL_h_
+// NOLINTBEGIN(readability-identifier-naming): SDL's names
 struct SDL_GameController;
 enum SDL_bool : int {};  // as large as SDL's: 0 is false, 1 true
 
@@ -31,6 +32,7 @@ int SDL_GameControllerRumble(SDL_GameController* pad,
                              std::uint16_t high_frequency,
                              std::uint32_t duration_ms);
 }
+// NOLINTEND(readability-identifier-naming)
 #endif
 
 namespace tandem::teleop::sdl {

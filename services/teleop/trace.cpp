@@ -9,6 +9,7 @@
 #include "recording/reader.h"
 #include "services/dds/raw.h"
 #include "services/dds/topics.h"
+#include "services/recordings/today.h"
 #include "services/teleop/device.h"
 
 namespace tandem::teleop {
@@ -96,13 +97,15 @@ std::vector<Line> readCsv(const std::string& file) {
 
 std::vector<Line> readRecording(const std::string& file) {
   recording::Reader reader(file);
+  service::Today today(reader);
   std::vector<Line> lines;
   recording::Selection selection;
   const std::string ending = std::string("/") + dds::kTeleopInput.name;
   selection.channel = [&](const recording::Channel& channel) { return channel.topic.ends_with(ending); };
   std::uint64_t start = 0;
-  reader.forEach(selection, [&](const recording::Channel&, const recording::Message& message) {
-    const auto input = dds::decode<dds::TeleopInput>(message.data);
+  reader.forEach(selection, [&](const recording::Channel& channel, const recording::Message& message) {
+    const auto bytes = today(channel, message.data);
+    const auto input = bytes ? dds::decode<dds::TeleopInput>(*bytes) : std::nullopt;
     if (!input)
       return true;  // a damaged one
     if (lines.empty())
@@ -111,7 +114,7 @@ std::vector<Line> readRecording(const std::string& file) {
     Reading& r = line.reading;
     r.present = input->operator_present != 0;
     r.clutch = input->clutch != 0;
-    r.pose = input->kind == 2;
+    r.pose = input->kind == static_cast<std::uint8_t>(idl::TeleopKind::kPose);
     r.linear = Eigen::Vector3d::Map(input->linear.data());
     r.angular = Eigen::Vector3d::Map(input->angular.data());
     r.position = Eigen::Vector3d::Map(input->position.data());

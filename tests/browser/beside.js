@@ -29,8 +29,14 @@ async function main() {
   console.log(
     JSON.stringify({
       frames: { least: rank(frames, 0), median: rank(frames, 0.5), most: rank(frames, 1) },
-      server_cpu: rank(stats.map((s) => s.cpu), 0.5),
-      bytes_per_second: rank(stats.map((s) => s.bytes_per_second), 0.5),
+      server_cpu: rank(
+        stats.map((s) => s.cpu),
+        0.5,
+      ),
+      bytes_per_second: rank(
+        stats.map((s) => s.bytes_per_second),
+        0.5,
+      ),
       dropped: Math.max(...stats.flatMap((s) => s.clients.map((client) => client.dropped))),
       bluish_at_start: scene.blue,
     }),

@@ -75,7 +75,11 @@ module.exports = ({ robot, me, enable, shot }) => {
         page().evaluate(
           ([a, h, c]) => {
             window.pad.axes = a;
-            for (const [button, down] of [[7, h], [4, c]]) Object.assign(window.pad.buttons[button], { pressed: down, value: +down });
+            for (const [button, down] of [
+              [7, h],
+              [4, c],
+            ])
+              Object.assign(window.pad.buttons[button], { pressed: down, value: +down });
           },
           [axes, held, clutch],
         );

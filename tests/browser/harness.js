@@ -191,7 +191,10 @@ class Operator {
     const end = monotonic() + kPatience;
     let seen = await this.scene();
     while (!condition(seen)) {
-      assert.ok(monotonic() < end, `${what}: ${seen.blue} bluish, ${seen.orange} orange and ${seen.green} green pixels`);
+      assert.ok(
+        monotonic() < end,
+        `${what}: ${seen.blue} bluish, ${seen.orange} orange and ${seen.green} green pixels`,
+      );
       await new Promise((again) => setTimeout(again, 100));
       seen = await this.scene();
     }

@@ -10,7 +10,7 @@ status() { tandem status $deployment --json | tr -d '\n'; }
 hear() {
   heard=''
   said() { heard=$(status) && [[ $heard == *operating_state* ]]; }
-  until_true 60 said
+  until_true 240 said
 }
 # What a service is and what it may do, from outside.
 look() {
@@ -34,20 +34,20 @@ look() {
 mapfile -t units < <(tandem units boot)
 systemctl enable --now tandem@boot.target "${units[@]}"
 note target "$(systemctl is-active tandem@boot.target)"
-until_true 30 tandem status boot --check
+until_true 120 tandem status boot --check
 look sim control planning
 
 # Control hangs while the arms are enabled.
-until_true 60 tandem robot -d boot enable
+until_true 240 tandem robot -d boot enable
 hear
 note enabled "$heard"
 kill -STOP "$(show control MainPID)"
 restarted() { [[ $(show control NRestarts) == 1 && $(show control ActiveState) == active ]]; }
-until_true 60 restarted
-until_true 30 tandem status boot --check
+until_true 240 restarted
+until_true 120 tandem status boot --check
 hear
 note restarted "$heard"
-until_true 60 tandem robot -d boot disable
+until_true 240 tandem robot -d boot disable
 hear
 note cleared "$heard"
 for name in sim control planning; do note ${name}_restarts "$(show $name NRestarts)"; done
@@ -61,7 +61,7 @@ note wrong_file "$(systemctl show --value -p ExecMainStatus tandem-control@wrong
 # The target is gone at once, its services go in the order of their dependence.
 systemctl stop tandem@boot.target
 gone() { [[ $(systemctl list-units --no-legend --state=active,deactivating 'tandem-*@boot.service') == '' ]]; }
-until_true 20 gone
+until_true 80 gone
 for name in sim control planning; do
   note ${name}_stopped "$(show $name ActiveState)"
   note ${name}_result "$(show $name Result)"
@@ -76,7 +76,7 @@ deployment=bench
 systemctl start tandem-hal@bench.service
 frames() { cat /sys/class/net/vcan0/statistics/rx_packets /sys/class/net/vcan1/statistics/rx_packets | sort -n | head -1; }
 enough() { (($(frames) > 500)); }
-until_true 60 enough
+until_true 240 enough
 look hal
 note frames "$(frames)"
 systemctl stop tandem-hal@bench.service

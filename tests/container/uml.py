@@ -11,7 +11,7 @@ import roots
 NEEDS = {"linux.uml": "user-mode-linux"}
 HERE = pathlib.Path(__file__).resolve().parent
 KERNEL = HERE.parent / "can" / "linux_uml.sh"
-CAN = ("can-dev", "can", "can-raw", "vcan")  # modules, in the order of their dependence
+MODULES = ("can-dev", "can", "can-raw", "vcan", "veth")  # in the order of their dependence
 # What a machine does when it is started, and what has nothing to do with ours.
 MASKED = ("apt-daily.timer", "apt-daily-upgrade.timer", "e2scrub_all.timer", "fstrim.timer", "getty.target",
           "systemd-logind.service", "e2scrub_reap.service")
@@ -45,9 +45,9 @@ class Machine:
         (wanted / "trial.service").symlink_to("../trial.service")
         (self.root / "etc/systemd/system/trial.service").write_text(UNIT.format(script=self.script))
 
-    def prepare_can(self):
+    def prepare_modules(self):
         modules = max(pathlib.Path("/usr/lib/uml/modules").iterdir())
-        for name in CAN:
+        for name in MODULES:
             for file in modules.rglob(f"{name}.ko*"):
                 shutil.copy(file, self.trial / f"{name}.ko")
 

@@ -36,7 +36,7 @@ done </trial/units
 console=tandem-console@units.service
 back() { [[ $(show $console NRestarts) == 1 && $(show $console ActiveState) == active ]]; }
 kill -KILL "$(show $console MainPID)"
-until_true 60 back
+until_true 240 back
 note killed "$(show $console NRestarts) $(show $console ActiveState)"
 survivor=$(show $console MainPID)
 
@@ -48,9 +48,33 @@ note wrong_file "$(show tandem-recorder@wrong.service ExecMainStatus) $(show tan
 greedy=tandem-recorder@greedy.service
 dead() { [[ $(show $greedy ActiveState) == failed ]]; }
 systemctl start --no-block $greedy
-until_true 120 dead
+until_true 400 dead
 note greedy_limit "$(show $greedy MemoryMax)"
 note greedy "$(show $greedy Result) $(show $greedy ActiveState)"
 note greedy_started "$(journalctl -u $greedy -o cat | grep -c '^Starting ')"
 [[ $(show $console MainPID) == "$survivor" ]] && note survivor "$(show $console ActiveState)"
+
+# Whom a service hears: all, and after `tandem units --restrict` nobody but the deployment's hosts.
+insmod /trial/veth.ko
+ip netns add stranger
+ip link add wire type veth peer name wire netns stranger
+ip address add 10.66.0.1/24 dev wire
+ip -n stranger address add 10.66.0.2/24 dev wire
+ip link set wire up
+ip -n stranger link set wire up
+ip -n stranger link set lo up
+guarded=tandem-sim@guarded.service
+# hears DEPLOYMENT COMMAND...: whether a client that COMMAND starts somewhere hears the service.
+hears() { "${@:2}" tandem status "$1" --check >/dev/null 2>&1 && echo yes || echo no; }
+elsewhere() { hears stranger ip netns exec stranger; }
+systemctl start $guarded
+note open_guarded "$(hears guarded)"
+note open_stranger "$(elsewhere)"
+tandem units guarded --restrict
+systemctl daemon-reload
+systemctl restart $guarded
+note shut_guarded "$(hears guarded)"
+note shut_stranger "$(elsewhere)"
+note shut_deny "$(show $guarded IPAddressDeny)"
+note shut_allow "$(show $guarded IPAddressAllow)"
 note end yes

@@ -112,6 +112,14 @@ class Arms(ModuleTest):
             with self.subTest(words=words), self.assertRaisesRegex(error, words):
                 call()
 
+    def test_the_list_of_methods_is_that_of_the_stub_and_of_the_messages(self):
+        stub = (SOURCE / "python/tandem/__init__.pyi").read_text()
+        listed = re.search(r"^Method = Literal\[(.*)\]$", stub, re.MULTILINE).group(1)
+        self.assertEqual(list(tandem.METHODS), [word.strip(' "') for word in listed.split(",")])
+        for method in tandem.METHODS:
+            self.assertEqual(tandem.Controller(self.robot, method).method, method)
+            self.assertIn(method, tandem.Controller.__init__.__doc__)
+
 
 class Loops(ModuleTest):
     def test_a_loop_in_python_is_the_loop_of_the_library(self):
@@ -200,18 +208,26 @@ class Documentation(unittest.TestCase):
                 self.assertGreater(figure.stat().st_size, 10000, example)
 
 
+class Wire(unittest.TestCase):
+    def test_constants_are_those_of_the_libraries(self):
+        self.assertEqual([method.label for method in tandem.wire.Method], list(tandem.METHODS))
+        self.assertEqual(tandem.wire.Fault.DRIVE | tandem.wire.Fault.SENSOR, tandem.wire.Fault(768))
+
+
 class Stub(unittest.TestCase):
     def test_stub_names_what_the_module_has(self):
         tree = ast.parse((SOURCE / "python/tandem/__init__.pyi").read_text())
         stub = {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
         public = {name for name in dir(tandem) if not name.startswith("_")}
-        self.assertEqual(set(stub), public)
+        values = {node.target.id for node in tree.body if isinstance(node, ast.AnnAssign)} | {"wire"}
+        self.assertEqual(set(stub) | values, public)
         for name, node in stub.items():
             thing = getattr(tandem, name)
             self.assertTrue(thing.__doc__, name)
             if isinstance(node, ast.ClassDef) and not issubclass(thing, Exception):
                 own = {n for n in vars(thing) if not n.startswith("_") or n == "__getitem__"}
-                self.assertEqual({m.name for m in node.body if isinstance(m, ast.FunctionDef)} - {"__init__", "__enter__", "__exit__"}, own, name)
+                methods = {m.name for m in node.body if isinstance(m, ast.FunctionDef)}
+                self.assertEqual(methods - {"__init__", "__enter__", "__exit__"}, own, name)
 
 
 LINE = """\

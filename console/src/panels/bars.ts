@@ -6,7 +6,7 @@ import { isTranslation } from "../state/robot";
 import type { Range } from "../state/track";
 import { allowed, place, rotationRange, wrap } from "../state/track";
 import { shortName, stateName } from "../state/words";
-import { kJointsPerArm } from "../wire/messages";
+import { maxJointsPerArm } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
 import { degrees, h, millimetres, setAttribute, setClass, setText, setUsable, action } from "./dom";
@@ -63,7 +63,18 @@ export class Bars implements Panel {
     const name = catheter ? of.name : `${translation ? "β" : "α"}${tube}`;
     const what = catheter ? of.name : `${translation ? "translation" : "rotation"} of tube ${tube}`;
     const said = `${what} of arm ${shortName(this.c.robot.arms[arm]!.name)}`;
-    const bar: Bar = { arm, joint, translation, range, row: h(catheter ? "div.bar.named" : "div.bar"), free, value, setpoint, text, jogs: [] };
+    const bar: Bar = {
+      arm,
+      joint,
+      translation,
+      range,
+      row: h(catheter ? "div.bar.named" : "div.bar"),
+      free,
+      value,
+      setpoint,
+      text,
+      jogs: [],
+    };
     bar.jogs = [-1, 1].map((sign) => this.jogButton(bar, sign, said));
     bar.row.title = said;
     bar.row.append(
@@ -140,7 +151,7 @@ export class Bars implements Panel {
       const turn = (x: number): number => (!bar.translation && bar.range.to - bar.range.from < 6.3 ? wrap(x) : x);
       setClass(bar.row, "stale", old || world.stale(world.arms[bar.arm]!.measuredJs, now));
       if (position === undefined) continue;
-      const at = bar.arm * kJointsPerArm + bar.joint;
+      const at = bar.arm * maxJointsPerArm + bar.joint;
       const lower = limits?.lower[at] ?? -Infinity;
       const upper = limits?.upper[at] ?? Infinity;
       // Bounds beyond a turn from here bound nothing that one turn can show.

@@ -2,7 +2,7 @@
 /** Teleoperation: what is driven, how, and what control makes of it, stage by stage. */
 import { shortName } from "../state/words";
 import { Mode } from "../teleop/pilot";
-import { State } from "../wire/messages";
+import { Action } from "../wire/messages";
 import type { TeleopStatus } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
@@ -81,7 +81,7 @@ export class Hands implements Panel {
     gate.allow("link", this.c.link.state === "open");
     gate.allow("live", world.live(now));
     gate.allow("lease", this.c.commander.holds);
-    gate.allow("enabled", status?.operating_state[pilot.choice.arm] === State.enabled);
+    gate.allow("enabled", status !== null && world.whyNot(Action.teleoperate, pilot.choice.arm) === "");
     setText(this.arm, pilot.armed ? "Teleoperation off" : "Teleoperation on");
     setAttribute(this.arm, "aria-pressed", pilot.armed ? "true" : "false");
     setUsable(this.arm, pilot.armed ? "" : whyNotMove(this.c, now));

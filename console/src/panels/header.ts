@@ -72,7 +72,11 @@ export class Header implements Panel {
     const status = this.c.world.controlStatus();
     this.arms.forEach((element, k) => {
       const state = status?.operating_state[k] ?? -1;
-      const more = [status?.homed[k] ? "homed" : "", status?.recovery[k] ? "being recovered" : "", status?.busy[k] ? "busy" : ""].filter((word) => word !== "");
+      const more = [
+        status?.homed[k] ? "homed" : "",
+        status?.recovery[k] ? "being recovered" : "",
+        status?.busy[k] ? "busy" : "",
+      ].filter((word) => word !== "");
       setText(
         element,
         `${shortName(this.c.robot.arms[k]!.name)} ${stateGlyph(state)} ${stateName(state)}${more.map((m) => ` · ${m}`).join("")}`,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** How the machinery is: loops, guards, services, and what the page itself costs. */
 import { age, ageWords } from "../state/age";
-import { emergencyStop, kGuards } from "../state/words";
+import { nameOf, wordsOf } from "../state/words";
 import type { Context, Panel } from "./context";
 import { card, h, setAttribute, setText } from "./dom";
 
@@ -68,14 +68,27 @@ export class Health implements Panel {
       this.fact(
         this.loop,
         "model",
-        `${status.model === 1 ? "compliant" : "rigid"}, feedback ${status.feedback === 1 ? "sensor" : "model"}`,
+        `${nameOf("Model", status.model)}, feedback ${nameOf("Feedback", status.feedback)}`,
       );
       this.fact(this.loop, "snaps", [...status.snaps.slice(0, status.arm_count)].join(" / "));
     }
+    if (status && hal) {
+      const arrived = {
+        commands: hal.command_success,
+        states: status.state_success,
+        references: status.reference_success,
+      };
+      const buses = [...hal.bus_success.slice(0, hal.bus_count)].map((share, k) => [`bus ${k + 1}`, share] as const);
+      this.fact(
+        this.loop,
+        "arrived of the last 100",
+        [...Object.entries(arrived), ...buses].map(([what, share]) => `${what} ${Math.round(100 * share)}`).join(", "),
+      );
+    }
     this.fact(this.loop, "this page hears", `${this.kilobytes.toFixed(0)} kB/s`);
     if (hal) {
-      this.fact(this.loop, "emergency stop", emergencyStop(hal.emergency_stop));
-      kGuards.forEach((name, k) => {
+      this.fact(this.loop, "emergency stop", nameOf("EmergencyStop", hal.emergency_stop));
+      wordsOf("Guard").forEach(({ name, value: k }) => {
         const count = hal.guard_count[k] ?? 0n;
         this.fact(
           this.guards,

@@ -7,7 +7,7 @@ import { kPresets } from "../scene/view";
 import { age, ageWords } from "../state/age";
 import { ofCatheters } from "../state/robot";
 import { shortName } from "../state/words";
-import { kPort, TaskKind } from "../wire/messages";
+import { port, TaskKind } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { action, h, millimetres, setClass, setShown, setText } from "./dom";
 
@@ -116,7 +116,7 @@ export class Hud implements Panel {
       (best, body) => (!best || body.distance < best.distance ? body : best),
       null,
     );
-    const other = nearest ? (nearest.other_arm === kPort ? "port" : `arm ${this.names[nearest.other_arm] ?? "?"}`) : "";
+    const other = nearest ? (nearest.other_arm === port ? "port" : `arm ${this.names[nearest.other_arm] ?? "?"}`) : "";
     setText(
       this.near,
       nearest
@@ -150,7 +150,7 @@ export class Hud implements Panel {
     const task = this.c.world
       .plan()
       ?.tasks.slice(0, this.c.world.plan()?.task_count)
-      .find((t) => t.kind === TaskKind.relative);
+      .find((t) => t.kind === TaskKind.relativePosition);
     const words = `tip ${this.names[0]} from tip ${this.names[1]}: ${now
       .toArray()
       .map((x) => millimetres(x, 1))

@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /** How the tasks become joint velocities: the method in force, and its parameters, to be changed while it is in force. */
 import { parametersOf } from "../state/robot";
-import { solveStatus } from "../state/words";
-import { kMethods, Phase } from "../wire/messages";
+import { nameOf, wordsOf } from "../state/words";
+import { Action } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotMove } from "./context";
 import { action, card, h, setAttribute, setClass, setText, setUsable } from "./dom";
-
-const kWords: Record<string, string> = {
-  nsp: "null-space projection, no limits",
-  nspwln: "weighted least norm, as printed",
-  "nspwln-joint": "weighted least norm, corrected",
-  nspqp: "null-space projection as a QP",
-  snsqp: "saturation in the null space",
-};
 
 interface Row {
   name: string;
@@ -34,19 +26,14 @@ export class MethodPanel implements Panel {
   private readonly apply: HTMLButtonElement;
 
   constructor(private readonly c: Context) {
-    this.options = c.robot.control.methods.map((name) => {
-      const button = action(
-        name,
-        kWords[name] ?? "",
-        () => void order(c, `Method ${name}`, c.commander.method(name)),
-        "option",
-      );
+    this.options = wordsOf("Method").map(({ name, meaning }) => {
+      const button = action(name, meaning, () => void order(c, `Method ${name}`, c.commander.method(name)), "option");
       button.setAttribute("role", "radio");
       button.dataset["method"] = name;
-      button.append(h("small", {}, kWords[name] ?? ""));
+      button.append(h("small", {}, meaning));
       return [button, name];
     });
-    for (const name of c.robot.control.bounds) this.bounds.append(h("option", { value: name }, name));
+    for (const { name } of wordsOf("BoundsKind")) this.bounds.append(h("option", { value: name }, name));
     this.bounds.addEventListener(
       "change",
       () => void order(c, `Bounds ${this.bounds.value}`, c.commander.parameter("bounds", this.bounds.value)),
@@ -98,18 +85,16 @@ export class MethodPanel implements Panel {
 
   update(now: number): void {
     const status = this.c.world.controlStatus();
-    const method = status ? (kMethods[status.method] ?? "") : "";
+    const method = status ? nameOf("Method", status.method, "") : "";
     this.show(method);
-    const phase = this.c.world.plan()?.phase;
-    const busy = phase === Phase.running ? "A trajectory is being followed; pause or end it first." : "";
-    const why = whyNotMove(this.c, now) || busy;
+    const why = whyNotMove(this.c, now) || this.c.world.whyNot(Action.setMethod);
     for (const [button, name] of this.options) {
       setAttribute(button, "aria-checked", name === method ? "true" : "false");
       setUsable(button, why);
     }
     setUsable(this.apply, why);
     this.bounds.disabled = why !== "";
-    const bounds = this.c.robot.control.bounds[status?.bounds ?? 0] ?? "";
+    const bounds = nameOf("BoundsKind", status?.bounds ?? 0, "");
     if (document.activeElement !== this.bounds && this.bounds.value !== bounds) this.bounds.value = bounds;
     for (const row of this.rows) {
       setClass(row.input, "ours", this.changed.has(row.name));
@@ -118,7 +103,7 @@ export class MethodPanel implements Panel {
     setText(
       this.solver,
       status
-        ? `${solveStatus(status.solve_status)} · ${status.iterations} iterations · ${(1e3 * status.solve_time).toFixed(3)} ms`
+        ? `${nameOf("SolveStatus", status.solve_status)} · ${status.iterations} iterations · ${(1e3 * status.solve_time).toFixed(3)} ms`
         : "",
     );
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Arms with their faults in words, power, and homing. */
-import { accepts, driveRecord, faultsOf, holdReason, idleWords, kPressed, shortName, stateGlyph, stateName } from "../state/words";
+import { driveRecord, faultsOf, holdReason, idleWords, shortName } from "../state/words";
 import type { StateCommand } from "../state/words";
+import { Action, EmergencyStop } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
 import { action, card, h, setAttribute, setShown, setText, setUsable } from "./dom";
@@ -107,7 +108,7 @@ export class Operate implements Panel {
       const whose = robot.arms.filter((_, j) => words[j] === text).map((arm) => shortName(arm.name));
       setText(this.faults[k]!, shown ? `✕ Arm ${whose.join(", ")}: ${text}` : "");
     });
-    setShown(this.emergency, hal?.emergency_stop === kPressed);
+    setShown(this.emergency, hal?.emergency_stop === EmergencyStop.pressed);
     const waits = (status?.hold ?? 0) !== 0;
     setShown(this.hold, waits);
     if (waits && status)
@@ -125,26 +126,17 @@ export class Operate implements Panel {
 
   private updateButtons(now: number): void {
     const { world } = this.c;
-    const status = world.controlStatus();
-    const states = status ? [...status.operating_state.slice(0, status.arm_count)] : [];
     for (const [element, command] of this.commands) {
       // Anybody may take power away; only who commands gives it.
       const gives = command === "enable" || command === "resume";
       const why = gives ? whyNotMove(this.c, now) : whyNotCommand(this.c, now);
-      const refusing = states.findIndex((state) => !accepts(state, command));
-      const state = states[refusing] ?? 0;
-      const table =
-        refusing < 0
-          ? ""
-          : `Arm ${shortName(this.c.robot.arms[refusing]!.name)} is ${stateGlyph(state)} ${stateName(state)}.`;
-      setUsable(element, why || table);
-      setAttribute(element, "data-next", why === "" && table === "" ? "yes" : "no");
+      const refused = world.whyNot(Action[command]);
+      setUsable(element, why || refused);
+      setAttribute(element, "data-next", why === "" && refused === "" ? "yes" : "no");
     }
-    const enabled = states.length > 0 && states.every((state) => stateName(state) === "ENABLED");
-    setUsable(this.home, whyNotMove(this.c, now) || (enabled ? "" : "All arms have to be ENABLED."));
+    setUsable(this.home, whyNotMove(this.c, now) || world.whyNot(Action.home));
     const buses = (world.halStatus()?.bus_count ?? 0) > 0;
     setShown(this.reference, buses);
-    const disabled = states.every((state) => stateName(state) === "DISABLED");
-    setUsable(this.reference, whyNotCommand(this.c, now) || (disabled ? "" : "All arms have to be DISABLED."));
+    setUsable(this.reference, whyNotCommand(this.c, now) || world.whyNot(Action.homeDrives));
   }
 }

@@ -2,8 +2,8 @@
 /** Trajectories: choose, start, see how far it is, pause, go on, stop. */
 import type { Trajectory } from "../state/robot";
 import { fetchJson, ofCatheters } from "../state/robot";
-import { limitsInTheWay, stateName } from "../state/words";
-import { kPhases, Phase } from "../wire/messages";
+import { limitsInTheWay, nameOf } from "../state/words";
+import { Action, Phase } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotMove } from "./context";
 import { action, card, h, millimetres, setAttribute, setShown, setText, setUsable } from "./dom";
@@ -86,7 +86,7 @@ export class Run implements Panel {
     setText(
       this.progress,
       plan && plan.trajectory_id !== 0
-        ? `${kPhases[phase] ?? "unknown"} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
+        ? `${nameOf("Phase", phase)} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
         : plan
           ? "no trajectory yet"
           : "not known",
@@ -105,12 +105,7 @@ export class Run implements Panel {
 
     const why = whyNotMove(this.c, now);
     const goes = phase === Phase.running || phase === Phase.paused;
-    const states = status ? [...status.operating_state.slice(0, status.arm_count)].map(stateName) : [];
-    const enabled = states.length > 0 && states.every((state) => state === "ENABLED");
-    let start = "";
-    if (goes) start = "A trajectory is being followed.";
-    else if (!enabled) start = "All arms have to be ENABLED.";
-    else if (this.text.value === "") start = "There is no trajectory.";
+    const start = this.c.world.whyNot(Action.start) || (this.text.value === "" ? "There is no trajectory." : "");
     setUsable(this.start, why || start);
     setUsable(this.pause, why || (phase === Phase.running ? "" : "Nothing runs."));
     setUsable(this.resume, why || (phase === Phase.paused ? "" : "Nothing is paused."));

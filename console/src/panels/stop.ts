@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** The soft stop: a button and Esc, for everybody, at any time. It says whether the robot has confirmed it. */
-import { State } from "../wire/messages";
+import { OperatingState } from "../wire/messages";
 import type { Context } from "./context";
 import { h, setAttribute, setText } from "./dom";
 
@@ -65,7 +65,8 @@ export class StopKey {
     const status = this.c.world.controlStatus();
     if (!status) return false;
     for (let k = 0; k < status.arm_count; ++k) {
-      if (status.operating_state[k] !== State.fault || ((status.faults[k] ?? 0) & kStopRequested) === 0) return false;
+      if (status.operating_state[k] !== OperatingState.fault || ((status.faults[k] ?? 0) & kStopRequested) === 0)
+        return false;
     }
     return status.arm_count > 0;
   }

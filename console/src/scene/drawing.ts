@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 import type { Context } from "../panels/context";
 import type { TeleopStatus } from "../wire/messages";
-import { Teleop } from "../wire/messages";
+import { TeleopState } from "../wire/messages";
 import type { Slot } from "../wire/link";
 import type { View } from "./view";
 
@@ -76,7 +76,7 @@ export class Drawing {
   private showGoals(): void {
     const { world } = this.c;
     const teleop = world.teleop.value<TeleopStatus>();
-    const driven = teleop !== null && (teleop.state === Teleop.following || teleop.state === Teleop.clutched);
+    const driven = teleop !== null && (teleop.state === TeleopState.following || teleop.state === TeleopState.clutched);
     const plan = world.plan();
     const tips = this.view.arms.map((arm) => (arm.hasTip ? arm.tip : null));
     if (driven) {

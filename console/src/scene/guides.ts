@@ -93,14 +93,14 @@ export class Guides {
     const wanted: (number[] | null)[] = this.targets.map(() => null);
     const tasks = reference.tasks.slice(0, reference.task_count);
     for (const task of tasks) {
-      if (task.kind === TaskKind.tip) wanted[task.arm] = Array.from(task.position);
+      if (task.kind === TaskKind.tipPosition) wanted[task.arm] = Array.from(task.position);
       // Where what the arms move shall be: one place for all of them.
       if (task.kind === TaskKind.frame) wanted[0] = Array.from(task.position);
     }
     this.relativeNow.begin();
     this.relativeWanted.begin();
     for (const task of tasks) {
-      if (task.kind !== TaskKind.relative) continue;
+      if (task.kind !== TaskKind.relativePosition) continue;
       const to = tips[task.arm];
       const from = tips[task.other_arm];
       if (!to || !from) continue;
@@ -141,7 +141,7 @@ export class Guides {
     this.targets.forEach((target, k) => {
       const goal = goals[k];
       target.visible = goal != null;
-      if (goal) target.position.set(goal[0]!, goal[1]!, goal[2]!);
+      if (goal) target.position.set(goal[0]!, goal[1]!, goal[2]);
     });
   }
 

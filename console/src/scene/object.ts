@@ -61,7 +61,7 @@ export class ObjectView {
     if (poses.length < this.object.contacts.length) return;
     const { position, orientation } = objectPose(this.object, poses);
     this.mesh.position.fromArray(position);
-    this.mesh.quaternion.fromArray(orientation as [number, number, number, number]);
+    this.mesh.quaternion.fromArray(orientation);
     this.mesh.visible = true;
   }
 }

@@ -2,7 +2,7 @@
 /** What the operator orders: numbered requests whose answers are matched, and the lease, kept as `tandem` keeps it. */
 import type { Link } from "../wire/link";
 import type { ControlStatus, Reply } from "../wire/messages";
-import { ControlKind, kAllArms, PlanningKind } from "../wire/messages";
+import { ControlKind, allArms, PlanningKind } from "../wire/messages";
 import { messages } from "../wire/definitions";
 import type { Robot } from "./robot";
 
@@ -39,12 +39,14 @@ export class Commander {
   private keeper: ReturnType<typeof setInterval> | undefined;
   private stops = 0n;
   private readonly topic: (name: string) => string;
+  private readonly fingerprint: bigint;
 
   constructor(
     private readonly robot: Robot,
     private readonly link: Link,
     private readonly lost: (why: string) => void,
   ) {
+    this.fingerprint = BigInt(`0x${robot.fingerprint}`);
     this.topic = (name) => `/${robot.prefix}/${name}`;
     for (const m of messages) link.publisher(this.topic(m.topic), m.schemaName, m.schema);
     for (const replies of ["control/reply", "planning/reply", "sim/reply", "hal/reply"]) {
@@ -71,6 +73,7 @@ export class Commander {
 
   /** What control says of the lease counts, not what we believe. */
   heard(status: ControlStatus): void {
+    this.seen = status;
     if (
       this.holds &&
       status.lease_holder !== this.client &&
@@ -79,6 +82,7 @@ export class Commander {
       this.drop(status.lease_holder === 0n ? "the lease has expired" : "another client holds the lease now");
   }
   private acquiredAt = 0;
+  private seen: ControlStatus | undefined;
 
   private drop(why: string): void {
     this.holds = false;
@@ -107,12 +111,13 @@ export class Commander {
   private keep(): void {
     this.link.publish(this.topic("control/request"), {
       ...emptyControl,
+      fingerprint: this.fingerprint,
       client: this.client,
       kind: ControlKind.keepLease,
     });
   }
 
-  state(command: string, arm = kAllArms): Promise<Answer> {
+  state(command: string, arm = allArms): Promise<Answer> {
     return this.control(ControlKind.stateCommand, { value: command, arm });
   }
   method(name: string): Promise<Answer> {
@@ -148,7 +153,7 @@ export class Commander {
   }
   /** Goes on as long as it is repeated. */
   homeDrives(): Promise<Answer> {
-    return this.ask("hal/request", { kind: 1, arm: kAllArms });
+    return this.ask("hal/request", { kind: 1, arm: allArms });
   }
   /** For everybody, lease or not. @returns false where it could not be sent. */
   stop(reason: string): boolean {
@@ -156,7 +161,8 @@ export class Commander {
   }
 
   private control(kind: number, what: object): Promise<Answer> {
-    return this.ask("control/request", { ...emptyControl, kind, ...what });
+    const seen = { control_session: this.seen?.session ?? 0n, answers_control: this.seen?.sequence ?? 0n };
+    return this.ask("control/request", { ...emptyControl, ...seen, kind, ...what });
   }
   private planning(kind: number, trajectory: string): Promise<Answer> {
     return this.ask("planning/request", { kind, trajectory, planned: 0 });
@@ -166,7 +172,9 @@ export class Commander {
     const request = this.nextRequest++;
     return new Promise((settle) => {
       const fail = (reason: string): void => settle({ accepted: false, code: 8, reason, value: 0, took: 0 });
-      if (!this.link.publish(this.topic(topic), { ...what, client: this.client, request })) {
+      if (
+        !this.link.publish(this.topic(topic), { ...what, fingerprint: this.fingerprint, client: this.client, request })
+      ) {
         fail("not sent: there is no connection to the server");
         return;
       }
@@ -193,4 +201,13 @@ export class Commander {
   }
 }
 
-const emptyControl = { request: 0n, arm: kAllArms, text: "", value: "", joint_count: 0, joints: new Float64Array(8) };
+const emptyControl = {
+  request: 0n,
+  arm: allArms,
+  text: "",
+  value: "",
+  joint_count: 0,
+  joints: new Float64Array(8),
+  control_session: 0n,
+  answers_control: 0n,
+};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** What the server knows of robot and deployment: GET /api/robot and /api/trajectories. */
 
+import type { Words } from "./words";
+
 export interface Pose {
   position: number[];
   /** x y z w */
@@ -47,6 +49,8 @@ export interface Robot {
   deployment: string;
   prefix: string;
   robot: string;
+  /** Of robot and deployment, 16 hexadecimal digits: goes out with every request. */
+  fingerprint: string;
   role: string;
   arms: Arm[];
   object: HeldObject | null;
@@ -55,14 +59,14 @@ export interface Robot {
   lock_step: boolean;
   status_period: number;
   control: {
-    methods: string[];
-    parameters: Parameter[];
-    bounds: string[];
+    parameters: (Parameter & { methods: string[] })[];
     period: number;
     relative_gain: number;
     tip_gain: number;
   };
   budgets: { lease: number; teleoperation: number };
+  /** Names and meanings of numbers in messages, by enumeration. */
+  words: Words;
 }
 
 export interface Trajectory {
@@ -76,26 +80,13 @@ export const isTranslation = (arm: Arm, joint: number): boolean => arm.joints[jo
 export const ofCatheters = (robot: Robot): boolean => robot.arms.some((arm) => arm.type === "catheter");
 export const mayCommand = (robot: Robot): boolean => robot.role === "operator";
 
-/** What each method reads besides what all of them do (docs/methods.md). */
-const kOwn: Readonly<Record<string, readonly string[]>> = {
-  nsp: ["nsp_damping", "singular_lever"],
-  nspwln: ["track_weight", "translation_weight", "rotation_weight"],
-  "nspwln-joint": ["track_weight", "translation_weight", "rotation_weight", "singular_lever"],
-  nspqp: ["nspqp_zeta", "translation_step"],
-  snsqp: ["snsqp_zeta", "snsqp_rotation_velocity", "translation_step"],
-  sns: ["singular_lever", "translation_step"],
-  hqp: ["hqp_zeta", "spread_distance", "spread_gain", "barrier_gain", "singular_lever", "translation_step"],
-};
-
-/** Gains, then what the method reads. Parameters that this page has never heard of count for every method. */
+/** Gains, then what the method reads. */
 export function parametersOf(robot: Robot, method: string): Parameter[] {
-  const foreign = new Set(Object.values(kOwn).flat());
-  for (const name of kOwn[method] ?? []) foreign.delete(name);
   const { relative_gain, tip_gain, parameters } = robot.control;
   return [
     { name: "relative_gain", value: relative_gain },
     { name: "tip_gain", value: tip_gain },
-    ...parameters.filter(({ name }) => !foreign.has(name)),
+    ...parameters.filter(({ methods }) => methods.includes(method)),
   ];
 }
 

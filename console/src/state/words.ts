@@ -1,120 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 /** What numbers on the wire mean, in words, and what the operator can do about it. */
-import type { ControlStatus, HalStatus } from "../wire/messages";
-import { State } from "../wire/messages";
+import type { ControlPermissions, ControlStatus, HalStatus } from "../wire/messages";
+import { actionsPerArm, FaultCause, Limited, LimitKind, noJoint, RefusalReason } from "../wire/messages";
 
-interface FaultWords {
+/** One value of an enumeration: its name, what it means, and of a fault the way out. */
+export interface Word {
+  value: number;
   name: string;
   meaning: string;
-  remedy: string;
+  remedy?: string;
+}
+export type Words = Record<string, Word[]>;
+
+let words: Words = {};
+
+/** Takes the words that the server gives (GET /api/robot): names and meanings stand there alone. */
+export function useWords(served: Words): void {
+  words = served;
 }
 
-const kClear = "Disable to clear it, then enable.";
+/** All values of an enumeration, in order. */
+export const wordsOf = (enumeration: string): readonly Word[] => words[enumeration] ?? [];
+const wordOf = (enumeration: string, value: number): Word | undefined =>
+  wordsOf(enumeration).find((word) => word.value === value);
+/** The name of a value; `unknown` for one that this page does not know. */
+export const nameOf = (enumeration: string, value: number, unknown = "unknown"): string =>
+  wordOf(enumeration, value)?.name ?? unknown;
 
-/** By the bit of safety::Fault. */
-export const kFaults: readonly FaultWords[] = [
-  { name: "not_finite", meaning: "a command held a number that is not finite", remedy: kClear },
-  {
-    name: "stale_command",
-    meaning: "a command answered a state that is too old",
-    remedy: `Check the load of the machine and the network. ${kClear}`,
-  },
-  {
-    name: "out_of_sequence",
-    meaning: "commands repeated or came from another session",
-    remedy: `Make sure that one tandem-control runs. ${kClear}`,
-  },
-  { name: "step_too_large", meaning: "a setpoint lay farther from the last one than allowed", remedy: kClear },
-  {
-    name: "unknown_arm",
-    meaning: "a command was for another number of arms",
-    remedy: "Start all processes with the same robot file.",
-  },
-  {
-    name: "command_timeout",
-    meaning: "the drives got no command within their budget",
-    remedy: `Is tandem-control running? ${kClear}`,
-  },
-  {
-    name: "state_timeout",
-    meaning: "control got no fresh state",
-    remedy: `Is tandem-sim or tandem-hal running? ${kClear}`,
-  },
-  {
-    name: "reference_timeout",
-    meaning: "planning fell silent while it was followed",
-    remedy: `Is tandem-planning running? ${kClear}`,
-  },
-  {
-    name: "sensor",
-    meaning: "a joint is not measured",
-    remedy: "Check the encoder and its cable; disable when the reading is good again.",
-  },
-  {
-    name: "drive",
-    meaning: "a drive failed or its joint does not follow",
-    remedy: "Look for what blocks the joint, check the drive; then disable and enable.",
-  },
-  {
-    name: "stop_requested",
-    meaning: "somebody pressed stop",
-    remedy: "When it is safe to go on: take control, disable, then enable.",
-  },
-  {
-    name: "lease_lost",
-    meaning: "whoever commanded fell silent while an arm moved",
-    remedy: `Take control. ${kClear}`,
-  },
-  {
-    name: "solver",
-    meaning: "there is no answer for these joints",
-    remedy: "Move the joints by hand (jog) or choose another method, after disable and enable.",
-  },
-];
-
-const kStates = ["DISABLED", "ENABLED", "PAUSED", "FAULT"];
-const kStateMeaning = [
-  "no power; nothing moves",
-  "power on; may move",
-  "power on; holds still",
-  "stopped, power removed; latched",
-];
-
-export const stateName = (state: number): string => kStates[state] ?? "UNKNOWN";
-export const stateMeaning = (state: number): string => kStateMeaning[state] ?? "";
+export const stateName = (state: number): string => nameOf("OperatingState", state, "UNKNOWN");
+export const stateMeaning = (state: number): string => wordOf("OperatingState", state)?.meaning ?? "";
 /** A shape for each state, so that colour is never the only sign. */
 export const stateGlyph = (state: number): string => ["○", "●", "‖", "✕"][state] ?? "?";
 
-export function faultsOf(mask: number): FaultWords[] {
-  const found = kFaults.filter((_, bit) => (mask & (1 << bit)) !== 0);
-  if (mask >>> kFaults.length !== 0)
-    found.push({ name: "unknown", meaning: "a fault that this page does not know", remedy: "See `tandem status`." });
+export function faultsOf(mask: number): Word[] {
+  const known = wordsOf("Fault");
+  const found = known.filter((fault) => (mask & fault.value) !== 0);
+  const rest = known.reduce((left, fault) => left & ~fault.value, mask);
+  if (rest !== 0)
+    found.push({
+      value: rest,
+      name: "unknown",
+      meaning: "a fault that this page does not know",
+      remedy: "See `tandem status`.",
+    });
   return found;
 }
-
-/** By safety::FaultCause. */
-const kCauses = [
-  "",
-  "off",
-  "following error",
-  "hal or sim started anew",
-  "left ENABLED by themselves",
-  "reported by the drives",
-  "no model",
-  "no solution",
-  "no states",
-  "commands are not taken",
-  "no answer",
-  "reports an error",
-  "drive and encoder disagree",
-  "overspeed",
-  "outside its limits",
-  "another master on the bus",
-  "torque",
-  "brake",
-  "emergency stop",
-];
-const kNoJoint = 255;
 
 const number = (value: number): string => Number(value.toPrecision(4)).toString();
 
@@ -125,14 +55,16 @@ export function driveRecord(hal: HalStatus, arm: number, jointCount: number): st
   let text = faultsOf(mask)
     .map((f) => f.name)
     .join(", ");
-  const cause = kCauses[hal.fault_cause[arm] ?? 0];
+  const cause = nameOf("FaultCause", hal.fault_cause[arm] ?? FaultCause.unspecified, "");
   if (cause) text += ` (${cause})`;
-  const joint = hal.fault_joint[arm] ?? kNoJoint;
-  if (joint !== kNoJoint) text += ` of joint ${joint + 1}`;
+  const joint = hal.fault_joint[arm] ?? noJoint;
+  if (joint !== noJoint) text += ` of joint ${joint + 1}`;
   const amount = hal.fault_amount[arm] ?? 0;
   const allowed = hal.fault_allowed[arm] ?? 0;
   if (amount === 0 && allowed === 0) return text;
-  const unit = joint === kNoJoint ? "s" : joint < Math.floor(jointCount / 2) ? "m" : "rad";
+  const ofJoint = joint < Math.floor(jointCount / 2) ? "m" : "rad";
+  const share = hal.fault_cause[arm] === FaultCause.lost;
+  const unit = share ? "of the last 100" : joint === noJoint ? "s" : ofJoint;
   text += `: ${number(amount)} ${unit}`;
   return allowed > 0 ? `${text}, allowed ${number(allowed)} ${unit}` : text;
 }
@@ -140,58 +72,30 @@ export function driveRecord(hal: HalStatus, arm: number, jointCount: number): st
 /** "arm_a" is "A" in words and on drawings. */
 export const shortName = (arm: string): string => (arm.startsWith("arm_") ? arm.slice(4) : arm).toUpperCase();
 
-/** By control::LimitKind. */
+/** A limit in words, as in `tandem solve`. @param kind  LimitKind */
 export function limitName(kind: number, arm: string, tube: number, catheter = false): string {
-  const turn = kind === 2 || kind === 5 || kind === 7;
-  const joint = turn ? (tube === 1 ? "roll" : "bend") : "insertion";
+  const turns: number[] = [LimitKind.rotationVelocity, LimitKind.rotation, LimitKind.rotationStep];
+  const joint = turns.includes(kind) ? (tube === 1 ? "roll" : "bend") : "insertion";
   const whose = `${catheter ? joint : `tube ${tube}`} of arm ${shortName(arm)}`;
-  switch (kind) {
-    case 0:
-      return `${whose} against tube ${tube - 1}`;
-    case 1:
-      return `velocity limit of ${whose}`;
-    case 2:
-      return `rotation velocity limit of ${whose}`;
-    case 3:
-      return `rear travel limit of ${whose}`;
-    case 4:
-      return `front travel limit of ${whose}`;
-    case 5:
-      return `rotation limit of ${whose}`;
-    case 6:
-      return `largest translation in a step of ${whose}`;
-    case 7:
-      return `largest rotation in a step of ${whose}`;
-    default:
-      return `a limit of ${whose} that this page does not know`;
-  }
+  if (kind === LimitKind.neighbour) return `${whose} against tube ${tube - 1}`;
+  const name = nameOf("LimitKind", kind, "");
+  return name ? `${name} of ${whose}` : `a limit of ${whose} that this page does not know`;
 }
 
 /** Empty where no limit holds the tasks back. */
 export function limitsInTheWay(status: ControlStatus, arms: readonly string[], catheters = false): string {
-  if (status.limited === 0) return "";
+  if (status.limited === Limited.not) return "";
   const names: string[] = [];
   for (let i = 0; i < Math.min(status.limit_count, status.limit_kind.length); ++i) {
     const arm = arms[status.limit_arm[i] ?? 0] ?? `number ${status.limit_arm[i]}`;
     names.push(limitName(status.limit_kind[i] ?? 255, arm, status.limit_tube[i] ?? 0, catheters));
   }
-  const how = status.limited === 1 ? "Limits forbid the tasks" : "Limits hold the tasks back";
+  const how = status.limited === Limited.forbidden ? "Limits forbid the tasks" : "Limits hold the tasks back";
   return `${how}: ${names.join(", ") || "none is named"}`;
 }
 
-/** By dds::HoldReason. */
 export const holdReason = (hold: number): string =>
-  [
-    "",
-    "no tip has been measured yet",
-    "the last measurement of a tip is too old",
-    "a tip is not seen by its tracker",
-    "no rest of what the arms move is known near their joints",
-  ][hold] ?? "for a reason that this page does not know";
-
-/** By safety::EmergencyStop. */
-export const emergencyStop = (state: number): string => ["not read", "released", "PRESSED"][state] ?? "unknown";
-export const kPressed = 2;
+  nameOf("HoldReason", hold, "for a reason that this page does not know");
 
 const kMentionIdle = 5; // s
 
@@ -205,37 +109,20 @@ export function idleWords(status: ControlStatus, arm: number): string {
     : `nobody commands it: it loses its power in ${left.toFixed(0)} s`;
 }
 
-/** By control::SolveStatus. */
-export const solveStatus = (status: number): string =>
-  ["solved", "infeasible: nearest velocity", "out of iterations: stands", "not finite: stands", "gave up: stands"][
-    status
-  ] ?? "unknown";
-
-/** The guards of the gate that stop an arm come first, those that hold joints back last. */
-export const kGuards = [
-  "finite",
-  "fresh",
-  "sequence",
-  "step",
-  "known_arm",
-  "position",
-  "coupled_row",
-  "velocity",
-  "slew",
-];
-
 export type StateCommand = "enable" | "disable" | "pause" | "resume";
 
-/** Whether an arm in this state takes the command: the table of docs/safety.md. */
-export function accepts(state: number, command: StateCommand): boolean {
-  switch (command) {
-    case "disable":
-      return true;
-    case "enable":
-      return state === State.disabled || state === State.enabled;
-    case "pause":
-      return state === State.enabled || state === State.paused;
-    case "resume":
-      return state === State.paused;
+/** Why control would not let the holder of the lease do this now; empty where it would, or has not said yet.
+ *  @param arm  -1: any of them */
+export function whyNot(
+  permissions: ControlPermissions | null,
+  action: number,
+  arms: readonly string[],
+  arm = -1,
+): string {
+  for (let k = 0; k < Math.min(permissions?.arm_count ?? 0, arms.length); ++k) {
+    const reason = permissions?.reason[k * actionsPerArm + action] ?? RefusalReason.none;
+    if ((arm === -1 || arm === k) && reason !== RefusalReason.none)
+      return `Arm ${shortName(arms[k]!)}: ${nameOf("RefusalReason", reason, "for a reason that this page does not know")}.`;
   }
+  return "";
 }

@@ -4,6 +4,7 @@ import type { Link, Slot } from "../wire/link";
 import type {
   ActuationLimits,
   Clearances,
+  ControlPermissions,
   ControlStatus,
   DiagnosticArray,
   HalStatus,
@@ -15,6 +16,7 @@ import type {
 } from "../wire/messages";
 import { isStale } from "./age";
 import type { Robot } from "./robot";
+import { whyNot } from "./words";
 
 export interface ArmSlots {
   measuredJs: Slot;
@@ -34,6 +36,7 @@ export interface Taps {
 
 export class World {
   readonly status: Slot;
+  readonly permissions: Slot;
   readonly hal: Slot;
   readonly limits: Slot;
   readonly reference: Slot;
@@ -49,6 +52,7 @@ export class World {
   ) {
     const topic = (name: string): string => `/${robot.prefix}/${name}`;
     this.status = link.subscribe<ControlStatus>(topic("control/status"), (m) => this.taps.status.forEach((f) => f(m)));
+    this.permissions = link.subscribe(topic("control/permissions"));
     this.hal = link.subscribe(topic("hal/status"));
     this.limits = link.subscribe(topic("actuation/limits"));
     this.reference = link.subscribe(topic("planning/reference"));
@@ -65,6 +69,14 @@ export class World {
   }
 
   controlStatus = (): ControlStatus | null => this.status.value();
+  /** Why control would refuse an action of the holder of the lease now. @param arm  -1: with any arm */
+  whyNot = (action: number, arm = -1): string =>
+    whyNot(
+      this.permissions.value<ControlPermissions>(),
+      action,
+      this.robot.arms.map(({ name }) => name),
+      arm,
+    );
   halStatus = (): HalStatus | null => this.hal.value();
   moving = (): ActuationLimits | null => this.limits.value();
   plan = (): PlanningReference | null => this.reference.value();

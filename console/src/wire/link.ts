@@ -90,9 +90,7 @@ export class Link {
 
   /** Before open(). A listener sees every sample; without one only the latest is decoded. */
   subscribe<T>(topic: string, listener?: (message: T) => void): Slot {
-    const slot = new Slot(topic, listener as ((message: never) => void) | undefined, (why) =>
-      this.events.status(2, why),
-    );
+    const slot = new Slot(topic, listener, (why) => this.events.status(2, why));
     this.slots.set(topic, slot);
     return slot;
   }

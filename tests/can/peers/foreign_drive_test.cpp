@@ -14,13 +14,13 @@
 namespace tandem::hal {
 namespace {
 
-constexpr std::int64_t kMillisecond = 1'000'000;
-
 /** The first axis of the preset, alone on its bus, in real time. */
 class ForeignDrive : public testing::Test {
  protected:
   ForeignDrive() : hardware_(preset()), bus_("vcan0"), network_(bus_, options()) {
-    axis_ = std::make_unique<Axis>(hardware_, hardware_.axes[0], network_, kPatience);
+    safety::Budgets budgets;
+    budgets.drive_heartbeat = kPatience;
+    axis_ = std::make_unique<Axis>(hardware_, hardware_.axes[0], network_, budgets);
   }
 
   static HardwareConfig preset() {

@@ -19,7 +19,6 @@ class Device:
     coasts: bool = False  # one motor has no brake any more
     everywhere: bool = False  # the other arm stops, too
     late_ms: float = 0.0  # more, until it stands: where a motor is slower to stop
-    rarely: bool = False  # ridden through by some runs, stopped within the time above in others
 
     def standing(self):
         """From the fault to the last axis' standstill, ms."""
@@ -49,7 +48,7 @@ def following(error=FOLLOWING_MM, speed=SPEED_MM_PER_S):
 
 
 def lossy():
-    return Device(2000, "the next frame comes 4 ms later, but two heartbeats in a row may be lost", rarely=True)
+    return Device(1000, "8 of the last 100 frames: `lost_samples`, or what 30 ms hold")
 
 
 def foreign(reason="1 period: a frame that is not ours", coasts=False):

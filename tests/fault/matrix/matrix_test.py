@@ -9,7 +9,6 @@ import os
 import pathlib
 import re
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -70,7 +69,7 @@ class Devices(system.SystemTest):
         self.assertLessEqual(max(run["violation_mm"] for run in runs), 0.5)
         for run in runs:
             if run not in stopped:
-                self.assertTrue(budget.noticed is None or budget.rarely, run)
+                self.assertIsNone(budget.noticed, run)
                 self.assertEqual((run["state"], run["moving"]), ("ENABLED", 6))
                 continue
             self.assertIsNotNone(budget.noticed, run)
@@ -175,7 +174,7 @@ class Processes(HalTest):
         found = re.findall(rf"{fault}[^:\n]*: ([\d.e-]+) s, allowed ([\d.e-]+) s", self.log.read_text())
         self.assertTrue(found, self.log.read_text())
         for silence, allowed in found:
-            self.assertGreater(float(silence), float(allowed))
+            self.assertGreaterEqual(float(silence), float(allowed))  # both are rounded to five digits
 
     def assert_drives_stopped_by_themselves(self):
         for drive in (drive for bus in "ab" for drive in self.drives(bus)):
@@ -239,8 +238,7 @@ def device_line(row, report):
     where, fault, value = row["key"]
     budget = DEVICES[row["key"]]
     travel = None if budget.noticed is None else budget.travel(report["speed_mm_per_s"])
-    rarely = f" ({row['stopped']} of {report['runs']} runs)" if budget.rarely else ""
-    cells = [where, f"`{fault}`{f' {value:g}' if value else ''}", number(row["noticed"]) + rarely,
+    cells = [where, f"`{fault}`{f' {value:g}' if value else ''}", number(row["noticed"]),
              number(budget.noticed), number(row["standing"]), number(row["travel"], 2),
              number(travel, 2), number(row["turn"], 2),
              ", ".join(row["guards"]) or "-", budget.reason]

@@ -41,11 +41,15 @@ class Secured(ConsoleTest):
             wire.WebSocket(self.port)
         self.assertEqual(refused.exception.status, 401)
         peer = self.client("control/status", "control/reply", "actuation/command", query=f"?token={OPERATOR}")
-        heard = lambda name: struct.pack("<BI", 1, peer.channels[f"/{self.prefix}/{name}"])
+
+        def heard(name):
+            return struct.pack("<BI", 1, peer.channels[f"/{self.prefix}/{name}"])
+
         for name in ("control/status", "actuation/command"):
             while not peer.frame()[1].startswith(heard(name)):
                 pass
-        peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        robot = wire.fingerprint(self.port, Authorization=f"Bearer {OPERATOR}")
+        peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(robot, 7, 1))
         while not (frame := peer.frame()[1]).startswith(heard("control/reply")):
             pass
         client, number, accepted = struct.unpack_from("<QQB", frame, 13 + 4)
@@ -89,6 +93,18 @@ class Tokens(ConsoleTest):
         self.assertEqual(wire.get(self.port, "/healthz", self.tls)[0], 200)
         self.roles()
         self.cookie()
+        self.crowd()
+
+    def crowd(self):
+        """Those who have shown no token lock nobody out, however many they are and whatever they keep open."""
+        silent = [wire.connect(self.port) for _ in range(110)]
+        asked = [wire.connect(self.port, self.tls) for _ in range(10)]
+        for connection in asked:
+            connection.sendall(b"GET /api/robot HTTP/1.1\r\nHost: localhost\r\nConnection: keep-alive\r\n\r\n")
+            self.assertIn(b"401", wire.read_all(connection), "it is hung up on")
+        self.assertEqual(wire.api(self.port, "robot", self.tls, Authorization=f"Bearer {OPERATOR}")["role"], "operator")
+        for connection in silent + asked:
+            connection.close()
 
     def roles(self):
         for token, role in ((OPERATOR, "operator"), (VIEWER, "viewer")):
@@ -96,7 +112,7 @@ class Tokens(ConsoleTest):
         viewer = wire.WebSocket(self.port, self.tls, f"?token={VIEWER}")
         self.addCleanup(viewer.close)
         viewer.greet()
-        viewer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        viewer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(1, 7, 1))
         self.assertIn("console-viewer may not publish it", viewer.text("status")["message"])
         self.assertIn("not advertised, or refused", viewer.text("status")["message"])
         viewer.publish(f"/{self.prefix}/stop", "tandem_msgs/msg/Stop", wire.cdr_stop(7, "enough"), 2)
@@ -104,7 +120,7 @@ class Tokens(ConsoleTest):
         operator = wire.WebSocket(self.port, self.tls, Cookie=f"a=b; tandem_token={OPERATOR}")
         self.addCleanup(operator.close)
         operator.greet()
-        operator.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        operator.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(1, 7, 1))
         self.assertIn("nobody listens", operator.text("status")["message"])
         self.assertEqual(wire.api(self.port, "stats", self.tls, Authorization=f"Bearer {OPERATOR}")["published"], 2)
 
@@ -120,6 +136,7 @@ class Tokens(ConsoleTest):
                           ("operator_token: nowhere", "nowhere: cannot be opened"),
                           ("certificate: operator, key: key.pem", "console.certificate: .*operator"),
                           ("certificate: certificate.pem, key: operator", "console.key: .*operator"),
+                          ("certificate: certificate.pem, key: open", "console.key: .*open: found a file that everybody"),
                           ("address: 0.0.0.0", "expected certificate and key")):
             self.serve(keys)
             self.assertNotEqual(self.process.wait(20), 0, keys)

@@ -131,7 +131,8 @@ class Hostile(ConsoleTest):
         self.assert_unharmed()
         # It still serves who is right.
         peer = self.client("control/status", "control/reply")
-        peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(7, 1))
+        request = wire.cdr_control_request(wire.fingerprint(self.port), 7, 1)
+        peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", request)
         answer = struct.pack("<BI", 1, self.channel(peer, "control/reply"))
         while not peer.frame()[1].startswith(answer):
             pass
@@ -140,7 +141,8 @@ class Hostile(ConsoleTest):
     def origins_and_hosts(self):
         evil = "http://evil.example"
         for headers in ({"Origin": evil}, {"Origin": "null"}, {"Origin": f"http://localhost:{self.port + 1}"},
-                        {"Host": f"evil.example:{self.port}"}, {"Host": f"evil.example:{self.port}", "Origin": f"http://evil.example:{self.port}"}):
+                        {"Host": f"evil.example:{self.port}"},
+                        {"Host": f"evil.example:{self.port}", "Origin": f"http://evil.example:{self.port}"}):
             with self.assertRaises(wire.Refused, msg=headers) as refused:
                 wire.WebSocket(self.port, **headers)
             self.assertEqual(refused.exception.status, 403)
@@ -217,7 +219,7 @@ class Hostile(ConsoleTest):
                                         (f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", "json")):
             peer.say("advertise", channels=[{"id": 5, "topic": topic, "encoding": encoding, "schemaName": schema}])
             self.assertIn(topic, peer.text("status")["message"])
-            peer.send(struct.pack("<BI", 1, 5) + wire.cdr_control_request(7, 1))
+            peer.send(struct.pack("<BI", 1, 5) + wire.cdr_control_request(wire.fingerprint(self.port), 7, 1))
             self.assertIn("not advertised, or refused", peer.text("status")["message"])
 
     def oversized(self):

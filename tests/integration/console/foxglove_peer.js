@@ -11,9 +11,21 @@ const WebSocket = require("ws");
 const [url, subprotocol, prefix, task] = process.argv.slice(2);
 const PATIENCE = 40000; // ms
 // What flows while nobody moves the robot; `rosout` is asked for with a request that planning refuses.
-const FLOWING = ["actuation/state", "actuation/command", "actuation/limits", "planning/reference", "control/status",
-  "hal/status", "diagnostics", "markers", "arm_a/measured_js", "arm_a/measured_cp", "arm_b/setpoint_js",
-  "arm_b/shape", "arm_a/operating_state"].map((name) => `/${prefix}/${name}`);
+const FLOWING = [
+  "actuation/state",
+  "actuation/command",
+  "actuation/limits",
+  "planning/reference",
+  "control/status",
+  "hal/status",
+  "diagnostics",
+  "markers",
+  "arm_a/measured_js",
+  "arm_a/measured_cp",
+  "arm_b/setpoint_js",
+  "arm_b/shape",
+  "arm_a/operating_state",
+].map((name) => `/${prefix}/${name}`);
 
 const socket = new WebSocket(url, [subprotocol]);
 const client = new FoxgloveClient({ ws: socket });
@@ -30,7 +42,10 @@ let wake = () => {};
 
 client.on("error", (error) => fail(error));
 client.on("serverInfo", (event) => (info = event));
-client.on("status", (event) => { statuses.push(event); wake(); });
+client.on("status", (event) => {
+  statuses.push(event);
+  wake();
+});
 client.on("advertise", (added) => {
   for (const channel of added) {
     assert.equal(channel.encoding, "cdr");
@@ -63,7 +78,10 @@ async function until(condition, what) {
   const end = Date.now() + PATIENCE;
   while (!condition()) {
     if (Date.now() > end) throw new Error(`not within ${PATIENCE} ms: ${what}; heard ${[...counts.keys()]}`);
-    await new Promise((resolve) => { wake = resolve; setTimeout(resolve, 250); });
+    await new Promise((resolve) => {
+      wake = resolve;
+      setTimeout(resolve, 250);
+    });
   }
 }
 
@@ -80,21 +98,26 @@ async function request(name, publish, message) {
   const mine = ++number;
   const topic = `/${prefix}/${name}/reply`;
   last.delete(topic);
-  publish({ client: ME, request: mine, ...message });
+  const { fingerprint } = last.get(`/${prefix}/actuation/state`); // of the robot that is meant
+  publish({ fingerprint, client: ME, request: mine, ...message });
   await until(() => last.get(topic)?.client === ME && last.get(topic)?.request === mine, `${topic} to request ${mine}`);
   return last.get(topic);
 }
 
 // A service that logs without end does not fill the wire: 50 lines at once and 20 a second pass, and the next one tells.
 async function flood(planning) {
-  const began = Date.now(), before = counts.get("/rosout");
-  for (let i = 0; i < 100; ++i) await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });
-  const passed = counts.get("/rosout") - before, seconds = (Date.now() - began) / 1000;
+  const began = Date.now(),
+    before = counts.get("/rosout");
+  for (let i = 0; i < 100; ++i)
+    await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });
+  const passed = counts.get("/rosout") - before,
+    seconds = (Date.now() - began) / 1000;
   assert.ok(passed >= Math.min(40, 20 * seconds) && passed <= 60 + 25 * seconds, `${passed} lines within ${seconds} s`);
   if (seconds > 2) return; // too slow a machine for a flood
   const told = () => /lines before this were left out here/.test(last.get("/rosout").msg);
   const end = Date.now() + PATIENCE;
-  while (!told() && Date.now() < end) await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });
+  while (!told() && Date.now() < end)
+    await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });
   assert.ok(told(), "what is left out is told");
 }
 
@@ -102,7 +125,14 @@ async function command() {
   const control = publisher("control/request");
   const planning = publisher("planning/request");
   await until(() => last.has(`/${prefix}/control/status`), "control/status");
-  const text = (kind, words, value = "") => ({ kind, arm: 255, text: words, value, joint_count: 0, joints: new Array(8).fill(0) });
+  const text = (kind, words, value = "") => ({
+    kind,
+    arm: 255,
+    text: words,
+    value,
+    joint_count: 0,
+    joints: new Array(8).fill(0),
+  });
   const early = await request("control", control, text(5, "snsqp"));
   assert.equal(early.accepted, 0, "nobody has the lease yet");
   assert.equal((await request("control", control, text(1, ""))).accepted, 1, "the lease");
@@ -117,7 +147,11 @@ async function command() {
   publisher("stop")({ client: ME, sequence: 1n, reason: "test" });
   await until(() => last.get(`/${prefix}/arm_a/operating_state`).state === "FAULT", "stop is obeyed");
   // What clients may not publish, not even operators.
-  client.advertise({ topic: `/${prefix}/actuation/command`, encoding: "cdr", schemaName: "tandem_msgs/msg/ActuationCommand" });
+  client.advertise({
+    topic: `/${prefix}/actuation/command`,
+    encoding: "cdr",
+    schemaName: "tandem_msgs/msg/ActuationCommand",
+  });
   await until(() => statuses.some((s) => s.message.includes("may not publish")), "a status for what is refused");
   return { reason: refused.reason, log };
 }
@@ -126,8 +160,10 @@ async function main() {
   await until(() => info && channels.size > 0, "serverInfo and channels");
   assert.ok(info.capabilities.includes("clientPublish"));
   await until(() => FLOWING.every((topic) => last.has(topic)), `messages of ${FLOWING}`);
-  await until(() => ["sim", "control", "planning", "recorder", "console"].every((s) => services.has(`tandem-${s}`)),
-    "diagnostics of every service");
+  await until(
+    () => ["sim", "control", "planning", "recorder", "console"].every((s) => services.has(`tandem-${s}`)),
+    "diagnostics of every service",
+  );
   const found = task === "command" ? await command() : {};
   console.log(JSON.stringify({ channels: channels.size, heard: counts.size, statuses, ...found }));
   client.close();

@@ -156,8 +156,13 @@ def cdr_stop(client, reason):
     return b"\0\1\0\0" + struct.pack("<QQI", client, 1, len(text)) + text
 
 
-def cdr_control_request(client, kind):
-    """tandem_msgs/msg/ControlRequest without words."""
-    body = struct.pack("<QQBB2xI", client, 1, kind, 255, 1) + b"\0" + b"\0" * 3 + struct.pack("<I", 1) + b"\0" + b"\0"
-    body += b"\0" * (-len(body) % 8) + b"\0" * 64
+def fingerprint(port, tls=None, **headers):
+    """Of the robot that the console knows."""
+    return int(api(port, "robot", tls, **headers)["fingerprint"], 16)
+
+
+def cdr_control_request(robot, client, kind):
+    """tandem_msgs/msg/ControlRequest without words, of a client that has seen nothing. `robot`: a fingerprint."""
+    body = struct.pack("<QQQBB2xI", robot, client, 1, kind, 255, 1) + b"\0" + b"\0" * 3 + struct.pack("<I", 1) + b"\0" + b"\0"
+    body += b"\0" * (-len(body) % 8) + b"\0" * 64 + struct.pack("<QQ", 0, 0)
     return b"\0\1\0\0" + body

@@ -4,7 +4,10 @@
 # a command that finds them; a package-lock.json beside it says which versions exactly. Exit code 77: they cannot be had here.
 set -euo pipefail
 
-(($# > 3)) && [[ $3 == -- ]] || { echo "Usage: npm.sh PACKAGE_JSON FOLDER -- COMMAND..." >&2 && exit 2; }
+if (($# < 4)) || [[ $3 != -- ]]; then
+  echo "Usage: npm.sh PACKAGE_JSON FOLDER -- COMMAND..." >&2
+  exit 2
+fi
 manifest=$1 folder=$2
 lock=$(dirname -- "$manifest")/package-lock.json
 shift 3
@@ -20,7 +23,7 @@ usable() {
 }
 same() { cmp -s "$manifest" "$folder/package.json" && { [[ ! -e $lock ]] || cmp -s "$lock" "$folder/package-lock.json"; }; }
 
-command -v node >/dev/null && command -v npm >/dev/null || skip "node and npm (Debian: nodejs, npm) are not installed"
+{ command -v node && command -v npm; } >/dev/null || skip "node and npm (Debian: nodejs, npm) are not installed"
 mkdir -p "$folder"
 if ! same || ! usable; then
   how=(install --no-package-lock)

@@ -45,16 +45,16 @@ def seeded(test):
     return random.Random(seed)
 
 
-def run(*arguments, text=None, timeout=60, program="tandem", inside=()):
+def run(*arguments, text=None, timeout=60, program="tandem", inside=(), environment=None):
     """Runs a command to its end; stdout and stderr are texts. `inside`: words in front of it, of another host."""
     return subprocess.run([*inside, executable(program), *map(str, arguments)], input=text, capture_output=True, text=True,
-                          timeout=timeout, check=False)
+                          timeout=timeout, check=False, env={**os.environ, **(environment or {})})
 
 
 def client(path, *words, inside=()):
     """A `tandem robot` command to the deployment, left running."""
     return subprocess.Popen([*inside, executable(), "robot", "--deployment", str(path), *map(str, words)],
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+                            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
 def reap(process):
@@ -62,7 +62,7 @@ def reap(process):
     if process.poll() is None:
         process.kill()
         process.wait()
-    for stream in (process.stdout, process.stderr):
+    for stream in (process.stdin, process.stdout, process.stderr):
         if stream:
             stream.close()
 
@@ -212,7 +212,8 @@ def may_have_priorities():
 class System:
     """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind.
 
-    Logs go to `stderr`, to this one's where that is None. `inside`: words that run a command on the host that this is, of several; `parts`: what status() waits for."""
+    Logs go to `stderr`, to this one's where that is None. `inside`: words that run a command on the host that this is, of several;
+    `parts`: what status() waits for."""
 
     stderr = None
 

@@ -135,6 +135,8 @@ class RealTime:
         self.assertEqual(self.system.assert_still(self), before)
         self.assert_ok(self.system.robot("disable"))
         self.assert_refused(self.system.robot("resume"), "'resume' is not allowed in DISABLED")
+        # Who enables for a run that is refused takes the power again.
+        self.assert_refused(self.system.robot("run", "lift"), "planning/request")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
 
     def methods(self):
@@ -208,14 +210,24 @@ class RealTime:
         status = self.status()
         self.assertEqual((status["lease_holder"], status["trajectory"]["phase"], status["method"]),
                          (held, "running", method))
-        # Anybody may take power away.
+        # Anybody may take power away, and who runs says how it goes on.
+        self.assert_ok(self.system.robot("pause"))
+        stood = self.system.assert_still(self)
+        self.assertIsNone(run.poll(), "a pause ended the run")
+        self.assert_refused(self.system.robot("resume"), "another client holds the control lease: cli (pid ", f"pid {run.pid} on ",
+                            "it alone can resume")
+        self.system.assert_still(self)
+        run.stdin.write("\n")
+        run.stdin.flush()
+        system.until(lambda: self.system.states() == ["ENABLED", "ENABLED"], 10, "Enter goes on")
+        system.until(lambda: self.system.joints() != stood, 10, "the trajectory goes on")
         self.assert_ok(self.system.robot("pause"))
         self.system.assert_still(self)
-        self.assertIsNone(run.poll(), "a pause ended the run")
         run.send_signal(signal.SIGINT)
         _, errors = run.communicate(timeout=20)
         self.assertEqual(run.returncode, 1)
         self.assertIn("interrupted", errors)
+        self.assertEqual(errors.count("paused by cli (pid "), 2)
         self.assertEqual(self.system.states(), ["PAUSED", "PAUSED"])
         stood = self.system.joints()
         for command in ("resume", "disable", "enable"):

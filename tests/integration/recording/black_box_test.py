@@ -85,6 +85,20 @@ class BlackBox(system.SystemTest):
             getattr(self, step)()
             self.assertIsNone(self.system.up.poll())
 
+    def ended_by(self, name):
+        pid = self.system.pids[name]
+        os.kill(pid, signal.SIGKILL)
+        self.system.event("stopped", 30)
+        self.assertEqual(self.system.up.wait(10), 1)
+        fault = self.info(self.files()[-1])[1]["metadata"]["fault"]
+        self.assertIn(f"tandem up: {name} (pid {pid}) was killed by signal 9", " ".join(fault.values()))
+
+    def test_the_death_of_control_is_kept(self):
+        self.ended_by("control")
+
+    def test_the_death_of_the_simulator_is_kept(self):
+        self.ended_by("sim")
+
     def a_fault(self):
         run = self.start_run(self.system, self.long_line())
         self.system.await_motion(run)

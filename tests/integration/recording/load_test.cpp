@@ -10,8 +10,8 @@
 #include "recording/gaps.h"
 #include "recording/reader.h"
 #include "services/dds/raw.h"
-#include "services/recorder/capture.h"
-#include "services/recorder/recorder.h"
+#include "services/recordings/capture.h"
+#include "services/recordings/recorder.h"
 
 namespace tandem::service {
 namespace {

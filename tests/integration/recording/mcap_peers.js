@@ -62,7 +62,7 @@ function streamed(bytes, decompressHandlers) {
   const topics = new Map();
   let dataCrc;
   reader.append(Uint8Array.from(bytes)); // it writes into what it is given
-  for (let record; (record = reader.nextRecord()); ) {
+  for (let record; (record = reader.nextRecord());) {
     if (record.type === "Channel") topics.set(record.id, record.topic);
     if (record.type === "Message") found.messages.push(describe(topics.get(record.channelId), record));
     if (record.type === "Attachment") found.attachments[record.name] = crc32(record.data);
@@ -144,7 +144,9 @@ async function main(folder) {
 }
 
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), "tandem-mcap-"));
-main(folder).finally(() => fs.rmSync(folder, { recursive: true })).catch((error) => {
-  console.error(error);
-  process.exit(1);
-});
+main(folder)
+  .finally(() => fs.rmSync(folder, { recursive: true }))
+  .catch((error) => {
+    console.error(error);
+    process.exit(1);
+  });

@@ -27,7 +27,10 @@ async function main(file) {
   const seed = process.env.TANDEM_SEED ?? String(crypto.randomInt(2 ** 31));
   console.log(`TANDEM_SEED=${seed}`);
   const printed = execFileSync(process.argv[2], [file, seed], { encoding: "utf8", maxBuffer: 1 << 28 });
-  const expected = printed.trim().split("\n").map((line) => JSON.parse(line));
+  const expected = printed
+    .trim()
+    .split("\n")
+    .map((line) => JSON.parse(line));
   const bytes = fs.readFileSync(file);
   const readable = {
     size: async () => BigInt(bytes.length),
@@ -52,7 +55,9 @@ async function main(file) {
 }
 
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), "tandem-values-"));
-main(path.join(folder, "a.mcap")).finally(() => fs.rmSync(folder, { recursive: true })).catch((error) => {
-  console.error(error);
-  process.exit(1);
-});
+main(path.join(folder, "a.mcap"))
+  .finally(() => fs.rmSync(folder, { recursive: true }))
+  .catch((error) => {
+    console.error(error);
+    process.exit(1);
+  });

@@ -39,7 +39,7 @@ class Credentials(system.SystemTest):
         self.assertIn("rt/rosout", every)
         named = {topic.removeprefix("rt/tandem/") for topic in every if topic.startswith("rt/tandem/")}
         only = {"actuation/command": {"control"}, "planning/reference": {"planning"}, "stop": set(ROLES)}
-        everyone = {"clock/request"}
+        everyone = {"clock/request", "identity"}
         for topic in named:
             if topic in everyone:
                 only[topic] = set(ROLES)
@@ -53,7 +53,7 @@ class Credentials(system.SystemTest):
             self.assertTrue(self.publishers(topic), f"nobody may publish {topic}")
         for topic in named:
             self.assertEqual(self.publishers(f"rt/other/{topic}"), set(), "another robot's topics")
-        self.assertEqual(self.allowed("console-viewer", "publish"), ["rt/tandem/stop", "rt/tandem/clock/request"])
+        self.assertEqual(self.allowed("console-viewer", "publish"), ["rt/tandem/stop", "rt/tandem/identity", "rt/tandem/clock/request"])
         readers = {role for role in ROLES if "rt/tandem/actuation/command" in self.allowed(role, "subscribe")}
         self.assertEqual(readers, {"hal", "recorder", "console"})
 

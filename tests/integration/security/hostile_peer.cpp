@@ -45,6 +45,7 @@ class Handle;
 class SecurityException;
 class Permissions {
  public:
+  // NOLINTBEGIN(readability-identifier-naming)
   bool check_create_datawriter(const Handle& handle,
                                unsigned int domain,
                                const std::string& topic,
@@ -55,6 +56,7 @@ class Permissions {
                                const std::string& topic,
                                const std::vector<std::string>& partitions,
                                SecurityException& exception);
+  // NOLINTEND(readability-identifier-naming)
 };
 
 namespace {
@@ -146,12 +148,12 @@ class Hostile {
       request(kind, "");
     request(ControlKind::kStateCommand, "enable");
     request(ControlKind::kJog, "");
-    PlanningRequest plan{kClient, ++number_, 1,
+    PlanningRequest plan{fingerprint(), kClient, ++number_, 1,
                          "{tandem: trajectory/1, name: x, shape: {line: {displacement_mm: [0, 9, 0]}}}"};
     plans_.write(plan);
-    HalRequest home{kClient, ++number_, 1};
+    HalRequest home{fingerprint(), kClient, ++number_, 1};
     hals_.write(home);
-    SimRequest reset{kClient, ++number_, 1, 2};
+    SimRequest reset{fingerprint(), kClient, ++number_, 1, 2};
     sims_.write(reset);
     for (auto& writer : states_)
       writer.write({0, kFrame, "enable"});
@@ -205,8 +207,15 @@ class Hostile {
     }
   }
 
+  /// What the robot itself goes by, as far as it can be heard.
+  std::uint64_t fingerprint() {
+    const std::lock_guard lock(mutex_);
+    return last_.fingerprint;
+  }
+
   void request(ControlKind kind, const std::string& value) {
     ControlRequest request;
+    request.fingerprint = fingerprint();
     request.client = kClient;
     request.request = ++number_;
     request.kind = static_cast<std::uint8_t>(kind);
@@ -221,6 +230,7 @@ class Hostile {
     ActuationCommand command;
     {
       const std::lock_guard lock(mutex_);
+      command.fingerprint = last_.fingerprint;
       command.state_session = last_.session;
       command.answers_state = last_.sequence;
       command.position = last_.position;

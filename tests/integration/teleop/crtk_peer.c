@@ -93,13 +93,37 @@ static void look(void) {
   takeLast(statuses, keepStatus);
 }
 
-static void command(const char* word) {
+/* `header`: of which it carries the stamp. */
+static void command(const char* word, const std_msgs_msg_Header* header) {
   crtk_msgs_msg_StringStamped message;
   memset(&message, 0, sizeof(message));
   message.header.frame_id = (char*)"";
-  stampNow(&message.header);
+  message.header.stamp = header->stamp;
   message.string = (char*)word;
   dds_write(commands, &message);
+}
+
+/* What may give no power: our own clock's time, no time, and what we saw `seconds` ago. */
+static void tryStale(double seconds) {
+  const std_msgs_msg_Header seen = pose.header;
+  std_msgs_msg_Header own, none;
+  memset(&own, 0, sizeof(own));
+  memset(&none, 0, sizeof(none));
+  stampNow(&own);
+  const double until = now() + seconds + 0.5;
+  for (int round = 0; now() < until; ++round) {
+    command("enable", &own);
+    command("enable", &none);
+    if (now() > until - 0.5) {
+      command("enable", &seen);
+    }
+    dds_sleepfor(DDS_MSECS(100));  // the rate of the attempts, not a wait
+    look();
+    if (strcmp(state, "DISABLED") != 0) {
+      fprintf(stderr, "crtk_peer: a stale command led to '%s'\n", state);
+      exit(1);
+    }
+  }
 }
 
 /* Repeats a command until the arm is in the state that follows. */
@@ -111,7 +135,7 @@ static void reach(const char* word, const char* wanted) {
       exit(1);
     }
     if (round % 20 == 0) {
-      command(word);
+      command(word, &pose.header);
     }
     dds_sleepfor(DDS_MSECS(10));
     look();
@@ -119,14 +143,17 @@ static void reach(const char* word, const char* wanted) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 5) {
-    fprintf(stderr, "usage: crtk_peer DOMAIN PREFIX SAMPLES STEP_MM\n");
+  if (argc != 6) {
+    fprintf(stderr, "usage: crtk_peer DOMAIN PREFIX SAMPLES STEP_MM STALE_S\n");
     return 2;
   }
   prefix = argv[2];
   const int samples = atoi(argv[3]);
   const double step = 1e-3 * atof(argv[4]);
-  participant = checked(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
+  qos = dds_create_qos();
+  dds_qset_entity_name(qos, "crtk_peer");
+  participant = checked(dds_create_participant((dds_domainid_t)atoi(argv[1]), qos, NULL), "participant");
+  dds_delete_qos(qos);
   qos = dds_create_qos();
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
@@ -163,12 +190,13 @@ int main(int argc, char** argv) {
                                              "tandem_msgs::msg::dds_::ControlStatus_", "control/status"),
                                        qos, NULL),
                      "reader");
-  reach("enable", "ENABLED");
   const double deadline = now() + 20.0;
-  while (pose.header.stamp.sec == 0 && pose.header.stamp.nanosec == 0 && now() < deadline) {
+  while (((pose.header.stamp.sec == 0 && pose.header.stamp.nanosec == 0) || state[0] == 0) && now() < deadline) {
     dds_sleepfor(DDS_MSECS(10));
     look();
   }
+  tryStale(atof(argv[5]));
+  reach("enable", "ENABLED");
   geometry_msgs_msg_PoseStamped target = pose;
   const double from = pose.pose.position.y;
   int obeyed = 0;

@@ -155,15 +155,25 @@ class Teleoperation(system.SystemTest):
         self.assertLess(farthest, wall)
         self.assertGreater(farthest, wall - 0.0025, "it was tried")
 
-    def test_a_client_on_cyclone_reads_and_is_obeyed(self):
-        self.begin()
+    def crtk_peer(self):
         text = self.system.path.read_text()
         keys = dict(line.split(": ", 1) for line in text.splitlines() if line.startswith(("domain:", "prefix:")))
-        before = self.tips()
         peer = pathlib.Path(system.executable()).parents[1] / "tests" / "crtk_peer"
-        answer = subprocess.run([peer, keys["domain"], keys["prefix"], "100", "0.05"], capture_output=True, text=True,
-                                timeout=90, check=False, env={**os.environ, "CYCLONEDDS_URI": CYCLONE})
-        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        return subprocess.run([peer, keys["domain"], keys["prefix"], "100", "0.05", "3.5"], capture_output=True, text=True,
+                              timeout=90, check=False, env={**os.environ, "CYCLONEDDS_URI": CYCLONE})
+
+    def test_a_client_on_cyclone_that_is_not_admitted_is_not_obeyed(self):
+        self.begin("{crtk: {clients: [somebody, crtk_peers]}}")
+        answer = self.crtk_peer()
+        self.assertIn("'enable' did not lead to ENABLED but to 'DISABLED'", answer.stderr)
+        system.until(lambda: "pair/state_command" in " ".join(self.system.status()["dropped"].get("tandem-control", {})), 10,
+                     "control says what it dropped")
+
+    def test_a_client_on_cyclone_reads_and_is_obeyed(self):
+        self.begin("{scale: 0.5, max_speed_mm_per_s: 10, leash_mm: 1, crtk: {clients: [crtk_peer]}}")
+        before = self.tips()
+        answer = self.crtk_peer()
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)  # it saw that stale commands give no power
         told = json.loads(answer.stdout)
         self.assertAlmostEqual(told["asked"], 5e-3, delta=1e-9)
         self.assertAlmostEqual(told["moved"], 5e-3, delta=0.6e-3)

@@ -9,7 +9,6 @@
 #include "recording/writer.h"
 #include "services/dds/definitions.h"
 #include "services/dds/raw.h"
-#include "services/dds/wire_detail.h"
 #include "tests/unit/dds/random_messages.h"
 
 namespace {
@@ -21,18 +20,12 @@ template <class T, class F>
 void forEachValue(T& value, F& f) {
   if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
     f(value);
-  } else if constexpr (requires { dds::membersOf(value); }) {
-    std::apply([&](auto&... member) { (forEachValue(member, f), ...); }, dds::membersOf(value));
-  } else if constexpr (requires { value.first; }) {
-    forEachValue(value.first, f);
-    forEachValue(value.second, f);
-  } else if constexpr (requires { value.size(); }) {
+  } else if constexpr (requires { T::kType; }) {
+    T::members(value, [&](const char*, auto& member, auto&&...) { forEachValue(member, f); });
+  } else {
     f.size(value);
     for (auto& element : value)
       forEachValue(element, f);
-  } else {
-    typename dds::Wire<T>::Generated wire;
-    members(&value, value, wire, [&](auto& member, auto&&) { forEachValue(member, f); });
   }
 }
 

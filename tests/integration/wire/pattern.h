@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 
+#include "safety/dimensions.h"
 #include "services/dds/messages.h"
 
 namespace tandem::dds {

@@ -14,8 +14,8 @@
 #include <string>
 
 #include "pattern.h"
-#include "services/common/periodic_loop.h"
 #include "services/dds/bus.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::dds {
 namespace {

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "pattern.h"
-#include "services/common/periodic_loop.h"
+#include "services/runtime/periodic_loop.h"
 #include "support.h"
 
 namespace tandem::dds {

@@ -119,7 +119,7 @@ class Files(unittest.TestCase):
                 path.write_text(text.replace(old, new, 1))
                 answer = system.run("validate", path)
                 self.assertEqual(answer.returncode, 2)
-                self.assertRegex(answer.stderr, rf"bad\.yaml:\d+:\d+: ")
+                self.assertRegex(answer.stderr, r"bad\.yaml:\d+:\d+: ")
                 self.assertIn(key.split(".")[-1], answer.stderr)
                 self.assertIn(why, answer.stderr)
 

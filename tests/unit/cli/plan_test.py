@@ -4,6 +4,7 @@ import csv
 import json
 import pathlib
 import re
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -37,6 +38,17 @@ class Plan(unittest.TestCase):
         self.far.write_text(FAR)
         self.near = self.folder / "near.yaml"
         self.near.write_text(NEAR)
+
+    def test_files_of_solvers_in_the_working_folder_change_nothing(self):
+        answers = []
+        for options in ("", "max_iter 0\n"):
+            (self.folder / "ipopt.opt").write_text(options)
+            for words in (("ik", "--tip", "a=0.02,0.01,0.3"), ("time", self.near)):
+                done = subprocess.run([system.executable(), "plan", *map(str, words), "--json"], cwd=self.folder, capture_output=True,
+                                      text=True, timeout=120, check=False)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                answers.append(done.stdout)
+        self.assertEqual(answers[2:], answers[:2])
 
     def test_a_trajectory_that_can_be_run_ends_with_0_and_one_that_cannot_says_where_and_why(self):
         answer, report = plan("check", self.near, "--json")

@@ -2,8 +2,10 @@
 """tandem solve: what a solution must satisfy, whatever solver found it."""
 import csv
 import io
+import json
 import math
 import pathlib
+import re
 import sys
 import unittest
 
@@ -26,6 +28,12 @@ def solve(rows, *options):
     assert table[0] == JOINTS + ["s_1", "s_2", "iterations", "kkt_residual", "status"], answer.stdout + answer.stderr
     assert all(len(line) == len(table[0]) for line in table)
     return [dict(zip(table[0], line)) for line in table[1:]], answer.returncode
+
+
+def methods():
+    """All methods, by the message to who asks for another one."""
+    message = system.run("solve", "--method", "magic", text="").stderr
+    return re.split(", | or ", message.split("expected ")[1].strip())
 
 
 def velocity(row):
@@ -210,13 +218,17 @@ class Solve(unittest.TestCase):
             rows = [self.problem() for _ in range(60)]
             ours, _ = solve(rows, "--method", method)
             judge, _ = solve(rows, "--method", method, "--backend", "ipopt")
-            worst = []
+            worst, silent = [], 0
             for row, mine, other in zip(rows, ours, judge):
+                if other["status"] == "the solver ran out of iterations":
+                    silent += 1  # no verdict
+                    continue
                 self.assertEqual(mine["status"] == "ok", other["status"] == "ok",
                                  (method, mine["status"], other["status"], row))
                 if mine["status"] == "ok":
                     worst.append(max(abs(x - y) / (1 + abs(x)) for x, y in zip(velocity(mine), velocity(other))))
             worst.sort()
+            self.assertLess(silent, 4)
             self.assertGreater(len(worst), 40)
             self.assertLess(worst[int(0.9 * len(worst))], 1e-6, method)
             self.assertLess(worst[-1], 1e-3, method)
@@ -227,7 +239,7 @@ class Solve(unittest.TestCase):
         bad = [("1,2", "found 2 numbers"), (good + ",0", "found 19 numbers"), (good.replace("1.6", "x", 1), "column 5"),
                (good.replace("1.6", "nan", 1), "finite"), (good.replace("-0.15", "0.01", 1), "arm a"), ("", "expected")]
         rows = [good] + [row for row, _ in bad] + [good]
-        for method in ("nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"):
+        for method in methods():
             answers, code = solve("\n".join(rows) + "\n", "--method", method)
             self.assertEqual(code, 1)
             self.assertEqual(answers[0]["status"], "ok")
@@ -238,9 +250,19 @@ class Solve(unittest.TestCase):
 
     def test_standing_still_is_the_answer_to_no_wish(self):
         rows = [self.problem(speed=0.0) for _ in range(20)]
-        for method in ("nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"):
+        for method in methods():
+            if method == "hqp":  # leads tubes away from limits and neighbours that are near
+                continue
             for _, answer in self.solved(rows, "--method", method, share=1.0):
                 self.assertLess(max(abs(x) for x in velocity(answer)), 1e-9, method)
+
+    def test_messages_name_every_method(self):
+        schema = pathlib.Path(__file__).resolve().parents[3] / "config/schemas/experiment.schema.json"
+        known = json.loads(schema.read_text())["properties"]["methods"]["items"]["enum"]
+        self.assertEqual(methods(), known)
+        for command in (["solve"], ["robot", "method"]):
+            words = re.split(r"[\s,]+", system.run(*command, "--help").stdout)
+            self.assertLessEqual(set(known), set(words), command)
 
     def test_wrong_use(self):
         for options in (["--method", "magic"], ["--backend", "magic"], ["--bounds", "magic"], ["--period", "0"],

@@ -12,7 +12,6 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
 import compliant_tubes  # noqa: E402
 import system  # noqa: E402
-import tubes  # noqa: E402
 
 
 def text(rows):
@@ -62,7 +61,7 @@ class Report(unittest.TestCase):
         rng = system.seeded(self)
         several = 0
         for q in [compliant_tubes.EXTENDED + [0.0, 0.0, 3.14]] + [compliant_tubes.random_overlap(rng)
-                                                                    for _ in range(3)]:
+                                                                  for _ in range(3)]:
             found = report(q)
             listed = found["equilibria"]
             here = listed[found["equilibrium"]]

@@ -81,6 +81,7 @@ sim_rotation_acceleration_rad_per_s2: 40
 status_period_s: 0.2
 realtime_priority: 80
 lock_memory: true
+memory_limit_mb: 900
 budgets:
   minimum_age_ms: 20
   age_periods: 2
@@ -88,6 +89,8 @@ budgets:
   teleoperation_ms: 90
   drive_heartbeat_ms: 80
   lease_s: 1.5
+  lock_step_s: 40
+  lost_samples: 0.02
   tip_measurement_ms: 70
 method: snsqp
 relative_gain_per_s: 4
@@ -127,7 +130,7 @@ teleoperation:
     - {name: bone, box: {min_mm: [1, 2, 3], max_mm: [4, 5, 6]}}
   margin_mm: 0.5
   guidance: {points_mm: [[0, 0, 0], [0, 0, 50]], strength: 0.5, radius_mm: 7}
-  crtk: {commands: false, stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
+  crtk: {commands: false, clients: [a, b c], stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 idle_power_off_s: 45
 emergency_stop_topic_ms: 400
@@ -179,6 +182,7 @@ emergency_stop_topic_ms: 400
   EXPECT_EQ(o.guard.guidance->radius, 7e-3);
   const Crtk& crtk = d.teleoperation.crtk;
   EXPECT_FALSE(crtk.commands);
+  EXPECT_EQ(crtk.clients, (std::vector<std::string>{"a", "b c"}));
   EXPECT_TRUE(crtk.by_arrival);
   EXPECT_EQ(crtk.tip_step, 1e-3);
   EXPECT_EQ(crtk.translation_step, 3e-3);
@@ -202,12 +206,15 @@ emergency_stop_topic_ms: 400
   EXPECT_EQ(d.status_period, 0.2);
   EXPECT_EQ(d.realtime_priority, 80);
   EXPECT_TRUE(d.lock_memory);
+  EXPECT_EQ(d.memory_limit, 900);
   EXPECT_EQ(d.budgets.minimum_age, 0.02);
   EXPECT_EQ(d.budgets.age_periods, 2.0);
   EXPECT_EQ(d.budgets.planning_reference, 0.2);
   EXPECT_EQ(d.budgets.teleoperation, 0.09);
   EXPECT_EQ(d.budgets.drive_heartbeat, 0.08);
   EXPECT_EQ(d.budgets.lease, 1.5);
+  EXPECT_EQ(d.budgets.lock_step, 40.0);
+  EXPECT_EQ(d.budgets.lost_samples, 0.02);
   EXPECT_EQ(d.method, control::Method::kSnsqp);
   EXPECT_EQ(d.relative_gain, 4.0);
   EXPECT_EQ(d.tip_gain, 2.0);
@@ -219,7 +226,7 @@ emergency_stop_topic_ms: 400
   EXPECT_EQ(d.feedback, planning::Feedback::kSensor);
   expectPlant(d.plant);
   ASSERT_EQ(d.warnings.size(), 1u);
-  EXPECT_NE(d.warnings[0].find("24:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
+  EXPECT_NE(d.warnings[0].find("25:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
             std::string::npos)
       << d.warnings[0];
 }

@@ -2,6 +2,7 @@
 /** @file What the console tells of catheters, and where it draws what they hold. */
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <random>
 
 #include "config/any_robot.h"
@@ -82,7 +83,7 @@ TEST(HeldObjectPose, IsDrawnAsACubeOfItsSize) {
   const dds::Marker& cube = array.markers[0];
   EXPECT_EQ(cube.type, 1);
   EXPECT_EQ(cube.frame, "t_base");
-  EXPECT_EQ(cube.group, "object");
+  EXPECT_EQ(cube.ns, "object");
   EXPECT_EQ(cube.stamp, 5);
   EXPECT_GT(cube.lifetime, 0);
   EXPECT_GT(cube.color[3], 0.0f);
@@ -137,6 +138,18 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
   for (const auto& trajectory : describeTrajectories(tubes))
     EXPECT_NE(trajectory["yaml"].get<std::string>().find("trajectory/1"), std::string::npos);
   EXPECT_TRUE(describeRobot(assist, config::loadAnyRobot(assist.robot))["object"].is_null());
+}
+
+/// The page's own tests read words.json, made from idl/ beside the C++ that the server answers with.
+TEST(Words, ServedAreThoseOfTheIdl) {
+  std::ifstream file(TANDEM_WORDS);
+  const auto expected = nlohmann::json::parse(file);
+  ASSERT_GT(expected.size(), 20u);
+  const config::Deployment laptop = presetOf("laptop");
+  auto served = describeRobot(laptop, config::loadAnyRobot(laptop.robot))["words"];
+  for (auto& fault : served["Fault"])
+    EXPECT_EQ(fault.erase("remedy"), 1u) << fault;
+  EXPECT_EQ(nlohmann::json::parse(served.dump()), expected);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ TEST(Outcomes, EveryProblemHasAnAnswerWithinTheLimits) {
         continue;
       resolver->solve(ark.problem, solution);
       ASSERT_TRUE(solution.status == SolveStatus::kSolved || solution.status == SolveStatus::kInfeasible)
-          << control::describe(solution.status);
+          << control::name(solution.status);
       ASSERT_TRUE(method == Method::kNspqp || solution.status == SolveStatus::kSolved);
       (solution.status == SolveStatus::kSolved ? solved : infeasible) += 1;
       EXPECT_LT(excess(ark.problem, solution), 1e-10);

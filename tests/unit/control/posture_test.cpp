@@ -40,7 +40,7 @@ TEST(Posture, LimitsAndOptimalityHoldAsWithoutOne) {
       resolver->solve(ark.problem, solution);
       ASSERT_TRUE(solution.status == SolveStatus::kSolved ||
                   (method == Method::kNspqp && solution.status == SolveStatus::kInfeasible))
-          << control::describe(solution.status);
+          << control::name(solution.status);
       EXPECT_LT(excess(ark.problem, solution), 1e-10);
       EXPECT_LT(solution.kkt_residual, 1e-8);
       EXPECT_TRUE(solution.status == SolveStatus::kSolved || solution.conflict.count > 0);

@@ -4,14 +4,17 @@
 
 #include <cmath>
 
-#include "experiments/catheters.h"
 #include "experiments/payload.h"
-#include "experiments/track.h"
+#include "robots/catheters.h"
+#include "robots/track.h"
 #include "tests/unit/kinematics/differences.h"
 
-namespace tandem::experiments::test {
+namespace tandem::robots::test {
 namespace {
 
+using experiments::Payload;
+using experiments::PayloadOptions;
+using experiments::PayloadStudy;
 using kinematics::grasp::ContactType;
 
 config::CooperativeRobot preset(const std::string& name) {
@@ -146,10 +149,12 @@ TEST(HeldObject, FollowsALissajousWithoutDriftOrSlip) {
         if (step.time < 0.0)
           continue;
         for (std::size_t k = 0; k < record.names.size(); ++k) {
-          if (record.names[k].starts_with("normal"))
+          if (record.names[k].starts_with("normal")) {
             EXPECT_NEAR(step.facts[k], robot.object->squeeze, 0.3 * robot.object->squeeze);
-          if (record.names[k].starts_with("friction"))
+          }
+          if (record.names[k].starts_with("friction")) {
             EXPECT_LT(step.facts[k], 1.0);
+          }
         }
       }
     }
@@ -158,25 +163,25 @@ TEST(HeldObject, FollowsALissajousWithoutDriftOrSlip) {
 
 TEST(HeldObject, WhatCannotBeHeldIsRefusedBeforeAnythingMoves) {
   config::CooperativeRobot robot = pressing(ContactType::kPoint);
-  const auto refusalAt = [&](double squeeze) {
+  const auto refusal_at = [&](double squeeze) {
     robot.object->squeeze = squeeze;
     HeldObjectMechanism mechanism(robot);
     EXPECT_EQ(mechanism.settle(mechanism.home()), "");
     return mechanism.impossible();
   };
-  const std::string refused = refusalAt(1e-5);
+  const std::string refused = refusal_at(1e-5);
   ASSERT_NE(refused.find("expected more than "), std::string::npos) << refused;
   const double least = std::stod(refused.substr(refused.rfind("than ") + 5));
   // The least squeeze is one: just below it is refused as well, just above it is not.
-  EXPECT_NE(refusalAt(0.98 * least), "");
-  EXPECT_EQ(refusalAt(1.02 * least), "");
+  EXPECT_NE(refusal_at(0.98 * least), "");
+  EXPECT_EQ(refusal_at(1.02 * least), "");
   robot.object->squeeze = 1e-5;
   HeldObjectMechanism mechanism(robot);
   const TrackRecord record = track(mechanism, pathOf(PathShape::kLissajous, {1, 2}, mechanism), optionsOf(robot));
   EXPECT_EQ(record.refused, refused);
   EXPECT_TRUE(record.steps.empty());
   robot.object->load.setZero();
-  EXPECT_NE(refusalAt(0.0).find("live by friction"), std::string::npos);
+  EXPECT_NE(refusal_at(0.0).find("live by friction"), std::string::npos);
 }
 
 /// Two soft arms that press a short object harder and harder tip it over, as a column buckles.
@@ -260,7 +265,8 @@ TEST(ObjectPath, RateIsTheDerivativeOfTheFrame) {
   for (const PathShape shape : {PathShape::kLine, PathShape::kCircle, PathShape::kLissajous}) {
     const ObjectPath path{shape,     shape == PathShape::kLine ? std::vector{4} : std::vector{3, 5}, 0.01, 4.0, 0.02,
                           Hold::kAll};
-    for (double t = 0.1; t < 4.0; t += 0.37) {
+    for (int i = 0; i < 11; ++i) {
+      const double t = 0.1 + 0.37 * i;
       const double h = 1e-5;
       Twist at, rate, before, after, ignored;
       path.at(t, at, rate);
@@ -274,4 +280,4 @@ TEST(ObjectPath, RateIsTheDerivativeOfTheFrame) {
 }
 
 }  // namespace
-}  // namespace tandem::experiments::test
+}  // namespace tandem::robots::test

@@ -45,7 +45,7 @@ TEST(Malformed, IndicesBeyondArrays) {
 
 TEST(Malformed, TextsAndListsBeyondReason) {
   PlanningRequest request;
-  request.trajectory.assign(kMaxTrajectory, 'x');
+  request.trajectory.assign(1024 * 1024, 'x');
   EXPECT_EQ(malformed(request), nullptr);
   request.trajectory += 'x';
   EXPECT_NE(malformed(request), nullptr);
@@ -59,14 +59,14 @@ TEST(Malformed, TextsAndListsBeyondReason) {
   EXPECT_NE(malformed(stop), nullptr);
 
   ComputationRequest computation;
-  computation.trajectory.assign(kMaxTrajectory + 1, 'x');  // planning answers that
+  computation.trajectory.assign(1024 * 1024 + 1, 'x');  // planning answers that
   EXPECT_EQ(malformed(computation), nullptr);
   computation.targets.resize(kMaxList + 1);
   EXPECT_NE(malformed(computation), nullptr);
   ComputationResult result;
   EXPECT_EQ(malformed(result), nullptr);
   result.report.points.resize(1);
-  result.report.points[0].joints.resize(safety::kMaxJoints + 1);
+  result.report.points[0].joints.resize(64 + 1);
   EXPECT_NE(malformed(result), nullptr);
   result.report.points[0] = {};
   result.repair.before.points.resize(kMaxList + 1);

@@ -14,7 +14,7 @@ namespace {
 struct Table3 : ::testing::Test {
   config::Experiment experiment = config::loadExperiment(TANDEM_PRESETS "/experiments/table3.yaml");
   config::Robot robot = config::loadRobot(experiment.robot);
-  experiments::RobotModel model{robot};
+  robots::RobotModel model{robot};
   experiments::LoopOptions options = of("lockstep");
 
   experiments::LoopOptions of(const std::string& deployment) {

@@ -13,7 +13,7 @@ namespace {
 struct CompliantPlant : ::testing::Test {
   config::Experiment experiment = config::loadExperiment(TANDEM_PRESETS "/experiments/table3.yaml");
   config::Robot robot = config::loadRobot(experiment.robot);
-  experiments::RobotModel rigid{robot}, compliant{robot, "compliant"};
+  robots::RobotModel rigid{robot}, compliant{robot, "compliant"};
 
   void useOverlap() { experiment = config::loadExperiment(TANDEM_PRESETS "/experiments/overlap.yaml"); }
   experiments::LoopOptions of(const std::string& deployment) const {
@@ -29,7 +29,7 @@ struct CompliantPlant : ::testing::Test {
   }
   experiments::RunSummary run(const std::string& name,
                               const experiments::LoopOptions& options,
-                              const experiments::RobotModel& model) const {
+                              const robots::RobotModel& model) const {
     return experiments::runOffline(robot, model, plan(name), options).summary();
   }
 };

@@ -90,7 +90,7 @@ TEST(Cia402, EveryStatuswordHasOneState) {
     EXPECT_EQ(fault, state == DriveState::kFault || state == DriveState::kFaultReaction) << word;
     EXPECT_EQ((word & 0x6F) == 0x27, state == DriveState::kOperationEnabled) << word;
   }
-  EXPECT_EQ(seen.size(), static_cast<std::size_t>(kDriveStateCount));
+  EXPECT_EQ(seen.size(), idl::Enumeration<DriveState>::entries.size());
 }
 
 TEST(Cia402, ManualStatuswordsAreRead) {

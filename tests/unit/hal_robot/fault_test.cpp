@@ -225,6 +225,22 @@ TEST(HardwareWatchdogs, TheStopTopicStopsInEveryState) {
   }
 }
 
+TEST(HardwareWatchdogs, ACommandForAnotherRobotStopsArmsThatHavePower) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  system.robot->stopPowered({bit(safety::Fault::kMismatch)});
+  EXPECT_TRUE(system.all(OperatingState::kDisabled)) << "nothing to stop";
+  ASSERT_TRUE(system.enable());
+  system.move(0, speeds(4e-3, 0.3));
+  system.run(0.3);
+  system.robot->stopPowered({bit(safety::Fault::kMismatch)});
+  const ArmVector at_stop = system.truth(0);
+  EXPECT_TRUE(system.until(1.0, [&] { return system.robot->off(); }));
+  EXPECT_EQ(system.robot->faults(0), safety::bit(safety::Fault::kMismatch));
+  EXPECT_TRUE(system.all(OperatingState::kFault));
+  EXPECT_LE((system.truth(0) - at_stop).head(3).cwiseAbs().maxCoeff(), 1e-3);
+}
+
 TEST(Setup, AnAxisWithTheWrongSerialNumberIsNotUsed) {
   HardwareConfig config = presetHardware();
   System reference(config);

@@ -7,25 +7,6 @@
 namespace tandem::hal::test {
 namespace {
 
-/// Linear stages of arm A search their negative limit switch; all else keeps its absolute encoder.
-HardwareConfig homingHardware() {
-  HardwareConfig config = presetHardware();
-  constexpr double kHome[] = {-0.4, -0.3, -0.19};
-  for (AxisConfig& axis : config.axes) {
-    if (axis.arm != 0 || !axis.translation)
-      continue;
-    axis.reference = PositionReference::kHoming;
-    axis.encoder.reset();
-    axis.homing.method = 17;
-    axis.homing.fast = 0.01;
-    axis.homing.slow = 0.002;
-    axis.homing.acceleration = 0.2;
-    axis.homing.position = kHome[axis.joint];
-    axis.homing.budget = 60.0;
-  }
-  return config;
-}
-
 /// Position of a homing axis in truth: the simulated motor stands at counts of the joint's own gearing.
 double carriage(System& system, int joint) {
   const AxisConfig& axis = system.config.axes[static_cast<std::size_t>(joint)];

@@ -125,8 +125,9 @@ void withdraw(System& system, int arm, JointMask expected_lost) {
   }
   EXPECT_EQ(safety::nextWithdrawal(limits, system.robot->setpoint(arm), expected_lost, 1e-3).joints, 0) << steps;
   const JointMask translations = jointBit(0) | jointBit(1) | jointBit(2);
-  if ((expected_lost & translations) == 0)
+  if ((expected_lost & translations) == 0) {
     EXPECT_NEAR(end[0], limits.joints[0].lower, 1e-3) << "all the way out";
+  }
 }
 
 class LossOfOneAxis : public testing::TestWithParam<int> {};
@@ -308,7 +309,7 @@ TEST(Recovery, NoRandomSequenceOfEnableJogFaultRecoverDisableJumps) {
     }
   }
   // A target that is lost is made up for with the next one; the overspeed guard grants as much, and no more.
-  EXPECT_LE(worst, MeasuredMotion::kOverspeed) << "of one period's travel at the fastest that an axis may be";
+  EXPECT_LE(worst, safety::kOverspeedFactor) << "of one period's travel at the fastest that an axis may be";
   RecordProperty("largest_share_of_a_periods_travel", std::to_string(worst));
 }
 

@@ -38,6 +38,25 @@ inline HardwareConfig presetHardware() {
   return config;
 }
 
+/// Linear stages of arm A search their negative limit switch; all else keeps its absolute encoder.
+inline HardwareConfig homingHardware() {
+  HardwareConfig config = presetHardware();
+  constexpr double kHome[] = {-0.4, -0.3, -0.19};
+  for (AxisConfig& axis : config.axes) {
+    if (axis.arm != 0 || !axis.translation)
+      continue;
+    axis.reference = PositionReference::kHoming;
+    axis.encoder.reset();
+    axis.homing.method = 17;
+    axis.homing.fast = 0.01;
+    axis.homing.slow = 0.002;
+    axis.homing.acceleration = 0.2;
+    axis.homing.position = kHome[axis.joint];
+    axis.homing.budget = 60.0;
+  }
+  return config;
+}
+
 /** One wire with its drives, and the HAL's port on it. */
 struct Wire {
   Wire(const HardwareConfig& hardware, int index, std::int64_t now)
@@ -148,7 +167,7 @@ class System {
       const bool moving = speeds[i].size() != 0;
       command.moving[i] = moving;
       for (int j = 0; j < robot->jointCount(a); ++j) {
-        const auto k = static_cast<std::size_t>(a * safety::kMaxJointsPerArm + j);
+        const auto k = static_cast<std::size_t>(a) * safety::kMaxJointsPerArm + static_cast<std::size_t>(j);
         command.velocity[k] = moving ? speeds[i][j] : 0.0;
         command.position[k] = robot->setpoint(a)[j] + kControlPeriod * command.velocity[k];
       }

@@ -140,8 +140,8 @@ TEST(Stops, ASlowRampIsNotTakenForARunaway) {
   EXPECT_LE(watch.fastest, kRestShare);
 }
 
-TEST(Stops, AHomingRunThatIsLetGoEndsItsRampWithTorque) {
-  HardwareConfig config = presetHardware();
+/// The arm's linear stages have to home, and stop slowly.
+HardwareConfig withHoming(HardwareConfig config) {
   for (AxisConfig& axis : config.axes) {
     if (axis.arm != 0 || !axis.translation)
       continue;
@@ -149,13 +149,23 @@ TEST(Stops, AHomingRunThatIsLetGoEndsItsRampWithTorque) {
     axis.quick_stop_deceleration = 0.1;
     axis.homing = {17, 0.01, 0.002, 0.2, axis.lower + 0.01, 0, 60.0};
   }
-  System system(config);
+  return config;
+}
+
+/// Homes at full speed, lets go, and waits for the end.
+void letGoOfHoming(System& system) {
   system.boot();
   const TorqueWatch watch(system);
   ASSERT_EQ(system.robot->home(0, system.now), ArmHardware::HomingAnswer::kRunning);
   ASSERT_TRUE(system.until(1.0, [&] { return speedOf(system, 0, 0) > 9e-3; })) << system.story();
   ASSERT_TRUE(system.until(3.0, [&] { return !system.robot->arm(0).homing(); })) << system.story();
   EXPECT_LE(watch.fastest, kRestShare);
+  system.after_period = nullptr;
+}
+
+TEST(Stops, AHomingRunThatIsLetGoEndsItsRampWithTorque) {
+  System system(withHoming(presetHardware()));
+  letGoOfHoming(system);
   EXPECT_LE(speedOf(system, 0, 0), kRestShare * 0.01);
 }
 
@@ -222,20 +232,9 @@ TEST(Brakes, HoldWhatFallsWheneverTorqueGoes) {
 }
 
 TEST(Brakes, AHomingRunThatIsLetGoDropsNothing) {
-  HardwareConfig config = brakedHardware();
-  for (AxisConfig& axis : config.axes) {
-    if (axis.arm != 0 || !axis.translation)
-      continue;
-    axis.reference = PositionReference::kHoming;
-    axis.quick_stop_deceleration = 0.1;
-    axis.homing = {17, 0.01, 0.002, 0.2, axis.lower + 0.01, 0, 60.0};
-  }
-  System system(config);
-  system.boot();
+  System system(withHoming(brakedHardware()));
+  letGoOfHoming(system);
   const TorqueWatch watch(system);
-  ASSERT_EQ(system.robot->home(0, system.now), ArmHardware::HomingAnswer::kRunning);
-  ASSERT_TRUE(system.until(1.0, [&] { return speedOf(system, 0, 0) > 9e-3; })) << system.story();
-  ASSERT_TRUE(system.until(3.0, [&] { return !system.robot->arm(0).homing(); })) << system.story();
   const double stopped = system.truth(0, 0);
   system.run(0.5);
   EXPECT_NEAR(system.truth(0, 0), stopped, 20e-6) << "it fell";
@@ -281,8 +280,9 @@ TEST(Budgets, NoTickPassesWithASilenceAboveTheBudgetAndNoLatch) {
       if (system.robot->answersCommand() != taken)
         heard = system.now;
       taken = system.robot->answersCommand();
-      if (1e-9 * static_cast<double>(system.now - heard) > budget)
+      if (1e-9 * static_cast<double>(system.now - heard) > budget) {
         ASSERT_NE(system.robot->state(0), OperatingState::kEnabled) << "a tick too many";
+      }
     };
     for (int i = 0; i < 6; ++i) {
       system.commanding = random.chance(0.7);

@@ -176,16 +176,16 @@ TEST(Rod, ConvergesWithTheOrderOfItsMethod) {
     const Case at(seed, 2.0);
     if (at.status != ModelStatus::kOk)
       continue;
-    const auto endOf = [&](int steps) {
+    const auto end_of = [&](int steps) {
       RodBranch branch = at.branch;
       std::vector<RodPoint> ends;
       EXPECT_EQ(RodModel(at.model.rod(), {.fixed_steps = steps}).shape(at.input, branch, 2, ends), ModelStatus::kOk);
       return ends.back().pose;
     };
-    const Eigen::Isometry3d reference = endOf(64);
-    double coarse = poseDifference(reference, endOf(2)).norm();
+    const Eigen::Isometry3d reference = end_of(64);
+    double coarse = poseDifference(reference, end_of(2)).norm();
     for (int steps = 4; steps <= 16; steps *= 2) {
-      const double fine = poseDifference(reference, endOf(steps)).norm();
+      const double fine = poseDifference(reference, end_of(steps)).norm();
       if (coarse < 1e-4 && fine > 1e-12)  // neither too coarse for an order nor in the rounding
         orders.push_back(std::log2(coarse / fine));
       coarse = fine;
@@ -237,7 +237,7 @@ TEST(Rod, RefusesWhatItCannotAnswer) {
   const auto refused = [](Rod bad, auto change, const std::string& what) {
     change(bad);
     try {
-      RodModel{bad};
+      const RodModel accepted{bad};
       ADD_FAILURE() << "accepted: " << what;
     } catch (const std::invalid_argument& error) {
       EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();

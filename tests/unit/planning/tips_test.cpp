@@ -94,10 +94,10 @@ TEST(TipFollower, UpdatesAllocateNothing) {
 
 TEST(Feedback, NamesRoundTrip) {
   for (const char* text : {"model", "sensor"}) {
-    ASSERT_TRUE(planning::feedbackFromName(text));
-    EXPECT_EQ(planning::name(*planning::feedbackFromName(text)), text);
+    ASSERT_TRUE(idl::fromName<planning::Feedback>(text));
+    EXPECT_EQ(planning::name(*idl::fromName<planning::Feedback>(text)), text);
   }
-  EXPECT_FALSE(planning::feedbackFromName("eye"));
+  EXPECT_FALSE(idl::fromName<planning::Feedback>("eye"));
 }
 
 }  // namespace

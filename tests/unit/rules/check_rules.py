@@ -9,7 +9,11 @@ import pathlib
 import re
 import sys
 
-LIBRARIES = ["safety", "kinematics", "control", "planning", "hal", "sim", "config", "experiments", "recording"]
+LIBRARIES = ["safety", "kinematics", "control", "planning", "hal", "sim", "config", "robots", "operation", "recording", "idl"]
+
+# Libraries among the services; the other folders there are programs, which nobody includes.
+SHARED = ["services/" + name for name in
+          ["dds", "security", "runtime", "client", "computation", "recordings", "simulation"]]
 
 # What the files of a room may include besides its own. The longest prefix of a file's path counts.
 MAY_USE = {
@@ -21,23 +25,33 @@ MAY_USE = {
     "sim": ["safety", "kinematics"],
     "sim/drives": ["safety", "kinematics", "hal/can", "hal/canopen"],
     "config": ["safety", "kinematics", "control", "planning", "hal", "sim"],
-    "experiments": ["safety", "kinematics", "control", "planning", "hal", "sim", "config"],
+    "robots": ["safety", "kinematics", "control", "planning", "config"],
+    "operation": ["safety", "kinematics", "control", "planning", "config", "robots", "idl"],
+    "experiments": ["safety", "kinematics", "control", "planning", "hal", "sim", "config", "robots"],
     "recording": [],
     "idl": [],
-    "services": LIBRARIES,
-    "python": LIBRARIES + ["services/dds", "services/setup", "services/cli"],
+    "services": LIBRARIES + SHARED,
+    "services/cli": LIBRARIES + SHARED + ["experiments"],
+    "python": LIBRARIES + ["experiments"] + SHARED,
     # Benchmarks and tests mirror what they measure and test, the parts of services included.
-    "bench": LIBRARIES + ["services"],
-    "tests": LIBRARIES + ["services"],
+    "bench": LIBRARIES + ["experiments", "services"],
+    "tests": LIBRARIES + ["experiments", "services"],
     "deploy": [],
     "console": [],
 }
+
+# What every room may include besides: numbers with a meaning, generated from idl/, without dependencies.
+EVERYONE = ["idl/enumerations.h"]
+
+# Ports of a domain are computed in one place; tests know the rule by themselves.
+RTPS_PORT = re.compile(r"\b74[01]0\b")
+KNOWS_PORTS = ["services/dds", "tests"]
 
 FAST_DDS = re.compile(r"fastdds/|fastrtps/|fastcdr/|\w+PubSubTypes\.h")
 SEES_FAST_DDS = ["idl", "services/dds", "bench", "tests/integration/wire", "tests/unit/dds"]
 
 # Folders whose code runs in the periodic path; they print nothing, wait for nothing and hold no threads.
-PERIODIC = ["safety", "control", "kinematics", "planning", "hal", "sim"]
+PERIODIC = ["safety", "control", "kinematics", "planning", "operation", "hal", "sim"]
 FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthread|mutex|condition_variable)\b"
                        r"|\bsleep_(?:for|until)\b|\b(?:u|nano)?sleep\s*\(|\bf?printf\s*\(|<iostream>"
                        r"|\bsystem_clock\b")
@@ -61,6 +75,12 @@ def home(path):
     return max(keys, key=len) if keys else None
 
 
+def own_folder(path):
+    """What a file may always use: its room; of the services, which are many, its service."""
+    parts = path.split("/")
+    return "/".join(parts[:2]) if parts[0] == "services" else parts[0]
+
+
 def without_comments(text):
     """The code with comments blanked out; lines keep their numbers, string literals stay."""
     return COMMENT.sub(lambda m: m.group(1) or "\n" * m.group(0).count("\n"), text)
@@ -69,7 +89,7 @@ def without_comments(text):
 def check_includes(path, lines):
     """Violations of the dependency rule; yields (line number, text)."""
     key = home(path)
-    room = path.split("/")[0]
+    own = own_folder(path)
     for number, line in enumerate(lines, 1):
         match = INCLUDE.match(line)
         if not match:
@@ -78,9 +98,9 @@ def check_includes(path, lines):
         if FAST_DDS.match(target) and not within(path, SEES_FAST_DDS):
             yield number, f"includes {target}: only {', '.join(SEES_FAST_DDS)} see Fast DDS and its generated types"
         used = target.split("/")[0]
-        if "/" not in target or used not in MAY_USE or used == room:
+        if "/" not in target or used not in MAY_USE or within(target, [own]):
             continue
-        if not within(target, MAY_USE[key]):
+        if not within(target, MAY_USE[key] + EVERYONE):
             yield number, f"includes {target}: {key} may use {', '.join(MAY_USE[key]) or 'no other room'}"
 
 
@@ -100,11 +120,12 @@ def check_file(tree, path):
         yield 1, "has no #pragma once"
     code = without_comments(text).splitlines()
     yield from check_includes(path, code)
-    if within(path, PERIODIC):
-        for number, line in enumerate(code, 1):
-            match = FORBIDDEN.search(line)
-            if match:
-                yield number, f"{match.group(0).strip()} has no place in the periodic path"
+    for number, line in enumerate(code, 1):
+        if RTPS_PORT.search(line) and not within(path, KNOWS_PORTS):
+            yield number, f"{RTPS_PORT.search(line).group(0)}: ports of a domain come from services/dds/ports.h"
+        match = FORBIDDEN.search(line)
+        if match and within(path, PERIODIC):
+            yield number, f"{match.group(0).strip()} has no place in the periodic path"
 
 
 def sources(tree):

@@ -12,6 +12,7 @@ thread_local std::size_t allocation_count = 0;
 }  // namespace
 
 #if TANDEM_COUNTS_ALLOCATIONS
+// NOLINTBEGIN(readability-identifier-naming): the names of the C library
 // Eigen calls malloc itself, so counting operator new would not see it.
 extern "C" {
 void* __libc_malloc(std::size_t size);
@@ -35,6 +36,7 @@ void* aligned_alloc(std::size_t alignment, std::size_t size) {
   return __libc_memalign(alignment, size);
 }
 }
+// NOLINTEND(readability-identifier-naming)
 #endif
 
 namespace tandem::test {

@@ -18,7 +18,7 @@ TEST(FaultRecord, SaysWhatWhereAndHowMuch) {
   EXPECT_EQ(describe({drive, FaultCause::kFollowingError, 0, 0.00075, 0.0005}, 3),
             "drive (following error) of joint 1: 0.00075 m, allowed 0.0005 m");
   EXPECT_EQ(describe({drive, FaultCause::kOff, 0}, 6), "drive (off) of joint 1");
-  EXPECT_EQ(describe({bit(Fault::kCommandTimeout), FaultCause::kUnspecified, FaultRecord::kNoJoint, 0.151, 0.15}, 6),
+  EXPECT_EQ(describe({bit(Fault::kCommandTimeout), FaultCause::kUnspecified, idl::kNoJoint, 0.151, 0.15}, 6),
             "command_timeout: 0.151 s, allowed 0.15 s");
   EXPECT_EQ(describe({drive | bit(Fault::kSensor), FaultCause::kReported}, 6),
             "sensor, drive (reported by the drives)");

@@ -60,9 +60,9 @@ TEST(StateMachine, GivesNoPowerWhileACauseStands) {
 
 TEST(Names, RoundTripAndCoverEveryValue) {
   for (const Do command : {Do::kEnable, Do::kDisable, Do::kPause, Do::kResume, Do::kHome, Do::kUnhome}) {
-    EXPECT_EQ(stateCommandFromName(name(command)), command);
+    EXPECT_EQ(idl::fromName<safety::StateCommand>(name(command)), command);
   }
-  EXPECT_EQ(stateCommandFromName("ENABLE"), std::nullopt);
+  EXPECT_EQ(idl::fromName<safety::StateCommand>("ENABLE"), std::nullopt);
   EXPECT_EQ(name(State::kFault), "FAULT");
   EXPECT_EQ(describeFaults(0), "none");
   EXPECT_EQ(describeFaults(bit(Fault::kDrive) | bit(Fault::kCommandTimeout)), "command_timeout, drive");

@@ -13,7 +13,7 @@ namespace {
 
 using test::Random;
 
-constexpr double kBusTick = 1e-3;    // s
+constexpr double kBusTick = 1e-3;  // s
 constexpr double kControl = 0.01;  // of control, s
 
 JointMask randomLost(int joints, Random& random) {

@@ -2,19 +2,27 @@
 /** @file Command monitor, state stamps, watchdog and lease: who may command, and for how long silence lasts. */
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
+#include <limits>
 
 #include "safety/budgets.h"
 #include "safety/command_monitor.h"
 #include "safety/control_lease.h"
+#include "tests/unit/safety/random_arm.h"
 
 namespace tandem::safety {
 namespace {
 
+using test::baseSeed;
+using test::Random;
+using test::trace;
+
 constexpr std::int64_t kMs = 1'000'000;
 
 TEST(CommandMonitor, WantsRisingNumbersWithinASession) {
-  CommandMonitor monitor(2, 0.3);
+  CommandMonitor monitor(2, 0.3, 0.05);
   EXPECT_EQ(monitor.check({7, 3, 0.1, 2}, true).faults, 0u);
   EXPECT_EQ(monitor.check({7, 3, 0.1, 2}, false).faults, bit(Fault::kOutOfSequence));
   EXPECT_EQ(monitor.check({7, 2, 0.1, 2}, true).faults, bit(Fault::kOutOfSequence));
@@ -27,7 +35,7 @@ TEST(CommandMonitor, WantsRisingNumbersWithinASession) {
 }
 
 TEST(CommandMonitor, LetsAnotherSessionInOnlyWhileTheRobotStands) {
-  CommandMonitor monitor(1, 0.3);
+  CommandMonitor monitor(1, 0.3, 0.05);
   EXPECT_TRUE(monitor.check({7, 5, 0.0, 1}, true).new_session);
   EXPECT_FALSE(monitor.check({7, 6, 0.0, 1}, false).new_session);
   EXPECT_EQ(monitor.check({8, 1, 0.0, 1}, false).faults, bit(Fault::kOutOfSequence));
@@ -39,7 +47,7 @@ TEST(CommandMonitor, LetsAnotherSessionInOnlyWhileTheRobotStands) {
 }
 
 TEST(CommandMonitor, RefusesAgesAndArmsThatAreWrong) {
-  CommandMonitor monitor(2, 0.3);
+  CommandMonitor monitor(2, 0.3, 0.05);
   EXPECT_EQ(monitor.check({1, 1, 0.3, 2}, true).faults, 0u);
   const StreamVerdict late = monitor.check({1, 2, 0.35, 2}, true);
   EXPECT_EQ(late.faults, bit(Fault::kStaleCommand));
@@ -49,6 +57,107 @@ TEST(CommandMonitor, RefusesAgesAndArmsThatAreWrong) {
   EXPECT_EQ(monitor.check({1, 5, 0.0, 1}, true).faults, bit(Fault::kUnknownArm));
   EXPECT_EQ(monitor.check({2, 6, 0.4, 2}, true).faults, bit(Fault::kStaleCommand));
   EXPECT_EQ(monitor.session(), 1u) << "a command that is too old does not take over";
+}
+
+TEST(SuccessRate, CountsTheLossesOfTheLastHundredAsCountingOneByOneDoes) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 20; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const double loss = random.chance(0.5) ? 0.1 : 0.6;
+    SuccessRate rate;
+    const std::uint64_t due_before = 1000, came_before = 77;
+    std::uint64_t due = due_before, came = came_before;
+    rate.note(due, came);
+    EXPECT_EQ(rate.value(), 1.0);
+    std::deque<bool> arrived;
+    for (int i = 0; i < 600; ++i) {
+      const bool arrives = !random.chance(loss);
+      arrived.push_back(arrives);
+      if (arrived.size() > SuccessRate::kWindow)
+        arrived.pop_front();
+      ++due;
+      came += arrives ? 1 : 0;
+      // A receiver sees only what arrives; a sender's losses show with the next sample, or with the next SYNC.
+      if (arrives || random.chance(0.5)) {
+        rate.note(due, came);
+        ASSERT_EQ(rate.lost(), static_cast<std::uint64_t>(std::count(arrived.begin(), arrived.end(), false))) << i;
+      }
+    }
+  }
+}
+
+TEST(SuccessRate, TakesWhatIsLateForNoLossAndAGapOfAnyLengthForAtMostAll) {
+  SuccessRate rate;
+  rate.note(1, 0);  // the answer to the first one is under way, and so on
+  for (std::uint64_t due = 2; due < 400; ++due) {
+    rate.note(due, due - 1);
+    ASSERT_EQ(rate.lost(), 0u);
+  }
+  rate.note(405, 399);  // five come late
+  EXPECT_EQ(rate.lost(), 5u);
+  rate.note(405, 404);
+  EXPECT_EQ(rate.lost(), 0u);
+  rate.note(1'000'000, 404);
+  EXPECT_EQ(rate.value(), 0.0);
+  for (std::uint64_t i = 1; i <= SuccessRate::kWindow; ++i)
+    rate.note(1'000'000 + i, 404 + i);
+  EXPECT_EQ(rate.value(), 1.0);
+  rate.note(3, 2);  // from the beginning again
+  EXPECT_EQ(rate.value(), 1.0);
+}
+
+TEST(StreamSuccess, BearsAnyNumbers) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 50; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    constexpr auto kMost = std::numeric_limits<std::uint64_t>::max();
+    const std::uint64_t numbers[] = {0, 1, 2, 99, 100, 101, kMost / 2, kMost / 2 + 1, kMost - 1, kMost};
+    const auto any = [&] { return numbers[static_cast<std::size_t>(random.integer(0, 9))]; };
+    StreamSuccess success;
+    for (std::uint64_t arrivals = 1; arrivals <= 200; ++arrivals) {
+      success.note(random.chance(0.9) ? 1 : any(), any(), static_cast<std::int64_t>(any()), arrivals);
+      if (random.chance(0.1))
+        success.forgive();
+      ASSERT_TRUE(success.value() >= 0.0 && success.value() <= 1.0);
+      ASSERT_TRUE(success.held() >= 0.0 && success.held() <= 1.0);
+      const double allowed = success.allowed(0.05, 0.03);
+      ASSERT_TRUE(allowed >= 0.05 && allowed <= 1.0) << allowed;
+    }
+  }
+}
+
+TEST(CommandMonitor, NamesTheShareOfCommandsThatAreLost) {
+  for (const double period : {0.001, 0.01, 0.1}) {
+    SCOPED_TRACE(period);
+    const double age = std::max(0.03, 3 * period), allowed = std::max(0.05, age / (100 * period));
+    CommandMonitor monitor(1, age, 0.05);
+    std::uint64_t arrivals = 0;
+    const auto check = [&](std::uint64_t sequence) {
+      StreamHead head{7, sequence, 0.0, 1};
+      head.stamp = static_cast<std::int64_t>(1e9 * period * static_cast<double>(sequence));
+      head.arrivals = ++arrivals;
+      const StreamVerdict verdict = monitor.check(head, sequence == 1);
+      EXPECT_EQ(verdict.faults, 0u) << "what came is obeyed";
+      return verdict.lost;
+    };
+    std::uint64_t sequence = 1;
+    EXPECT_EQ(check(sequence).faults, 0u);
+    const auto tolerated = static_cast<std::uint64_t>(100 * allowed + 1e-9);
+    for (std::uint64_t lost = 0; lost <= 2 * tolerated; ++lost) {  // every other one
+      const FaultRecord record = check(sequence += 2);
+      EXPECT_EQ(record.faults != 0, lost + 1 > tolerated) << lost;
+      if (record.faults == 0)
+        continue;
+      EXPECT_EQ(record.faults, bit(Fault::kCommandTimeout));
+      EXPECT_EQ(record.cause, FaultCause::kLost);
+      EXPECT_NEAR(record.amount, std::min(0.5, 0.01 * static_cast<double>(lost + 1)), 1e-9);
+      EXPECT_NEAR(record.allowed, allowed, 1e-6);
+    }
+    for (int i = 0; i < 100; ++i)
+      check(++sequence);
+    EXPECT_EQ(check(++sequence).faults, 0u) << "the last hundred came";
+    EXPECT_EQ(monitor.success(), 1.0);
+  }
 }
 
 TEST(StateStamps, KnowTheAgeOfStatesThatAreNotForgotten) {
@@ -61,6 +170,26 @@ TEST(StateStamps, KnowTheAgeOfStatesThatAreNotForgotten) {
   EXPECT_TRUE(std::isinf(stamps.age(1, 5000 * kMs)));
   EXPECT_TRUE(std::isinf(stamps.age(5001, 5000 * kMs)));
   EXPECT_TRUE(std::isinf(stamps.age(0, 5000 * kMs)));
+}
+
+TEST(ShownFaults, ANewFaultIsSeenByWhoeverAnswersTheStateThatShowsIt) {
+  const FaultMask drive = bit(Fault::kDrive), stop = bit(Fault::kStopRequested);
+  ShownFaults shown;
+  EXPECT_TRUE(shown.seen(0, 0, 0)) << "there is none";
+  EXPECT_FALSE(shown.seen(0, drive, 100)) << "no state has shown it yet";
+  shown.record(0, drive, 10);
+  shown.record(0, drive, 11);
+  EXPECT_FALSE(shown.seen(0, drive, 9));
+  EXPECT_TRUE(shown.seen(0, drive, 10));
+  EXPECT_FALSE(shown.seen(0, drive | stop, 11)) << "another one came";
+  shown.record(0, drive | stop, 12);
+  EXPECT_FALSE(shown.seen(0, drive | stop, 11));
+  EXPECT_TRUE(shown.seen(0, drive | stop, 12));
+  shown.forget(0);
+  EXPECT_FALSE(shown.seen(0, drive | stop, 13)) << "it came once more";
+  shown.record(0, drive | stop, 14);
+  EXPECT_TRUE(shown.seen(0, drive | stop, 14));
+  EXPECT_FALSE(shown.seen(1, drive, 14)) << "another arm";
 }
 
 TEST(Watchdog, ExpiresAfterItsBudgetAndNotBefore) {

@@ -52,6 +52,14 @@ class Commanded {
     return time;
   }
 
+  /// Goes on until it stands. @return s that this took, 10 at the most
+  double stand() {
+    double time = 0.0;
+    for (; !supervisor_.standing() && time < 10.0; time += kStep)
+      step();
+    return time;
+  }
+
  private:
   ArmLimits limits_;
   ArmSupervisor supervisor_;
@@ -80,9 +88,7 @@ TEST(ArmSupervisor, CommandsTenTimesAsOftenAsAgreedMoveNoFartherThanAskedFor) {
         commanded.step();
     }
     commanded.command({});
-    double to_stand = 0.0;
-    for (; !commanded.arm().standing() && to_stand < 10.0; to_stand += kStep)
-      commanded.step();
+    const double to_stand = commanded.stand();
     EXPECT_LE(to_stand, 0.1 + commanded.stopTime() + 2 * kStep);
     const double time = commands * steps * kStep + 0.1 + commanded.stopTime();
     for (Eigen::Index j = 0; j < v.size(); ++j)
@@ -119,9 +125,7 @@ TEST(ArmSupervisor, NoJointIsFasterThanAskedForAtAnyRateOfCommands) {
       }
     }
     commanded.command({});
-    double to_stand = 0.0;
-    for (; !commanded.arm().standing() && to_stand < 10.0; to_stand += kStep)
-      commanded.step();
+    const double to_stand = commanded.stand();
     ASSERT_LE(to_stand, period + commanded.stopTime() + 2 * kStep);
   }
 }

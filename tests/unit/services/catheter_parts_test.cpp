@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "catheter_system.h"
+#include "operation/convert.h"
 #include "services/control/catheter_places.h"
 #include "services/control/frame_loop.h"
-#include "services/dds/convert.h"
 #include "services/planning/computation_desk.h"
 #include "services/planning/path_follower.h"
-#include "services/sim/catheter_tips.h"
+#include "services/simulation/catheter_tips.h"
 
 namespace tandem::test {
 namespace {
@@ -23,7 +23,7 @@ TEST(PathFollower, EndsWhatGoesWrongWithWords) {
     EXPECT_EQ(follower.start(pathText("z"), home), "");
     EXPECT_TRUE(follower.update(home, reference));
   };
-  const auto failsWith = [&](const safety::RobotVector& q, const std::string& words) {
+  const auto fails_with = [&](const safety::RobotVector& q, const std::string& words) {
     EXPECT_FALSE(follower.update(q, reference));
     EXPECT_EQ(follower.progress().phase, planning::Phase::kFailed);
     EXPECT_NE(follower.why().find(words), std::string::npos) << follower.why();
@@ -31,14 +31,14 @@ TEST(PathFollower, EndsWhatGoesWrongWithWords) {
   begin();
   safety::RobotVector apart = home;
   apart[0] += 5e-4;
-  failsWith(apart, "contacts drift by 0.");
+  fails_with(apart, "contacts drift by 0.");
   begin();
   safety::RobotVector away = home;
   away[0] += 2e-3;
   away[3] += 2e-3;
-  failsWith(away, "the path is left by 2 mm, more than 1 mm");
+  fails_with(away, "the path is left by 2 mm, more than 1 mm");
   begin();
-  failsWith(safety::RobotVector::Constant(6, std::nan("")), "no rest at the present joints: ");
+  fails_with(safety::RobotVector::Constant(6, std::nan("")), "no rest at the present joints: ");
   begin();
   EXPECT_EQ(follower.why(), "") << "of the run before";
   follower.pause();
@@ -51,8 +51,7 @@ TEST(PathFollower, EndsWhatGoesWrongWithWords) {
 
 TEST(RestFollower, WalksToJointsThatAreFar) {
   const service::Setup setup = makeSetup("ablation-pair");
-  experiments::RestFollower jump = service::makeRestFollower(setup.robot),
-                            walk = service::makeRestFollower(setup.robot);
+  robots::RestFollower jump = robots::makeRestFollower(setup.robot), walk = robots::makeRestFollower(setup.robot);
   const safety::RobotVector home = jump.joints();
   safety::RobotVector far = home;
   far[0] += 0.02;
@@ -67,12 +66,12 @@ TEST(RestFollower, WalksToJointsThatAreFar) {
 
 TEST(FrameLoop, HoldsWithoutAFreshRest) {
   const service::Setup setup = makeSetup("ablation-pair");
-  const experiments::RobotModel model(setup.robot);
+  const robots::RobotModel model(setup.robot);
   const auto tracker = service::OrderDesk(setup, model).makeTracker();
   service::FrameLoop loop(setup);
   safety::RobotVector home(6), still = safety::RobotVector::Zero(6);
   home << setup.robot.arms[0].home, setup.robot.arms[1].home;
-  const auto mechanism = service::makeMechanism(setup.robot);
+  const auto mechanism = robots::makeMechanism(setup.robot);
   ASSERT_EQ(mechanism->settle(home), "");
   planning::Reference tasks;
   tasks.task_count = 1;

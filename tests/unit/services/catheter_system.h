@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "services/dds/convert.h"
+#include "operation/convert.h"
 #include "system.h"
 
 namespace tandem::test {

@@ -8,9 +8,9 @@
 
 #include "catheter_system.h"
 #include "config/path.h"
-#include "experiments/catheters.h"
-#include "experiments/track.h"
-#include "services/dds/convert.h"
+#include "operation/convert.h"
+#include "robots/catheters.h"
+#include "robots/track.h"
 #include "tests/unit/safety/allocation_counter.h"
 
 namespace tandem::test {
@@ -30,7 +30,7 @@ std::filesystem::path squeezedPair() {
   text.replace(text.find(at), at.size(), at + "  squeeze_N: 0.002\n");
   for (std::size_t rigid; (rigid = text.find("type: rigid")) != std::string::npos;)
     text.replace(rigid, 11, "type: soft_finger");
-  const std::filesystem::path file =
+  std::filesystem::path file =
       std::filesystem::path(::testing::TempDir()) / ("squeezed-" + std::to_string(service::randomIdentity()) + ".yaml");
   std::ofstream(file) << text;
   return file;
@@ -45,14 +45,14 @@ void squeezed(config::Deployment& deployment) {
 /// @return how many steps came before the path
 int expectSameAsInOneProcess(const std::string& preset, const std::string& text, Change change = inStep) {
   Stepped system(preset, change);
-  const auto mechanism = service::makeMechanism(system.setup.robot);
+  const auto mechanism = robots::makeMechanism(system.setup.robot);
   planning::ObjectPath path = config::parsePath(text, "test");
   path.length = mechanism->length();
-  experiments::TrackOptions options;
+  robots::TrackOptions options;
   options.parameters = system.setup.robot.parameters;
   options.parameters.period = system.setup.deployment.control_period;
   options.gain = 5.0;
-  const experiments::TrackRecord record = experiments::track(*mechanism, path, options);
+  const robots::TrackRecord record = robots::track(*mechanism, path, options);
   EXPECT_TRUE(record.good()) << record.refused << record.stopped;
   const dds::Reply reply = system.startText(text);
   EXPECT_EQ(reply.accepted, 1) << reply.reason;
@@ -65,7 +65,7 @@ int expectSameAsInOneProcess(const std::string& preset, const std::string& text,
   EXPECT_LT(farthest, 1e-10);
   EXPECT_EQ(system.guardActions(), 0u);
   return static_cast<int>(
-      std::ranges::count_if(record.steps, [](const experiments::TrackStep& step) { return step.time < 0.0; }));
+      std::ranges::count_if(record.steps, [](const robots::TrackStep& step) { return step.time < 0.0; }));
 }
 
 TEST(Catheters, DoInLockStepWhatOneProcessDoes) { expectSameAsInOneProcess("ablation-pair", pathText("z")); }
@@ -158,7 +158,7 @@ TEST(Catheters, StopLatchesOnAPathAndMoveJpFollowsAfterwards) {
   system.order(dds::ControlKind::kKeepLease);
   system.command(StateCommand::kEnable);
   system.run(0.2);
-  service::ControlOrder move;
+  operation::ControlOrder move;
   move.client = 7;
   move.kind = dds::ControlKind::kMoveJp;
   move.arm = 0;
@@ -166,7 +166,7 @@ TEST(Catheters, StopLatchesOnAPathAndMoveJpFollowsAfterwards) {
   const safety::ArmVector home = system.setup.robot.arms[0].home;
   for (int j = 0; j < 3; ++j)
     move.joints[static_cast<std::size_t>(j)] = home[j];
-  ASSERT_EQ(system.control.order(move, system.now).code, dds::ReplyCode::kOk);
+  ASSERT_EQ(system.control.order(move, system.now).refusal.code(), dds::ReplyCode::kOk);
   system.run(0.5);
   EXPECT_LT((dds::jointsOf(system.state.position, 0, 3) - home).cwiseAbs().maxCoeff(), 1e-6);
 }
@@ -181,14 +181,15 @@ TEST(Catheters, HoldAndThenFaultWhenTheirRestIsNotKnownAnyMore) {
   system.run(0.3);
   system.order(dds::ControlKind::kKeepLease);
   EXPECT_EQ(system.output.status.hold, 0);
-  system.control.frames()->start();
-  system.control.frames()->stop();  // nobody settles from here on
+  EXPECT_EQ(dds::name(static_cast<dds::Model>(system.output.status.model)), "elastic");
+  system.frames->start();
+  system.frames->stop();  // nobody settles from here on
   const auto held = [&] { return static_cast<dds::HoldReason>(system.output.status.hold) == dds::HoldReason::kNoRest; };
   const double until = system.until(held, 0.2);
   EXPECT_GE(until, 0.03) << "rests are used up to an age";
   EXPECT_LE(until, 0.08);
   EXPECT_EQ(system.shown(0), OperatingState::kEnabled);
-  EXPECT_NE(dds::describe(dds::HoldReason::kNoRest).find("no rest"), std::string_view::npos);
+  EXPECT_NE(dds::name(dds::HoldReason::kNoRest).find("no rest"), std::string_view::npos);
   const auto faulted = [&] { return system.shown(0) == OperatingState::kFault; };
   EXPECT_GT(system.until(faulted, 0.2), 0.01);
   EXPECT_EQ(system.control.faultRecord(0).faults, bit(safety::Fault::kSolver));
@@ -205,12 +206,12 @@ TEST(Catheters, CyclesAllocateNothing) {
   system.run(0.1);
   ASSERT_EQ(system.startText(pathText("z")).accepted, 1);
   system.run(0.2);
-  system.control.frames()->start();
+  system.frames->start();
   const std::size_t before = allocationCount();
   for (int i = 0; i < 3; ++i)
     system.control.cycle(system.now, false, system.output);
   const std::size_t after = allocationCount();
-  system.control.frames()->stop();
+  system.frames->stop();
   EXPECT_EQ(after, before);
   EXPECT_EQ(system.output.status.task_count, 1) << "it follows";
 }
@@ -242,25 +243,25 @@ TEST(Catheters, AreNotDrivenByAnOperator) {
   ASSERT_EQ(system.shown(0), OperatingState::kEnabled);
   const auto before = system.state.position;
   drive(0.3, true);
-  service::OperatorMoment moment;
-  service::CrtkMoment crtk;
+  operation::OperatorMoment moment;
+  operation::CrtkMoment crtk;
   system.control.fillMoments(system.now, moment, crtk);
-  EXPECT_EQ(moment.reason, service::OperatorReason::kCatheters);
-  EXPECT_NE(std::string(service::words(moment.reason)).find("not tip by tip"), std::string::npos);
+  EXPECT_EQ(moment.reason, operation::Reason::kCatheters);
+  EXPECT_NE(std::string(operation::operatorWords(moment.reason)).find("not tip by tip"), std::string::npos);
   EXPECT_EQ(system.state.position, before);
 }
 
 TEST(Catheters, AreNotMovedTipByTip) {
   System system("ablation-pair", atHundredHertz);
   system.run(0.2);
-  service::CrtkOrder order;
+  operation::CrtkOrder order;
   order.group = 0;
-  for (std::size_t verb = 0; verb < service::kCrtkVerbs.size(); ++verb) {
-    const service::CrtkVerb& v = service::kCrtkVerbs[verb];
-    if (v.level == service::CrtkLevel::kHold || v.space == service::CrtkSpace::kJoint)
+  for (std::size_t verb = 0; verb < operation::kCrtkVerbs.size(); ++verb) {
+    const operation::CrtkVerb& v = operation::kCrtkVerbs[verb];
+    if (v.level == operation::CrtkLevel::kHold || v.space == operation::CrtkSpace::kJoint)
       continue;
     order.verb = static_cast<int>(verb);
-    const service::CrtkOutcome outcome = system.control.crtk(order, system.now);
+    const operation::CrtkOutcome outcome = system.control.crtk(order, system.now);
     EXPECT_NE(std::string(outcome.reason.data()).find("not tip by tip"), std::string::npos) << verb;
   }
 }

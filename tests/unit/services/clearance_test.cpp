@@ -37,7 +37,7 @@ struct Meter {
     return q;
   }
   service::Setup setup;
-  experiments::RobotModel model;
+  robots::RobotModel model;
 };
 
 TEST(ClearanceMeter, SaysWhatTheLibraryAnswers) {
@@ -62,7 +62,7 @@ TEST(ClearanceMeter, SaysWhatTheLibraryAnswers) {
     }
     ASSERT_EQ(said.bodies.size(), 3u);  // a to b, a to the port, b to the port
     for (const dds::BodyClearance& body : said.bodies) {
-      const bool port = body.other_arm == dds::BodyClearance::kPort;
+      const bool port = body.other_arm == dds::kPort;
       const kinematics::Clearance wanted = port ? kinematics::clearance(bodies[body.arm], *meter.setup.deployment.port)
                                                 : kinematics::clearance(bodies[0], bodies[1]);
       EXPECT_EQ(body.distance, wanted.distance);

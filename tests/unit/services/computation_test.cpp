@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/planning/computation.h"
+#include "services/computation/computation.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <limits>
 
-#include "services/common/periodic_loop.h"
+#include "services/computation/reports.h"
 #include "services/dds/validate.h"
 #include "services/planning/computation_desk.h"
-#include "services/planning/reports.h"
+#include "services/runtime/periodic_loop.h"
 #include "tests/unit/services/system.h"
 
 namespace tandem::test {
@@ -20,6 +20,7 @@ namespace {
 using dds::ComputationKind;
 using service::Computation;
 using service::ComputationDesk;
+using service::ComputationProblem;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -74,7 +75,7 @@ struct Fixture {
   }
 
   service::Setup setup;
-  experiments::RobotModel model;
+  robots::RobotModel model;
   safety::RobotVector home;
   dds::ComputationRequest request;
 };
@@ -99,10 +100,10 @@ TEST(Computation, RefusalsNameTheKeyWhatWasFoundAndWhatWasExpected) {
       {[](auto& r) { r.trajectory = lineOf(0.01).replace(lineOf(0.01).find("arm: 0"), 6, "arm: 6"); },
        dds::ReplyCode::kMalformed,
        {"trajectory: arm", "6", "0 to 1", "arm_a, arm_b"}},
-      {[](auto& r) { r.trajectory = lineOf(0.01, Computation::kMostPoints + 1); },
+      {[](auto& r) { r.trajectory = lineOf(0.01, ComputationProblem::kMostPoints + 1); },
        dds::ReplyCode::kMalformed,
        {"points", "2001", "at most 2000"}},
-      {[](auto& r) { r.trajectory.assign(dds::kMaxTrajectory + 1, 'x'); },
+      {[](auto& r) { r.trajectory.assign(ComputationProblem::kLongestTrajectory + 1, 'x'); },
        dds::ReplyCode::kMalformed,
        {"trajectory", "1048577 bytes", "at most 1048576"}},
       {[](auto& r) { r.trajectory = "tandem: trajectory/1\nname: x\nshape:\n  csv: {file: /etc/passwd}\n"; },

@@ -17,16 +17,16 @@ bool faulted(const System& s, Fault fault) { return (s.output.status.faults[0] &
 TEST(ControlCore, OneCommanderAtATime) {
   System s;
   s.run(0.2);
-  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kNotLeaseHolder);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 7).code, dds::ReplyCode::kOk);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).code, dds::ReplyCode::kLeaseTaken);
-  EXPECT_EQ(s.command(StateCommand::kEnable, 8).code, dds::ReplyCode::kNotLeaseHolder);
-  EXPECT_EQ(s.command(StateCommand::kEnable, 7).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 7).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kLeaseTaken);
+  EXPECT_EQ(s.command(StateCommand::kEnable, 8).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.command(StateCommand::kEnable, 7).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
-  EXPECT_EQ(s.command(StateCommand::kPause, 8).code, dds::ReplyCode::kOk);  // anybody may take power away
-  EXPECT_EQ(s.order(ControlKind::kReleaseLease, 7).code, dds::ReplyCode::kOk);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(StateCommand::kPause, 8).refusal.code(), dds::ReplyCode::kOk);  // anybody may take power away
+  EXPECT_EQ(s.order(ControlKind::kReleaseLease, 7).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kOk);
 }
 
 TEST(ControlCore, AnArmIsHomedWhenItsDrivesSaySo) {
@@ -39,9 +39,11 @@ TEST(ControlCore, AnArmIsHomedWhenItsDrivesSaySo) {
   unknown.homed[0] = 0;
   ++unknown.sequence;
   s.control.onState(unknown);
-  const service::OrderReply answer = s.command(StateCommand::kEnable);
-  EXPECT_EQ(answer.code, dds::ReplyCode::kWrongState);
-  EXPECT_NE(std::string(answer.reason.data()).find("tandem home"), std::string::npos) << answer.reason.data();
+  const operation::OrderReply answer = s.command(StateCommand::kEnable);
+  EXPECT_EQ(answer.refusal.code(), dds::ReplyCode::kWrongState);
+  const std::string reason = describe(answer.refusal, s.setup.robot);
+  EXPECT_NE(reason.find("arm_a: its joints"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("tandem home"), std::string::npos) << reason;
   s.control.cycle(s.now, false, s.output);
   EXPECT_EQ(s.output.status.homed[0], 0);
   EXPECT_EQ(s.output.status.homed[1], 1);
@@ -56,9 +58,9 @@ TEST(ControlCore, EnablingOutsideTheLimitsIsRefusedWithByHowMuch) {
   outside.position[dds::jointIndex(0, 2)] = s.model.limits()[0]->joints[2].upper + 1.23e-3;
   ++outside.sequence;
   s.control.onState(outside);
-  const service::OrderReply answer = s.command(StateCommand::kEnable);
-  EXPECT_EQ(answer.code, dds::ReplyCode::kOutsideLimits);
-  const std::string reason = answer.reason.data();
+  const operation::OrderReply answer = s.command(StateCommand::kEnable);
+  EXPECT_EQ(answer.refusal.code(), dds::ReplyCode::kOutsideLimits);
+  const std::string reason = describe(answer.refusal, s.setup.robot);
   EXPECT_NE(reason.find("joint 3 is 1.23 mm or mrad outside"), std::string::npos) << reason;
   EXPECT_NE(reason.find("recover"), std::string::npos) << reason;
 }
@@ -112,7 +114,8 @@ TEST(ControlCore, StopsWhenPlanningFallsSilent) {
   const auto there = s.state.position;
   s.run(1.0);
   EXPECT_EQ(s.state.position, there);
-  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kNotLeaseHolder);  // and the lease has gone as well
+  EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(),
+            dds::ReplyCode::kNotLeaseHolder);  // and the lease has gone as well
 }
 
 TEST(ControlCore, SimulatedDrivesStopWhenControlFallsSilent) {
@@ -173,24 +176,24 @@ TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
   s.run(0.3);
   EXPECT_TRUE(s.standing());
   EXPECT_TRUE(faulted(s, Fault::kStopRequested));
-  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kWrongState);
-  EXPECT_EQ(s.command(StateCommand::kResume).code, dds::ReplyCode::kWrongState);
+  EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kWrongState);
+  EXPECT_EQ(s.command(StateCommand::kResume).refusal.code(), dds::ReplyCode::kWrongState);
   s.order(ControlKind::kKeepLease);
   constexpr std::uint64_t kStranger = 8;
-  EXPECT_EQ(s.command(StateCommand::kDisable, kStranger).code, dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.command(StateCommand::kDisable, kStranger).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
   s.run(0.3);
   EXPECT_TRUE(faulted(s, Fault::kStopRequested)) << "only the commander clears it";
   EXPECT_NE(s.drives(0), OperatingState::kEnabled);
-  EXPECT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(StateCommand::kDisable).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kDisabled);
   EXPECT_EQ(s.output.status.faults[0], 0u);
   const auto there = s.state.position;
   s.order(ControlKind::kAcquireLease);
-  EXPECT_EQ(s.command(StateCommand::kEnable).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
-  EXPECT_EQ(s.order(ControlKind::kKeepLease).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.order(ControlKind::kKeepLease).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.5);
   EXPECT_EQ(s.state.position, there);  // the trajectory of before is over
   EXPECT_EQ(s.reference_message.phase, static_cast<std::uint8_t>(planning::Phase::kFailed));
@@ -199,7 +202,7 @@ TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
 TEST(ControlCore, PauseHoldsAndResumeGoesOn) {
   System s;
   s.getMoving();
-  EXPECT_EQ(s.command(StateCommand::kPause).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(StateCommand::kPause).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.4);
   EXPECT_TRUE(s.standing());
   EXPECT_EQ(s.shown(0), OperatingState::kPaused);
@@ -208,7 +211,7 @@ TEST(ControlCore, PauseHoldsAndResumeGoesOn) {
   s.run(0.5);
   EXPECT_EQ(s.state.position, there);
   s.order(ControlKind::kKeepLease);
-  EXPECT_EQ(s.command(StateCommand::kResume).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(StateCommand::kResume).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.6);
   EXPECT_NE(s.state.position, there);
 }
@@ -219,7 +222,7 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   s.order(ControlKind::kAcquireLease);
   s.command(StateCommand::kEnable);
   s.run(0.3);
-  service::ControlOrder move;
+  operation::ControlOrder move;
   move.client = 7;
   move.request = 3;
   move.kind = ControlKind::kMoveJp;
@@ -227,12 +230,12 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   move.joint_count = 6;
   std::copy_n(s.state.position.begin(), 6, move.joints.begin());
   move.joints[0] += 0.2;  // past the entry
-  EXPECT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOutsideLimits);
+  EXPECT_EQ(s.control.order(move, s.now).refusal.code(), dds::ReplyCode::kOutsideLimits);
   move.joints[0] -= 0.2;
   for (int j : {0, 1, 2})
     move.joints[static_cast<std::size_t>(j)] -= 0.004;
   move.joints[4] += 0.3;
-  ASSERT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOk);
+  ASSERT_EQ(s.control.order(move, s.now).refusal.code(), dds::ReplyCode::kOk);
   const double seconds = s.until(
       [&] {
         if (s.ticks % 200 == 0)
@@ -338,26 +341,26 @@ TEST(ControlCore, NamesTheLimitsThatAreInTheWay) {
 TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
-  for (const char* method : {"nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp"}) {
+  for (const auto& [method, word, meaning] : idl::Enumeration<control::Method>::entries) {
     System s("laptop-1khz");
-    s.setup.deployment.method = *control::methodFromName(method);
+    s.setup.deployment.method = method;
     service::OrderDesk desk(s.setup, s.model);
-    service::ControlCore control(s.setup, s.model, desk.makeTracker());
+    operation::ControlCore control(service::siteOf(s.setup, s.model), desk.makeTracker());
     s.getMoving();
     const dds::ActuationState state = s.state;
     dds::PlanningReference reference = s.reference_message;
     ASSERT_GT(reference.task_count, 0);
     // The same moment for a control of each method: enabled, following.
-    service::ControlOrder order;
+    operation::ControlOrder order;
     order.client = 7;
     order.kind = ControlKind::kAcquireLease;
-    service::CycleOutput output;
+    operation::CycleOutput output;
     control.onState(state);
     control.cycle(s.now, false, output);
     control.order(order, s.now);
     order.kind = ControlKind::kStateCommand;
     order.command = StateCommand::kEnable;
-    ASSERT_EQ(control.order(order, s.now).code, dds::ReplyCode::kOk);
+    ASSERT_EQ(control.order(order, s.now).refusal.code(), dds::ReplyCode::kOk);
     std::size_t allocated = 0;
     for (int i = 0; i < 200; ++i) {
       dds::ActuationState next = state;
@@ -377,10 +380,10 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
       s.sim.onCommand(output.command, s.now + i * 1'000'000);
       allocated += allocationCount() - before;
     }
-    EXPECT_EQ(allocated, 0u) << method;
-    EXPECT_GT(output.status.task_count, 0) << method;  // it did follow
-    const bool has_limits = std::string(method) == "nspqp" || std::string(method) == "snsqp";
-    EXPECT_EQ(output.status.limit_count > 0, has_limits) << method;
+    EXPECT_EQ(allocated, 0u) << word;
+    EXPECT_GT(output.status.task_count, 0) << word;  // it did follow
+    const bool names_limits = method >= control::Method::kNspqp;
+    EXPECT_EQ(output.status.limit_count > 0, names_limits) << word;
   }
 }
 

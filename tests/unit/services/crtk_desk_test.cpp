@@ -11,10 +11,10 @@
 namespace tandem::test {
 namespace {
 
-service::CrtkOrder orderOf(std::string_view name, int group) {
-  service::CrtkOrder order;
+operation::CrtkOrder orderOf(std::string_view name, int group) {
+  operation::CrtkOrder order;
   order.group = group;
-  while (service::kCrtkVerbs[static_cast<std::size_t>(order.verb)].name != name)
+  while (operation::kCrtkVerbs[static_cast<std::size_t>(order.verb)].name != name)
     ++order.verb;
   return order;
 }
@@ -24,11 +24,11 @@ constexpr std::int64_t kMs = 1'000'000;
 TEST(CrtkStream, ByWallClocks) {
   service::CrtkStream stream(false, 0.1);
   const std::int64_t wall = 1'700'000'000'000 * kMs;
-  EXPECT_NE(stream.judge(0, wall, 0, false), "") << "a stamp of zero is not valid";
-  EXPECT_EQ(stream.judge(wall - 50 * kMs, wall, 1000 * kMs, false), "");
-  EXPECT_NE(stream.judge(wall - 50 * kMs, wall, 1001 * kMs, false), "") << "the same one again";
-  EXPECT_NE(stream.judge(wall - 40 * kMs, wall + 100 * kMs, 1100 * kMs, false), "") << "too old";
-  EXPECT_NE(stream.judge(wall + 500 * kMs, wall + 200 * kMs, 1200 * kMs, false), "") << "from the future";
+  EXPECT_NE(stream.judge(0, wall, 0), "") << "a stamp of zero is not valid";
+  EXPECT_EQ(stream.judge(wall - 50 * kMs, wall, 1000 * kMs), "");
+  EXPECT_NE(stream.judge(wall - 50 * kMs, wall, 1001 * kMs), "") << "the same one again";
+  EXPECT_NE(stream.judge(wall - 40 * kMs, wall + 100 * kMs, 1100 * kMs), "") << "too old";
+  EXPECT_NE(stream.judge(wall + 500 * kMs, wall + 200 * kMs, 1200 * kMs), "") << "from the future";
 }
 
 TEST(CrtkStream, ByArrivalWhateverTheClockOfTheWriter) {
@@ -39,7 +39,7 @@ TEST(CrtkStream, ByArrivalWhateverTheClockOfTheWriter) {
     service::CrtkStream stream(true, 0.1);
     const auto offset = static_cast<std::int64_t>(random() % 1'000'000) * 1000 * kMs;
     std::int64_t now = static_cast<std::int64_t>(random() % 1'000'000) * kMs + 1;
-    const auto sample = [&](std::int64_t delay) { return stream.judge(now - delay + offset, 0, now, false); };
+    const auto sample = [&](std::int64_t delay) { return stream.judge(now - delay + offset, 0, now); };
     EXPECT_NE(sample(0), "") << "the first one only opens the stream";
     for (int i = 0; i < 200; ++i) {
       now += 10 * kMs;
@@ -49,7 +49,7 @@ TEST(CrtkStream, ByArrivalWhateverTheClockOfTheWriter) {
     const std::int64_t stalled = now;
     now += 500 * kMs;
     for (std::int64_t t = stalled + 10 * kMs; t <= now; t += 10 * kMs) {
-      const bool taken = stream.judge(t + offset, 0, now, false).empty();
+      const bool taken = stream.judge(t + offset, 0, now).empty();
       if (now - t != 100 * kMs) {  // on the edge, the delay of the quickest one decides
         ASSERT_EQ(taken, now - t < 100 * kMs) << (now - t) / kMs;
       }
@@ -57,11 +57,29 @@ TEST(CrtkStream, ByArrivalWhateverTheClockOfTheWriter) {
   }
 }
 
+TEST(CrtkStream, AFirstOneThatALinkHeldBackDoesNotCount) {
+  const std::int64_t wall = 1'700'000'000'000 * kMs;
+  for (const std::int64_t held : {200, 1000, 600'000}) {  // ms
+    SCOPED_TRACE(held);
+    service::CrtkStream stream(true, 0.1);
+    EXPECT_NE(stream.judge(wall - held * kMs, wall, 1000 * kMs), "");
+    EXPECT_EQ(stream.judge(wall + 20 * kMs, wall + 30 * kMs, 1030 * kMs), "") << "the next one is fresh";
+    // A link is cut for minutes, and brings what was sent before.
+    const std::int64_t later = 900'000;
+    EXPECT_NE(stream.judge(wall + 40 * kMs, wall + later * kMs, (1000 + later) * kMs), "");
+  }
+  service::CrtkStream agrees(true, 0.1);
+  EXPECT_EQ(agrees.judge(wall - 50 * kMs, wall, 1000 * kMs), "") << "where clocks agree the first one counts";
+  service::CrtkStream differs(true, 0.1);
+  EXPECT_NE(differs.judge(wall - 5000 * kMs, wall, 1000 * kMs), "");
+  EXPECT_EQ(differs.judge(wall - 4000 * kMs, wall + 1000 * kMs, 2000 * kMs), "") << "sent again it counts";
+}
+
 TEST(CrtkDesk, ReadsWhatIsValidAndNamesWhatIsNot) {
   const service::Setup setup = makeSetup("laptop");
-  const experiments::RobotModel robot(setup.robot, "rigid");
+  const robots::RobotModel robot(setup.robot, "rigid");
   const service::CrtkDesk desk(setup, robot);
-  service::CrtkOrder order = orderOf("servo_jp", 0);
+  operation::CrtkOrder order = orderOf("servo_jp", 0);
   dds::JointState joints;
   joints.position = {1, 2, 3, 4, 5, 6};
   EXPECT_EQ(desk.parse(joints, order), "");
@@ -76,7 +94,7 @@ TEST(CrtkDesk, ReadsWhatIsValidAndNamesWhatIsNot) {
   EXPECT_NE(desk.parse(joints, order).find("finite"), std::string::npos);
   joints.position.pop_back();
   EXPECT_NE(desk.parse(joints, order).find("found 5 numbers, expected 6"), std::string::npos);
-  order = orderOf("servo_jv", service::kPairGroup);
+  order = orderOf("servo_jv", operation::kPairGroup);
   joints.velocity.assign(12, 0.0);
   EXPECT_EQ(desk.parse(joints, order), "");
   dds::PoseStamped pose;

@@ -4,23 +4,23 @@
 
 #include <random>
 
-#include "services/dds/convert.h"
+#include "operation/convert.h"
 #include "tests/unit/services/system.h"
 
 namespace tandem::test {
 namespace {
 
 using dds::ControlKind;
+using operation::CrtkMoment;
+using operation::CrtkOrder;
+using operation::CrtkOutcome;
+using operation::kPairGroup;
 using safety::OperatingState;
 using safety::StateCommand;
-using service::CrtkMoment;
-using service::CrtkOrder;
-using service::CrtkOutcome;
-using service::kPairGroup;
 
 int verbOf(std::string_view name) {
-  for (std::size_t i = 0; i < service::kCrtkVerbs.size(); ++i) {
-    if (service::kCrtkVerbs[i].name == name)
+  for (std::size_t i = 0; i < operation::kCrtkVerbs.size(); ++i) {
+    if (operation::kCrtkVerbs[i].name == name)
       return static_cast<int>(i);
   }
   ADD_FAILURE() << name;
@@ -42,12 +42,14 @@ struct Crtk : System {
       Change change = [](config::Deployment& d) { d.control_period = 0.01; })
       : System(deployment, change) {}
 
-  service::OrderReply topic(StateCommand command, int arm = dds::kAllArms) {
-    service::ControlOrder o;
+  operation::OrderReply topic(StateCommand command, int arm = dds::kAllArms) {
+    operation::ControlOrder o;
     o.kind = ControlKind::kStateCommand;
     o.command = command;
     o.arm = arm;
     o.from_topic = true;
+    o.control_session = output.status.session;
+    o.answers_control = output.status.sequence;
     return control.order(o, now);
   }
   void enable() {
@@ -87,11 +89,12 @@ struct Crtk : System {
   }
   bool busy(int k) const { return output.status.busy[static_cast<std::size_t>(k)] != 0; }
   std::string ended() {
-    CrtkOutcome outcome;
-    return control.takeEnded(outcome) ? outcome.reason.data() : "";
+    const std::string reason = endings.empty() ? "" : endings.front().reason.data();
+    endings.clear();
+    return reason;
   }
 
-  service::OperatorMoment moment;
+  operation::OperatorMoment moment;
   CrtkMoment crtk;
 };
 
@@ -264,10 +267,11 @@ TEST(CrtkMotion, AStreamKeepsOthersFromCommandingUntilItEnds) {
   Crtk s;
   s.enable();
   s.stream("servo_cp", 0, 0.2, [&] { return s.tip(0); });
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 9).code, dds::ReplyCode::kLeaseTaken);
-  EXPECT_EQ(s.topic(StateCommand::kPause).code, dds::ReplyCode::kOk) << "state_command is of the same clients";
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 9).refusal.code(), dds::ReplyCode::kLeaseTaken);
+  EXPECT_EQ(s.topic(StateCommand::kPause).refusal.code(), dds::ReplyCode::kOk)
+      << "state_command is of the same clients";
   s.run(0.2);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 9).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 9).refusal.code(), dds::ReplyCode::kOk);
 }
 
 TEST(CrtkMotion, HoldAndDisableEndMotions) {
@@ -291,7 +295,7 @@ TEST(CrtkMotion, HoldAndDisableEndMotions) {
 
 /// What the table of CRTK's states says, arm by arm, through state_command.
 TEST(CrtkMotion, TheStateTableHoldsAndOnlyEnabledArmsMove) {
-  using enum OperatingState;
+  using enum idl::OperatingState;
   struct Row {
     StateCommand command;
     OperatingState from, to;
@@ -309,7 +313,7 @@ TEST(CrtkMotion, TheStateTableHoldsAndOnlyEnabledArmsMove) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     const Row& row = table[i];
     ASSERT_EQ(s.shown(0), row.from) << i;
-    EXPECT_EQ(s.topic(row.command).code == dds::ReplyCode::kOk, row.accepted) << i;
+    EXPECT_EQ(s.topic(row.command).refusal.code() == dds::ReplyCode::kOk, row.accepted) << i;
     s.run(0.4);
     EXPECT_EQ(s.shown(0), row.to) << i;
     EXPECT_EQ(s.send("servo_cp", 0, s.tip(0)).accepted, row.to == kEnabled) << i;
@@ -326,17 +330,17 @@ TEST(CrtkMotion, RandomClientsNeverBreakLimitsAndNeverFault) {
   s.enable();
   int accepted = 0;
   for (int i = 0; i < 1500; ++i) {
-    const int verb = static_cast<int>(random() % (service::kCrtkVerbs.size() - 1));
-    const auto& kind = service::kCrtkVerbs[static_cast<std::size_t>(verb)];
+    const int verb = static_cast<int>(random() % (operation::kCrtkVerbs.size() - 1));
+    const auto& kind = operation::kCrtkVerbs[static_cast<std::size_t>(verb)];
     const int group = std::array{0, 1, kPairGroup}[random() % 3];
-    const bool cartesian = kind.space == service::CrtkSpace::kCartesian;
+    const bool cartesian = kind.space == operation::CrtkSpace::kCartesian;
     const int n = cartesian ? 3 : group == kPairGroup ? 12 : 6;
     Eigen::VectorXd values(n);
     for (double& v : values)
       v = (cartesian ? 5e-3 : 0.02) * number(random);
-    if (kind.kind == service::CrtkKind::kPosition && cartesian)
+    if (kind.kind == operation::CrtkKind::kPosition && cartesian)
       values += group == kPairGroup ? Eigen::Vector3d(s.tip(0) - s.tip(1)) : s.tip(group);
-    if (kind.kind == service::CrtkKind::kPosition && !cartesian)
+    if (kind.kind == operation::CrtkKind::kPosition && !cartesian)
       values += group == kPairGroup ? s.both() : Eigen::VectorXd(s.joints(group));
     const CrtkOutcome outcome = s.send(kind.name, group, values);
     accepted += outcome.accepted ? 1 : 0;

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "services/dds/convert.h"
-#include "services/setup/fault_log.h"
+#include "operation/convert.h"
+#include "services/runtime/fault_log.h"
 #include "tests/unit/services/system.h"
 
 namespace tandem::test {
@@ -28,7 +28,7 @@ void expectSolverFault(System& s, FaultCause cause) {
   EXPECT_EQ(s.shown(0), OperatingState::kFault);
   EXPECT_EQ(s.drives(0), OperatingState::kDisabled) << "control takes the power away";
   s.order(dds::ControlKind::kKeepLease);
-  EXPECT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(StateCommand::kDisable).refusal.code(), dds::ReplyCode::kOk);
   EXPECT_EQ(s.control.faultRecord(0).faults, 0u);
 }
 
@@ -101,11 +101,11 @@ TEST(Faults, AnOrderRightAfterItsOppositeIsNone) {
       s.command(StateCommand::kEnable);
       s.run(0.1);
       ASSERT_EQ(s.shown(0), OperatingState::kEnabled);
-      ASSERT_EQ(s.command(first).code, dds::ReplyCode::kOk);
+      ASSERT_EQ(s.command(first).refusal.code(), dds::ReplyCode::kOk);
       s.state_link = delay % 2 == 0;
       for (int i = 0; i < delay; ++i)
         s.tick();
-      ASSERT_EQ(s.command(second).code, dds::ReplyCode::kOk);
+      ASSERT_EQ(s.command(second).refusal.code(), dds::ReplyCode::kOk);
       s.state_link = true;
       s.run(0.1);
       EXPECT_EQ(s.shown(0), OperatingState::kEnabled) << delay << ": " << safety::describe(s.control.faultRecord(0), 6);
@@ -134,11 +134,21 @@ TEST(Faults, AStopStaysLatchedInDrivesWhoseFaultControlHadNotSeen) {
       EXPECT_EQ(s.state.faults[static_cast<std::size_t>(k)], bit(Fault::kStopRequested));
     }
     s.order(dds::ControlKind::kKeepLease);
-    ASSERT_EQ(s.command(StateCommand::kDisable).code, dds::ReplyCode::kOk);
+    ASSERT_EQ(s.command(StateCommand::kDisable).refusal.code(), dds::ReplyCode::kOk);
     s.run(0.3);
     EXPECT_EQ(s.drives(0), OperatingState::kDisabled) << "a disable of somebody who has seen the fault clears it";
     EXPECT_EQ(s.state.faults[0], 0u);
   }
+}
+
+TEST(Faults, OfTimeSayWhereThisPcWasLate) {
+  const System s;
+  const auto words = [&](Fault fault, double late) {
+    return service::describe(s.setup.robot, {0, {.faults = bit(fault)}, late});
+  };
+  EXPECT_NE(words(Fault::kStateTimeout, 0.31).find("this PC was late by 0.31 s"), std::string::npos);
+  EXPECT_EQ(words(Fault::kStateTimeout, 0.001).find("late"), std::string::npos) << "who is silent is gone";
+  EXPECT_EQ(words(Fault::kDrive, 0.31).find("late"), std::string::npos) << "time has nothing to do with it";
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include "config/any_robot.h"
 #include "config/arm_names.h"
-#include "services/setup/limit_words.h"
+#include "robots/limit_words.h"
 
 namespace tandem::service {
 namespace {
@@ -17,11 +17,13 @@ TEST(LimitWords, NameTheJointsOfTubesAndOfCatheters) {
   const config::Robot catheters = config::loadAnyRobot(config::findFile("ablation-pair", "cooperative"));
   EXPECT_EQ(config::jointNames(tubes.arms[1]), (Names{"beta_1", "beta_2", "beta_3", "alpha_1", "alpha_2", "alpha_3"}));
   EXPECT_EQ(config::jointNames(catheters.arms[1]), (Names{"insertion", "roll", "bend"}));
-  EXPECT_EQ(describeLimit(tubes, {LimitKind::kRotation, 0, 2}), "rotation limit of tube 2 of arm a");
-  EXPECT_EQ(describeLimit(tubes, {LimitKind::kNeighbour, 1, 2}), "tube 2 of arm b against tube 1");
-  EXPECT_EQ(describeLimit(catheters, {LimitKind::kRotation, 0, 2}), "rotation limit of bend of arm a");
-  EXPECT_EQ(describeLimit(catheters, {LimitKind::kRotationVelocity, 1, 1}), "rotation velocity limit of roll of arm b");
-  EXPECT_EQ(describeLimit(catheters, {LimitKind::kFrontTravel, 1, 1}), "front travel limit of insertion of arm b");
+  EXPECT_EQ(robots::describeLimit(tubes, {LimitKind::kRotation, 0, 2}), "rotation limit of tube 2 of arm a");
+  EXPECT_EQ(robots::describeLimit(tubes, {LimitKind::kNeighbour, 1, 2}), "tube 2 of arm b against tube 1");
+  EXPECT_EQ(robots::describeLimit(catheters, {LimitKind::kRotation, 0, 2}), "rotation limit of bend of arm a");
+  EXPECT_EQ(robots::describeLimit(catheters, {LimitKind::kRotationVelocity, 1, 1}),
+            "rotation velocity limit of roll of arm b");
+  EXPECT_EQ(robots::describeLimit(catheters, {LimitKind::kFrontTravel, 1, 1}),
+            "front travel limit of insertion of arm b");
 }
 
 }  // namespace

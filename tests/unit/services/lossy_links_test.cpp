@@ -81,7 +81,7 @@ std::array<double, 6> startMotion(System& s) {
   s.order(dds::ControlKind::kAcquireLease);
   s.command(safety::StateCommand::kEnable);
   s.run(0.3);
-  service::ControlOrder move;
+  operation::ControlOrder move;
   move.client = 7;
   move.kind = dds::ControlKind::kMoveJp;
   move.arm = 0;
@@ -90,7 +90,7 @@ std::array<double, 6> startMotion(System& s) {
   for (std::size_t j = 0; j < 3; ++j)
     move.joints[j] -= 0.004;
   move.joints[4] += 0.3;
-  EXPECT_EQ(s.control.order(move, s.now).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.control.order(move, s.now).refusal.code(), dds::ReplyCode::kOk);
   std::array<double, 6> goal;
   std::copy_n(move.joints.begin(), 6, goal.begin());
   return goal;
@@ -119,6 +119,83 @@ TEST(LossyLinks, AMotionArrivesAlthoughItsCommandsAreLate) {
     }
     expectArrived(s, goal);
   }
+}
+
+/// Default budgets, control at 100 Hz, states at 1 kHz.
+void atHundredHertz(config::Deployment& deployment) { deployment.control_period = 0.01; }
+
+/// Moves an arm, each sample of one link lost with this chance. @return s until arm A is in FAULT; below 0: it is not
+double lose(System& s, bool System::*link, double chance, Random& random) {
+  startMotion(s);
+  int ticks = 0;
+  const double time = s.until(
+      [&] {
+        // A silence of three cycles would be a matter of age: never two commands in a row.
+        if (link == &System::state_link || s.ticks % 10 == 0)
+          s.*link = (link == &System::command_link && !(s.*link)) || !random.chance(chance);
+        if (++ticks % 200 == 0)
+          s.order(dds::ControlKind::kKeepLease);
+        return s.drives(0) == safety::OperatingState::kFault || s.shown(0) == safety::OperatingState::kFault;
+      },
+      5.0);
+  s.*link = true;
+  s.run(0.5);
+  return time;
+}
+
+TEST(LossyLinks, StopAnArmWhoseCommandsAreLostNowAndThen) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 10; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    System s("laptop", atHundredHertz);
+    const double time = lose(s, &System::command_link, 0.15, random);
+    ASSERT_GE(time, 0.0) << "it goes on";
+    EXPECT_LE(time, 2.0);
+    const safety::FaultRecord& record = s.sim.faultRecord(0);
+    EXPECT_EQ(record.faults, bit(safety::Fault::kCommandTimeout)) << safety::describe(record, 6);
+    EXPECT_EQ(safety::describe(record, 6),
+              "command_timeout (lost on the way): 0.06 of the last 100, allowed 0.05 of the last 100");
+    EXPECT_TRUE(s.standing());
+    // What was lost before it got power again stops nobody.
+    s.order(dds::ControlKind::kAcquireLease);
+    s.command(safety::StateCommand::kDisable);
+    s.run(0.2);
+    s.order(dds::ControlKind::kKeepLease);
+    s.command(safety::StateCommand::kEnable);
+    s.run(0.2);
+    EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << safety::describe(s.sim.faultRecord(0), 6);
+    EXPECT_LT(s.hal.command_success, 1.0) << "it is still told";
+  }
+}
+
+TEST(LossyLinks, StopAnArmWhoseStatesAreLostNowAndThen) {
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 10; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    System s("laptop", atHundredHertz);
+    const double time = lose(s, &System::state_link, 0.6, random);
+    ASSERT_GE(time, 0.0) << "it goes on";
+    EXPECT_LE(time, 1.0);
+    EXPECT_EQ(s.control.faultRecord(0).cause, safety::FaultCause::kLost)
+        << safety::describe(s.control.faultRecord(0), 6);
+    EXPECT_TRUE(s.standing());
+  }
+}
+
+TEST(LossyLinks, AFewLossesAreOnlyTold) {
+  System s("laptop", atHundredHertz);
+  const auto goal = startMotion(s);
+  double worst = 1.0;
+  for (int i = 0; i < 10000 && (i < 200 || s.output.status.busy[0] != 0 || !s.standing()); ++i) {
+    s.command_link = s.ticks / 10 % 30 != 0;  // one in thirty
+    s.tick();
+    worst = std::min(worst, s.hal.command_success);
+    if (i % 200 == 0)
+      s.order(dds::ControlKind::kKeepLease);
+  }
+  expectArrived(s, goal);
+  EXPECT_LT(worst, 0.98);
+  EXPECT_GT(worst, 0.95);
 }
 
 TEST(LossyLinks, ATrajectoryGoesOnWherePlanningIsFarAway) {

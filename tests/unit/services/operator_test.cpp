@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "services/dds/convert.h"
+#include "operation/convert.h"
 #include "tests/unit/safety/allocation_counter.h"
 #include "tests/unit/services/system.h"
 
@@ -49,7 +49,7 @@ struct Operated : System {
     control.fillMoments(now, moment, crtk_moment);
   }
   void go(double seconds) {
-    for (int i = 0; i < static_cast<int>(1000 * seconds + 0.5); ++i)
+    for (int i = 0; i < std::lround(1000 * seconds); ++i)
       step();
   }
   template <class Condition>
@@ -85,8 +85,8 @@ struct Operated : System {
   dds::Source source() const { return static_cast<dds::Source>(output.status.source); }
 
   dds::TeleopInput input;
-  service::OperatorMoment moment;
-  service::CrtkMoment crtk_moment;
+  operation::OperatorMoment moment;
+  operation::CrtkMoment crtk_moment;
   bool sending = true;
 };
 
@@ -147,7 +147,7 @@ TEST(Operator, StopsWithinTheBudgetWhenTheStreamFallsSilent) {
   const double seconds = s.goUntil([&] { return s.standing(); }, 1.0);
   EXPECT_GE(seconds, 0.0);
   EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
-  EXPECT_EQ(s.moment.reason, service::OperatorReason::kSilent);
+  EXPECT_EQ(s.moment.reason, operation::Reason::kSilent);
   // It comes back with the switch held all the time: nothing moves until it is released and held again.
   const auto there = s.state.position;
   s.sending = true;
@@ -196,7 +196,7 @@ TEST(Operator, OneCommander) {
   EXPECT_GT(s.tip(0).y(), before);
   EXPECT_EQ(s.operatorState(), State::kFollowing);
   EXPECT_EQ(s.moment.refused_client, 8u);
-  EXPECT_EQ(s.moment.refusal, service::OperatorReason::kNotCommander);
+  EXPECT_EQ(s.moment.refusal, operation::Reason::kNotCommander);
 }
 
 TEST(Operator, ASwitchThatIsHeldFromTheStartDoesNotCount) {
@@ -218,7 +218,7 @@ TEST(Operator, NothingMovesByEnablingWhileTheSwitchIsHeld) {
   s.input.operator_present = 1;
   s.input.linear = {0.0, 0.01, 0.0};
   s.go(0.2);
-  EXPECT_EQ(s.moment.reason, service::OperatorReason::kNotEnabled);
+  EXPECT_EQ(s.moment.reason, operation::Reason::kNotEnabled);
   s.command(StateCommand::kEnable, kOperator);
   const auto there = s.state.position;
   s.go(0.5);
@@ -240,7 +240,7 @@ TEST(Operator, HandsOverFromAndToPlanningWithoutAJump) {
   s.input.linear = {0.0, 0.0, 0.0};
   s.go(0.2);
   EXPECT_EQ(s.source(), dds::Source::kPlanning);
-  EXPECT_EQ(s.moment.reason, service::OperatorReason::kTrajectory);
+  EXPECT_EQ(s.moment.reason, operation::Reason::kTrajectory);
   s.input.operator_present = 0;
   dds::PlanningRequest pause;
   pause.client = kOperator;
@@ -341,7 +341,7 @@ TEST(Operator, BadInputsAreNamedAndNeverObeyed) {
     EXPECT_EQ(s.moment.accepted, before);
     return s.moment.refusal;
   };
-  using Reason = service::OperatorReason;
+  using Reason = operation::Reason;
   EXPECT_EQ(refused([](auto& m) { m.linear[1] = std::nan(""); }), Reason::kNotFinite);
   EXPECT_EQ(refused([](auto& m) { m.orientation[0] = INFINITY; }), Reason::kNotFinite);
   EXPECT_EQ(refused([](auto& m) { m.control_session = 1; }), Reason::kOtherControl);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "services/dds/convert.h"
-#include "services/planning/computation.h"
+#include "operation/convert.h"
+#include "services/computation/computation.h"
 #include "tests/unit/services/system.h"
 
 namespace tandem::test {

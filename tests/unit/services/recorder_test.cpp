@@ -5,22 +5,39 @@
 #include <set>
 #include <stdexcept>
 
+#include "config/any_robot.h"
+#include "idl/version.h"
 #include "safety/operating_state.h"
 #include "services/dds/raw.h"
 #include "services/recorder/fault_trigger.h"
-#include "services/recorder/hal_watch.h"
-#include "services/recorder/run_file.h"
+#include "services/recordings/hal_watch.h"
+#include "services/recordings/run_file.h"
 
 namespace tandem::service {
 namespace {
 
+TEST(RunFile, SaysWhichWireItWasRecordedFrom) {
+  const config::Deployment deployment =
+      config::loadDeployment(std::string(TANDEM_PRESETS) + "/deployments/laptop.yaml");
+  const std::string wire = describeRun(deployment, config::loadAnyRobot(deployment.robot)).values.at("wire");
+  EXPECT_EQ(wire.size(), 16u);
+  EXPECT_EQ(std::stoull(wire, nullptr, 16), idl::kWireVersion);
+}
+
 TEST(Replay, KnowsWhatARobotActsUpon) {
-  const std::set<std::string> shown{
-      "planning/reply",    "planning/progress", "planning/result",       "planning/path",     "control/clearance",
-      "control/reply",     "teleop/status",     "crtk/status",           "sim/reply",         "hal/reply",
-      "clock/reply",       "diagnostics",       "arm_a/measured_js",     "arm_a/measured_cp", "arm_a/measured_cv",
-      "arm_a/setpoint_js", "arm_a/setpoint_cp", "arm_a/setpoint_cv",     "arm_a/goal_js",     "arm_a/goal_cp",
-      "arm_a/goal_cv",     "arm_a/shape",       "arm_a/operating_state", "/rosout",           "markers"};
+  const std::set<std::string> shown{"planning/reply",    "planning/progress",
+                                    "planning/result",   "planning/path",
+                                    "control/clearance", "control/permissions",
+                                    "control/reply",     "teleop/status",
+                                    "crtk/status",       "sim/reply",
+                                    "hal/reply",         "clock/reply",
+                                    "diagnostics",       "arm_a/measured_js",
+                                    "arm_a/measured_cp", "arm_a/measured_cv",
+                                    "arm_a/setpoint_js", "arm_a/setpoint_cp",
+                                    "arm_a/setpoint_cv", "arm_a/goal_js",
+                                    "arm_a/goal_cp",     "arm_a/goal_cv",
+                                    "arm_a/shape",       "arm_a/operating_state",
+                                    "/rosout",           "markers"};
   std::set<std::string> found;
   for (const dds::TopicInfo& topic : dds::allTopics({"arm_a"})) {
     if (!actedUpon(topic))

@@ -2,7 +2,7 @@
 /** @file The simulated robot on a machine that is busy. */
 #include <gtest/gtest.h>
 
-#include "services/dds/convert.h"
+#include "operation/convert.h"
 #include "tests/unit/safety/random_arm.h"
 #include "tests/unit/services/system.h"
 
@@ -115,14 +115,14 @@ TEST(SimCore, PressesAndReleasesTheEmergencyStopOnRequest) {
   s.command(safety::StateCommand::kDisable);
   s.run(0.3);
   EXPECT_EQ(s.drives(0), safety::OperatingState::kFault);
-  EXPECT_NE(s.command(safety::StateCommand::kEnable).code, dds::ReplyCode::kOk);
+  EXPECT_NE(s.command(safety::StateCommand::kEnable).refusal.code(), dds::ReplyCode::kOk);
   request.fault = "emergency_stop_released";
   EXPECT_EQ(s.sim.onRequest(request).accepted, 1);
   s.run(0.2);
   s.command(safety::StateCommand::kDisable);
   s.run(0.3);
   EXPECT_EQ(s.drives(0), safety::OperatingState::kDisabled);
-  EXPECT_EQ(s.command(safety::StateCommand::kEnable).code, dds::ReplyCode::kOk);
+  EXPECT_EQ(s.command(safety::StateCommand::kEnable).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled);
 }

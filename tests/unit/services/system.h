@@ -2,13 +2,16 @@
 /** @file Simulator, control and planning wired together without DDS, on a clock that the test moves. */
 #pragma once
 
+#include <cmath>
 #include <deque>
 #include <numeric>
 
 #include "config/any_robot.h"
-#include "services/control/control_core.h"
+#include "operation/control_core.h"
+#include "services/control/frame_loop.h"
+#include "services/control/order_desk.h"
 #include "services/planning/planning_core.h"
-#include "services/sim/sim_core.h"
+#include "services/simulation/sim_core.h"
 
 namespace tandem::test {
 
@@ -31,9 +34,10 @@ struct System {
         model(setup.robot, setup.deployment.model),
         desk(setup, model),
         sim(setup),
-        control(setup, model, desk.makeTracker()),
+        frames(setup.robot.catheters ? std::make_unique<service::FrameLoop>(setup) : nullptr),
+        control(service::siteOf(setup, model), desk.makeTracker(), frames.get()),
         planning(setup) {
-    control_every = static_cast<std::int64_t>(setup.deployment.control_period / setup.deployment.sim_period + 0.5);
+    control_every = std::lround(setup.deployment.control_period / setup.deployment.sim_period);
   }
 
   /// One millisecond.
@@ -47,7 +51,7 @@ struct System {
       planning.onTips(tips);
     }
     if (state_link) {
-      control.onState(state);
+      control.onState(state, ++states_arrived);
       planning.onState(state);
     }
     if (control_runs && ++ticks % control_every == 0) {
@@ -61,20 +65,22 @@ struct System {
           references.push_back(*reference);
         if (std::ssize(references) > planning_delay) {
           reference_message = references.front();
-          control.onReference(references.front());
+          control.onReference(references.front(), ++references_arrived);
           references.pop_front();
         }
       }
       control.cycle(now, false, output);
+      endings.insert(endings.end(), output.endings.outcome.begin(),
+                     output.endings.outcome.begin() + output.endings.count);
       command_due = command_link ? ticks + command_delay : -1;
     }
     if (ticks == command_due) {
-      sim.onCommand(output.command, now);
+      sim.onCommand(output.command, now, ++commands_arrived);
       command_due = -1;
     }
   }
   void run(double seconds) {
-    for (int i = 0; i < static_cast<int>(seconds * 1000 + 0.5); ++i)
+    for (int i = 0; i < std::lround(seconds * 1000); ++i)
       tick();
   }
   /// Ticks until the condition holds. @return seconds, or a negative number after `most`.
@@ -88,18 +94,21 @@ struct System {
     return condition() ? most : -1.0;
   }
 
-  service::OrderReply order(dds::ControlKind kind, std::uint64_t client = 7) {
-    service::ControlOrder o;
+  /// Of a client that has seen the status of the last cycle.
+  operation::ControlOrder orderOf(dds::ControlKind kind, std::uint64_t client = 7) const {
+    operation::ControlOrder o;
     o.client = client;
     o.request = 1;
     o.kind = kind;
-    return control.order(o, now);
+    o.control_session = output.status.session;
+    o.answers_control = output.status.sequence;
+    return o;
   }
-  service::OrderReply command(safety::StateCommand command, std::uint64_t client = 7) {
-    service::ControlOrder o;
-    o.client = client;
-    o.request = 1;
-    o.kind = dds::ControlKind::kStateCommand;
+  operation::OrderReply order(dds::ControlKind kind, std::uint64_t client = 7) {
+    return control.order(orderOf(kind, client), now);
+  }
+  operation::OrderReply command(safety::StateCommand command, std::uint64_t client = 7) {
+    operation::ControlOrder o = orderOf(dds::ControlKind::kStateCommand, client);
     o.command = command;
     return control.order(o, now);
   }
@@ -148,21 +157,24 @@ struct System {
   }
 
   service::Setup setup;
-  experiments::RobotModel model;
+  robots::RobotModel model;
   service::OrderDesk desk;
   service::SimCore sim;
-  service::ControlCore control;
+  std::unique_ptr<service::FrameLoop> frames;
+  operation::ControlCore control;
   service::PlanningCore planning;
   dds::ActuationState state;
   dds::HalStatus hal;
   dds::TipPoses tips;
   dds::PlanningReference reference_message;
-  service::CycleOutput output;
+  operation::CycleOutput output;
+  std::deque<operation::CrtkOutcome> endings;  ///< of motions of CRTK clients
   std::int64_t now = 1'000'000'000, ticks = 0, control_every = 100;
   std::deque<dds::ControlStatus> statuses;           ///< on the way to planning
   std::deque<dds::PlanningReference> references;     ///< on the way to control
   std::int64_t planning_delay = 0;                   ///< in control periods, each way
   std::int64_t command_delay = 0, command_due = -1;  ///< in ticks; shorter than a control period
+  std::uint64_t states_arrived = 0, commands_arrived = 0, references_arrived = 0;
   bool tips_link = true, state_link = true, command_link = true, control_runs = true, planning_runs = true;
 };
 

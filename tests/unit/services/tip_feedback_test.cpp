@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Control that closes its loop on measured tips. */
-#include "services/control/tip_feedback.h"
-
 #include <gtest/gtest.h>
 
-#include "services/dds/convert.h"
+#include "operation/convert.h"
 #include "tests/unit/safety/allocation_counter.h"
 #include "tests/unit/services/system.h"
 
@@ -13,8 +11,6 @@ namespace {
 
 using dds::HoldReason;
 using planning::Phase;
-
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 void withSensor(config::Deployment& deployment) {
   deployment.plant.model = "compliant";
@@ -106,87 +102,6 @@ TEST(SensorFeedback, WithoutTipsNoTrajectoryStarts) {
   spec.name = "line";
   spec.shape = planning::Line{{0.0, 0.02, 0.0}};
   EXPECT_EQ(s.start(spec).accepted, 0);
-}
-
-/** The judge of tips by itself. */
-struct Judge : ::testing::Test {
-  planning::Reference tasks;
-  dds::ActuationState state;
-  safety::StateStamps commands;
-  dds::TipPoses tips;
-
-  Judge() {
-    tasks.task_count = 1;
-    tasks.tasks[0] = {planning::TaskKind::kRelativePosition, 0, 1, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-    state.arm_count = tips.arm_count = 2;
-    state.session = tips.state_session = 5;
-    tips.valid = {1, 1};
-  }
-};
-
-TEST_F(Judge, AgeIsCountedFromTheCommandThatTheRobotHadTaken) {
-  service::TipFeedback feedback(false, 0.1);
-  EXPECT_EQ(feedback.check(tasks, state, commands, kSecond), HoldReason::kNoTips);
-  commands.record(3, kSecond);
-  tips.answers_command = 3;
-  feedback.take(tips);
-  EXPECT_EQ(feedback.check(tasks, state, commands, kSecond + kSecond / 20), HoldReason::kNone);
-  EXPECT_NEAR(feedback.age(), 0.05, 1e-9);
-  feedback.take(tips);  // that it comes again makes it no younger
-  EXPECT_EQ(feedback.check(tasks, state, commands, kSecond + kSecond / 5), HoldReason::kStaleTips);
-  tips.answers_command = 4;  // a command that was never sent
-  feedback.take(tips);
-  EXPECT_EQ(feedback.check(tasks, state, commands, kSecond), HoldReason::kStaleTips);
-}
-
-TEST_F(Judge, OneBadTipIsEnoughIfATaskNamesIt) {
-  service::TipFeedback feedback(true, 0.1);
-  feedback.take(tips);
-  state.stamp = kSecond;
-  tips.stamp = kSecond;
-  tips.valid = {1, 0};
-  feedback.take(tips);
-  EXPECT_EQ(feedback.check(tasks, state, commands, 0), HoldReason::kInvalidTips);
-  tasks.tasks[0].kind = planning::TaskKind::kTipPosition;
-  EXPECT_EQ(feedback.check(tasks, state, commands, 0), HoldReason::kNone) << "of arm 0 alone";
-}
-
-TEST_F(Judge, ADropOutLeavesTheMeasurementBeforeItInForce) {
-  service::TipFeedback feedback(true, 0.1);
-  dds::setTip(0, true, {1, 2, 3}, Eigen::Quaterniond::Identity(), tips);
-  feedback.take(tips);
-  dds::setTip(0, false, {7, 8, 9}, Eigen::Quaterniond::Identity(), tips);
-  tips.stamp = kSecond / 20;
-  feedback.take(tips);
-  state.stamp = kSecond / 20;
-  EXPECT_EQ(feedback.check(tasks, state, commands, 0), HoldReason::kNone);
-  EXPECT_EQ(feedback.tips().arm[0].position, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(feedback.tips().arm[1].stamp, kSecond / 20);
-}
-
-TEST_F(Judge, AnotherRobotsTipsAreForgotten) {
-  service::TipFeedback feedback(true, 0.1);
-  feedback.take(tips);
-  tips.state_session = 6;
-  tips.valid = {0, 0};
-  feedback.take(tips);
-  state.session = 6;
-  EXPECT_EQ(feedback.check(tasks, state, commands, 0), HoldReason::kInvalidTips);
-  EXPECT_FALSE(feedback.tips().arm[0].known);
-}
-
-TEST_F(Judge, KnowsTheTipsOfAState) {
-  service::TipFeedback feedback(true, 0.1);
-  state.sequence = 9;
-  EXPECT_FALSE(feedback.knows(state));
-  tips.answers_state = 8;
-  feedback.take(tips);
-  EXPECT_FALSE(feedback.knows(state));
-  tips.answers_state = 9;
-  feedback.take(tips);
-  EXPECT_TRUE(feedback.knows(state));
-  state.session = 6;
-  EXPECT_FALSE(feedback.knows(state));
 }
 
 TEST(PlantOfSimCore, SnapsAreCountedInHalStatus) {

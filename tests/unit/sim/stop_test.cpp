@@ -57,6 +57,15 @@ TEST_F(Stop, StopTopicStopsWithinTheRampInEveryState) {
   expectFault(bit(Fault::kStopRequested));
 }
 
+TEST_F(Stop, ACommandForAnotherRobotStopsArmsThatHavePower) {
+  drives.stopPowered({bit(Fault::kMismatch)});
+  EXPECT_EQ(drives.state(0), OperatingState::kDisabled) << "nothing to stop";
+  bringToSpeed();
+  drives.stopPowered({bit(Fault::kMismatch)});
+  timeToStand(kStopTime);
+  expectLatchedAndClearedOnlyByDisable(bit(Fault::kMismatch));
+}
+
 TEST_F(Stop, TheEmergencyStopStopsLatchesAndIsClearedOnlyWhenReleased) {
   bringToSpeed();
   drives.setEmergencyStop(true);
@@ -123,7 +132,9 @@ TEST_F(Stop, BadMotionStopsTheArmItIsFor) {
     SCOPED_TRACE(each.name);
     bringToSpeed();
     sim::Command command = moveCommand(fullSpeed());
-    (command.*each.numbers)[static_cast<std::size_t>(safety::kMaxJointsPerArm + each.element)] = each.value;
+    (command.*
+     each.numbers)[static_cast<std::size_t>(safety::kMaxJointsPerArm) + static_cast<std::size_t>(each.element)] =
+        each.value;
     EXPECT_TRUE(drives.command(command, now));
     EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
     EXPECT_EQ(drives.faults(1), bit(each.fault));

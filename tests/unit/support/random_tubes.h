@@ -86,20 +86,20 @@ inline kinematics::ConcentricTubeArm arkArm(double y) {
 
 /// Table 2: configuration 0, 1, 2 of arm 0, 1.
 inline Eigen::VectorXd arkStart(int configuration, int arm) {
-  constexpr double deg = std::numbers::pi / 180.0;
+  constexpr double kDegree = std::numbers::pi / 180.0;
   Eigen::VectorXd q(6);
   switch (2 * configuration + arm) {
     case 0:
-      q << -0.1, -0.08, -0.05, 45 * deg, 45 * deg, 45 * deg;
+      q << -0.1, -0.08, -0.05, 45 * kDegree, 45 * kDegree, 45 * kDegree;
       break;
     case 1:
-      q << -0.08, -0.06, -0.03, 45 * deg, 45 * deg, 45 * deg;
+      q << -0.08, -0.06, -0.03, 45 * kDegree, 45 * kDegree, 45 * kDegree;
       break;
     case 2:
-      q << -0.15, -0.1, -0.05, 180 * deg, 90 * deg, 45 * deg;
+      q << -0.15, -0.1, -0.05, 180 * kDegree, 90 * kDegree, 45 * kDegree;
       break;
     case 3:
-      q << -0.13, -0.12, -0.1, 90 * deg, -60 * deg, -270 * deg;
+      q << -0.13, -0.12, -0.1, 90 * kDegree, -60 * kDegree, -270 * kDegree;
       break;
     default:
       q << -0.25, -0.2, -0.12, 0, 0, 0;

@@ -9,16 +9,19 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <random>
 
+#include "recording/conversion.h"
 #include "recording/writer.h"
 #include "services/dds/definitions.h"
 #include "services/dds/raw.h"
 #include "services/dds/topics.h"
 #include "services/teleop/device.h"
 #include "services/teleop/sdl.h"  // after SDL's own header: only the numbers
+#include "services/teleop/still.h"
 
 namespace tandem::teleop {
 namespace {
@@ -69,15 +72,22 @@ TEST(Gamepad, NumbersAndHintsAreThoseOfSdlsOwnHeader) {
   EXPECT_STREQ(sdl::kHintNoSignalHandlers, SDL_HINT_NO_SIGNAL_HANDLERS);
 }
 
-TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
+/// SDL's virtual gamepad.
+void attachVirtual(int& index, SDL_Joystick*& joystick) {
   SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
   SDL_SetHint(SDL_HINT_VIDEODRIVER, "dummy");
   ASSERT_EQ(SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER), 0) << SDL_GetError();
-  const int index = SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, SDL_CONTROLLER_AXIS_MAX,
-                                              SDL_CONTROLLER_BUTTON_MAX, 0);
+  index = SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, SDL_CONTROLLER_AXIS_MAX,
+                                    SDL_CONTROLLER_BUTTON_MAX, 0);
   ASSERT_GE(index, 0) << SDL_GetError();
-  SDL_Joystick* joystick = SDL_JoystickOpen(index);
+  joystick = SDL_JoystickOpen(index);
   ASSERT_NE(joystick, nullptr) << SDL_GetError();
+}
+
+TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
+  int index = -1;
+  SDL_Joystick* joystick = nullptr;
+  ASSERT_NO_FATAL_FAILURE(attachVirtual(index, joystick));
   // Triggers rest at the lower end of their way.
   for (const int trigger : {SDL_CONTROLLER_AXIS_TRIGGERLEFT, SDL_CONTROLLER_AXIS_TRIGGERRIGHT})
     SDL_JoystickSetVirtualAxis(joystick, trigger, -32768);
@@ -100,6 +110,38 @@ TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
   EXPECT_FALSE(pad->read(0.0).next_mode) << "a wish is told once";
   SDL_JoystickDetachVirtual(index);
   EXPECT_THROW(pad->read(0.0), DeviceError);
+  SDL_JoystickClose(joystick);
+}
+
+/// A wireless one that is out of reach: SDL goes on saying what it said last.
+TEST(Gamepad, ThatFallsSilentMovesNothingUntilItsTriggerIsLetGoOf) {
+  int index = -1;
+  SDL_Joystick* joystick = nullptr;
+  ASSERT_NO_FATAL_FAILURE(attachVirtual(index, joystick));
+  const auto set = [&](int axis, int value) { SDL_JoystickSetVirtualAxis(joystick, axis, static_cast<Sint16>(value)); };
+  const auto pad = openGamepad(0.02);
+  double time = 0.0;
+  const auto last = [&](double seconds, int sway) {  // s, and by how much a hand sways
+    bool present = true;
+    for (const double end = time + seconds; time < end; time += 0.1) {
+      set(SDL_CONTROLLER_AXIS_LEFTX, 20000 + (static_cast<int>(std::lround(10 * time)) % 2) * sway);
+      present = pad->read(time).present;
+    }
+    return present;
+  };
+  set(SDL_CONTROLLER_AXIS_TRIGGERRIGHT, 32767);
+  EXPECT_TRUE(last(10.0, 40)) << "a hand";
+  EXPECT_TRUE(last(StillGuard::kLongest - 0.3, 0));
+  EXPECT_FALSE(last(0.6, 0)) << "it has fallen silent";
+  EXPECT_FALSE(last(3.0, 40)) << "it speaks again, but nobody has let go of the trigger";
+  set(SDL_CONTROLLER_AXIS_TRIGGERRIGHT, -32768);
+  EXPECT_FALSE(last(0.2, 40));
+  set(SDL_CONTROLLER_AXIS_TRIGGERRIGHT, 32767);
+  EXPECT_TRUE(last(1.0, 40));
+  set(SDL_CONTROLLER_AXIS_LEFTX, 0);
+  for (const double end = time + 5.0; time < end; time += 0.1)
+    EXPECT_TRUE(pad->read(time).present) << "what commands nothing may rest";
+  SDL_JoystickDetachVirtual(index);
   SDL_JoystickClose(joystick);
 }
 
@@ -224,27 +266,42 @@ TEST(Trace, BadFilesAreNamedLineByLine) {
 
 TEST(Trace, RecordingsGiveBackWhatWasSent) {
   const Folder folder;
-  const std::string file = (folder.path / "hand.mcap").string();
-  {
-    recording::Writer writer(file);
-    const auto schema =
-        writer.addSchema(dds::kTeleopInput.type, "ros2msg", dds::messageDefinition(dds::kTeleopInput.type));
-    const auto channel = writer.addChannel("/tandem/teleop/input", schema, {});
-    for (std::uint32_t i = 0; i < 10; ++i) {
-      dds::TeleopInput input;
-      input.kind = 2;
-      input.operator_present = i > 2 ? 1 : 0;
-      input.position = {0.001 * i, 0.0, 0.0};
-      writer.write({channel, i, 1'000'000'000 + 100'000'000ULL * i, 0, dds::encode(input)});
+  const std::string type = dds::kTeleopInput.type, today = dds::messageDefinition(type), angular = "float64[3] angular";
+  std::string older = today;
+  older.replace(older.find(angular), angular.size(), "");
+  for (const std::string& definition : {today, older}) {
+    const std::string file = (folder.path / "hand.mcap").string();
+    const recording::Conversion then(recording::parseDefinition(type, today),
+                                     recording::parseDefinition(type, definition));
+    {
+      recording::Writer writer(file);
+      const auto schema = writer.addSchema(type, "ros2msg", definition);
+      const auto channel = writer.addChannel("/tandem/teleop/input", schema, {});
+      for (std::uint32_t i = 0; i < 10; ++i) {
+        dds::TeleopInput input;
+        input.kind = 2;
+        input.operator_present = i > 2 ? 1 : 0;
+        input.position = {0.001 * i, 0.0, 0.0};
+        const auto bytes = then(dds::encode(input));
+        writer.write({channel, i, 1'000'000'000 + 100'000'000ULL * i, 0, bytes.value()});
+      }
+      writer.close();
     }
-    writer.close();
+    const auto trace = openTrace(file);
+    EXPECT_FALSE(trace->read(0.31).present);
+    const Reading reading = trace->read(0.3 + 0.55);
+    EXPECT_TRUE(reading.present && reading.pose);
+    EXPECT_EQ(reading.position, Vector3d(0.005, 0.0, 0.0));
+    EXPECT_TRUE(trace->read(1.5).end);
   }
-  const auto trace = openTrace(file);
-  EXPECT_FALSE(trace->read(0.31).present);
-  const Reading reading = trace->read(0.3 + 0.55);
-  EXPECT_TRUE(reading.present && reading.pose);
-  EXPECT_EQ(reading.position, Vector3d(0.005, 0.0, 0.0));
-  EXPECT_TRUE(trace->read(1.5).end);
+}
+
+TEST(Trace, RecordingsOfOlderCommitsOpen) {
+  const auto trace = openTrace(TANDEM_ARCHIVE "/5e7986a/recordings/teleoperation.mcap");
+  int fast = 0;
+  for (double time = 0.0; time < 20.0; time += 0.01)
+    fast += trace->read(time).present && trace->read(time).linear.isApprox(Vector3d(0.0, 0.008, 0.0)) ? 1 : 0;
+  EXPECT_GT(fast, 20) << "a quarter of the half second in which the hand went sideways (hand.csv)";
 }
 
 }  // namespace

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "operation/control_core.h"
+
+#include <algorithm>
+
+namespace tandem::operation {
+
+using msg::Source;
+using safety::Fault;
+
+ControlCore::ControlCore(const Site& site, std::unique_ptr<planning::ReferenceTracker> tracker, FrameControl* frames)
+    : site_(site),
+      lease_(site.lockStep() ? site.deployment.budgets.lock_step : site.deployment.budgets.lease),
+      drives_(site),
+      arms_(site, drives_),
+      motions_(site, drives_),
+      reference_(site),
+      loop_(site, drives_, std::move(tracker), frames),
+      manual_(site, drives_) {}
+
+void ControlCore::onState(const msg::ActuationState& state, std::uint64_t arrivals) noexcept {
+  const DriveExchange::News news = drives_.take(state, arrivals);
+  if (!news.ours)
+    return;
+  if (news.displaced)
+    loop_.restart();
+  arms_.onState(news.restarted);
+  settle();
+}
+
+void ControlCore::stop() noexcept {
+  arms_.stop();
+  settle();
+}
+
+void ControlCore::onMismatch(std::int64_t now) noexcept {
+  constexpr std::int64_t kLasts = 1'000'000'000;  // ns
+  mismatch_until_ = now + kLasts;
+  mismatch_ = true;
+  arms_.latchMoving({bit(Fault::kMismatch)});
+  settle();
+}
+
+/// An arm that may not move has no motion; without power of all arms a trajectory is over.
+void ControlCore::settle() noexcept {
+  arms_.settleTogether();
+  for (int k = 0; k < site_.arms(); ++k) {
+    if (!arms_.mayMove(k))
+      motions_.end(k);
+  }
+  if (arms_.anyWithoutPower())
+    reference_.spend();
+}
+
+Situation ControlCore::situation() const noexcept {
+  Situation now;
+  now.lock_step = site_.lockStep();
+  now.catheters = loop_.catheters();
+  now.heard = drives_.heard();
+  now.mismatch = mismatch_;
+  now.followed = reference_.underWay(drives_.state());
+  now.running = reference_.running(drives_.state());
+  now.operated = now.moving = manual_.active();
+  now.tips_known = manual_.tipsKnown();
+  now.arm_count = site_.arms();
+  for (int k = 0; k < site_.arms(); ++k) {
+    ArmSituation& arm = now.arm[static_cast<std::size_t>(k)];
+    arms_.fill(k, arm);
+    arm.homed = motions_.homed(k) && !motions_.homing(k);
+    arm.joints_move = motions_.active(k);
+    arm.outside = safety::largestExcess(site_.limits(k), site_.of(k, drives_.measured()));
+    now.moving = now.moving || (arms_.mayMove(k) && (arm.joints_move || now.followed));
+  }
+  return now;
+}
+
+Situation ControlCore::situation(const ControlOrder& order) const noexcept {
+  Situation now = situation();
+  const std::uint64_t answers = order.control_session == site_.session ? order.answers_control : 0;
+  for (int k = 0; k < site_.arms(); ++k)
+    now.arm[static_cast<std::size_t>(k)].unseen = !arms_.faultsSeen(k, answers);
+  return now;
+}
+
+/// An order that lasts for a moment, or comes from somebody without a lease, is as fresh as what its sender has seen:
+/// links hold back what they do not lose.
+Reason ControlCore::againstEcho(const ControlOrder& order, Action action, std::int64_t now) const noexcept {
+  if (site_.lockStep())
+    return Reason::kNone;
+  if (order.from_topic && !isHarmless(action)) {
+    const bool fresh = status_times_.age(order.answers_control, now) <= site_.deployment.budgets.lease;
+    return fresh ? Reason::kNone : Reason::kNoEcho;
+  }
+  if (action != Action::kJog)
+    return Reason::kNone;
+  if (order.control_session != site_.session)
+    return Reason::kOtherControl;
+  return status_times_.age(order.answers_control, now) > motions_.jogTime() ? Reason::kLate : Reason::kNone;
+}
+
+OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexcept {
+  OrderReply reply;
+  reply.client = order.client;
+  reply.request = order.request;
+  reply.retired = order.tracker;
+  reply.status = status_sequence_;
+  drives_.readJoints();
+  loseLease(now);
+  const Situation before = situation(order);
+  const Action action = actionOf(order);
+  const std::uint64_t holder = reply.holder = lease_.holder(now);
+  const Asker asker = order.from_topic ? crtkAsker(holder) : askerOf(order.client, holder);
+  reply.refusal = judge(action, asker, before, order.arm);
+  if (!reply.refusal)
+    reply.refusal = {againstEcho(order, action, now), action};
+  if (reply.refusal && !isOfOneArm(reply.refusal))
+    return reply;
+  const int first = order.arm == msg::kAllArms ? 0 : order.arm;
+  const int last = order.arm == msg::kAllArms ? site_.arms() - 1 : order.arm;
+  if (action == Action::kMoveJp) {
+    const safety::ArmVector goal = safety::ArmVector::Map(order.joints.data(), order.joint_count);
+    const safety::Excess outside = safety::largestExcess(site_.limits(order.arm), goal);
+    if (outside.amount > kGoalOutside) {
+      reply.refusal = {Reason::kGoalOutside, action, {}, static_cast<std::int8_t>(order.arm), outside};
+      return reply;
+    }
+  }
+  if (action == Action::kSetMethod) {
+    reply.retired = loop_.exchange(order.tracker);
+    reply.method_accepted = true;
+  }
+  if (action == Action::kReleaseLease)
+    lease_.release(order.client, now);
+  else if (action == Action::kAcquireLease || action == Action::kKeepLease)
+    lease_.acquire(order.client, now);
+  for (int k = first; k <= last; ++k) {
+    if (!judge(action, asker, before, k))
+      obey(order, k, action, now);
+  }
+  if (action == Action::kEnable)
+    arms_.enabledTogether(first, last);
+  if (action == Action::kPause)
+    paused_by_ = order.from_topic ? msg::kCrtkClient : order.client;
+  settle();
+  return reply;
+}
+
+void ControlCore::obey(const ControlOrder& order, int k, Action action, std::int64_t now) noexcept {
+  const safety::ArmVector joints = safety::ArmVector::Map(order.joints.data(), order.joint_count);
+  switch (action) {
+    case Action::kEnable:
+    case Action::kDisable:
+    case Action::kPause:
+    case Action::kResume:
+    case Action::kRecover: {
+      safety::JointMask without = 0;
+      for (int j = 0; j < joints.size(); ++j)
+        without |= joints[j] != 0.0 ? safety::jointBit(j) : safety::JointMask{0};
+      return arms_.obey(order.command, k, without, now);
+    }
+    case Action::kUnhome:
+      return motions_.unhome(k);
+    case Action::kHome:
+      return motions_.home(k);
+    case Action::kMoveJp:
+      return motions_.moveTo(k, joints);
+    case Action::kJog:
+      return motions_.jog(k, joints, now);
+    case Action::kWithdraw:
+      return motions_.withdraw(k);
+    case Action::kHold:
+      return motions_.end(k);
+    default:
+      return;
+  }
+}
+
+CrtkOutcome ControlCore::crtk(const CrtkOrder& order, std::int64_t now) noexcept {
+  CrtkOutcome outcome;
+  outcome.verb = order.verb;
+  outcome.group = order.group;
+  drives_.readJoints();
+  loseLease(now);
+  const Situation before = situation();
+  const Action action = actionOf(verbOf(order.verb));
+  for (int k = order.firstArm(); k <= order.lastArm(); ++k) {
+    if (const Refusal refusal = judge(action, crtkAsker(lease_.holder(now)), before, k))
+      return outcome.refuse("%s", name(refusal.reason).data());
+  }
+  manual_.locate(loop_);
+  outcome.accepted = action == Action::kCrtkMove ? motions_.take(order, outcome) : manual_.onCrtk(order, now, outcome);
+  if (!outcome.accepted)
+    return outcome;
+  for (int k = order.firstArm(); k <= order.lastArm(); ++k) {
+    if (action == Action::kCrtkMove)
+      manual_.endCrtk(k);
+    else
+      motions_.end(k);
+  }
+  reference_.spend();
+  if (action != Action::kCrtkHold)
+    lease_.acquire(msg::kCrtkClient, now);
+  return outcome;
+}
+
+/// What a commander has begun ends with its lease, before anybody else gets it.
+void ControlCore::loseLease(std::int64_t now) noexcept {
+  if (!lease_.takeLoss(now) || !situation().moving)
+    return;
+  arms_.latchMoving({bit(Fault::kLeaseLost)});
+  settle();
+}
+
+void ControlCore::watch(std::int64_t now) noexcept {
+  loseLease(now);
+  mismatch_ = now < mismatch_until_;
+  if (site_.lockStep())
+    return;  // stamps are simulated time there; a dead process stalls everything
+  arms_.giveUpPending(now);
+  if (const safety::FaultRecord record = drives_.judge(now); record.faults != 0)
+    arms_.latchMoving(record);
+  if (!reference_.underWay(drives_.state()))
+    return;
+  if (const safety::FaultRecord record = reference_.judge(status_times_, now); record.faults != 0)
+    arms_.latchMoving(record);
+}
+
+/// In lock-step there is no power, and time does not pass by itself.
+void ControlCore::watchIdle(std::int64_t now, CycleOutput& output) noexcept {
+  if (site_.lockStep())
+    return;
+  const bool commanded =
+      lease_.holder(now) != 0 || manual_.active() || motions_.anyActive() || reference_.running(drives_.state());
+  arms_.watchIdle(commanded, now, output.idle);
+}
+
+/// Whose tasks are done in this cycle: an operator's before CRTK clients', and planning's where nobody else wants to.
+Source ControlCore::chooseSource(std::int64_t now, bool advance, CycleOutput& output) noexcept {
+  if (site_.lockStep())
+    manual_.forgetTips();
+  else
+    manual_.locate(loop_);
+  if (manual_.engaged())
+    reference_.spend();  // it goes on after nobody: it would lead back to where it was
+  const Source by_hand = manual_.choose(context(now), situation(), loop_.gains(), tasks_, output.endings);
+  if (by_hand == Source::kTeleoperation)
+    reference_.spend();
+  keepCrtkLease(now);
+  if (by_hand != Source::kNobody)
+    return by_hand;
+  bool enabled = drives_.heard() && (advance || !site_.lockStep());
+  for (int k = 0; k < site_.arms(); ++k)
+    enabled =
+        enabled && arms_.powered(k) && !arms_.recovering(k) && !motions_.active(k) && !manual_.crtk().movesJoints(k);
+  if (!enabled || !reference_.underWay(drives_.state()))
+    return Source::kNobody;
+  tasks_ = reference_.tasks(drives_.state());
+  return Source::kPlanning;
+}
+
+/// CRTK clients, which know no lease, have it while they move something.
+void ControlCore::keepCrtkLease(std::int64_t now) noexcept {
+  bool moving = manual_.crtk().active();
+  for (int k = 0; k < site_.arms(); ++k)
+    moving = moving || motions_.byCrtk(k);
+  if (moving)
+    lease_.acquire(msg::kCrtkClient, now);
+  else
+    lease_.release(msg::kCrtkClient, now);
+}
+
+void ControlCore::follow(std::int64_t now, Velocities& velocities) noexcept {
+  if (const safety::FaultRecord record = loop_.follow(tasks_, now); record.faults != 0)
+    arms_.latchMoving(record);
+  const bool held = loop_.hold() != msg::HoldReason::kNone;
+  if (held && source_ != Source::kPlanning)
+    manual_.loseTips();
+  for (int k = 0; k < site_.arms(); ++k)
+    velocities.moves[static_cast<std::size_t>(k)] = !held && arms_.powered(k);
+  velocities.value = loop_.result().solution.velocity;
+  if (source_ != Source::kPlanning)
+    manual_.keepOut(loop_.result(), velocities.value);
+}
+
+void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept {
+  drives_.begin(now);
+  loop_.begin();
+  watch(now);
+  watchIdle(now, output);
+  settle();
+  Velocities velocities;
+  velocities.value.setZero(site_.model.jointCount());
+  source_ = chooseSource(now, advance, output);
+  if (source_ != Source::kNobody)
+    follow(now, velocities);
+  else if (drives_.heard())
+    loop_.observe();
+  for (int k = 0; k < site_.arms(); ++k) {
+    if (!arms_.powered(k) || (site_.lockStep() && !advance))
+      continue;
+    if (manual_.crtk().movesJoints(k)) {
+      site_.of(k, velocities.value) = manual_.jointVelocity(k, now);
+      velocities.moves[static_cast<std::size_t>(k)] = true;
+    } else {
+      motions_.step(k, arms_.recovering(k), now, velocities);
+    }
+  }
+  drives_.send(now, advance, velocities, output.command);
+  arms_.fill(output.command);
+  loop_.prepareNext(now);
+  loop_.fill(output.limits);
+  fillStatus(now, velocities, output.status);
+  output.permissions.session = output.status.session;
+  output.permissions.sequence = output.status.sequence;
+  output.permissions.stamp = output.status.stamp;
+  fill(situation(), output.permissions);
+  output.command.commander = lease_.holder(now);
+  for (int k = 0; k < site_.arms(); ++k)
+    output.command.may_home[static_cast<std::size_t>(k)] = allows(output.permissions, Action::kHomeDrives, k) ? 1 : 0;
+}
+
+void ControlCore::fillStatus(std::int64_t now, const Velocities& velocities, msg::ControlStatus& status) noexcept {
+  status = msg::ControlStatus{};
+  status.session = site_.session;
+  status.sequence = ++status_sequence_;
+  status_times_.record(status.sequence, now);
+  status.answers_state = drives_.state().sequence;
+  status.answers_reference = reference_.sequence();
+  status.stamp = site_.lockStep() ? drives_.state().stamp : now;
+  status.arm_count = static_cast<std::uint8_t>(site_.arms());
+  status.lease_holder = lease_.holder(now);
+  status.model = static_cast<std::uint8_t>(site_.model.kind());
+  status.period = site_.period();
+  status.state_success = drives_.success();
+  status.reference_success = reference_.success();
+  arms_.fill(status);
+  loop_.fill(status);
+  bool moves = false;
+  for (int k = 0; k < site_.arms(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    status.homed[i] = motions_.homed(k) ? 1 : 0;
+    status.busy[i] = status.busy[i] != 0 || motions_.busy(k) || manual_.crtk().busy(k) ? 1 : 0;
+    moves = moves || velocities.moves[i];
+    if (static_cast<safety::OperatingState>(status.operating_state[i]) == safety::OperatingState::kPaused)
+      status.paused_by = paused_by_;
+  }
+  const bool nobody = source_ == Source::kNobody;
+  status.source = static_cast<std::uint8_t>(nobody && manual_.crtk().active() ? Source::kCrtk
+                                            : nobody && moves                 ? Source::kJoints
+                                                                              : source_);
+}
+
+void ControlCore::fillMoments(std::int64_t now, OperatorMoment& operators, CrtkMoment& crtk) const noexcept {
+  const bool by_hand = source_ == Source::kTeleoperation || source_ == Source::kCrtk;
+  const bool tasks = by_hand || reference_.underWay(drives_.state());
+  manual_.fill(context(now), source_, tasks ? &tasks_ : nullptr, operators, crtk);
+  motions_.fill(crtk);
+}
+
+bool ControlCore::readyToAdvance() const noexcept {
+  if (!drives_.unanswered())
+    return false;
+  for (int k = 0; k < site_.arms(); ++k) {
+    if (!arms_.powered(k))
+      return false;
+  }
+  return motions_.anyActive() || (reference_.running(drives_.state()) &&
+                                  reference_.answersState() == drives_.state().sequence && loop_.complete());
+}
+
+}  // namespace tandem::operation

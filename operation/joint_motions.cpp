@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "operation/joint_motions.h"
+
+#include <algorithm>
+
+namespace tandem::operation {
+
+JointMotions::JointMotions(const Site& site, const DriveExchange& drives)
+    : site_(site),
+      drives_(drives),
+      jog_time_(static_cast<std::int64_t>(1e9 * std::max(site.deployment.budgets.teleoperation, 2.0 * site.period()))) {
+}
+
+void JointMotions::moveTo(int k, const safety::ArmVector& goal) noexcept {
+  Arm& arm = at(k);
+  arm.kind = Kind::kGoal;
+  arm.motion = safety::JointMotion(site_.limits(k), site_.of(k, drives_.setpoints()), goal);
+  arm.time = 0.0;
+  arm.homing = false;
+  arm.verb = CrtkMoment::kNone;
+}
+
+bool JointMotions::take(const CrtkOrder& order, CrtkOutcome& outcome) noexcept {
+  std::array<safety::ArmVector, 2> goals;
+  const double* value = order.values.data();
+  for (int k = order.firstArm(); k <= order.lastArm(); value += site_.model.size(k), ++k) {
+    safety::ArmVector& goal = goals[static_cast<std::size_t>(k - order.firstArm())];
+    goal = safety::ArmVector::Map(value, site_.model.size(k));
+    if (verbOf(order.verb).kind == CrtkKind::kRelative)
+      goal += site_.of(k, drives_.setpoints());
+    if (!isReachable(goal, site_.limits(k), outcome))
+      return false;
+  }
+  for (int k = order.firstArm(); k <= order.lastArm(); ++k) {
+    moveTo(k, goals[static_cast<std::size_t>(k - order.firstArm())]);
+    at(k).verb = static_cast<std::uint8_t>(order.verb);
+    at(k).group = static_cast<std::uint8_t>(order.group);
+  }
+  return true;
+}
+
+void JointMotions::home(int k) noexcept {
+  moveTo(k, site_.robot.arms[static_cast<std::size_t>(k)].home);
+  at(k).homing = true;
+}
+
+void JointMotions::jog(int k, const safety::ArmVector& velocity, std::int64_t now) noexcept {
+  at(k).kind = Kind::kJog;
+  at(k).jog_velocity = velocity;
+  at(k).jog_until = now + jog_time_;
+}
+
+void JointMotions::withdraw(int k) noexcept {
+  at(k).kind = Kind::kWithdraw;
+  at(k).withdrawal.start();
+}
+
+bool JointMotions::anyActive() const noexcept {
+  return std::any_of(arms_.begin(), arms_.end(), [](const Arm& arm) { return arm.kind != Kind::kNone; });
+}
+
+void JointMotions::step(int k, bool recovering, std::int64_t now, Velocities& velocities) noexcept {
+  Arm& arm = at(k);
+  if (arm.kind == Kind::kJog && now > arm.jog_until)
+    end(k);
+  if (arm.kind == Kind::kNone)
+    return;
+  bool& moves = velocities.moves[static_cast<std::size_t>(k)];
+  moves = true;
+  auto velocity = site_.of(k, velocities.value);
+  if (arm.kind == Kind::kGoal) {
+    velocity = towardGoal(k);
+  } else if (arm.kind == Kind::kJog) {
+    velocity = jogged(k, recovering);
+  } else {
+    velocity = arm.withdrawal.step(site_.limits(k), site_.of(k, drives_.setpoints()),
+                                   drives_.state().lost[static_cast<std::size_t>(k)], site_.period(), now);
+    moves = !arm.withdrawal.done();
+    if (!moves)
+      end(k);
+  }
+}
+
+safety::ArmVector JointMotions::towardGoal(int k) noexcept {
+  // How fast it makes up for commands that were lost, 1/s. Only what a new state shows is made up for: an old one shows
+  // the way that was gone since as an error, too.
+  constexpr double kCatchUpRate = 20.0;
+  constexpr double kPatience = 10.0;  // s, after which it ends although its joints have not arrived
+  Arm& arm = at(k);
+  const double period = site_.period();
+  const safety::ArmVector before = arm.motion.position(arm.time);
+  arm.time += period;
+  safety::ArmVector velocity = (arm.motion.position(arm.time) - before) / period;
+  if (drives_.fresh())
+    velocity += std::min(1.0 / period, kCatchUpRate) * (before - site_.of(k, drives_.setpoints()));
+  for (int j = 0; j < site_.model.size(k); ++j) {
+    const double limit = safety::moveVelocity(site_.limits(k), j);
+    velocity[j] = std::clamp(velocity[j], -limit, limit);
+  }
+  const bool late = arm.motion.finished(arm.time - kPatience);
+  if (arm.motion.finished(arm.time - period) && (arrived(k) || late)) {
+    arm.unhomed = arm.unhomed && !arm.homing;
+    end(k);
+  }
+  return velocity;
+}
+
+/// Not when the last setpoint has been sent or taken, for that one may have been lost, but when the joints are there
+/// and the drives were last asked to stay: from a segment with a speed they go on beyond its end.
+bool JointMotions::arrived(int k) const noexcept {
+  constexpr double kArrived = 1e-7;  // m or rad
+  const safety::ArmVector& goal = at(k).motion.goal();
+  const double asked = (site_.of(k, drives_.setpoints()) - goal).cwiseAbs().maxCoeff();
+  const double measured = (site_.of(k, drives_.measured()) - goal).cwiseAbs().maxCoeff();
+  const double step = site_.period() * site_.of(k, drives_.lastSent()).cwiseAbs().maxCoeff();
+  return std::max(asked, step) <= kArrived && measured <= safety::kAtRest;
+}
+
+safety::ArmVector JointMotions::jogged(int k, bool recovering) const noexcept {
+  safety::ArmVector velocity = at(k).jog_velocity;
+  for (int j = 0; recovering && j < velocity.size(); ++j) {
+    const double most = safety::recoveryVelocity(site_.limits(k), drives_.state().lost[static_cast<std::size_t>(k)], j);
+    velocity[j] = std::clamp(velocity[j], -most, most);
+  }
+  return velocity;
+}
+
+void JointMotions::fill(CrtkMoment& moment) const noexcept {
+  for (int k = 0; k < site_.arms(); ++k) {
+    const Arm& arm = at(k);
+    if (arm.kind != Kind::kGoal)
+      continue;
+    moment.has_js[static_cast<std::size_t>(k)] = 1;
+    for (int j = 0; j < site_.model.size(k); ++j)
+      moment.js[msg::jointIndex(k, j)] = arm.motion.goal()[j];
+    if (arm.verb != CrtkMoment::kNone)
+      moment.active[arm.group] = arm.verb;
+  }
+}
+
+}  // namespace tandem::operation

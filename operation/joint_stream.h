@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The joints of one arm on their way to what a CRTK client asked for last. */
+#pragma once
+
+#include "operation/crtk_order.h"
+#include "operation/site.h"
+
+namespace tandem::operation {
+
+/** Goals are judged, then followed. Nothing allocates after construction, locks or throws. */
+class JointStream {
+ public:
+  JointStream(const Site& site, int arm);
+
+  /** Where a command sends the joints, m and rad, or how fast, m/s and rad/s.
+   * @param here  their setpoints  @param following  relative commands go on from the goal before
+   * @return false where it is refused; the outcome says why */
+  bool goalOf(const CrtkVerb& verb,
+              const safety::ArmVector& value,
+              const safety::ArmVector& here,
+              bool following,
+              safety::ArmVector& goal,
+              CrtkOutcome& outcome) const noexcept;
+  /// @param from_rest  otherwise the speed goes on
+  void take(const safety::ArmVector& goal, bool from_rest) noexcept;
+  /// Velocities of the next period.
+  const safety::ArmVector& step(const CrtkVerb& verb, const safety::ArmVector& here) noexcept;
+  const safety::ArmVector& goal() const noexcept { return goal_; }
+
+ private:
+  const safety::ArmLimits& limits_;
+  const config::Crtk& options_;
+  double period_;  ///< s
+  safety::ArmVector speed_limit_, acceleration_, goal_, speed_;
+};
+
+}  // namespace tandem::operation

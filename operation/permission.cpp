@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "operation/permission.h"
+
+#include <cstdio>
+
+#include "operation/convert.h"
+
+namespace tandem::operation {
+namespace {
+
+using safety::OperatingState;
+using safety::StateCommand;
+
+/// What a reason is to programs.
+constexpr msg::ReplyCode codeOf(Reason reason) noexcept {
+  using enum idl::RefusalReason;
+  switch (reason) {
+    case kNone:
+      return msg::ReplyCode::kOk;
+    case kNoLease:
+    case kOtherLease:
+    case kNotHolder:
+    case kFaultIsTheHolders:
+    case kNotCommander:
+      return msg::ReplyCode::kNotLeaseHolder;
+    case kLeaseTaken:
+      return msg::ReplyCode::kLeaseTaken;
+    case kMoving:
+    case kFollowed:
+    case kOperated:
+    case kTrajectory:
+    case kJoints:
+    case kTooFast:
+      return msg::ReplyCode::kBusy;
+    case kOutsideLimits:
+    case kGoalOutside:
+      return msg::ReplyCode::kOutsideLimits;
+    case kOtherControl:
+    case kOutOfSequence:
+    case kLate:
+    case kNotFinite:
+    case kDevice:
+    case kKind:
+    case kFrame:
+    case kView:
+    case kMode:
+    case kArm:
+    case kScale:
+      return msg::ReplyCode::kMalformed;
+    case Reason::kMismatch:
+      return msg::ReplyCode::kMismatch;
+    default:
+      return msg::ReplyCode::kWrongState;
+  }
+}
+
+/// Anybody may take power away, or ask for the lease.
+Reason againstAsker(Action action, Asker asker) noexcept {
+  if (asker == Asker::kCommander || action == Action::kDisable || action == Action::kPause)
+    return Reason::kNone;
+  if (action == Action::kAcquireLease)
+    return asker == Asker::kOther ? Reason::kLeaseTaken : Reason::kNone;
+  if (action == Action::kKeepLease || action == Action::kReleaseLease)
+    return Reason::kNotHolder;
+  return asker == Asker::kOther ? Reason::kOtherLease : Reason::kNoLease;
+}
+
+/// What the state of the robot as a whole has against it.
+Reason againstRobot(Action action, const Situation& now) noexcept {
+  if (now.mismatch && !isHarmless(action))
+    return Reason::kMismatch;
+  switch (action) {
+    case Action::kHome:
+    case Action::kMoveJp:
+    case Action::kJog:
+    case Action::kWithdraw:
+    case Action::kSetMethod:
+    case Action::kStart:
+      return now.followed ? Reason::kFollowed : now.operated ? Reason::kOperated : Reason::kNone;
+    case Action::kReleaseLease:
+      return now.moving ? Reason::kMoving : Reason::kNone;
+    case Action::kEnable:
+    case Action::kResume:
+    case Action::kRecover:
+      return now.heard ? Reason::kNone : Reason::kNoState;
+    case Action::kTeleoperate:
+    case Action::kCrtkTip:
+      if (now.lock_step)
+        return Reason::kLockStep;
+      return now.catheters ? Reason::kCatheters : now.running ? Reason::kTrajectory : Reason::kNone;
+    case Action::kCrtkMove:
+    case Action::kCrtkJoints:
+      if (now.lock_step && action == Action::kCrtkJoints)
+        return Reason::kLockStep;
+      return now.running ? Reason::kTrajectory : Reason::kNone;
+    case Action::kCrtkHold:
+      return now.lock_step ? Reason::kLockStep : Reason::kNone;
+    default:
+      return Reason::kNone;
+  }
+}
+
+/// What an arm has against a command of CRTK's table of states.
+Reason againstCommand(StateCommand command, Asker asker, const ArmSituation& arm) noexcept {
+  const bool enable = command == StateCommand::kEnable;
+  if ((enable || command == StateCommand::kResume) && arm.drives == OperatingState::kFault)
+    return Reason::kDrivesInFault;
+  if (!safety::transition(arm.wanted, command))
+    return Reason::kWrongState;
+  if (arm.recovering && (enable || command == StateCommand::kUnhome))
+    return Reason::kRecovering;
+  if (command == StateCommand::kRecover && arm.drives != OperatingState::kDisabled &&
+      arm.drives != OperatingState::kFault)
+    return Reason::kDrivesNotDisabled;
+  if (enable && arm.wanted == OperatingState::kDisabled) {
+    if (!arm.located)
+      return Reason::kJointsUnknown;
+    if (arm.valid && arm.outside.amount > safety::kAtRest)
+      return Reason::kOutsideLimits;
+  }
+  if (asker != Asker::kCommander && arm.faulty())
+    return Reason::kFaultIsTheHolders;
+  return command == StateCommand::kDisable && arm.unseen ? Reason::kFaultNotSeen : Reason::kNone;
+}
+
+Reason againstArm(Action action, Asker asker, const Situation& now, const ArmSituation& arm) noexcept {
+  switch (action) {
+    case Action::kHome:
+    case Action::kMoveJp:
+    case Action::kStart:
+      return !arm.enabled() ? Reason::kNotEnabled : arm.recovering ? Reason::kRecovering : Reason::kNone;
+    case Action::kJog:
+      return arm.enabled() ? Reason::kNone : Reason::kNotEnabled;
+    case Action::kWithdraw:
+      return !arm.enabled() ? Reason::kNotEnabled : arm.recovering ? Reason::kNone : Reason::kNotRecovering;
+    case Action::kTeleoperate:
+      if (!arm.ready())
+        return Reason::kNotEnabled;
+      return arm.joints_move ? Reason::kJoints : now.tips_known ? Reason::kNone : Reason::kTips;
+    case Action::kHomeDrives:
+      return arm.wanted == OperatingState::kDisabled && arm.drives == OperatingState::kDisabled ? Reason::kNone
+                                                                                                : Reason::kNotDisabled;
+    case Action::kCrtkMove:
+    case Action::kCrtkJoints:
+    case Action::kCrtkTip:
+      return !arm.ready() ? Reason::kNotEnabled : arm.homed ? Reason::kNone : Reason::kNotHomed;
+    case Action::kEnable:
+    case Action::kDisable:
+    case Action::kPause:
+    case Action::kResume:
+    case Action::kUnhome:
+    case Action::kRecover:
+      return againstCommand(static_cast<StateCommand>(action), asker, arm);
+    default:
+      return Reason::kNone;
+  }
+}
+
+}  // namespace
+
+bool isHarmless(Action action) noexcept {
+  switch (action) {
+    case Action::kDisable:
+    case Action::kPause:
+    case Action::kUnhome:
+    case Action::kHold:
+    case Action::kSteer:
+    case Action::kAcquireLease:
+    case Action::kKeepLease:
+    case Action::kReleaseLease:
+    case Action::kCrtkHold:
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool isOfOneArm(const Refusal& refusal) noexcept {
+  return refusal.reason == Reason::kFaultIsTheHolders || refusal.reason == Reason::kFaultNotSeen;
+}
+
+Asker askerOf(std::uint64_t client, std::uint64_t holder) noexcept {
+  if (holder == 0)
+    return Asker::kAnybody;
+  return client == holder && client != msg::kCrtkClient ? Asker::kCommander : Asker::kOther;
+}
+
+Asker crtkAsker(std::uint64_t holder) noexcept {
+  return holder == 0 || holder == msg::kCrtkClient ? Asker::kCommander : Asker::kOther;
+}
+
+Refusal judge(Action action, Asker asker, const Situation& now, int arm) noexcept {
+  Refusal refusal{againstAsker(action, asker), action};
+  if (!refusal)
+    refusal.reason = againstRobot(action, now);
+  const int first = arm == msg::kAllArms ? 0 : arm, last = arm == msg::kAllArms ? now.arm_count - 1 : arm;
+  for (int k = first; k <= last && (!refusal || isOfOneArm(refusal)); ++k) {
+    const ArmSituation& of = now.arm[static_cast<std::size_t>(k)];
+    if (const Reason reason = againstArm(action, asker, now, of); reason != Reason::kNone)
+      refusal = {reason, action, of.wanted, static_cast<std::int8_t>(k), of.outside};
+  }
+  return refusal;
+}
+
+void fill(const Situation& now, msg::ControlPermissions& permissions) noexcept {
+  static_assert(kActions <= msg::kActionsPerArm);
+  permissions.arm_count = static_cast<std::uint8_t>(now.arm_count);
+  for (int k = 0; k < now.arm_count; ++k) {
+    for (int action = 0; action < kActions; ++action) {
+      const auto asked = static_cast<Action>(action);
+      permissions.reason[permissionIndex(asked, k)] =
+          static_cast<std::uint8_t>(judge(asked, Asker::kCommander, now, k).reason);
+    }
+  }
+}
+
+Situation situationOf(const config::Robot& robot,
+                      const msg::ActuationState& state,
+                      const msg::ControlStatus& status,
+                      planning::Phase phase) noexcept {
+  Situation now;
+  const auto source = static_cast<msg::Source>(status.source);
+  now.lock_step = state.lock_step != 0;
+  now.catheters = robot.catheters != nullptr;
+  now.heard = state.sequence > 0;
+  now.running = phase == planning::Phase::kRunning;
+  now.followed = now.running || phase == planning::Phase::kPaused;
+  now.operated = source == msg::Source::kTeleoperation || source == msg::Source::kCrtk;
+  now.moving = now.operated;
+  now.tips_known = now.heard;
+  now.arm_count = std::min<int>(status.arm_count, static_cast<int>(robot.arms.size()));
+  for (int k = 0; k < now.arm_count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const safety::ArmLimits& limits = robot.arms[i].limits;
+    ArmSituation& arm = now.arm[i];
+    arm.wanted = static_cast<OperatingState>(status.operating_state[i]);
+    arm.drives = static_cast<OperatingState>(state.operating_state[i]);
+    arm.valid = state.valid[i] != 0;
+    arm.located = state.homed[i] != 0;
+    arm.homed = status.homed[i] != 0;
+    arm.recovering = status.recovery[i] != 0;
+    arm.joints_move = status.busy[i] != 0;
+    now.moving = now.moving || (arm.enabled() && (now.followed || arm.joints_move));
+    arm.outside = safety::largestExcess(limits, msg::jointsOf(state.position, k, limits.jointCount()));
+  }
+  return now;
+}
+
+msg::ReplyCode Refusal::code() const noexcept { return codeOf(reason); }
+
+std::string describe(const Refusal& refusal, const config::Robot& robot) {
+  const bool named = refusal.arm >= 0 && static_cast<std::size_t>(refusal.arm) < robot.arms.size();
+  const std::string arm = named ? robot.arms[static_cast<std::size_t>(refusal.arm)].name + ": " : "";
+  switch (refusal.reason) {
+    case Reason::kWrongState:
+      return arm + "'" + std::string(safety::name(static_cast<StateCommand>(refusal.action))) + "' is not allowed in " +
+             std::string(safety::name(refusal.state)) +
+             (refusal.state == OperatingState::kFault ? "; only 'disable' clears a fault" : "");
+    case Reason::kOutsideLimits: {
+      char text[64];
+      std::snprintf(text, sizeof text, "joint %d is %.3g mm or mrad ", refusal.outside.joint + 1,
+                    1e3 * refusal.outside.amount);
+      return arm + text + std::string(name(refusal.reason));
+    }
+    default:
+      return arm + std::string(name(refusal.reason));
+  }
+}
+
+}  // namespace tandem::operation

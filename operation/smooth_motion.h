@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Motion toward a goal that may change at any time: bounded speed and acceleration, no overshoot. */
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::operation {
+
+/** One step toward a goal along the straight way to it, speeding up and slowing down by `acceleration`.
+ * @param way  from here to the goal; @param velocity  of the step before; @param speed  largest one, per coordinate
+ * @return the velocity of the next `dt` seconds; it never leads beyond the goal. */
+template <class Vector>
+Vector smoothVelocity(const Vector& way,
+                      const Vector& velocity,
+                      const Vector& speed,
+                      const Vector& acceleration,
+                      double dt) noexcept {
+  // Share of the way per second: as much as the slowest coordinate can do, and can still brake from.
+  double rate = 1.0 / dt;
+  for (Eigen::Index i = 0; i < way.size(); ++i) {
+    const double distance = std::abs(way[i]);
+    if (distance == 0.0)
+      continue;
+    rate = std::min(rate, speed[i] / distance);
+    // In steps of dt, v = sqrt((a dt / 2)^2 + 2 a d) - a dt / 2 is what can be braked from.
+    const double half = 0.5 * acceleration[i] * dt;
+    rate = std::min(rate, (std::sqrt(half * half + 2.0 * acceleration[i] * distance) - half) / distance);
+  }
+  Vector next = way;
+  for (Eigen::Index i = 0; i < way.size(); ++i) {
+    const double change = acceleration[i] * dt;
+    next[i] = velocity[i] + std::clamp(rate * way[i] - velocity[i], -change, change);
+    // The last step ends at the goal.
+    if (way[i] == 0.0 ? next[i] * velocity[i] <= 0.0
+                      : next[i] * way[i] > 0.0 && std::abs(next[i]) * dt > std::abs(way[i]))
+      next[i] = way[i] / dt;
+  }
+  return next;
+}
+
+/// One step of a velocity toward another one.
+template <class Vector>
+Vector rampedVelocity(const Vector& wanted, const Vector& velocity, const Vector& acceleration, double dt) noexcept {
+  Vector next = wanted;
+  for (Eigen::Index i = 0; i < wanted.size(); ++i) {
+    const double change = acceleration[i] * dt;
+    next[i] = velocity[i] + std::clamp(wanted[i] - velocity[i], -change, change);
+  }
+  return next;
+}
+
+}  // namespace tandem::operation

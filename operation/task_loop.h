@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The loop on tasks: from where the tips are and shall be to joint velocities, and what stood in the way. */
+#pragma once
+
+#include <memory>
+
+#include "control/conflict.h"
+#include "operation/drive_exchange.h"
+#include "operation/frame_control.h"
+#include "operation/tip_feedback.h"
+#include "planning/reference_tracker.h"
+#include "planning/teleoperation/pipeline.h"
+#include "safety/faults.h"
+
+namespace tandem::operation {
+
+/** Closes it on the model's tips, on measured ones, or on what catheters move. Nothing allocates in a cycle, apart from
+ * FrameControl in lock-step. */
+class TaskLoop {
+ public:
+  /// Keeps `drives` and `frames` by reference. @param frames  of catheters; null for tubes
+  TaskLoop(const Site& site,
+           const DriveExchange& drives,
+           std::unique_ptr<planning::ReferenceTracker> tracker,
+           FrameControl* frames);
+
+  void onTips(const msg::TipPoses& tips) noexcept { tips_.take(tips); }
+  /// Elastic arms remember their way; there is none to where somebody put them.
+  void restart() noexcept;
+  /// Another method from now on. @return the tracker that was in use
+  planning::ReferenceTracker* exchange(planning::ReferenceTracker* tracker) noexcept;
+
+  /// Begins a cycle without tasks.
+  void begin() noexcept;
+  /// Where the tips are, as the errors of tasks will be computed. @return false where that is not known.
+  bool findTips(planning::teleoperation::TipPlaces& tips) noexcept;
+  /// The velocities that do the tasks; arms may move unless hold() says why not. @return a fault; empty: none
+  safety::FaultRecord follow(const planning::Reference& tasks, std::int64_t now) noexcept;
+  /// A cycle without tasks.
+  void observe() noexcept { tracker_->observe(drives_.measured(), drives_.setpoints()); }
+  /// At the end of a cycle, after the command was sent.
+  void prepareNext(std::int64_t now) noexcept;
+
+  msg::HoldReason hold() const noexcept { return hold_; }
+  const planning::TrackResult& result() const noexcept { return result_; }
+  const planning::Gains& gains() const noexcept { return tracker_->gains(); }
+  bool catheters() const noexcept { return frames_ != nullptr; }
+  /// Lock-step: whether everything that belongs to the present state is here.
+  bool complete() const noexcept { return !sensor_ || tips_.knows(drives_.state()); }
+
+  void fill(msg::ActuationLimits& limits) const noexcept;
+  void fill(msg::ControlStatus& status) noexcept;
+
+ private:
+  void closeLoop(std::int64_t now) noexcept;
+  safety::FaultRecord judge() noexcept;
+  const control::Conflict* conflict(msg::ControlStatus& status) noexcept;
+
+  Site site_;
+  const DriveExchange& drives_;
+  std::unique_ptr<planning::ReferenceTracker> tracker_;
+  FrameControl* frames_;
+  bool sensor_;  ///< errors are those of measured tips
+  TipFeedback tips_;
+  planning::Reference tasks_;
+  planning::TrackResult result_;
+  control::Conflict standing_;  ///< limits at which the velocity stands
+  msg::HoldReason hold_ = msg::HoldReason::kNone;
+  bool solved_ = false;  ///< result_ is of this cycle
+  double solve_time_ = 0.0;
+  double unsolved_ = 0.0;  ///< s for which the resolver has failed without a break
+};
+
+}  // namespace tandem::operation

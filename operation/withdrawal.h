@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file An arm that is recovered retracts what it has left; safety/recovery.h says in which order. */
+#pragma once
+
+#include <cstdint>
+
+#include "safety/recovery.h"
+
+namespace tandem::operation {
+
+/** One withdrawal. Nothing allocates, locks or throws. Times are ns. */
+class WithdrawalRun {
+ public:
+  /// Begins anew.
+  void start() noexcept { *this = {}; }
+
+  /** Velocities for the next control period, m/s; zero once nothing can be retracted any more.
+   * @param limits of the robot; those of its drives may be narrower: a tube that comes no farther is left where it is
+   * @param setpoint from which velocities are integrated, m, rad
+   * @param period of control, s */
+  safety::ArmVector step(const safety::ArmLimits& limits,
+                         const safety::ArmVector& setpoint,
+                         safety::JointMask lost,
+                         double period,
+                         std::int64_t now) noexcept;
+  bool done() const noexcept { return done_; }
+
+ private:
+  safety::JointMask stuck_ = 0;   ///< came no farther
+  safety::JointMask moving_ = 0;  ///< since from_
+  safety::ArmVector from_;        ///< where progress was seen last
+  std::int64_t since_ = 0;
+  bool done_ = false;
+};
+
+}  // namespace tandem::operation

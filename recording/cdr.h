@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Messages as bytes: plain CDR, version 1, with its four bytes of encapsulation in front. */
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+#include "recording/definition.h"
+
+namespace tandem::recording {
+
+inline constexpr int kDeepest = 20;  ///< types within types
+
+/// Bytes of a value; 1 for texts and messages.
+inline std::size_t sizeOf(Kind kind) {
+  switch (kind) {
+    case Kind::kInt16:
+    case Kind::kUint16:
+      return 2;
+    case Kind::kInt32:
+    case Kind::kUint32:
+    case Kind::kFloat32:
+      return 4;
+    case Kind::kInt64:
+    case Kind::kUint64:
+    case Kind::kFloat64:
+      return 8;
+    default:
+      return 1;
+  }
+}
+
+/** Of either byte order. Reads beyond the end give nothing, and good() says so. */
+class Cdr {
+ public:
+  explicit Cdr(std::string_view bytes) : bytes_(bytes) {
+    good_ = bytes.size() >= 4 && bytes[0] == 0 && (bytes[1] == 0 || bytes[1] == 1);
+    swap_ = good_ && bytes[1] == 0;
+  }
+
+  template <class T>
+  T number() {
+    std::array<char, sizeof(T)> raw{};
+    at_ += (sizeof(T) - at_ % sizeof(T)) % sizeof(T);
+    const std::string_view from = take(sizeof(T));
+    std::copy(from.begin(), from.end(), raw.begin());
+    if (swap_)
+      std::reverse(raw.begin(), raw.end());
+    T value;
+    std::memcpy(&value, raw.data(), sizeof value);
+    return value;
+  }
+  std::string text() {
+    const auto size = number<std::uint32_t>();  // with the zero at the end
+    const std::string_view text = take(size);
+    return std::string(text.substr(0, text.empty() ? 0 : text.size() - 1));
+  }
+  /// Elements of a sequence; each takes at least so many bytes.
+  std::size_t count(std::size_t smallest) {
+    const auto size = number<std::uint32_t>();
+    if (size > (bytes_.size() - std::min(bytes_.size(), 4 + at_)) / std::max<std::size_t>(1, smallest))
+      good_ = false;
+    return good_ ? size : 0;
+  }
+  bool good() const { return good_; }
+  bool atEnd() const { return bytes_.size() - std::min(bytes_.size(), 4 + at_) < 4; }  // encoders may pad to 4
+
+ private:
+  std::string_view take(std::size_t size) {
+    if (!good_ || 4 + at_ + size > bytes_.size()) {
+      good_ = false;
+      return {};
+    }
+    const std::string_view taken = bytes_.substr(4 + at_, size);
+    at_ += size;
+    return taken;
+  }
+
+  std::string_view bytes_;
+  std::size_t at_ = 0;  // behind the encapsulation
+  bool good_, swap_;
+};
+
+/** The other way: little-endian. */
+class CdrSink {
+ public:
+  /// The low `size` bytes of a number.
+  void number(std::uint64_t bits, std::size_t size) {
+    bytes_.resize(4 + (bytes_.size() - 4 + size - 1) / size * size, '\0');
+    bytes_.append(reinterpret_cast<const char*>(&bits), size);
+  }
+  void text(std::string_view text) {
+    number(text.size() + 1, 4);  // with the zero at the end
+    bytes_.append(text).push_back('\0');
+  }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_{"\0\1\0\0", 4};
+};
+
+}  // namespace tandem::recording

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "recording/conversion.h"
+
+#include <algorithm>
+#include <map>
+
+#include "recording/cdr.h"
+#include "recording/records.h"
+#include "recording/table.h"
+
+namespace tandem::recording {
+namespace {
+
+struct Value;
+using Values = std::map<std::string, Value>;
+
+/** What one member holds: one of the three, an entry an element. */
+struct Value {
+  std::vector<std::uint64_t> numbers;  ///< their bits
+  std::vector<std::string> texts;
+  std::vector<Values> messages;
+};
+
+std::uint64_t readBits(Cdr& cdr, Kind kind) {
+  switch (sizeOf(kind)) {
+    case 2:
+      return cdr.number<std::uint16_t>();
+    case 4:
+      return cdr.number<std::uint32_t>();
+    case 8:
+      return cdr.number<std::uint64_t>();
+    default:
+      return cdr.number<std::uint8_t>();
+  }
+}
+
+Values read(const Definition& definition, const std::string& type, Cdr& cdr, int depth = 0) {
+  Values values;
+  if (depth > kDeepest)
+    return values;
+  for (const Field& field : definition.types.at(type)) {
+    Value& value = values[field.name];
+    const std::size_t count = field.count == Field::Count::kSequence
+                                  ? cdr.count(field.kind == Kind::kString ? 4 : sizeOf(field.kind))
+                                  : field.length;
+    for (std::size_t i = 0; cdr.good() && i < count; ++i) {
+      if (field.kind == Kind::kMessage)
+        value.messages.push_back(read(definition, field.type, cdr, depth + 1));
+      else if (field.kind == Kind::kString)
+        value.texts.push_back(cdr.text());
+      else
+        value.numbers.push_back(readBits(cdr, field.kind));
+    }
+  }
+  return values;
+}
+
+template <class T>
+T at(const std::vector<T>& values, std::size_t i) {
+  return i < values.size() ? values[i] : T{};
+}
+
+void write(const Definition& definition, const std::string& type, const Values& values, CdrSink& sink, int depth = 0) {
+  static const Value none;
+  if (depth > kDeepest)
+    return;
+  for (const Field& field : definition.types.at(type)) {
+    const auto found = values.find(field.name);
+    const Value& value = found == values.end() ? none : found->second;
+    std::size_t count = field.length;
+    if (field.count == Field::Count::kSequence) {
+      count = value.numbers.size() + value.texts.size() + value.messages.size();
+      sink.number(count, 4);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      if (field.kind == Kind::kMessage)
+        write(definition, field.type, at(value.messages, i), sink, depth + 1);
+      else if (field.kind == Kind::kString)
+        sink.text(at(value.texts, i));
+      else
+        sink.number(at(value.numbers, i), sizeOf(field.kind));
+    }
+  }
+}
+
+const Field* find(const std::vector<Field>& fields, const std::string& name) {
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const Field& field) { return field.name == name; });
+  return found == fields.end() ? nullptr : &*found;
+}
+
+/// "uint8[8]"
+std::string typeName(const Field& field) {
+  static const std::map<Kind, std::string> names{
+      {Kind::kBool, "bool"},     {Kind::kInt8, "int8"},       {Kind::kUint8, "uint8"},     {Kind::kInt16, "int16"},
+      {Kind::kUint16, "uint16"}, {Kind::kInt32, "int32"},     {Kind::kUint32, "uint32"},   {Kind::kInt64, "int64"},
+      {Kind::kUint64, "uint64"}, {Kind::kFloat32, "float32"}, {Kind::kFloat64, "float64"}, {Kind::kString, "string"}};
+  const std::string element = field.kind == Kind::kMessage ? field.type : names.at(field.kind);
+  return field.count == Field::Count::kOne     ? element
+         : field.count == Field::Count::kFixed ? element + "[" + std::to_string(field.length) + "]"
+                                               : element + "[]";
+}
+
+}  // namespace
+
+Conversion::Conversion(Definition from, Definition to) : from_(std::move(from)), to_(std::move(to)) {
+  compare(from_.root, to_.root, "", 0);
+}
+
+void Conversion::compare(const std::string& from, const std::string& to, const std::string& path, int depth) {
+  if (depth > kDeepest)
+    return;  // a definition that holds itself; neither is more of it read
+  const std::vector<Field>&before = from_.types.at(from), &after = to_.types.at(to);
+  for (const Field& field : before) {
+    if (!find(after, field.name))
+      dropped_.push_back(path + field.name);
+  }
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const Field& field = after[i];
+    const Field* old = find(before, field.name);
+    if (!old) {
+      added_.push_back(path + field.name);
+      continue;
+    }
+    reordered_ = reordered_ || i >= before.size() || before[i].name != field.name;
+    if (old->kind != field.kind || old->count != field.count) {
+      unlike_.push_back(path + field.name + ": " + typeName(*old) + " before, " + typeName(field) + " after");
+      continue;
+    }
+    if (old->length != field.length)
+      (old->length < field.length ? added_ : dropped_)
+          .push_back(path + field.name + "[" + std::to_string(std::min(old->length, field.length)) + ".." +
+                     std::to_string(std::max(old->length, field.length) - 1) + "]");
+    if (field.kind == Kind::kMessage)
+      compare(old->type, field.type, path + field.name + ".", depth + 1);
+  }
+}
+
+std::optional<std::string> Conversion::operator()(std::string_view bytes) const {
+  if (!unlike_.empty() || !fits(from_, bytes))
+    return std::nullopt;
+  Cdr cdr(bytes);
+  CdrSink sink;
+  write(to_, to_.root, read(from_, from_.root, cdr), sink);
+  return sink.take();
+}
+
+}  // namespace tandem::recording

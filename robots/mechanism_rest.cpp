@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robots/mechanism_rest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tandem::robots {
+namespace {
+
+/// A step on the way to joints that are far, m and rad.
+constexpr double kStep = 2e-3, kTurn = 0.05;
+
+int fillTasks(const std::vector<control::Task>& from, int first, planning::Rest& rest) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  for (const control::Task& task : from) {
+    if (first == static_cast<int>(rest.tasks.size()) || task.jacobian.rows() > control::kMaxTaskRows)
+      throw std::invalid_argument("found more tasks or rows than " + std::to_string(rest.tasks.size()) + " of " +
+                                  std::to_string(control::kMaxTaskRows) + " each beside the motion");
+    planning::RestTask& to = rest.tasks[static_cast<std::size_t>(first++)];
+    to.rows = static_cast<int>(task.jacobian.rows());
+    Eigen::Map<Rows>(to.jacobian.data(), to.rows, task.jacobian.cols()) = task.jacobian;
+    Eigen::VectorXd::Map(to.velocity.data(), to.rows) = task.velocity;
+  }
+  return first;
+}
+
+}  // namespace
+
+void fillRest(const Mechanism& mechanism, const RobotVector& q, planning::Rest& rest) {
+  rest.joint_count = static_cast<int>(q.size());
+  Eigen::VectorXd::Map(rest.joints.data(), q.size()) = q;
+  const Eigen::Isometry3d& pose = mechanism.pose();
+  Eigen::Vector3d::Map(rest.position.data()) = pose.translation();
+  Eigen::Matrix3d::Map(rest.rotation.data()) = pose.linear();
+  Eigen::Matrix<double, 6, Eigen::Dynamic>::Map(rest.jacobian.data(), 6, q.size()) = mechanism.jacobian();
+  rest.length = mechanism.length();
+  rest.drift = mechanism.drift();
+  rest.above_count = fillTasks(mechanism.above(1.0), 0, rest);
+  rest.below_count = fillTasks(mechanism.below(1.0), rest.above_count, rest) - rest.above_count;
+}
+
+RestFollower::RestFollower(std::unique_ptr<Mechanism> mechanism)
+    : mechanism_(std::move(mechanism)), joints_(mechanism_->home()) {
+  if (const std::string why = mechanism_->settle(joints_); !why.empty())
+    throw std::invalid_argument("home: " + why);
+}
+
+std::string RestFollower::settle(const RobotVector& q) {
+  if (q.size() != joints_.size() || !q.allFinite())
+    return "found " + std::to_string(q.size()) + " joints, expected " + std::to_string(joints_.size()) +
+           " finite numbers";
+  if (q == joints_)
+    return {};
+  const std::vector<control::JointKind> kinds = mechanism_->kinds();
+  const RobotVector from = joints_;
+  double steps = 1.0;
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    const bool translation = kinds[static_cast<std::size_t>(j)] == control::JointKind::kTranslation;
+    steps = std::max(steps, std::ceil(std::abs(q[j] - from[j]) / (translation ? kStep : kTurn)));
+  }
+  for (double k = 1.0; k <= steps; k += 1.0) {
+    const RobotVector next = k == steps ? q : RobotVector(from + k / steps * (q - from));
+    if (std::string why = mechanism_->settle(next); !why.empty())
+      return why;
+    joints_ = next;
+  }
+  return {};
+}
+
+}  // namespace tandem::robots

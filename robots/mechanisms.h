@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What catheters are to the services: mechanisms that come to rest at joints. */
+#pragma once
+
+#include <memory>
+
+#include "config/config.h"
+#include "robots/mechanism_rest.h"
+
+namespace tandem::robots {
+
+/// The object that catheters hold, or the target that one of them pushes.
+/// @param robot  outlives the mechanism  @throw std::invalid_argument for a robot of concentric tubes.
+std::unique_ptr<Mechanism> makeMechanism(const config::Robot& robot);
+
+/// The same at rest at home, to be followed. @throw std::invalid_argument likewise, and where there is no rest at home:
+/// names the file.
+RestFollower makeRestFollower(const config::Robot& robot);
+
+}  // namespace tandem::robots

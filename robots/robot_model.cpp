@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robots/robot_model.h"
+
+#include <stdexcept>
+
+namespace tandem::robots {
+
+RobotModel::RobotModel(const config::Robot& robot, const std::string& model)
+    : kind_(robot.catheters ? idl::Model::kElastic : idl::fromName<idl::Model>(model).value_or(idl::Model::kRigid)) {
+  offset_.push_back(0);
+  for (const config::Arm& arm : robot.arms) {
+    if (!robot.catheters)
+      owned_.push_back(kinematics::makeArmModel(model, arm.model));
+    owned_limits_.push_back(arm.limits);
+    offset_.push_back(offset_.back() + arm.jointCount());
+  }
+  for (const auto& owned : owned_)
+    models_.push_back(owned.get());
+  for (const safety::ArmLimits& limits : owned_limits_)
+    limits_.push_back(&limits);
+}
+
+safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) const {
+  if (static_cast<int>(arms.size()) != armCount()) {
+    throw std::invalid_argument("found joints of " + std::to_string(arms.size()) + " arms, expected " +
+                                std::to_string(armCount()));
+  }
+  safety::RobotVector q(jointCount());
+  for (int k = 0; k < armCount(); ++k) {
+    const Eigen::VectorXd& joints = arms[static_cast<std::size_t>(k)];
+    if (joints.size() != size(k))
+      throw std::invalid_argument("arm " + std::to_string(k) + ": wrong number of joints");
+    q.segment(offset(k), size(k)) = joints;
+  }
+  return q;
+}
+
+}  // namespace tandem::robots

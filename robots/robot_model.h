@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The arms of a robot: their models and limits, and where their joints stand in vectors of all joints. */
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "kinematics/arm_model.h"
+
+namespace tandem::robots {
+
+/** A robot's models and limits, built once from its file. */
+class RobotModel {
+ public:
+  /// @throw std::invalid_argument as kinematics::makeArmModel() does.
+  explicit RobotModel(const config::Robot& robot, const std::string& model = "rigid");
+
+  /// Empty for catheters, which are no arms of their own: see robots/mechanism.h.
+  const std::vector<const kinematics::ArmModel*>& models() const { return models_; }
+  const std::vector<const safety::ArmLimits*>& limits() const { return limits_; }
+  /// What the wire calls it; catheters are elastic.
+  idl::Model kind() const { return kind_; }
+  int armCount() const { return static_cast<int>(limits_.size()); }
+  int jointCount() const { return offset_.back(); }
+  int offset(int arm) const { return offset_[static_cast<std::size_t>(arm)]; }
+  int size(int arm) const { return offset(arm + 1) - offset(arm); }
+  /// Joints of all arms in one vector.
+  safety::RobotVector stack(const std::vector<Eigen::VectorXd>& arms) const;
+
+ private:
+  idl::Model kind_;
+  std::vector<std::unique_ptr<kinematics::ArmModel>> owned_;
+  std::vector<safety::ArmLimits> owned_limits_;
+  std::vector<const kinematics::ArmModel*> models_;
+  std::vector<const safety::ArmLimits*> limits_;
+  std::vector<int> offset_;
+};
+
+}  // namespace tandem::robots

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robots/track.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "kinematics/grasp/grasp.h"
+#include "planning/path_reference.h"
+#include "robots/mechanism_rest.h"
+
+namespace tandem::robots {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Singular values below this part of the largest one are none: rods are solved to 1e-11 of their length, and
+/// derivatives are those of the solution; contacts' softness, of which ratios reach 1e4, leaves about a thousandth of
+/// this.
+constexpr double kRank = 1e-7;
+/// A direction this near to the movable ones counts as one of them, as a sine.
+constexpr double kOutside = 1e-4;
+
+struct Spaces {
+  MatrixXd range, rest, null;  ///< orthonormal: range, its complement, null space
+};
+
+Spaces spacesOf(const MatrixXd& matrix, double least = 0.0) {
+  if (matrix.size() == 0) {
+    return {MatrixXd(matrix.rows(), 0), MatrixXd::Identity(matrix.rows(), matrix.rows()),
+            MatrixXd::Identity(matrix.cols(), matrix.cols())};
+  }
+  const Eigen::JacobiSVD<MatrixXd> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const VectorXd& values = svd.singularValues();
+  Eigen::Index rank = 0;
+  while (rank < values.size() && values[rank] > kRank * values[0] && values[rank] > least)
+    ++rank;
+  return {svd.matrixU().leftCols(rank), svd.matrixU().rightCols(matrix.rows() - rank),
+          svd.matrixV().rightCols(matrix.cols() - rank)};
+}
+
+/// Rows of the tracked components, metres each.
+template <class Matrix>
+MatrixXd rowsOf(const Matrix& matrix, const std::vector<int>& tracked, double length) {
+  MatrixXd rows(tracked.size(), matrix.cols());
+  for (std::size_t k = 0; k < tracked.size(); ++k)
+    rows.row(static_cast<Eigen::Index>(k)) = (tracked[k] < 3 ? 1.0 : length) * matrix.row(tracked[k]);
+  return rows;
+}
+
+/// The other way: columns of tracked components as twists.
+MatrixXd twistsOf(const MatrixXd& columns, const std::vector<int>& tracked, double length) {
+  MatrixXd twists = MatrixXd::Zero(6, columns.cols());
+  for (std::size_t k = 0; k < tracked.size(); ++k)
+    twists.row(tracked[k]) = columns.row(static_cast<Eigen::Index>(k)) / (tracked[k] < 3 ? 1.0 : length);
+  return twists;
+}
+
+Spaces motionSpaces(const Mechanism& mechanism, const std::vector<int>& tracked) {
+  MatrixXd above(0, mechanism.jacobian().cols());
+  for (const control::Task& task : mechanism.above(0.0)) {
+    above.conservativeResize(above.rows() + task.jacobian.rows(), Eigen::NoChange);
+    above.bottomRows(task.jacobian.rows()) = task.jacobian;
+  }
+  const MatrixXd free = spacesOf(above).null;
+  // What is left of rates beside those that above() forbids is rounding below this part of them.
+  const MatrixXd rows = rowsOf(mechanism.jacobian(), tracked, mechanism.length());
+  return spacesOf(rows * free, kRank * rows.norm());
+}
+
+std::string listed(const Eigen::Matrix<double, 6, Eigen::Dynamic>& twists, double length) {
+  std::string text;
+  for (Eigen::Index k = 0; k < twists.cols(); ++k)
+    text += (k > 0 ? ", " : "") + kinematics::grasp::describe(twists.col(k), length);
+  return text.empty() ? "none" : text;
+}
+
+planning::ReferenceTracker makeTracker(const Mechanism& mechanism, const TrackOptions& options) {
+  return {mechanism.limits(), mechanism.kinds(),  mechanism.home(),
+          options.method,     options.parameters, {options.gain, options.gain}};
+}
+
+/** One run, and what is noted of it. */
+class Run {
+ public:
+  Run(Mechanism& mechanism, const ObjectPath& path, const TrackOptions& options)
+      : mechanism_(mechanism),
+        path_(path),
+        options_(options),
+        tracker_(makeTracker(mechanism, options)),
+        joints_(mechanism.home()),
+        settled_(joints_) {}
+
+  const RobotVector& joints() const { return joints_; }
+
+  /// Home, then what above() wants, with what is moved held in place. @return empty, or why it does not come true
+  std::string prepare(TrackRecord& record) {
+    if (const std::string why = mechanism_.settle(joints_); !why.empty())
+      return "home: " + why;
+    for (const auto& [name, value] : mechanism_.facts())
+      record.names.push_back(name);
+    if (const std::string why = mechanism_.impossible(); !why.empty())
+      return why;
+    const double period = options_.parameters.period;
+    const planning::FrameReference held = planning::heldReference(path_, mechanism_.pose());
+    for (double left = options_.patience; mechanism_.drift() > kPrepared * options_.most_drift; left -= period) {
+      const std::string why = step(-left, held, record);
+      if (!why.empty() || left < period)
+        return "before the path: " + (why.empty() ? kUnprepared : why);
+    }
+    return mechanism_.trouble();
+  }
+
+  /// A period of following. @return empty, or why there is none
+  std::string step(double time, const planning::FrameReference& reference, TrackRecord& record) {
+    const double period = options_.parameters.period;
+    const auto settle = [this](const RobotVector& q) { return q == settled_ ? std::string() : mechanism_.settle(q); };
+    TrackStep noted = noteStep(mechanism_, joints_, time);
+    const std::string why = stepByMiddle(mechanism_, settle, tracker_, joints_, reference, period, rest_, result_);
+    noted.error = result_.error[0];
+    noted.active_limits = result_.solution.active_count;
+    noted.status = result_.solution.status;
+    record.steps.push_back(std::move(noted));
+    if (!why.empty())
+      return why;
+    if (result_.status != planning::TrackStatus::kOk)
+      return std::string(idl::name(result_.solution.status));
+    joints_ = tracker_.moved(joints_, period * result_.solution.velocity);
+    settled_ = joints_;
+    return mechanism_.settle(joints_);
+  }
+
+ private:
+  Mechanism& mechanism_;
+  const ObjectPath& path_;
+  const TrackOptions& options_;
+  planning::ReferenceTracker tracker_;
+  planning::Rest rest_;
+  planning::TrackResult result_;
+  RobotVector joints_, settled_;
+};
+
+}  // namespace
+
+TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double time) {
+  TrackStep step;
+  step.time = time;
+  step.joints = joints;
+  step.pose = mechanism.pose();
+  step.drift = mechanism.drift();
+  for (const auto& [name, value] : mechanism.facts())
+    step.facts.push_back(value);
+  return step;
+}
+
+void judge(const TrackOptions& options, TrackRecord& record) {
+  double squares = 0.0;
+  int count = 0;
+  for (const TrackStep& step : record.steps) {
+    if (step.time < 0.0)
+      continue;
+    squares += step.error * step.error;
+    ++count;
+    record.max_error = std::max(record.max_error, step.error);
+    record.max_drift = std::max(record.max_drift, step.drift);
+  }
+  record.rms_error = count > 0 ? std::sqrt(squares / count) : 0.0;
+  const auto millimetres = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g mm", 1e3 * value);
+    return std::string(text);
+  };
+  if (record.stopped.empty() && record.max_drift > options.most_drift)
+    record.stopped =
+        "contacts drift by " + millimetres(record.max_drift) + ", more than " + millimetres(options.most_drift);
+  if (record.stopped.empty() && record.max_error > options.most_error)
+    record.stopped =
+        "the path is left by " + millimetres(record.max_error) + ", more than " + millimetres(options.most_error);
+}
+
+Movability movability(const Mechanism& mechanism, const std::vector<int>& tracked) {
+  const Spaces spaces = motionSpaces(mechanism, tracked);
+  const double length = mechanism.length();
+  Movability result;
+  result.movable = twistsOf(kinematics::grasp::readable(spaces.range), tracked, length);
+  result.missing = twistsOf(kinematics::grasp::readable(spaces.rest), tracked, length);
+  return result;
+}
+
+std::string refusal(const Mechanism& mechanism, const ObjectPath& path) {
+  const std::vector<int> tracked = path.tracked();
+  const double length = mechanism.length();
+  const Spaces spaces = motionSpaces(mechanism, tracked);
+  std::string impossible;
+  for (const int direction : path.directions) {
+    const VectorXd wanted = rowsOf(Twist(Twist::Unit(direction)), tracked, length);
+    const VectorXd outside = wanted - spaces.range * (spaces.range.transpose() * wanted);
+    if (outside.norm() > kOutside * wanted.norm())
+      impossible +=
+          (impossible.empty() ? "" : ", ") + kinematics::grasp::describe(Twist(Twist::Unit(direction)), length);
+  }
+  if (impossible.empty())
+    return "";
+  const Movability can = movability(mechanism, tracked);
+  return "the path asks for " + impossible +
+         (path.held == Hold::kAll      ? " with all else held"
+          : path.held == Hold::kPlaces ? " with the place held"
+                                       : "") +
+         "; possible: " + listed(can.movable, length) + "; missing: " + listed(can.missing, length);
+}
+
+TrackRecord track(Mechanism& mechanism,
+                  const ObjectPath& path,
+                  const TrackOptions& options,
+                  const std::function<void(double, double)>& progress) {
+  path.check();
+  TrackRecord record;
+  Run run(mechanism, path, options);
+  record.refused = run.prepare(record);
+  if (record.refused.empty())
+    record.refused = refusal(mechanism, path);
+  if (!record.refused.empty())
+    return record;
+  record.first_shape = mechanism.shapes();
+  const Eigen::Isometry3d start = mechanism.pose();
+  const double period = options.parameters.period;
+  const int steps = static_cast<int>(std::ceil(path.duration / period)) + 1;
+  for (int k = 0; k < steps && record.stopped.empty(); ++k) {
+    record.stopped = run.step(k * period, planning::pathReference(path, start, k * period, period), record);
+    if (record.stopped.empty())
+      record.stopped = mechanism.trouble();
+    if (!record.stopped.empty())
+      record.stopped = "at " + std::to_string(k * period).substr(0, 6) + " s: " + record.stopped;
+    if (progress)
+      progress(k * period, path.duration);
+  }
+  record.last_shape = mechanism.shapes();
+  judge(options, record);
+  return record;
+}
+
+std::string prepare(Mechanism& mechanism, const TrackOptions& options, RobotVector& joints) {
+  ObjectPath here;
+  here.directions = {0, 1};
+  here.length = mechanism.length();
+  TrackRecord record;
+  Run run(mechanism, here, options);
+  const std::string why = run.prepare(record);
+  joints = run.joints();
+  return why;
+}
+
+}  // namespace tandem::robots

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Which share of a stream of samples arrives. */
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace tandem::safety {
+
+/** Share of the last 100 samples that came, of those that should have: what libfranka calls
+ * `control_command_success_rate`. Compares two totals, so that a sample that is late and then comes is not lost.
+ * Nothing allocates, locks or throws. */
+class SuccessRate {
+ public:
+  static constexpr std::uint64_t kWindow = 100;  ///< samples
+
+  /// Totals so far: of samples that were due, and of those that came. The first call is where counting begins.
+  void note(std::uint64_t due, std::uint64_t came) noexcept {
+    if (!begun_ || due < due_ || due - due_ > kJump) {
+      begin(due, came);
+      return;
+    }
+    // What shows that some are lost is one that came, after them.
+    const auto lost = static_cast<std::int64_t>(due - first_due_) - static_cast<std::int64_t>(came - first_came_);
+    const std::uint64_t news = due - due_;
+    for (std::uint64_t i = news > kWindow ? news - kWindow : 0; i < news; ++i)
+      before_[(due_ + 1 + i) % kWindow] = std::min(lost_ + static_cast<std::int64_t>(i), std::max(lost_, lost));
+    due_ = due;
+    lost_ = lost;
+  }
+  /// Samples of the window that did not come.
+  std::uint64_t lost() const noexcept {
+    const std::int64_t lost = lost_ - before_[(due_ + 1) % kWindow];
+    return static_cast<std::uint64_t>(std::clamp<std::int64_t>(lost, 0, kWindow));
+  }
+  /// Likewise, without those that were lost before the last forgive().
+  std::uint64_t held() const noexcept {
+    const std::int64_t held = lost_ - std::max(before_[(due_ + 1) % kWindow], forgiven_);
+    return static_cast<std::uint64_t>(std::clamp<std::int64_t>(held, 0, kWindow));
+  }
+  void forgive() noexcept { forgiven_ = lost_; }
+  /// 0 to 1; 1 before the first sample.
+  double value() const noexcept { return 1.0 - share(lost()); }
+  static constexpr double share(std::uint64_t lost) noexcept {
+    return static_cast<double>(lost) / static_cast<double>(kWindow);
+  }
+
+ private:
+  static constexpr std::uint64_t kJump = 1u << 31;  ///< beyond which it is another stream
+
+  void begin(std::uint64_t due, std::uint64_t came) noexcept {
+    begun_ = true;
+    first_due_ = due_ = due;
+    first_came_ = came;
+    lost_ = forgiven_ = 0;
+    before_.fill(0);
+  }
+
+  bool begun_ = false;
+  std::uint64_t first_due_ = 0, first_came_ = 0, due_ = 0;
+  std::int64_t lost_ = 0;                       ///< since the beginning; below 0 while one is counted early
+  std::int64_t forgiven_ = 0;                   ///< of these
+  std::array<std::int64_t, kWindow> before_{};  ///< what was lost before each sample of the window
+};
+
+/** Likewise of a stream whose samples carry the sender's session, a sequence and a stamp. */
+class StreamSuccess {
+ public:
+  /// @param stamp  of the sender, ns  @param arrivals  samples of all sessions that have come, with this one
+  void note(std::uint64_t session, std::uint64_t sequence, std::int64_t stamp, std::uint64_t arrivals) noexcept {
+    if (session != session_ || sequence < first_sequence_) {
+      *this = {};
+      session_ = session;
+      first_sequence_ = sequence;
+      first_stamp_ = stamp;
+    }
+    rate_.note(sequence, arrivals);
+    if (sequence > first_sequence_)
+      period_ = 1e-9 * (static_cast<double>(stamp) - static_cast<double>(first_stamp_)) /
+                static_cast<double>(sequence - first_sequence_);
+  }
+  double value() const noexcept { return rate_.value(); }
+  /// Share of the last 100 that was lost since the last forgive().
+  double held() const noexcept { return SuccessRate::share(rate_.held()); }
+  /// What was lost until now shall stop nobody: nothing has power. It is still told.
+  void forgive() noexcept { rate_.forgive(); }
+  /** Share that may be lost: `lost_samples` of Budgets, or one outage that is as long as a sample may be old: how long
+   * nothing comes is judged by age. @param outage  s */
+  double allowed(double lost_samples, double outage) const noexcept {
+    const double of_outage = period_ > 0.0 ? outage / (period_ * static_cast<double>(SuccessRate::kWindow)) : 1.0;
+    return std::max(lost_samples, std::min(1.0, of_outage));
+  }
+
+ private:
+  SuccessRate rate_;
+  std::uint64_t session_ = 0, first_sequence_ = 0;
+  std::int64_t first_stamp_ = 0;
+  double period_ = 0.0;  ///< of the sender, s; 0: not known
+};
+
+}  // namespace tandem::safety

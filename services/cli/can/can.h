@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the commands of `tandem can` share. */
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/can/bus.h"
+#include "hal/canopen/cob.h"
+#include "hal/canopen/sdo_client.h"
+#include "services/client/arguments.h"
+
+namespace tandem::cli {
+
+/** Options of the commands that speak on a bus themselves. */
+struct CanOptions {
+  std::string bus;  ///< can:INTERFACE or unix:SOCKET
+  bool json = false;
+  bool force = false;    ///< although a master is on the bus
+  double timeout = 0.2;  ///< for an SDO answer, s
+  std::string node, object, value, file;
+  double seconds = 0.0;
+  double speed = 1.0;
+};
+
+/** A bus for tools: SDO transfers one after the other, and an ear for heartbeats. Not for periodic threads. */
+class CanTool {
+ public:
+  /// @throw Failure where the bus cannot be opened.
+  explicit CanTool(const CanOptions& options);
+
+  /// Listens for so many s.
+  void listen(double seconds);
+  /// Refuses where a master sends SYNC or another node's heartbeat says that it leads: two SDO clients disturb each
+  /// other. @throw Failure
+  void refuseBesideMaster();
+  /// State of the last heartbeat of a node, kUnknown where none was heard.
+  hal::canopen::NmtState state(int node) const { return states_[static_cast<std::size_t>(node)]; }
+
+  /// Reads an object from many nodes at once; `take` gets those that answered.
+  void readMany(const std::vector<int>& nodes,
+                hal::canopen::ObjectAddress object,
+                const std::function<void(int node, const hal::canopen::SdoClient&)>& take);
+  /// One transfer. @throw Failure with the abort code in words.
+  std::vector<std::uint8_t> read(int node, hal::canopen::ObjectAddress object);
+  void write(int node, hal::canopen::ObjectAddress object, std::span<const std::uint8_t> data);
+
+  hal::can::Bus& bus() { return *bus_; }
+
+ private:
+  void pump(std::vector<hal::canopen::SdoClient>& clients);
+  void finish(hal::canopen::SdoClient& client);
+  void wait(double seconds);
+
+  const CanOptions& options_;
+  std::unique_ptr<hal::can::Bus> bus_;
+  std::vector<hal::canopen::NmtState> states_;
+  std::uint64_t syncs_ = 0;
+};
+
+/// "6041" or "6041:2" in hexadecimal. @throw Failure
+hal::canopen::ObjectAddress parseObject(const std::string& text);
+
+void registerCanTools(CLI::App& can, const std::shared_ptr<CanOptions>& options, int& exit_code);
+void registerCanMonitor(CLI::App& can, int& exit_code);
+
+}  // namespace tandem::cli

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Where on the network what this command starts meets, and whether somebody is there already. */
+#pragma once
+
+#include <string>
+
+#include "config/config.h"
+
+namespace tandem::cli {
+
+/// A place of its own for what is started for one run: a domain and a prefix that nobody else has, so that it neither
+/// meets nor moves a robot that runs. Not where --domain or --prefix names a place, where the deployment spreads over
+/// hosts, which have to agree, or where it is secured: certificates name the place.
+/// @throw Failure where no domain is free.
+void placeApart(config::Deployment& deployment);
+
+/** Holds the place of a deployment on this machine while it lives. */
+class PlaceLock {
+ public:
+  /// @param host  of the deployment, this machine; empty without hosts
+  /// @throw Failure that names pid, host and start of whoever runs one of this host's processes already.
+  PlaceLock(const config::Deployment& deployment, const std::string& host);
+  ~PlaceLock();
+  PlaceLock(const PlaceLock&) = delete;
+  PlaceLock& operator=(const PlaceLock&) = delete;
+
+ private:
+  int socket_ = -1;
+};
+
+}  // namespace tandem::cli

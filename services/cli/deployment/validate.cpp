@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem validate: is this file right, and what is in it. */
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "config/config.h"
+#include "config/values.h"
+#include "services/client/arguments.h"
+#include "services/runtime/identity.h"
+
+namespace tandem::cli {
+namespace {
+
+int runValidate(const std::vector<std::string>& files, bool as_json) {
+  nlohmann::ordered_json results = nlohmann::ordered_json::array();
+  bool good = true;
+  for (const std::string& file : files) {
+    nlohmann::ordered_json result{{"file", file}};
+    try {
+      const config::Summary summary = config::validate(file);
+      result["valid"] = true;
+      result["kind"] = summary.kind;
+      result["summary"] = summary.text;
+      result["warnings"] = summary.warnings;
+      std::string fingerprint;
+      if (summary.kind == "deployment") {
+        fingerprint = config::fingerprintText(service::fingerprintOf(config::loadDeployment(file)));
+        result["fingerprint"] = fingerprint;
+        fingerprint.insert(0, ", fingerprint ");
+      }
+      if (!as_json) {
+        std::cout << file << ": ok: " << summary.text << fingerprint << '\n';
+        for (const std::string& warning : summary.warnings)
+          std::cout << "  warning: " << warning << '\n';
+      }
+    } catch (const config::Error& error) {
+      good = false;
+      result["valid"] = false;
+      result["line"] = error.line();
+      result["column"] = error.column();
+      result["key"] = error.key();
+      result["error"] = error.what();
+      if (!as_json)
+        std::cerr << error.what() << '\n';
+    }
+    results.push_back(result);
+  }
+  if (as_json)
+    std::cout << results.dump(2) << '\n';
+  return good ? kOk : kUsage;
+}
+
+}  // namespace
+
+void registerValidate(CLI::App& app, int& exit_code) {
+  auto files = std::make_shared<std::vector<std::string>>();
+  auto as_json = std::make_shared<bool>(false);
+  CLI::App* validate = app.add_subcommand(
+      "validate", "check robot, cooperative robot, experiment, deployment, trajectory and hardware files");
+  validate->add_option("files", *files, "YAML files")->required();
+  validate->add_flag("--json", *as_json, "JSON instead of text");
+  validate->callback(
+      [files, as_json, &exit_code] { guarded(exit_code, [&] { return runValidate(*files, *as_json); }); });
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem cooperative: catheters that hold an object together or push one another. */
+#include "services/cli/models/cooperative.h"
+
+#include "config/config.h"
+#include "services/cli/models/arm_options.h"
+#include "services/client/arguments.h"
+
+namespace tandem::cli {
+
+config::CooperativeRobot cooperativeRobot(const std::string& name) {
+  return config::loadCooperative(config::findFile(name, "cooperative"));
+}
+
+void addHeldOptions(CLI::App& command, HeldOptions& options) {
+  command.add_option("-r,--robot", options.robot, "cooperative robot file or preset")->capture_default_str();
+  command.add_option("--contact", options.contact, "contact type instead of those of the file")
+      ->check(CLI::IsMember({"frictionless", "point", "soft_finger", "rigid"}));
+  command.add_option("--squeeze", options.squeeze, "normal force to be held at each contact instead of the file's, N")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--load", options.load, "force x,y,z on the object instead of the file's, N");
+}
+
+config::CooperativeRobot heldRobot(const HeldOptions& options) {
+  config::CooperativeRobot robot = cooperativeRobot(options.robot);
+  if (!robot.object)
+    throw Failure(kUsage, robot.file.string() + ": object: found none, expected one for this command");
+  if (!options.contact.empty()) {
+    for (auto& contact : robot.object->contacts)
+      contact.type = kinematics::grasp::contactType(options.contact);
+  }
+  if (options.squeeze)
+    robot.object->squeeze = *options.squeeze;
+  if (!options.load.empty())
+    robot.object->load = numbersOf("--load", options.load, 3);
+  return robot;
+}
+
+void registerCooperative(CLI::App& app, int& exit_code) {
+  CLI::App* command =
+      app.add_subcommand("cooperative", "catheters that hold an object together, or of which one pushes the other");
+  command->require_subcommand(1);
+  registerTracks(*command, exit_code);
+  registerMobility(*command, exit_code);
+  registerPayload(*command, exit_code);
+  registerReach(*command, exit_code);
+}
+
+}  // namespace tandem::cli

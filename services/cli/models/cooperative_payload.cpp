@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem cooperative payload: how stiff an object is held and what it carries, by all arms and by each alone. */
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <numbers>
+
+#include "experiments/payload.h"
+#include "robots/track.h"
+#include "services/cli/models/cooperative.h"
+#include "services/cli/models/figure.h"
+#include "services/cli/models/parallel.h"
+#include "services/cli/models/table.h"
+#include "services/client/arguments.h"
+
+namespace tandem::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using Json = nlohmann::ordered_json;
+using experiments::Payload;
+
+struct PayloadCommand {
+  HeldOptions held;
+  std::string csv, figure;
+  double sag = 10e-3, most = 10.0;
+  int directions = 24, threads = 0;
+  bool json = false;
+};
+
+/// One direction of the figure: planes are xy, yz and zx, angles from the first axis.
+struct Ray {
+  int plane;
+  double angle;
+  Vector3d direction;
+};
+
+std::vector<Ray> raysOf(int count) {
+  std::vector<Ray> rays;
+  for (int plane = 0; plane < 3; ++plane) {
+    for (int k = 0; k < count; ++k) {
+      const double angle = 2.0 * std::numbers::pi * k / count;
+      rays.push_back(
+          {plane, angle, std::cos(angle) * Vector3d::Unit(plane) + std::sin(angle) * Vector3d::Unit((plane + 1) % 3)});
+    }
+  }
+  return rays;
+}
+
+struct Answer {
+  std::size_t holder;
+  Ray ray;
+  Payload payload;
+};
+
+std::vector<Answer> answersOf(const experiments::PayloadStudy& study,
+                              const std::vector<Ray>& rays,
+                              const experiments::PayloadOptions& options,
+                              int threads) {
+  std::vector<Answer> answers;
+  for (std::size_t holder = 0; holder < study.holders().size(); ++holder) {
+    for (const Ray& ray : rays)
+      answers.push_back({holder, ray, {}});
+  }
+  parallelFor(answers.size(), threads, "directions", [&](std::size_t k) {
+    answers[k].payload = study.carried(answers[k].holder, answers[k].ray.direction, options);
+  });
+  return answers;
+}
+
+void write(const std::string& file, const std::vector<Answer>& answers) {
+  if (fs::path(file).has_parent_path())
+    fs::create_directories(fs::path(file).parent_path());
+  std::ofstream out(file);
+  Table table(out, {"holder", "plane", "angle", "dx", "dy", "dz", "stiffness", "payload", "sag"}, false);
+  for (const auto& [holder, ray, payload] : answers) {
+    table.add({double(holder), double(ray.plane), ray.angle, ray.direction.x(), ray.direction.y(), ray.direction.z(),
+               payload.stiffness, payload.load, payload.sag},
+              payload.limit);
+  }
+  if (!table.finish())
+    throw Failure(kFailure, file + ": cannot be written");
+}
+
+void printPayload(const Json& json) {
+  std::printf("the joints stand still; the object may give way by %g mm\n", 1e3 * json["most_sag_m"].get<double>());
+  for (const Json& holder : json["holders"]) {
+    std::printf("held by %s%s\n", holder["name"].get<std::string>().c_str(),
+                holder["refused"] == "" ? "" : (": " + holder["refused"].get<std::string>()).c_str());
+    if (holder["refused"] != "")
+      continue;
+    std::printf("  %-4s %14s %12s %10s  %s\n", "load", "stiffness N/m", "payload N", "sag mm", "more of it");
+    for (const Json& row : holder["directions"])
+      std::printf("  %-4s %14.4g %12.4g %10.3f  %s\n", row["along"].get<std::string>().c_str(),
+                  row["stiffness_N_per_m"].get<double>(), row["payload_N"].get<double>(),
+                  1e3 * row["sag_m"].get<double>(), row["limit"].get<std::string>().c_str());
+  }
+}
+
+int runPayload(const PayloadCommand& o) {
+  config::CooperativeRobot robot = heldRobot(o.held);
+  robots::HeldObjectMechanism mechanism(robot);
+  robots::TrackOptions track;
+  track.parameters = robot.parameters;
+  robots::RobotVector joints;
+  if (const std::string why = robots::prepare(mechanism, track, joints); !why.empty()) {
+    std::printf("refused: %s\n", why.c_str());
+    return kFailure;
+  }
+  const experiments::PayloadStudy study(robot, mechanism);
+  const experiments::PayloadOptions options{o.sag, o.most};
+  std::vector<Ray> axes;
+  const char* const names[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
+  for (int k = 0; k < 6; ++k)
+    axes.push_back({0, 0.0, (k % 2 ? -1.0 : 1.0) * Vector3d::Unit(k / 2)});
+  Json json{{"robot", o.held.robot}, {"most_sag_m", o.sag}, {"squeeze_N", robot.object->squeeze}};
+  for (const Answer& answer : answersOf(study, axes, options, o.threads)) {
+    Json& holders = json["holders"];
+    if (holders.size() <= answer.holder)
+      holders.push_back({{"name", study.holders()[answer.holder]},
+                         {"refused", study.refusal(answer.holder)},
+                         {"directions", Json::array()}});
+    Json& rows = holders.back()["directions"];
+    rows.push_back({{"along", names[rows.size()]},
+                    {"stiffness_N_per_m", answer.payload.stiffness},
+                    {"payload_N", answer.payload.load},
+                    {"sag_m", answer.payload.sag},
+                    {"limit", answer.payload.limit}});
+  }
+  std::string csv = o.csv;
+  if (!o.figure.empty() && csv.empty())
+    csv = fs::path(o.figure).replace_extension(".csv").string();
+  if (!csv.empty())
+    write(csv, answersOf(study, raysOf(o.directions), options, o.threads));
+  if (!o.figure.empty()) {
+    std::vector<std::string> arguments{"payload", csv, o.figure};
+    append(arguments, study.holders());
+    drawFigures("cooperative.py", arguments);
+  }
+  if (o.json)
+    std::cout << json.dump(2) << '\n';
+  else
+    printPayload(json);
+  return kOk;
+}
+
+}  // namespace
+
+void registerPayload(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<PayloadCommand>();
+  CLI::App* command =
+      app.add_subcommand("payload", "how stiff arms hold an object and what it carries, together and each alone");
+  addHeldOptions(*command, options->held);
+  command->add_option("--sag", options->sag, "by how much the object may give way, m")
+      ->check(CLI::Range(1e-5, 1.0))
+      ->capture_default_str();
+  command->add_option("--most", options->most, "load at which the search ends, N")
+      ->check(CLI::Range(1e-6, 1e4))
+      ->capture_default_str();
+  command->add_option("--directions", options->directions, "in each of three planes, of --csv and --figure")
+      ->check(CLI::Range(4, 3600))
+      ->capture_default_str();
+  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+  command->add_option("--csv", options->csv, "file with a row a holder and direction, SI");
+  command->add_option("--figure", options->figure, "PNG file: stiffness and payload by direction");
+  command->add_flag("--json", options->json, "JSON instead of text");
+  command->footer(
+      "Ends with 1 where the arms cannot hold the object at all, with the reason.\n"
+      "Documentation: docs/cooperative.md");
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runPayload(*options); }); });
+}
+
+}  // namespace tandem::cli

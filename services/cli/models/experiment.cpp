@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem experiment: published experiments, ours beside the paper's. */
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "experiments/comparison.h"
+#include "experiments/csv.h"
+#include "services/cli/deployment/place.h"
+#include "services/cli/deployment/supervisor.h"
+#include "services/cli/models/experiment_runner.h"
+#include "services/cli/models/figure.h"
+#include "services/client/arguments.h"
+#include "services/runtime/process.h"
+
+namespace tandem::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExperimentCommand {
+  std::string experiment = "table3", deployment = "lockstep", robot, csv, figures, only, log = "warn";
+  bool offline = false, json = false;
+};
+
+/** One line on a terminal, rewritten in place; one line per run elsewhere. */
+class ProgressBar {
+ public:
+  explicit ProgressBar(std::size_t runs) : runs_(runs), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+  void show(const std::string& run, int point, int points) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!terminal_ || now - shown_ < std::chrono::milliseconds(50))
+      return;
+    shown_ = now;
+    const double done =
+        (static_cast<double>(finished_) + static_cast<double>(point) / points) / static_cast<double>(runs_);
+    const int width = static_cast<int>(done * 30.0);
+    std::fprintf(stderr, "\r[%-30s] %3.0f %%  %-28s", std::string(static_cast<std::size_t>(width), '#').c_str(),
+                 100.0 * done, run.c_str());
+  }
+  void finish(const experiments::RunSummary& s) {
+    ++finished_;
+    if (terminal_)
+      return;
+    std::fprintf(stderr, "%2zu/%zu %-30s %4d iterations, %d/%d points\n", finished_, runs_, s.key.name().c_str(),
+                 s.iterations, s.converged, s.points);
+  }
+  void end() const {
+    if (terminal_)
+      std::fprintf(stderr, "\r%-70s\r", "");
+  }
+
+ private:
+  std::size_t runs_, finished_ = 0;
+  bool terminal_;
+  std::chrono::steady_clock::time_point shown_{};
+};
+
+using RunOne = std::function<experiments::RunRecord(const experiments::RunPlan&, const std::function<void(int, int)>&)>;
+
+std::vector<experiments::RunSummary> runPlans(const ExperimentCommand& options,
+                                              const config::Robot& robot,
+                                              const std::vector<experiments::RunPlan>& plans,
+                                              const RunOne& run_one) {
+  if (!options.csv.empty())
+    fs::create_directories(options.csv);
+  ProgressBar bar(plans.size());
+  std::vector<experiments::RunSummary> summaries;
+  for (const experiments::RunPlan& plan : plans) {
+    const auto record = run_one(plan, [&](int point, int points) { bar.show(plan.key.name(), point, points); });
+    summaries.push_back(record.summary());
+    bar.finish(summaries.back());
+    if (options.csv.empty())
+      continue;
+    std::ofstream out(fs::path(options.csv) / (plan.key.name() + ".csv"));
+    experiments::writeRun(out, record, robot);
+    if (!out.flush())
+      throw Failure(kFailure, options.csv + ": cannot be written");
+  }
+  bar.end();
+  if (!options.csv.empty()) {
+    std::ofstream out(fs::path(options.csv) / "summary.csv");
+    experiments::writeSummary(out, summaries);
+  }
+  return summaries;
+}
+
+nlohmann::ordered_json statisticsJson(const experiments::ErrorStatistics& e) {
+  return {{"rms_mm", 1e3 * e.rms}, {"std_mm", 1e3 * e.deviation}, {"max_mm", 1e3 * e.max}};
+}
+
+nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& rows, double seconds) {
+  nlohmann::ordered_json json{{"seconds", seconds}, {"rows", nlohmann::ordered_json::array()}};
+  for (const experiments::ComparisonRow& row : rows) {
+    nlohmann::ordered_json line{{"trajectory", row.trajectory},       {"method", control::name(row.method)},
+                                {"iterations", row.iterations},       {"epsilon_ab", statisticsJson(row.ab)},
+                                {"epsilon_a", statisticsJson(row.a)}, {"points", row.points},
+                                {"converged", row.converged},         {"limit_violations", row.limit_violations},
+                                {"gate_actions", row.gate_actions}};
+    if (row.published != nullptr) {
+      const config::PublishedRow& p = *row.published;
+      line["published"] = {{"iterations", p.iterations},
+                           {"epsilon_ab", statisticsJson({p.rms_ab, p.std_ab, p.max_ab})},
+                           {"epsilon_a", statisticsJson({p.rms_a, p.std_a, p.max_a})}};
+    }
+    json["rows"].push_back(line);
+  }
+  return json;
+}
+
+std::vector<experiments::RunPlan> selected(const ExperimentCommand& options, const config::Experiment& experiment) {
+  std::vector<experiments::RunPlan> plans = experiments::plan(experiment);
+  if (options.only.empty())
+    return plans;
+  std::string names;
+  for (const auto& plan : plans)
+    names += " " + plan.key.name();
+  std::erase_if(plans, [&](const auto& plan) { return plan.key.name().find(options.only) == std::string::npos; });
+  if (plans.empty())
+    throw Failure(kUsage, "--only " + options.only + ": no such run; there are:" + names);
+  return plans;
+}
+
+int runExperiment(ExperimentCommand options) {
+  const config::Experiment experiment = config::loadExperiment(config::findFile(options.experiment, "experiment"));
+  config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Robot robot = config::loadRobot(experiment.robot);
+  const robots::RobotModel model(robot, deployment.model);
+  const std::vector<experiments::RunPlan> plans = selected(options, experiment);
+  if (!options.figures.empty() && options.csv.empty())
+    options.csv = (fs::path(options.figures) / "csv").string();
+
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<experiments::RunSummary> summaries;
+  if (options.offline) {
+    const experiments::LoopOptions loop = experiments::loopOptions(deployment, experiment);
+    summaries = runPlans(options, robot, plans, [&](const auto& plan, const auto& progress) {
+      return experiments::runOffline(robot, model, plan, loop, progress);
+    });
+  } else {
+    if (!fs::equivalent(deployment.robot, experiment.robot)) {
+      throw Failure(kUsage, deployment.file.string() + " is for robot " + deployment.robot.string() +
+                                ", the experiment for " + experiment.robot.string());
+    }
+    if (deployment.relative_gain != experiment.relative_gain || deployment.tip_gain != experiment.tip_gain) {
+      throw Failure(kUsage, "deployment and experiment differ in their gains");
+    }
+    placeApart(deployment);
+    withProcesses(deployment, options.log, [&](const std::function<bool()>& interrupted) {
+      ExperimentRunner runner(deployment, robot, model, interrupted);
+      summaries = runPlans(options, robot, plans,
+                           [&](const auto& plan, const auto& progress) { return runner.run(plan, progress); });
+    });
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!options.figures.empty())
+    drawFigures("figures.py", {options.csv, options.figures});
+  const auto rows = experiments::compare(summaries, experiment.published);
+  bool good = true;
+  for (const auto& row : rows)
+    good = good && row.converged == row.points && row.limit_violations == 0;
+  if (options.json) {
+    std::cout << tableJson(rows, seconds).dump(2) << '\n';
+  } else {
+    std::cout << experiments::formatTable(rows);
+    std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
+                options.offline                                    ? "in one process"
+                : deployment.clock == config::ClockMode::kLockStep ? "over DDS in lock-step"
+                                                                   : "over DDS in real time");
+    if (!options.csv.empty())
+      std::cout << "rows and summary: " << options.csv << '\n';
+    if (!options.figures.empty())
+      std::cout << "figures: " << options.figures << '\n';
+  }
+  return good ? kOk : kFailure;
+}
+
+}  // namespace
+
+void registerExperiment(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ExperimentCommand>();
+  CLI::App* command = app.add_subcommand("experiment", "run an experiment, print it beside the published figures");
+  command->add_option("experiment", options->experiment, "experiment file or preset: table3")->capture_default_str();
+  command->add_flag("--offline", options->offline, "in one process, without DDS: the same digits");
+  command
+      ->add_option("-d,--deployment", options->deployment,
+                   "deployment that is started for it, with hosts its part on this one; in real time the arms move to "
+                   "each start")
+      ->capture_default_str();
+  command->add_option("--csv", options->csv, "folder for a file per run (a row an iteration, SI) and summary.csv (mm)");
+  command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");
+  command->add_option("--only", options->only, "only runs whose name holds this, e.g. lissajous-1 or nspqp");
+  command->add_option("--log", options->log, "log level of the services")->capture_default_str();
+  command->add_flag("--json", options->json, "JSON instead of the table");
+  command->footer(
+      "Ends with 1 if a point did not converge or a setpoint left its limits.\n"
+      "Example: tandem experiment table3 --csv results/csv --figures results/figures");
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return runExperiment(*options); }); });
+}
+
+}  // namespace tandem::cli

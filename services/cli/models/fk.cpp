@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem fk: forward kinematics, rows in, rows out. */
+#include <cmath>
+#include <iostream>
+
+#include "config/cooperative.h"
+#include "kinematics/compliant_model.h"
+#include "services/cli/models/arm_options.h"
+#include "services/cli/models/fk.h"
+#include "services/cli/models/table.h"
+#include "services/client/arguments.h"
+
+namespace tandem::cli {
+namespace {
+
+using kinematics::ModelStatus;
+
+using FkCommand = FkOptions;
+
+void checkFk(const FkCommand& o) {
+  const auto refuse = [](bool wrong, const std::string& why) {
+    if (wrong)
+      throw Failure(kUsage, why);
+  };
+  refuse(o.model != "rigid" && o.model != "compliant",
+         "--model: found '" + o.model + "', expected rigid or compliant for concentric tubes");
+  const bool rigid = o.model == "rigid";
+  refuse(o.shape > 0 && o.jacobian, "--jacobian: is that of the tip, and --shape answers points of the backbone");
+  refuse(o.shape > 0 && o.compliance, "--compliance: is that of the tip, and --shape answers points of the backbone");
+  refuse(o.shape > 0 && o.branch, "--branch: is told of the tip, and --shape answers points of the backbone");
+  refuse(o.shape == 0 && o.shape_details, "--shape-details: needs --shape N");
+  refuse(rigid && !o.wrench.empty(), "--wrench: a rigid arm does not deform; use --model compliant");
+  refuse(rigid && o.compliance, "--compliance: a rigid arm has none; use --model compliant");
+  refuse(rigid && o.branch, "--branch: a rigid arm has one answer; use --model compliant");
+  refuse(rigid && o.end_angles, "--end-angles: a rigid arm does not twist; use --model compliant");
+  refuse(o.end_angles && (o.shape > 0 || o.compliance || o.follow || !o.wrench.empty()),
+         "--end-angles: determine the shape of an unloaded arm, one row at a time; leave out --shape, --compliance, "
+         "--follow and --wrench");
+}
+
+std::vector<std::string> header(const FkCommand& options, int n) {
+  std::vector<std::string> names{"x", "y", "z", "qx", "qy", "qz", "qw"};
+  if (options.shape > 0) {
+    names.insert(names.begin(), {"row", "s"});
+    append(names, numbered("psi", n));
+    if (options.shape_details) {
+      append(names, {"curvature_x", "curvature_y"});
+      append(names, numbered("moment", n));
+    }
+    return names;
+  }
+  names.push_back("stability");
+  if (options.jacobian)
+    append(names, numbered("j", 6, 2 * n));
+  if (options.compliance)
+    append(names, numbered("c", 6, 6));
+  if (options.end_angles)
+    append(names, numbered("alpha", n));
+  if (options.branch) {
+    append(names, {"stability_at", "conjugate_points"});
+    append(names, numbered("winding", n));
+    append(names, numbered("theta", n));
+  }
+  return names;
+}
+
+/** Answers rows; remembers the branch from row to row if asked to follow it. */
+class Answerer {
+ public:
+  Answerer(const FkCommand& options, const config::Arm& arm)
+      : options_(options),
+        arm_(arm),
+        n_(arm.model.tubeCount()),
+        model_(kinematics::makeArmModel(options.model, arm.model)) {
+    if (!options.wrench.empty())
+      wrench_ = numbersOf("--wrench", options.wrench, 6);
+  }
+
+  std::string answer(const experiments::CsvRow& row, int index, Table& table) {
+    std::string why = options_.end_angles ? row.error : refusal(arm_, row);
+    if (!options_.follow)
+      branch_ = {};
+    first_ = !branch_.known;
+    if (why.empty()) {
+      const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), 2 * n_);
+      why = options_.shape > 0 ? shape(q, index, table) : options_.end_angles ? fromEnds(q, table) : tip(q, table);
+    }
+    return why;
+  }
+
+  /// False where an equilibrium is not stable.
+  bool allOk() const { return all_ok_; }
+
+ private:
+  bool loaded() const { return options_.compliance || !options_.wrench.empty(); }
+
+  /// "ok", with a snap on the way from the row before.
+  std::string okStatus() const {
+    if (first_ || !branch_.snapped)
+      return "ok";
+    std::string windings;
+    for (int i = 1; i < n_; ++i)
+      windings += " " + std::to_string(branch_.winding(i));
+    return "ok, snapped: the equilibrium followed ended on the way from the row before; windings now" + windings;
+  }
+
+  void addTip(const kinematics::Tip& tip, const std::vector<double>& more, const std::string& status, Table& table) {
+    std::vector<double> numbers = poseNumbers(tip.pose);
+    numbers.push_back(tip.stability);
+    if (options_.jacobian) {
+      for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j < 2 * n_; ++j)
+          numbers.push_back(tip.jacobian(i, j));
+      }
+    }
+    append(numbers, more);
+    if (options_.branch) {
+      append(numbers, {tip.stability_at, static_cast<double>(tip.conjugate_points)});
+      for (int i = 0; i < n_; ++i)
+        numbers.push_back(branch_.winding(i));
+      for (int i = 0; i < n_; ++i)
+        numbers.push_back(branch_.end_angle[i]);
+    }
+    all_ok_ = all_ok_ && status.starts_with("ok");
+    table.add(numbers, status);
+  }
+
+  std::string tip(const kinematics::JointsRef& q, Table& table) {
+    kinematics::LoadedTip tip;
+    const ModelStatus status = loaded() ? model_->loadedTip(q, wrench_, branch_, tip) : model_->tip(q, branch_, tip);
+    const std::string text = statusOf(status, tip);
+    if (status != ModelStatus::kOk)
+      return text;
+    std::vector<double> more;
+    for (int i = 0; options_.compliance && i < 36; ++i)
+      more.push_back(tip.compliance(i / 6, i % 6));
+    addTip(tip, more, text == "ok" ? okStatus() : text, table);
+    return "";
+  }
+
+  std::string fromEnds(const kinematics::JointsRef& ends, Table& table) {
+    const auto& compliant = dynamic_cast<const kinematics::CompliantModel&>(*model_);
+    kinematics::Tip tip;
+    Eigen::VectorXd q = ends;
+    const ModelStatus status = compliant.tipFromEndAngles(ends, q.tail(n_), tip);
+    const std::string text = statusOf(status, tip);
+    if (status != ModelStatus::kOk)
+      return text;
+    if (const std::string why = refusal(arm_, {0, {q.begin(), q.end()}, ""}); !why.empty())
+      return why;
+    branch_.end_angle.head(n_) = ends.tail(n_);
+    addTip(tip, {q.end() - n_, q.end()}, text, table);
+    return "";
+  }
+
+  std::string shape(const kinematics::JointsRef& q, int row, Table& table) {
+    std::vector<kinematics::ShapePoint> shape;
+    const ModelStatus status = model_->shape(q, wrench_, branch_, options_.shape, shape);
+    if (status != ModelStatus::kOk)
+      return std::string(kinematics::describe(status));
+    const std::string text = okStatus();
+    for (const kinematics::ShapePoint& point : shape) {
+      std::vector<double> numbers{static_cast<double>(row), point.s};
+      append(numbers, poseNumbers(point.pose));
+      numbers.insert(numbers.end(), point.psi.begin(), point.psi.begin() + n_);
+      if (options_.shape_details) {
+        append(numbers, {point.curvature.x(), point.curvature.y()});
+        numbers.insert(numbers.end(), point.moment.begin(), point.moment.begin() + n_);
+      }
+      table.add(numbers, text);
+    }
+    return "";
+  }
+
+  const FkCommand& options_;
+  const config::Arm& arm_;
+  int n_;
+  std::unique_ptr<kinematics::ArmModel> model_;
+  kinematics::Wrench wrench_ = kinematics::Wrench::Zero();
+  kinematics::Branch branch_;
+  bool first_ = true;  ///< no answer yet on this path
+  bool all_ok_ = true;
+};
+
+int runFk(const FkCommand& options) {
+  const std::filesystem::path file = config::findFile(options.robot, "robot|cooperative");
+  if (config::kindOf(file) == "cooperative")
+    return catheterFk(options, file);
+  checkFk(options);
+  const config::Robot robot = config::loadRobot(file);
+  const config::Arm& arm = armOf(robot, options.arm);
+  Answerer answerer(options, arm);
+  const auto input = openInput(options.csv);
+  Table table(std::cout, header(options, arm.model.tubeCount()), options.json);
+  const bool answered =
+      answerRows(options, *input, arm.model.jointCount(), std::bind_front(&Answerer::answer, &answerer), table);
+  return answered && answerer.allOk() ? kOk : kFailure;
+}
+
+}  // namespace
+
+bool answerRows(const FkOptions& options, std::istream& input, int columns, const AnswerRow& answer, Table& table) {
+  bool all = true;
+  int index = 0;
+  for (const experiments::CsvRow& row : experiments::readRows(input, columns)) {
+    const std::string why = answer(row, ++index, table);
+    if (why.empty())
+      continue;
+    all = false;
+    std::vector<double> blank;
+    if (options.shape > 0) {
+      blank.assign(table.names().size(), std::nan(""));
+      blank[0] = index;
+    }
+    table.add(blank, why);
+  }
+  table.finish();
+  return all;
+}
+
+void registerFk(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<FkCommand>();
+  CLI::App* fk =
+      app.add_subcommand("fk", "forward kinematics of one arm: tip pose, stability, Jacobian or shape per row");
+  fk->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
+  fk->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->capture_default_str();
+  fk->add_option("-m,--model", options->model,
+                 "kinematic model: rigid, or compliant (torsion, loads); of a catheter constant-curvature, or cosserat")
+      ->check(CLI::IsMember({"rigid", "compliant", "constant-curvature", "cosserat"}))
+      ->capture_default_str();
+  fk->add_option("-w,--wrench", options->wrench,
+                 "fx,fy,fz,mx,my,mz at the tool tip, N and N m; directions stay those of the base frame");
+  fk->add_flag("-j,--jacobian", options->jacobian, "add the 6 x 2n Jacobian by rows (linear rows first; base frame)");
+  fk->add_flag("-c,--compliance", options->compliance,
+               "add the 6 x 6 compliance of the tool tip by rows: twist per wrench (base frame)");
+  fk->add_flag("--branch", options->branch,
+               "add where stability is least, conjugate points, windings and end angles: which equilibrium it is");
+  fk->add_flag("--follow", options->follow,
+               "rows are one joint path, the equilibrium is followed from row to row; a snap is told in `status`");
+  fk->add_flag(
+      "--end-angles", options->end_angles,
+      "rows are beta_1..beta_n,theta_1..theta_n: angles of the tubes' ends; adds the motors' alpha_1..alpha_n");
+  fk->add_option("-s,--shape", options->shape, "N backbone points a row instead of the tip")
+      ->check(CLI::Range(2, 10000));
+  fk->add_flag("--shape-details", options->shape_details, "add the points' curvature and the tubes' torsional moments");
+  fk->add_option(
+        "--csv", options->csv,
+        "rows beta_1..beta_n,alpha_1..alpha_n (of a catheter insertion,roll,bend) in m and rad, without header; - is "
+        "standard input")
+      ->capture_default_str();
+  fk->add_flag("--json", options->json, "JSON instead of CSV");
+  fk->footer(
+      "Rows are answered by themselves, each from a cold start, unless --follow is given. Ends with 1 where a row has "
+      "no stable answer.\n"
+      "Examples:\n"
+      "  echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -\n"
+      "  echo -0.1,-0.08,-0.05,0.785,1.2,2.5 | tandem fk --model compliant --wrench 0,0.1,0,0,0,0 --jacobian\n"
+      "  echo 0.06,0,1.57 | tandem fk --robot ablation-pair --model cosserat --wrench 0,0.01,0,0,0,0 --compliance");
+  fk->callback([options, &exit_code] { guarded(exit_code, [&] { return runFk(*options); }); });
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the parts of `tandem fk` share. */
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <istream>
+#include <string>
+
+#include "experiments/csv.h"
+#include "services/cli/models/table.h"
+
+namespace tandem::cli {
+
+struct FkOptions {
+  std::string robot = "ark2024", arm = "a", model = "rigid", csv = "-", wrench;
+  bool jacobian = false, compliance = false, branch = false, follow = false, end_angles = false;
+  bool shape_details = false, json = false;
+  int shape = 0;
+};
+
+/// Adds what there is to say of a row, counted from 1. @return why it has no answer; empty where it has one
+using AnswerRow = std::function<std::string(const experiments::CsvRow& row, int index, Table& table)>;
+/// Answers all rows of a file; one without an answer has blanks and the reason, and among points of a shape its number.
+/// @return whether all have an answer
+bool answerRows(const FkOptions& options, std::istream& input, int columns, const AnswerRow& answer, Table& table);
+
+/// Forward kinematics of a catheter of a cooperative robot: rows of insertion (m), roll, bend (rad).
+/// @throw Failure(kUsage) for an option that a catheter does not have.
+int catheterFk(const FkOptions& options, const std::filesystem::path& file);
+
+}  // namespace tandem::cli

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem montecarlo: every method on thousands of random tasks, on all cores or over a cluster. */
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "control/method_names.h"
+#include "experiments/montecarlo.h"
+#include "services/cli/models/figure.h"
+#include "services/cli/models/parallel.h"
+#include "services/client/arguments.h"
+#include "services/runtime/process.h"
+
+namespace tandem::cli {
+namespace {
+
+namespace ex = experiments;
+namespace fs = std::filesystem;
+
+struct MonteCarloCommand {
+  std::string deployment = "lockstep", model, plant, feedback = "sensor", shard = "0/1", csv, figure;
+  std::vector<std::string> methods, set, shards;
+  std::array<std::vector<std::string>, ex::kErrorSources.size()> errors;
+  int tasks = 1000, jobs = 0;
+  std::uint64_t seed = 1;
+  double infeasible = 0.2;
+  bool posture = false, json = false;
+};
+
+/** Which of how many parts of the run this is. */
+struct Shard {
+  int index = 0, count = 1;
+};
+
+double numberOf(const std::string& option, const std::string& text, const std::string& expected) {
+  double value = 0.0;
+  const auto [rest, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || rest != text.data() + text.size() || !std::isfinite(value))
+    throw Failure(kUsage, option + ": found '" + text + "', expected " + expected);
+  return value;
+}
+
+Shard shardOf(const std::string& text) {
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto [slash, first] = std::from_chars(text.data(), end, shard.index);
+  const bool number = first == std::errc() && slash != end && *slash == '/';
+  const auto [rest, second] = std::from_chars(number ? slash + 1 : end, end, shard.count);
+  if (!number || second != std::errc() || rest != end || shard.index < 0 || shard.index >= shard.count)
+    throw Failure(kUsage, "--shard: found '" + text + "', expected i/n with i from 0 to n-1");
+  return shard;
+}
+
+/// A size of a source of error, SI.
+double sizeOf(const ex::ErrorSource& source, std::string text) {
+  const std::string option = std::string("--") + source.name, whole = text;
+  const std::string expected =
+      source.relative ? "a share such as 0.05 or 5%, not below zero" : "a number, not below zero";
+  double unit = source.unit;
+  if (source.relative && text.ends_with('%')) {
+    text.pop_back();
+    unit = 0.01;
+  }
+  const double size = unit * numberOf(option, text, expected);
+  if (!(size >= 0.0))
+    throw Failure(kUsage, option + ": found '" + whole + "', expected " + expected);
+  return size;
+}
+
+/// The first case has the first size of every source, the others one size of one source changed.
+std::vector<ex::ErrorSizes> casesOf(const MonteCarloCommand& options) {
+  std::vector<ex::ErrorSizes> cases(1);
+  for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
+    if (!options.errors[s].empty())
+      cases.front().*ex::kErrorSources[s].member = sizeOf(ex::kErrorSources[s], options.errors[s].front());
+  }
+  for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
+    for (std::size_t i = 1; i < options.errors[s].size(); ++i) {
+      ex::ErrorSizes next = cases.front();
+      next.*ex::kErrorSources[s].member = sizeOf(ex::kErrorSources[s], options.errors[s][i]);
+      if (std::find(cases.begin(), cases.end(), next) != cases.end())
+        throw Failure(kUsage, std::string("--") + ex::kErrorSources[s].name + ": found '" + options.errors[s][i] +
+                                  "' twice, expected different sizes");
+      cases.push_back(next);
+    }
+  }
+  return cases;
+}
+
+std::vector<control::Method> methodsOf(const MonteCarloCommand& options) {
+  std::vector<control::Method> methods;
+  for (int m = 0; options.methods.empty() && m < control::kMethodCount; ++m)
+    methods.push_back(static_cast<control::Method>(m));
+  for (const std::string& text : options.methods) {
+    const auto method = idl::fromName<control::Method>(text);
+    if (!method || std::find(methods.begin(), methods.end(), *method) != methods.end())
+      throw Failure(kUsage, "--methods: found '" + text + "', expected different ones of " + control::methodList());
+    methods.push_back(*method);
+  }
+  return methods;
+}
+
+/// Those that can be changed while a method runs, and those that cannot.
+std::vector<control::Tunable> settable() {
+  std::vector<control::Tunable> all(control::kTunables.begin(), control::kTunables.end());
+  all.push_back({"least_stability", &control::MethodParameters::least_stability});
+  all.push_back({"least_distance", &control::MethodParameters::least_distance});
+  return all;
+}
+
+void setParameters(const MonteCarloCommand& options, control::MethodParameters& parameters) {
+  const std::vector<control::Tunable> all = settable();
+  std::string names;
+  for (const control::Tunable& tunable : all)
+    names += (names.empty() ? "" : ", ") + std::string(tunable.name);
+  for (const std::string& text : options.set) {
+    const std::size_t sign = text.find('=');
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const auto& tunable) { return tunable.name == text.substr(0, sign); });
+    if (sign == std::string::npos || found == all.end())
+      throw Failure(kUsage, "--set: found '" + text + "', expected NAME=VALUE with one of " + names);
+    parameters.*found->member = numberOf("--set " + text.substr(0, sign), text.substr(sign + 1), "a number, in SI");
+  }
+}
+
+ex::LoopOptions loopOf(const MonteCarloCommand& options, const config::Deployment& deployment) {
+  ex::LoopOptions loop{deployment.control_period,
+                       {deployment.relative_gain, deployment.tip_gain},
+                       deployment.feedback,
+                       deployment.plant,
+                       deployment.budgets};
+  if (!options.plant.empty())
+    loop.plant.model = options.plant;
+  const auto feedback = idl::fromName<planning::Feedback>(options.feedback);
+  if (!feedback)
+    throw Failure(kUsage, "--feedback: found '" + options.feedback + "', expected model or sensor");
+  loop.feedback = *feedback;
+  return loop;
+}
+
+std::vector<ex::TaskResult> runShards(const MonteCarloCommand& options) {
+  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  config::Robot robot = config::loadRobot(deployment.robot);
+  setParameters(options, robot.parameters);
+  const std::string model_name = options.model.empty() ? deployment.model : options.model;
+  const ex::RobotModel model(robot, model_name);
+  const ex::LoopOptions loop = loopOf(options, deployment);
+  const Shard shard = shardOf(options.shard);
+  ex::MonteCarlo run{options.seed,    options.tasks,      options.infeasible,
+                     options.posture, methodsOf(options), casesOf(options)};
+  std::vector<int> tasks;
+  for (int i = shard.index; i < run.tasks; i += shard.count)
+    tasks.push_back(i);
+  std::vector<std::vector<ex::TaskResult>> parts(run.cases.size() * tasks.size());
+  parallelFor(parts.size(), options.jobs, "montecarlo", [&](std::size_t i) {
+    parts[i] = ex::runTask(robot, model, loop, run, i / tasks.size(), tasks[i % tasks.size()]);
+  });
+  std::vector<ex::TaskResult> results;
+  for (const auto& part : parts)
+    results.insert(results.end(), part.begin(), part.end());
+  return results;
+}
+
+nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows) {
+  auto json = nlohmann::ordered_json::array();
+  const auto percentiles = [](const std::array<double, 3>& values, double unit) {
+    return nlohmann::ordered_json{{"p50", unit * values[0]}, {"p90", unit * values[1]}, {"p99", unit * values[2]}};
+  };
+  for (const ex::MethodSummary& row : rows) {
+    nlohmann::ordered_json line{{"method", control::name(row.method)}};
+    for (const ex::ErrorSource& source : ex::kErrorSources)
+      line["errors"][source.name] = row.errors.*source.member / source.unit;
+    line["feasible"] = row.feasible;
+    line["succeeded"] = row.succeeded;
+    line["infeasible"] = row.infeasible;
+    line["infeasible_reported"] = row.reported;
+    line["iterations_per_point"] = percentiles(row.iterations, 1.0);
+    line["rms_ab_mm"] = percentiles(row.ab, 1e3);
+    line["rms_a_mm"] = percentiles(row.a, 1e3);
+    line["limit_violations"] = row.violations;
+    line["gate_actions"] = row.gate_actions;
+    line["least_stability"] = row.stability;
+    line["snaps"] = row.snaps;
+    json.push_back(line);
+  }
+  return json;
+}
+
+/// Prints, writes and draws. @return the exit code: kFailure where a setpoint left its limits or a task that is out of
+/// reach was not reported.
+int finish(const MonteCarloCommand& options, const std::vector<ex::TaskResult>& results) {
+  std::string csv = options.csv;
+  if (csv.empty() && !options.figure.empty())
+    csv = fs::path(options.figure).replace_extension(".csv").string();
+  if (!csv.empty()) {
+    if (const fs::path folder = fs::path(csv).parent_path(); !folder.empty())
+      fs::create_directories(folder);
+    std::ofstream out(csv);
+    ex::writeResults(out, results);
+    if (!out.flush())
+      throw Failure(kFailure, csv + ": cannot be written");
+  }
+  if (!options.figure.empty())
+    drawFigures("montecarlo.py", {csv, options.figure});
+  const std::vector<ex::MethodSummary> rows = ex::summarise(results);
+  if (options.json)
+    std::cout << monteCarloJson(rows).dump(2) << '\n';
+  else
+    std::cout << ex::formatTable(rows);
+  const bool good = std::all_of(rows.begin(), rows.end(), [](const ex::MethodSummary& row) {
+    return row.violations == 0 && row.reported == row.infeasible;
+  });
+  return good ? kOk : kFailure;
+}
+
+int runMerge(const MonteCarloCommand& options) {
+  std::vector<ex::TaskResult> results;
+  try {
+    for (const std::string& file : options.shards) {
+      const std::vector<ex::TaskResult> more = ex::readResults(*openInput(file), file);
+      results.insert(results.end(), more.begin(), more.end());
+    }
+    return finish(options, ex::merge(std::move(results)));
+  } catch (const std::invalid_argument& error) {
+    throw Failure(kUsage, error.what());
+  }
+}
+
+int runMonteCarlo(const MonteCarloCommand& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<ex::TaskResult> results = runShards(options);
+  const int code = finish(options, results);
+  if (!options.json) {
+    std::fprintf(stderr, "%zu runs in %.1f s\n", results.size(),
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  return code;
+}
+
+void addOutputs(CLI::App& command, MonteCarloCommand& options) {
+  command.add_option("--csv", options.csv, "file for a row a task and method, SI");
+  command.add_option("--figure", options.figure, "draw errors, iterations and sweeps into this PNG file");
+  command.add_flag("--json", options.json, "JSON instead of the table");
+}
+
+}  // namespace
+
+void registerMonteCarlo(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<MonteCarloCommand>();
+  CLI::App* command = app.add_subcommand("montecarlo", "every method on random tasks, with a plant that differs");
+  command
+      ->add_option("-d,--deployment", options->deployment,
+                   "deployment: robot, gains, models, and the plant that errors are added to")
+      ->capture_default_str();
+  command->add_option("--tasks", options->tasks, "random tasks for every method")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--methods", options->methods, "methods, separated by commas (default: all)")->delimiter(',');
+  command->add_option("--seed", options->seed, "of everything random")->capture_default_str();
+  command->add_option("--infeasible", options->infeasible, "share of tasks whose targets are out of reach in the end")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command->add_flag("--posture", options->posture,
+                    "references carry the joints of the path that the task was made from");
+  command->add_option("--set", options->set, "parameter of the methods, NAME=VALUE in SI; may be repeated");
+  command
+      ->add_option("--model", options->model,
+                   "kinematic model of control: rigid or compliant (default: the deployment's)")
+      ->check(CLI::IsMember({"rigid", "compliant"}));
+  command->add_option("--plant", options->plant, "kinematic model of the plant (default: the deployment's)")
+      ->check(CLI::IsMember({"rigid", "compliant"}));
+  command->add_option("--feedback", options->feedback, "errors of measured tips (sensor) or of the model's (model)")
+      ->capture_default_str();
+  for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
+    const ex::ErrorSource& source = ex::kErrorSources[s];
+    command
+        ->add_option(std::string("--") + source.name, options->errors[s],
+                     std::string(source.what) + "; several: a sweep")
+        ->delimiter(',')
+        ->group("Sources of error");
+  }
+  command->add_option("--shard", options->shard, "part i of n of the tasks, i from 0")->capture_default_str();
+  command->add_option("-j,--jobs", options->jobs, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+  addOutputs(*command, *options);
+  command->footer(
+      "The same seed gives the same rows, whatever --jobs and --shard are (docs/montecarlo.md). Ends with 1 if a "
+      "setpoint\n"
+      "left its limits or a task out of reach was reported as done.\n"
+      "Examples:\n"
+      "  tandem montecarlo --tasks 1000 --methods nspqp,snsqp --csv results/mc.csv\n"
+      "  tandem montecarlo --tip-noise-mm 0,0.1,0.2,0.5 --curvature-error 0,2%,5% --figure results/sweep.png\n"
+      "  tandem montecarlo merge shard-*.csv --csv all.csv");
+  CLI::App* merging = command->add_subcommand("merge", "files of all shards into what one run would have given");
+  merging->add_option("files", options->shards, "CSV files of the shards")->required();
+  addOutputs(*merging, *options);
+  merging->callback([options, &exit_code] { guarded(exit_code, [&] { return runMerge(*options); }); });
+  command->callback([options, command, &exit_code] {
+    if (command->get_subcommands().empty())
+      guarded(exit_code, [&] { return runMonteCarlo(*options); });
+  });
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Runs a path of what catheters move over DDS in lock-step, and collects a row a period from the topics. */
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "robots/track.h"
+#include "services/cli/temporary_folder.h"
+#include "services/client/client.h"
+
+namespace tandem::cli {
+
+/** A deployment file of its own for one robot file: simulator, control and planning in lock-step, under a prefix that
+ * nobody else has, in a domain without a participant on this machine. Lies in a folder of its own, and goes with this.
+ */
+class OwnDeployment {
+ public:
+  /// @throw Failure where the folder cannot be made; config::Error as config::loadDeployment() does.
+  OwnDeployment(const std::filesystem::path& robot, double period, double gain, control::Method method);
+  const config::Deployment& deployment() const { return deployment_; }
+
+ private:
+  TemporaryFolder folder_;
+  config::Deployment deployment_;
+};
+
+/** Drives the running processes along a path. What is moved is taken to be where a mechanism of its own comes to rest
+ * at the joints that the topics tell. */
+class PathRunner {
+ public:
+  /// Connects and takes the control lease. @param interrupted  ends waiting: a process died or the user asked.
+  PathRunner(const config::Deployment& deployment, std::function<bool()> interrupted);
+  ~PathRunner();
+
+  /// @param mechanism  at rest where the robot stands  @param path  with the mechanism's length
+  /// @return as robots::track() does  @throw Failure where a service falls silent or a sample is missing.
+  robots::TrackRecord run(robots::Mechanism& mechanism,
+                          const planning::ObjectPath& path,
+                          const robots::TrackOptions& options,
+                          const std::function<void(double, double)>& progress);
+
+ private:
+  /// One period of the run: what planning asked for, where the joints were, what control found.
+  struct Period {
+    dds::PlanningReference reference;
+    dds::ActuationState state;
+    dds::ControlStatus status;
+  };
+  std::uint32_t start(const planning::ObjectPath& path, std::string& refused);
+  std::optional<Period> take(std::uint32_t id);
+  Period next(std::uint32_t id, std::size_t periods);  ///< waits for it
+  safety::RobotVector joints(const dds::ActuationState& state, int count) const;
+
+  double period_;
+  mutable std::mutex mutex_;
+  std::deque<dds::PlanningReference> references_;         ///< in order of arrival
+  std::map<std::uint64_t, dds::ActuationState> states_;   ///< by sequence
+  std::map<std::uint64_t, dds::ControlStatus> statuses_;  ///< those with a solution, by the state that they answer
+  std::unique_ptr<Client> client_;
+};
+
+}  // namespace tandem::cli

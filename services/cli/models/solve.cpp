@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem solve: one control step per row. */
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "control/conflict.h"
+#include "control/method_names.h"
+#include "control/resolver.h"
+#include "experiments/csv.h"
+#include "services/client/arguments.h"
+
+namespace tandem::cli {
+namespace {
+
+struct SolveCommand {
+  std::string robot = "ark2024", method = "nspqp", backend = "active-set", bounds = "coupled", csv = "-";
+  double period = 0.0, zeta = 0.0;
+  bool json = false;
+};
+
+template <class Enum>
+Enum parse(const std::string& option, const std::string& text, std::optional<Enum> value, const std::string& expected) {
+  if (!value)
+    throw Failure(kUsage, option + ": found '" + text + "', expected " + expected);
+  return *value;
+}
+
+control::MethodParameters parameters(const SolveCommand& options, const config::Robot& robot) {
+  control::MethodParameters p = robot.parameters;
+  p.backend =
+      parse("--backend", options.backend, idl::fromName<control::Backend>(options.backend), "active-set or ipopt");
+  p.bounds = parse("--bounds", options.bounds, idl::fromName<control::BoundsKind>(options.bounds), "coupled or frozen");
+  if (options.period > 0.0)
+    p.period = options.period;
+  if (options.zeta > 0.0)
+    p.nspqp_zeta = p.snsqp_zeta = options.zeta;
+  return p;
+}
+
+/** One step for one row: joints of both arms, v_ab, v_a. */
+struct SolvedRow {
+  std::string status;
+  std::vector<double> numbers;
+};
+
+class Stepper {
+ public:
+  Stepper(const SolveCommand& options, const config::Robot& robot) : robot_(robot) {
+    if (robot_.armCount() < 2)
+      throw Failure(kUsage, "--robot: solve needs a robot of two arms");
+    const auto method =
+        parse("--method", options.method, idl::fromName<control::Method>(options.method), control::methodList());
+    resolver_ = control::makeResolver(method, parameters(options, robot));
+    problem_.setLimits(robot_.limits().data(), 2);
+  }
+
+  int joints() const { return problem_.joint_count; }
+
+  SolvedRow answer(const experiments::CsvRow& row) {
+    if (!row.error.empty())
+      return {row.error, {}};
+    const safety::RobotVector q = Eigen::Map<const Eigen::VectorXd>(row.values.data(), joints());
+    problem_.setPosition(q);
+    problem_.task_count = 2;
+    for (control::Task& task : problem_.task)
+      task.jacobian.setZero(3, joints());
+    for (int k = 0; k < 2; ++k) {
+      kinematics::Tip tip;
+      const auto arm = static_cast<std::size_t>(k);
+      const auto status = robot_.models()[arm]->tip(q.segment(robot_.offset(k), robot_.size(k)), tip);
+      if (status != kinematics::ModelStatus::kOk) {
+        return {std::string(k == 0 ? "arm a: " : "arm b: ") + std::string(kinematics::describe(status)), {}};
+      }
+      const auto columns = tip.jacobian.topRows<3>();
+      problem_.task[0].jacobian.middleCols(robot_.offset(k), robot_.size(k)) = (k == 0 ? 1.0 : -1.0) * columns;
+      if (k == 0)
+        problem_.task[1].jacobian.middleCols(0, robot_.size(0)) = columns;
+    }
+    const double* v = row.values.data() + joints();
+    problem_.task[0].velocity = Eigen::Vector3d(v[0], v[1], v[2]);
+    problem_.task[1].velocity = Eigen::Vector3d(v[3], v[4], v[5]);
+    resolver_->solve(problem_, solution_);
+    const bool infeasible = solution_.status == control::SolveStatus::kInfeasible;
+    if (solution_.status != control::SolveStatus::kSolved && !infeasible)
+      return {std::string(control::name(solution_.status)), {}};
+    SolvedRow answer{infeasible ? "infeasible: " + control::describe(problem_, solution_.conflict, {"a", "b"}) : "ok",
+                     {solution_.velocity.begin(), solution_.velocity.end()}};
+    answer.numbers.insert(answer.numbers.end(), {solution_.scale[0], solution_.scale[1],
+                                                 static_cast<double>(solution_.iterations), solution_.kkt_residual});
+    return answer;
+  }
+
+ private:
+  robots::RobotModel robot_;
+  std::unique_ptr<control::Resolver> resolver_;
+  control::StepProblem problem_;
+  control::Solution solution_;
+};
+
+int runSolve(const SolveCommand& options) {
+  const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
+  Stepper stepper(options, robot);
+  const auto input = openInput(options.csv);
+  std::vector<std::string> names;
+  for (int j = 1; j <= stepper.joints(); ++j)
+    names.push_back("qd_" + std::to_string(j));
+  names.insert(names.end(), {"s_1", "s_2", "iterations", "kkt_residual"});
+  if (!options.json) {
+    for (const std::string& name : names)
+      std::cout << name << ',';
+    std::cout << "status\n";
+  }
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  bool all = true;
+  for (const experiments::CsvRow& row : experiments::readRows(*input, stepper.joints() + 6)) {
+    const SolvedRow answer = stepper.answer(row);
+    all = all && answer.status == "ok";
+    nlohmann::ordered_json object;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (options.json && !answer.numbers.empty())
+        object[names[i]] = answer.numbers[i];
+      if (!options.json)
+        std::cout << (answer.numbers.empty() ? "" : experiments::number(answer.numbers[i])) << ',';
+    }
+    object["status"] = answer.status;
+    if (options.json)
+      json.push_back(object);
+    if (!options.json)
+      std::cout << statusField(answer.status) << '\n';
+  }
+  if (options.json)
+    std::cout << json.dump(2) << '\n';
+  return all ? kOk : kFailure;
+}
+
+}  // namespace
+
+void registerSolve(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<SolveCommand>();
+  CLI::App* solve = app.add_subcommand("solve", "one control step per row: joint velocities for v_ab and v_a");
+  solve->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
+  solve->add_option("-m,--method", options->method, control::methodList())->capture_default_str();
+  solve->add_option("-b,--backend", options->backend, "active-set or ipopt")->capture_default_str();
+  solve
+      ->add_option("--bounds", options->bounds,
+                   "coupled, or frozen: the paper's formula with the inner tube standing still")
+      ->capture_default_str();
+  solve->add_option("-T,--period", options->period, "control period, s (default: the robot file's)")
+      ->check(CLI::PositiveNumber);
+  solve->add_option("-z,--zeta", options->zeta, "zeta of (7) or (8) (default: the robot file's)")
+      ->check(CLI::PositiveNumber);
+  solve
+      ->add_option("--csv", options->csv,
+                   "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, without header; - is standard input")
+      ->capture_default_str();
+  solve->add_flag("--json", options->json, "JSON instead of CSV");
+  solve->callback([options, &exit_code] { guarded(exit_code, [&] { return runSolve(*options); }); });
+}
+
+}  // namespace tandem::cli

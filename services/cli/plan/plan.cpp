@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem plan: what can be had, before anything moves; computed here, or by a running system. */
+#include <cmath>
+#include <fstream>
+#include <iostream>
+
+#include "control/method_names.h"
+#include "services/cli/models/arm_options.h"
+#include "services/cli/models/table.h"
+#include "services/cli/plan/plan_print.h"
+#include "services/cli/plan/plan_setup.h"
+#include "services/computation/reports.h"
+#include "services/runtime/process.h"
+
+namespace tandem::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using dds::ComputationKind;
+
+bool isGood(const dds::ComputationResult& result) {
+  return result.outcome == static_cast<std::uint8_t>(dds::Outcome::kGood);
+}
+
+int checkPlan(const PlanOptions& options) {
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kCheck));
+  const bool rehearsed = result.rehearsed != 0;
+  if (options.json) {
+    Json json = reportJson(result.report);
+    json["rehearsal"] = rehearsed ? Json{{"method", setup.method()},
+                                         {"with_posture", rehearsalJson(result.with_posture)},
+                                         {"without_posture", rehearsalJson(result.without_posture)}}
+                                  : Json();
+    std::cout << json.dump(2) << '\n';
+  } else {
+    print(result.report, std::cout);
+    if (rehearsed) {
+      print(result.with_posture, setup.method(), "with the planned posture", std::cout);
+      print(result.without_posture, setup.method(), "without a posture", std::cout);
+    }
+  }
+  return isGood(result) ? kOk : kFailure;
+}
+
+int repair(const PlanOptions& options) {
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kRepair));
+  const dds::RepairReport& repair = result.repair;
+  const bool found = !repair.trajectory.empty();
+  if (found) {
+    std::ofstream out(options.output);
+    out << "# SPDX-License-Identifier: Apache-2.0\n" << repair.trajectory;
+    if (!out.flush())
+      throw Failure(kUsage, options.output + ": cannot be written");
+  }
+  if (options.json) {
+    std::cout << Json{{"before", reportJson(repair.before)},
+                      {"after", reportJson(result.report)},
+                      {"rounds", repair.rounds},
+                      {"largest_change_m", repair.largest_change},
+                      {"rms_change_m", repair.rms_change},
+                      {"file", found ? Json(options.output) : Json()}}
+                     .dump(2)
+              << '\n';
+  } else if (found) {
+    std::printf("%d of %zu points could not be had; moved by %.3g mm at most, %.3g mm rms, in %u rounds: %s\n",
+                service::unreachable(repair.before), repair.before.points.size(), 1e3 * repair.largest_change,
+                1e3 * repair.rms_change, repair.rounds, options.output.c_str());
+  } else {
+    print(result.report, std::cout);
+    std::cout << "no feasible trajectory was found; nothing is written\n";
+  }
+  return isGood(result) ? kOk : kFailure;
+}
+
+/// "a=x,y,z" or "a=x,y,z,dx,dy,dz".
+dds::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
+  const std::size_t sign = text.find('=');
+  if (sign == std::string::npos)
+    throw Failure(kUsage, "--tip: found '" + text + "', expected ARM=x,y,z or ARM=x,y,z,dx,dy,dz");
+  const std::string numbers = text.substr(sign + 1);
+  const auto commas = std::count(numbers.begin(), numbers.end(), ',');
+  const Eigen::VectorXd values = numbersOf("--tip", numbers, commas > 2 ? 6 : 3);
+  dds::TipTarget target;
+  target.arm = static_cast<std::uint8_t>(&armOf(robot, text.substr(0, sign)) - robot.arms.data());
+  Eigen::Vector3d::Map(target.position.data()) = values.head<3>();
+  target.has_direction = values.size() == 6 ? 1 : 0;
+  if (values.size() == 6)
+    Eigen::Vector3d::Map(target.direction.data()) = values.tail<3>();
+  if (values.size() == 6 && !(values.tail<3>().norm() > 0.0))
+    throw Failure(kUsage, "--tip: found the direction [0, 0, 0], expected a vector with a length");
+  return target;
+}
+
+Json ikJson(const dds::IkReport& answer, const config::Robot& robot, bool reached, bool clearance) {
+  Json json{{"reached", reached},
+            {"reason", planning::name(static_cast<planning::Reach>(answer.reach))},
+            {"words", answer.words},
+            {"joints", answer.joints},
+            {"tips_m", Json::array()},
+            {"errors_m", answer.errors},
+            {"limits", Json::array()},
+            {"stability", answer.stability},
+            {"clearance_m", clearance ? Json(answer.clearance) : Json()},
+            {"starts", answer.starts},
+            {"iterations", answer.iterations}};
+  for (std::size_t k = 0; k + 2 < answer.tips.size(); k += 3)
+    json["tips_m"].push_back({answer.tips[k], answer.tips[k + 1], answer.tips[k + 2]});
+  for (const dds::LimitReport& limit : answer.limits)
+    json["limits"].push_back({{"arm", robot.arms.at(limit.arm).name}, {"limit", limit.words}});
+  return json;
+}
+
+int ik(const PlanOptions& options) {
+  PlanSetup setup(options);
+  auto request = setup.request(ComputationKind::kInverseKinematics);
+  for (const std::string& tip : options.tips)
+    request.targets.push_back(targetOf(tip, setup.robot()));
+  const auto result = setup.compute(request);
+  const dds::IkReport& answer = result.ik;
+  const bool reached = isGood(result);
+  if (options.json) {
+    const bool clearance = !options.no_clearance && setup.robot().arms.size() > 1;
+    std::cout << ikJson(answer, setup.robot(), reached, clearance).dump(2) << '\n';
+    return reached ? kOk : kFailure;
+  }
+  std::cout << (reached ? "reached" : "not reached: " + answer.words + "; the nearest found") << '\n';
+  const robots::RobotModel& model = setup.model();
+  for (int arm = 0; arm < model.armCount(); ++arm) {
+    const double* own = answer.joints.data() + model.offset(arm);
+    const int n = model.size(arm) / 2;
+    std::printf("%s: beta_mm [", setup.robot().arms[static_cast<std::size_t>(arm)].name.c_str());
+    for (int j = 0; j < n; ++j)
+      std::printf("%s%.6f", j == 0 ? "" : ", ", 1e3 * own[j]);
+    std::printf("], alpha_deg [");
+    for (int j = n; j < 2 * n; ++j)
+      std::printf("%s%.6f", j == n ? "" : ", ", own[j] * 180.0 / M_PI);
+    std::printf("]\n");
+  }
+  return reached ? kOk : kFailure;
+}
+
+void writeTiming(const PlanOptions& options, const dds::ComputationResult& result) {
+  std::ofstream out(options.csv);
+  std::vector<std::string> names{"t"};
+  append(names, numbered("q", static_cast<int>(result.start.size())));
+  Table table(out, names, false);
+  for (std::size_t k = 0; k < result.timing.times.size(); ++k) {
+    std::vector<double> row{result.timing.times[k]};
+    const std::vector<double>& q = k == 0 ? result.start : result.report.points.at(k - 1).joints;
+    row.insert(row.end(), q.begin(), q.end());
+    table.add(row, "ok");
+  }
+  if (!table.finish())
+    throw Failure(kUsage, options.csv + ": cannot be written");
+}
+
+int time(const PlanOptions& options) {
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kTime));
+  if (!isGood(result)) {
+    print(result.report, std::cout);
+    return kFailure;
+  }
+  if (!options.csv.empty())
+    writeTiming(options, result);
+  const double seconds = result.timing.times.empty() ? 0.0 : result.timing.times.back();
+  if (options.json)
+    std::cout << Json{{"seconds", seconds}, {"time_s", result.timing.times}, {"limiting_joint", result.timing.limiting}}
+                     .dump(2)
+              << '\n';
+  else
+    std::printf("%.3f s for %zu points\n", seconds, result.report.points.size());
+  return kOk;
+}
+
+int start(const PlanOptions& options) {
+  PlanSetup setup(options);
+  const auto result = setup.compute(setup.request(ComputationKind::kChooseStart));
+  Json json = Json::array();
+  for (const dds::StartReport& candidate : result.starts) {
+    json.push_back({{"joints", candidate.joints},
+                    {"unreachable", candidate.unreachable},
+                    {"room", candidate.room},
+                    {"mean_room", candidate.mean_room},
+                    {"given", candidate.given != 0}});
+  }
+  if (options.json) {
+    std::cout << json.dump(2) << '\n';
+    return isGood(result) ? kOk : kFailure;
+  }
+  std::printf("room      mean      unreachable  joints\n");
+  for (const dds::StartReport& candidate : result.starts) {
+    std::printf("%-9.4f %-9.4f %-12u ", candidate.room, candidate.mean_room, candidate.unreachable);
+    for (std::size_t j = 0; j < candidate.joints.size(); ++j)
+      std::printf("%s%.9g", j == 0 ? "" : ",", candidate.joints[j]);
+    std::printf("%s\n", candidate.given != 0 ? "  (given)" : "");
+  }
+  return isGood(result) ? kOk : kFailure;
+}
+
+void common(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
+  CLI::Option* live = app->add_option("-d,--deployment", o->deployment,
+                                      "ask the running system of this deployment, file or preset, for its robot, its "
+                                      "model and its present joints");
+  app->add_flag_callback(
+         "--live",
+         [o] {
+           if (o->deployment.empty())
+             o->deployment = service::defaultDeployment();
+         },
+         "short for --deployment laptop")
+      ->excludes(live);
+  CLI::Option* robot = app->add_option("-r,--robot", o->robot, "robot file or preset")->capture_default_str();
+  CLI::Option* model = app->add_option("--model", o->model, "rigid or compliant")
+                           ->check(CLI::IsMember({"rigid", "compliant"}))
+                           ->capture_default_str();
+  for (CLI::Option* own : {robot, model})
+    own->excludes(live)->excludes("--live");
+  app->add_option("--from", o->from,
+                  "start: home, or EXPERIMENT:CONFIGURATION, e.g. table3:1 (default: home; of a running system, where "
+                  "it stands)");
+  app->add_option("--joints", o->joints, "start: joints of all arms, m and rad, separated by commas");
+  app->add_option("--stability", o->stability, "smallest stability of compliant arms, 0 to 1")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app->add_option("--clearance-mm", o->clearance_mm, "smallest distance between the arms' bodies")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app->add_flag("--no-clearance", o->no_clearance, "arms may touch");
+  app->add_option("--port-radius-mm", o->port_radius_mm, "radius of the port's hole, about the robot's z axis")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--port-depth-mm", o->port_depth_mm, "how far the port's rim stands in front of the entry plane")
+      ->check(CLI::NonNegativeNumber);
+  app->add_option("--starts", o->starts, "random starts of a search")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app->add_option("--seed", o->seed, "of the random starts: the same seed gives the same answer")
+      ->capture_default_str();
+  app->add_flag("--json", o->json, "JSON instead of text");
+}
+
+void trajectoryOf(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
+  app->add_option("file", o->file, "trajectory file or preset")->required();
+  common(app, o);
+  app->add_option("--within-mm", o->within_mm, "a point nearer than this counts as reached")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void registerPlan(CLI::App& app, int& exit_code) {
+  CLI::App* plan = app.add_subcommand("plan", "what a robot can do, before it moves: check, repair, ik, time, start");
+  plan->require_subcommand(1);
+  plan->footer(
+      "Needs no running system; with --deployment the running one computes, beside control, for where its robot "
+      "stands. Ends with 0: feasible, 1: not, 2: bad input. Ctrl-C cancels.\n"
+      "  tandem plan check circle                      can it be run from the home position, and if not, why\n"
+      "  tandem plan repair far.yaml -o near.yaml      the nearest trajectory that can be run\n"
+      "  tandem plan ik --tip a=0.02,0.01,0.3          joints for a tip position\n"
+      "  tandem plan time circle                       how fast the joints' limits allow it\n"
+      "  tandem plan start circle                      the start with the most room around it");
+  const auto add = [&](const char* name, const char* text, int (*body)(const PlanOptions&), const char* footer) {
+    auto options = std::make_shared<PlanOptions>();
+    CLI::App* command = plan->add_subcommand(name, text);
+    command->footer(footer);
+    command->callback([options, body, &exit_code] { guarded(exit_code, [&] { return body(*options); }); });
+    return std::pair{command, options};
+  };
+  {
+    auto [command, o] = add("check", "which points of a trajectory cannot be had, and why", checkPlan,
+                            "Example: tandem plan check lissajous --from table3:2 --model compliant --json");
+    trajectoryOf(command, o);
+    command
+        ->add_option("--method", o->method,
+                     "method that the rehearsal runs with, with ideal joints (default: nspqp; a running system: its "
+                     "deployment's)")
+        ->check(CLI::IsMember(control::methodNames()));
+    command->add_flag("--no-rehearsal", o->no_rehearsal, "only what the robot can do, not whether a method gets there");
+  }
+  {
+    auto [command, o] = add("repair", "the nearest trajectory that can be run, as a file of waypoints", repair,
+                            "Example: tandem plan repair far.yaml -o near.yaml");
+    trajectoryOf(command, o);
+    command->add_option("-o,--output", o->output, "trajectory file to write")->required();
+    command->add_option("--smoothing", o->smoothing, "how smooth corrections are, 0: only what must be moved is")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+  }
+  {
+    auto [command, o] =
+        add("ik", "joints for tips, nearest to the start's, or the nearest pose and what is in the way", ik,
+            "Example: tandem plan ik --tip a=0.02,0.01,0.3 --tip b=0.02,-0.01,0.3,0,0,1\n"
+            "An arm without a --tip stays near its start.");
+    common(command, o);
+    command->add_option("--tip", o->tips, "ARM=x,y,z in m, robot base frame; ,dx,dy,dz: where the tool points")
+        ->required();
+  }
+  {
+    auto [command, o] = add("time", "the fastest timing under the joints' limits", time,
+                            "Velocities are those of the robot file; rotations without any take the "
+                            "snsqp_rotation_velocity. Accelerations are the slew limits.");
+    trajectoryOf(command, o);
+    command->add_option("--translation-acceleration-mm-per-s2", o->translation_acceleration, "instead of the file's")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--rotation-velocity-rad-per-s", o->rotation_velocity, "instead of the file's")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--rotation-acceleration-rad-per-s2", o->rotation_acceleration, "instead of the file's")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--csv", o->csv, "file for a row a point: t, joints, SI");
+  }
+  {
+    auto [command, o] = add("start", "starts with the same tips, the one with the most room first", start,
+                            "Room is the smallest distance to limits (per 100 mm and 1 rad) and stability on the way.");
+    trajectoryOf(command, o);
+    command->add_option("--tries", o->tries, "random references")->check(CLI::Range(1, 10000))->capture_default_str();
+  }
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/cli/plan/plan_print.h"
+
+#include <cmath>
+#include <ostream>
+
+#include "services/computation/reports.h"
+
+namespace tandem::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+bool reached(const dds::PointReport& point) {
+  return point.reach == static_cast<std::uint8_t>(planning::Reach::kReached);
+}
+
+Json pointJson(const dds::PointReport& point) {
+  return {{"point", point.point},
+          {"reason", planning::name(static_cast<planning::Reach>(point.reach))},
+          {"words", point.words},
+          {"error_m", point.error},
+          {"relative_error_m", point.relative_error},
+          {"wanted_m", point.wanted},
+          {"nearest_m", point.tip}};
+}
+
+}  // namespace
+
+Json reportJson(const dds::TrajectoryReport& report) {
+  Json json{
+      {"feasible", report.feasible != 0},         {"start", report.start},
+      {"planar_start", report.planar_start != 0}, {"rotation_conditioning_m_per_rad", report.rotation_conditioning},
+      {"points", report.points.size()},           {"unreachable", Json::array()}};
+  double stability = 1.0, clearance = INFINITY;
+  for (const dds::PointReport& point : report.points) {
+    stability = std::min(stability, point.stability);
+    clearance = std::min(clearance, point.clearance);
+    if (!reached(point))
+      json["unreachable"].push_back(pointJson(point));
+  }
+  json["smallest_stability"] = stability;
+  json["smallest_clearance_m"] = std::isfinite(clearance) ? Json(clearance) : Json();
+  return json;
+}
+
+void print(const dds::TrajectoryReport& report, std::ostream& out) {
+  if (!report.start.empty()) {
+    out << "not feasible: " << report.start << '\n';
+    return;
+  }
+  if (report.planar_start != 0) {
+    out << "note: an arm starts with all tubes bent in one plane, where rotations move its tip across that plane only; "
+           "inward in the plane, control first turns its tubes a little apart\n";
+  }
+  for (const dds::PointReport& point : report.points) {
+    if (!reached(point))
+      out << "point " << point.point << ": " << point.words << '\n';
+  }
+  if (report.feasible != 0)
+    out << "feasible: all " << report.points.size() << " points\n";
+  else
+    out << "not feasible: " << service::unreachable(report) << " of " << report.points.size() << " points\n";
+}
+
+Json rehearsalJson(const dds::RehearsalReport& rehearsal) {
+  return {{"end", planning::name(static_cast<planning::RehearsalEnd>(rehearsal.end))},
+          {"points", rehearsal.points},
+          {"converged", rehearsal.converged},
+          {"point", rehearsal.point},
+          {"tip_error_m", rehearsal.tip_error},
+          {"relative_error_m", rehearsal.relative_error},
+          {"held_by", rehearsal.held},
+          {"words", rehearsal.words},
+          {"iterations", rehearsal.iterations}};
+}
+
+void print(const dds::RehearsalReport& rehearsal, const std::string& method, const char* how, std::ostream& out) {
+  if (rehearsal.end == static_cast<std::uint8_t>(planning::RehearsalEnd::kCompleted))
+    out << "rehearsal " << how << ": " << method << " completes in " << rehearsal.iterations << " iterations\n";
+  else
+    out << "rehearsal " << how << ": " << rehearsal.converged << " of " << rehearsal.points << " points; "
+        << rehearsal.words << '\n';
+}
+
+}  // namespace tandem::cli

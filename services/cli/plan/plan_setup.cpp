@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/cli/plan/plan_setup.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "config/tubes.h"
+#include "services/cli/models/arm_options.h"
+#include "services/runtime/process.h"
+
+namespace tandem::cli {
+namespace {
+
+std::optional<config::Deployment> deploymentOf(const PlanOptions& options) {
+  if (options.deployment.empty())
+    return std::nullopt;
+  return service::loadDeployment(options.deployment);
+}
+
+/// A result that answers the question; else a Failure.
+dds::ComputationResult answered(dds::ComputationResult result) {
+  const auto outcome = static_cast<dds::Outcome>(result.outcome);
+  if (outcome == dds::Outcome::kCancelled || outcome == dds::Outcome::kFailed)
+    throw Failure(kFailure, result.reason);
+  return result;
+}
+
+}  // namespace
+
+PlanSetup::PlanSetup(const PlanOptions& options)
+    : options_(options),
+      deployment_(deploymentOf(options)),
+      robot_(deployment_ ? config::loadTubes(*deployment_, "of catheters planning judges a path when it is started")
+                         : config::loadRobot(config::findFile(options.robot, "robot"))),
+      model_name_(deployment_ ? deployment_->model : options.model),
+      model_(robot_, model_name_) {}
+
+/// Empty: the robot's present joints.
+std::vector<double> PlanSetup::startOf(const std::string& from, const std::string& joints) const {
+  const auto list = [](const Eigen::VectorXd& q) { return std::vector<double>(q.begin(), q.end()); };
+  if (!joints.empty())
+    return list(numbersOf("--joints", joints, model_.jointCount()));
+  if (deployment_ && from.empty())
+    return {};
+  std::vector<Eigen::VectorXd> home;
+  for (const config::Arm& arm : robot_.arms)
+    home.push_back(arm.home);
+  if (from.empty() || from == "home")
+    return list(model_.stack(home));
+  const std::size_t colon = from.rfind(':');
+  if (colon == std::string::npos)
+    throw Failure(kUsage, "--from: found '" + from + "', expected home or EXPERIMENT:CONFIGURATION, e.g. table3:1");
+  const config::Experiment experiment = config::loadExperiment(config::findFile(from.substr(0, colon), "experiment"));
+  std::string known;
+  for (const config::Configuration& configuration : experiment.configurations) {
+    known += (known.empty() ? "" : ", ") + configuration.name;
+    if (configuration.name != from.substr(colon + 1))
+      continue;
+    if (configuration.joints.size() != robot_.arms.size())
+      throw Failure(kUsage, "--from: " + from + " is for another number of arms than robot " + robot_.name);
+    for (std::size_t k = 0; k < configuration.joints.size(); ++k) {
+      if (configuration.joints[k].size() != robot_.arms[k].home.size())
+        throw Failure(kUsage, "--from: " + from + " is for other joints than robot " + robot_.name);
+    }
+    return list(model_.stack(configuration.joints));
+  }
+  throw Failure(kUsage, "--from: found '" + from.substr(colon + 1) + "', expected a configuration of " +
+                            experiment.file.string() + ": " + known);
+}
+
+std::string PlanSetup::trajectory() const {
+  const auto file = config::findFile(options_.file, "trajectory");
+  const planning::TrajectorySpec spec = config::loadTrajectory(file);
+  if (std::max(spec.arm, spec.other_arm) >= model_.armCount()) {
+    throw Failure(kUsage, file.string() + ": found arm " + std::to_string(std::max(spec.arm, spec.other_arm)) +
+                              ", expected one of the " + std::to_string(model_.armCount()) + " arms of " + robot_.name);
+  }
+  return config::formatTrajectory(spec);
+}
+
+std::string PlanSetup::method() const {
+  if (!options_.method.empty())
+    return options_.method;
+  return std::string(control::name(deployment_ ? deployment_->method : config::Deployment{}.method));
+}
+
+dds::ComputationRequest PlanSetup::request(dds::ComputationKind kind) const {
+  dds::ComputationRequest request;
+  request.kind = static_cast<std::uint8_t>(kind);
+  if (!options_.file.empty())
+    request.trajectory = trajectory();
+  request.joints = startOf(options_.from, options_.joints);
+  request.stability = options_.stability;
+  request.arms_may_touch = options_.no_clearance ? 1 : 0;
+  request.clearance = 1e-3 * options_.clearance_mm;
+  request.port_radius = 1e-3 * options_.port_radius_mm;
+  request.port_depth = 1e-3 * options_.port_depth_mm;
+  request.accept = 1e-3 * options_.within_mm;
+  request.starts = static_cast<std::uint32_t>(options_.starts);
+  request.seed = options_.seed;
+  if (kind == dds::ComputationKind::kCheck && !options_.no_rehearsal)
+    request.rehearse = method();
+  request.smoothing = options_.smoothing;
+  request.tries = static_cast<std::uint32_t>(options_.tries);
+  request.translation_acceleration = 1e-3 * options_.translation_acceleration;
+  request.rotation_velocity = options_.rotation_velocity;
+  request.rotation_acceleration = options_.rotation_acceleration;
+  return request;
+}
+
+dds::ComputationResult PlanSetup::compute(const dds::ComputationRequest& request) {
+  if (deployment_)
+    return computeLive(*deployment_, request, [this] { return stop_.requested(); });
+  PlanProgress progress;
+  service::ComputationHooks hooks;
+  hooks.cancelled = [this] { return stop_.requested(); };
+  hooks.progress = [&](double, const std::string& at, int done, int all) { progress.show(at, done, all); };
+  try {
+    const service::Computation computation(request, {robot_, model_, model_name_ == "rigid"}, std::nullopt);
+    return answered(computation.run(hooks));
+  } catch (const service::Refusal& refusal) {
+    throw Failure(kUsage, refusal.what());
+  }
+}
+
+dds::ComputationResult computeLive(const config::Deployment& deployment,
+                                   const dds::ComputationRequest& request,
+                                   std::function<bool()> interrupted) {
+  LivePlanner planner(deployment, std::move(interrupted));
+  PlanProgress progress;
+  return answered(planner.compute(request, [&](const dds::ComputationProgress& step) {
+    progress.show(step.at, static_cast<int>(step.done), static_cast<int>(step.all));
+  }));
+}
+
+void PlanProgress::show(const std::string& at, int done, int all) {
+  if (all == 0)
+    return;
+  if (at != at_)
+    tenth_ = -1;
+  at_ = at;
+  const int tenth = 10 * done / all;
+  if (isatty(STDERR_FILENO) != 0)
+    std::fprintf(stderr, "\r%s %d/%d%s", at.c_str(), done, all, done == all ? "\n" : "");
+  else if (tenth > tenth_ || done == all)
+    std::fprintf(stderr, "%s %d/%d\n", at.c_str(), done, all);
+  tenth_ = done == all ? 10 : tenth;
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem record: topics of a running robot into an MCAP file. */
+#include <signal.h>
+
+#include <chrono>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "config/any_robot.h"
+#include "config/arm_names.h"
+#include "services/client/arguments.h"
+#include "services/client/role.h"
+#include "services/recordings/capture.h"
+#include "services/recordings/recorder.h"
+#include "services/runtime/process.h"
+#include "services/runtime/stop_signal.h"
+
+namespace tandem::cli {
+namespace {
+
+struct RecordCommand {
+  std::string deployment = service::defaultDeployment(), output;
+  std::vector<std::string> topics{"*"};
+  double seconds = 0.0, split_megabytes = 0.0, split_seconds = 0.0, memory_megabytes = 64.0;
+  bool json = false;
+};
+
+using Clock = std::chrono::steady_clock;
+
+void tellRecording(const RecordCommand& options,
+                   const char* event,
+                   const service::Recorder::Totals& totals,
+                   double seconds) {
+  if (options.json) {
+    nlohmann::ordered_json files = nlohmann::ordered_json::array();
+    for (const auto& file : totals.files)
+      files.push_back(file.string());
+    std::cout << nlohmann::ordered_json{{"event", event},
+                                        {"seconds", seconds},
+                                        {"messages", totals.messages},
+                                        {"lost", totals.lost},
+                                        {"overwritten", totals.overwritten},
+                                        {"bytes", totals.bytes},
+                                        {"files", files}}
+              << std::endl;
+    return;
+  }
+  std::cout << event << " " << totals.files.back().string() << ": " << static_cast<int>(seconds) << " s, "
+            << totals.messages << " messages, " << totals.lost << " lost, " << totals.bytes / 1000 << " kB"
+            << std::endl;
+}
+
+int runRecord(const RecordCommand& options) {
+  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const std::vector<dds::TopicInfo> topics =
+      service::chooseTopics(dds::allTopics(config::armList(robot)), options.topics);
+  const service::RunInfo info = service::describeRun(deployment, robot);
+  service::RecorderOptions recorder_options;
+  recorder_options.file = options.output.empty()
+                              ? service::timeName(service::wallClock()) + "_" + deployment.name + ".mcap"
+                              : options.output;
+  recorder_options.largest_file = static_cast<std::uint64_t>(1e6 * options.split_megabytes);
+  recorder_options.longest_file = options.split_seconds;
+  recorder_options.memory = static_cast<std::size_t>(1e6 * options.memory_megabytes);
+
+  signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is a full disk, not an end
+  service::StopSignal stop;
+  service::Recorder recorder(info, deployment.prefix, topics, recorder_options);
+  const auto start = Clock::now();
+  try {
+    dds::Bus bus(service::ofAnyRobot(clientOptions(deployment)));
+    const service::Capture capture(bus, topics,
+                                   [&](const auto& tag, std::string_view bytes) { recorder.take(tag, bytes); });
+    tellRecording(options, "recording", recorder.totals(), 0.0);
+    double told = 0.0;
+    while (!stop.waitFor(0.02) && (options.seconds <= 0.0 || since(start) < options.seconds)) {
+      recorder.drain();
+      if (const double now = since(start); now - told >= 1.0) {
+        tellRecording(options, "recording", recorder.totals(), now);
+        told = now;
+      }
+    }
+    recorder.drain();
+  } catch (const std::system_error& error) {
+    tellRecording(options, "failed", recorder.totals(), since(start));
+    throw Failure(kFailure, std::string(error.what()) + "; what was written before is whole");
+  }
+  recorder.close();
+  tellRecording(options, "recorded", recorder.totals(), since(start));
+  return recorder.totals().lost == 0 ? kOk : kFailure;
+}
+
+}  // namespace
+
+void registerRecord(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<RecordCommand>();
+  CLI::App* record = app.add_subcommand("record", "record the topics of a running robot to an MCAP file");
+  record->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")
+      ->capture_default_str();
+  record->add_option("-o,--output", options->output, "file; default: time and name of the deployment, .mcap");
+  record->add_option("-t,--topics", options->topics, "names below the prefix; * stands for any text")
+      ->capture_default_str();
+  record->add_option("--for", options->seconds, "stop by itself after so many seconds")->check(CLI::PositiveNumber);
+  record->add_option("--split-mb", options->split_megabytes, "begin a new file after so many megabytes")
+      ->check(CLI::PositiveNumber);
+  record->add_option("--split-s", options->split_seconds, "begin a new file after so many seconds")
+      ->check(CLI::PositiveNumber);
+  record->add_option("--memory-mb", options->memory_megabytes, "megabytes that wait for a slow disk")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  record->add_flag("--json", options->json, "one JSON object a line");
+  record->footer(
+      "Ctrl-C ends the recording. Exit code 1: samples were lost, as the sequence numbers of the writers show, or the\n"
+      "disk is full; the file is whole up to there. After a `kill -9` it can be read up to the last second.");
+  record->callback([options, &exit_code] { guarded(exit_code, [&] { return runRecord(*options); }); });
+}
+
+}  // namespace tandem::cli

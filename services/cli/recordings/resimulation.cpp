@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/cli/recordings/resimulation.h"
+
+#include <cmath>
+#include <deque>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "config/any_robot.h"
+#include "services/cli/temporary_folder.h"
+#include "services/dds/raw.h"
+#include "services/simulation/sim_core.h"
+
+namespace tandem::cli {
+namespace {
+
+/** What went into the simulator, and what came out of it. */
+struct Run {
+  std::map<std::uint64_t, dds::ActuationState> states;             ///< by sequence
+  std::map<std::uint64_t, dds::ActuationCommand> commands;         ///< by sequence
+  std::deque<std::pair<std::uint64_t, dds::SimRequest>> requests;  ///< with their log times
+  std::deque<std::uint64_t> stops;
+  std::map<std::uint64_t, std::uint64_t> state_times;  ///< log times by sequence
+  recording::Channel state_channel;
+};
+
+template <class M>
+std::optional<M> decode(Recording& recording, const recording::Channel& channel, const recording::Message& message) {
+  const std::optional<std::string> bytes = recording.today(channel, message.data);
+  return bytes ? dds::decode<M>(*bytes) : std::nullopt;
+}
+
+Run readRun(Recording& recording) {
+  Run run;
+  std::uint64_t session = 0;
+  recording.reader().forEach({}, [&](const recording::Channel& channel, const recording::Message& message) {
+    const std::string topic = recording.topicOf(channel);
+    if (topic == dds::kActuationState.name) {
+      const auto state = decode<dds::ActuationState>(recording, channel, message);
+      if (state && session != 0 && state->session != session)
+        throw Failure(kUsage, "the recording holds states of several simulators; one is expected");
+      if (state && run.states.emplace(state->sequence, *state).second) {
+        session = state->session;
+        run.state_channel = channel;
+        run.state_times[state->sequence] = message.log_time;
+      }
+    } else if (topic == dds::kActuationCommand.name) {
+      if (const auto command = decode<dds::ActuationCommand>(recording, channel, message))
+        run.commands.emplace(command->sequence, *command);
+    } else if (topic == dds::kSimRequest.name) {
+      if (const auto request = decode<dds::SimRequest>(recording, channel, message))
+        run.requests.emplace_back(message.log_time, *request);
+    } else if (topic == dds::kStop.name) {
+      run.stops.push_back(message.log_time);
+    }
+    return true;
+  });
+  if (run.states.empty())
+    throw Failure(kUsage, "there are no states in the recording: record all topics");
+  if (run.states.begin()->second.lock_step == 0)
+    throw Failure(
+        kUsage,
+        "the recording was made in real time, where the moment of every step counts; expected clock: lock_step");
+  return run;
+}
+
+/// Writes the recorded configuration. @return the deployment file
+std::filesystem::path writeFiles(Recording& recording, const std::filesystem::path& folder) {
+  std::istringstream lines(recording.attachment("deployment.yaml"));
+  std::ofstream(folder / "robot.yaml") << recording.attachment("robot.yaml");
+  // Paths in it are relative to where it was; the robot lies beside it now, and a simulator needs no hardware.
+  std::ofstream out(folder / "deployment.yaml");
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("robot:"))
+      line = "robot: robot.yaml";
+    if (!line.starts_with("hardware:"))
+      out << line << "\n";
+  }
+  return folder / "deployment.yaml";
+}
+
+/** The simulator, and what led it from state to state. */
+class Replica {
+ public:
+  Replica(Recording& recording, Run& run, const service::Setup& setup) : recording_(recording), run_(run), sim_(setup) {
+    sim_.state(0, state_);
+  }
+
+  /// Goes on to the recorded state. @return whether it is the same; nothing where that cannot be told, because what
+  /// led there was before the recording, and nothing has moved yet.
+  std::optional<bool> follow(const dds::ActuationState& recorded) {
+    const bool whole = recorded.sequence == 1 || (recorded.sequence == state_.sequence + 1 && feed(recorded));
+    if (!whole && moved_)
+      throw Failure(kUsage,
+                    "state " + std::to_string(recorded.sequence) + " or what led to it is not in the recording");
+    while (state_.sequence < recorded.sequence)
+      sim_.state(0, state_);
+    before_ = recorded;
+    if (!whole)
+      return std::nullopt;
+    state_.fingerprint = recorded.fingerprint;  // which the bus writes, not the simulator
+    const auto simulated = asRecorded(state_);
+    return simulated && simulated == asRecorded(recorded);
+  }
+  const dds::ActuationState& state() const { return state_; }
+
+ private:
+  /// @return whether what led to the recorded state is known.
+  bool feed(const dds::ActuationState& recorded) {
+    if (recorded.answers_command != before_.answers_command) {
+      const auto command = run_.commands.find(recorded.answers_command);
+      if (command == run_.commands.end())
+        return false;
+      sim_.onCommand(command->second, 0);
+      moved_ = moved_ || command->second.advance != 0;
+      return true;
+    }
+    const std::uint64_t time = run_.state_times.at(recorded.sequence);
+    const bool stop = !run_.stops.empty() && run_.stops.front() <= time;
+    const bool request = !run_.requests.empty() && run_.requests.front().first <= time;
+    if (stop && (!request || run_.stops.front() < run_.requests.front().first)) {
+      run_.stops.pop_front();
+      sim_.onStop();
+    } else if (!run_.requests.empty()) {
+      sim_.onRequest(run_.requests.front().second);
+      run_.requests.pop_front();
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// The members that the recording has.
+  std::optional<std::string> asRecorded(const dds::ActuationState& state) {
+    return recording_.back(run_.state_channel, dds::encode(state));
+  }
+
+  Recording& recording_;
+  Run& run_;
+  service::SimCore sim_;
+  dds::ActuationState state_, before_;
+  bool moved_ = false;
+};
+
+}  // namespace
+
+int resimulate(Recording& recording) {
+  Run run = readRun(recording);
+  const TemporaryFolder folder;
+  service::Setup setup;
+  setup.name = "sim";
+  try {
+    setup.deployment = config::loadDeployment(writeFiles(recording, folder.path()));
+    setup.robot = config::loadAnyRobot(setup.deployment.robot);
+  } catch (const config::Error& error) {
+    const std::string what = error.what(), prefix = folder.path().string() + "/";
+    throw Failure(kUsage, recording.reader().file().string() + ": attachment " +
+                              (what.starts_with(prefix) ? what.substr(prefix.size()) : what));
+  }
+  setup.session = run.states.begin()->second.session;
+  Replica replica(recording, run, setup);
+  std::uint64_t compared = 0, different = 0;
+  double largest = 0.0;
+  for (const auto& [sequence, recorded] : run.states) {
+    const std::optional<bool> same = replica.follow(recorded);
+    if (!same)
+      continue;
+    ++compared;
+    if (!*same && different++ == 0)
+      std::cerr << "state " << sequence << " is the first one that differs\n";
+    for (std::size_t j = 0; j < recorded.position.size(); ++j)
+      largest = std::max(largest, std::abs(replica.state().position[j] - recorded.position[j]));
+  }
+  std::cout << compared << " states simulated again, " << different << " differ; largest difference of a position "
+            << largest << " m or rad\n";
+  if (compared == 0)
+    throw Failure(kUsage, "no state could be compared: the recording holds no commands");
+  return different == 0 && !recording.tellDamage() ? kOk : kFailure;
+}
+
+}  // namespace tandem::cli

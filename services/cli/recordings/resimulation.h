@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A recorded run through the simulator once more. */
+#pragma once
+
+#include "services/cli/recordings/recordings.h"
+
+namespace tandem::cli {
+
+/// Feeds the recorded commands, requests and stops of a lock-step run to a simulator with the recorded configuration,
+/// compares its states with the recorded ones bit by bit, and prints what came out.
+/// @return exit code @throw Failure where the recording is no whole lock-step run of a simulator.
+int resimulate(Recording& recording);
+
+}  // namespace tandem::cli

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem home and tandem jog: the hardware by hand. */
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <numbers>
+#include <thread>
+
+#include "config/any_robot.h"
+#include "config/arm_names.h"
+#include "safety/joint_kinds.h"
+#include "services/client/arguments.h"
+#include "services/client/motions.h"
+#include "services/runtime/process.h"
+#include "services/runtime/stop_signal.h"
+
+namespace tandem::cli {
+namespace {
+
+struct MotionCommand {
+  std::string deployment = service::defaultDeployment(), arm, joint;
+  double speed = 0.0, seconds = 1.0, timeout = 180.0;
+};
+
+/// The drives home as long as somebody repeats the wish: whoever lets go stops them.
+int homeDrives(const MotionCommand& options) {
+  constexpr double kRepeat = 0.2;  // s, of the keep-alive of 1 s
+  service::StopSignal stop;
+  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  Client client(deployment);
+  takeCommand(client, [&] { return stop.requested(); });
+  dds::HalRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::HalKind::kHome);
+  request.arm = options.arm.empty() ? dds::kAllArms : armIndex(robot, options.arm);
+  const auto start = std::chrono::steady_clock::now();
+  bool began = false;
+  while (client.hal(request).value == 0) {
+    if (!began)
+      std::cerr << "homing; Ctrl-C stops\n";
+    began = true;
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > options.timeout)
+      throw Failure(kFailure, "not done in time; the drives stop by themselves now");
+    if (stop.waitFor(kRepeat))
+      throw Failure(kFailure, "interrupted; the drives stop by themselves now");
+  }
+  client.releaseLease();
+  std::cout << (began ? "homed\n" : "all joints know where they are; nothing to do\n");
+  return kOk;
+}
+
+int jog(const MotionCommand& options) {
+  service::StopSignal stop;
+  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const std::uint8_t arm = armIndex(robot, options.arm);
+  const int joint = jointIndex(robot.arms[arm], options.joint);
+  const int joints = robot.arms[arm].limits.jointCount();
+  const bool translation = safety::isTranslation(joint, joints);
+  Client client(deployment);
+  client.interruptBy([&] { return stop.requested(); });
+  client.connect(10.0);
+  client.expectLife(2.0 + 3.0 * deployment.control_period);
+  client.acquireLease();
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kJog);
+  request.arm = arm;
+  request.joint_count = static_cast<std::uint8_t>(joints);
+  request.joints[static_cast<std::size_t>(joint)] = options.speed * (translation ? 1e-3 : std::numbers::pi / 180.0);
+  const std::size_t index = dds::jointIndex(static_cast<int>(arm), joint);
+  const double from = client.snapshot().state.position[index];
+  // Each order lasts for the larger of the teleoperation budget and two periods.
+  const double repeat = 0.4 * std::max(deployment.budgets.teleoperation, 2.0 * deployment.control_period);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
+  while (std::chrono::steady_clock::now() < end && !stop.requested()) {
+    client.control(request);
+    stop.waitFor(repeat);
+  }
+  client.interruptBy({});
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kHold);
+  client.control(request);
+  client.waitFor(2.0, [&](const Snapshot& s) { return s.state.velocity[index] == 0.0; });
+  client.releaseLease();
+  const double scale = translation ? 1e3 : 180.0 / std::numbers::pi;
+  const double to = client.snapshot().state.position[index];
+  std::printf("%s %s: from %.4f to %.4f %s\n", robot.arms[arm].name.c_str(), options.joint.c_str(), scale * from,
+              scale * to, translation ? "mm" : "deg");
+  return client.snapshot().status.faults[arm] == 0 ? kOk : kFailure;
+}
+
+}  // namespace
+
+void registerHome(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<MotionCommand>();
+  CLI::App* command = app.add_subcommand("home", "homing runs of drives that need one; absolute encoders need none");
+  command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
+  command->add_option("-a,--arm", options->arm, "one arm only");
+  command->add_option("--timeout", options->timeout, "s")->capture_default_str()->check(CLI::PositiveNumber);
+  command->footer("The arms must be DISABLED. To move homed arms to the robot file's home: tandem robot home.");
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return homeDrives(*options); }); });
+}
+
+void registerJog(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<MotionCommand>();
+  CLI::App* command = app.add_subcommand("jog", "move one joint of an ENABLED arm at a speed, within its limits");
+  command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
+  command->add_option("arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
+  command->add_option("joint", options->joint, "beta_1 ... alpha_n; of a catheter insertion, roll, bend")->required();
+  command->add_option("speed", options->speed, "mm/s for beta or insertion, else deg/s; -- before a negative one")
+      ->required();
+  command->add_option("--for", options->seconds, "s")->capture_default_str()->check(CLI::Range(0.0, 60.0));
+  command->callback([options, &exit_code] { guarded(exit_code, [&] { return jog(*options); }); });
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem robot: commands to a running system, under the control lease. */
+#include <poll.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "config/any_robot.h"
+#include "config/arm_names.h"
+#include "control/method_names.h"
+#include "services/cli/plan/plan_print.h"
+#include "services/cli/plan/plan_setup.h"
+#include "services/client/arguments.h"
+#include "services/client/motions.h"
+#include "services/runtime/process.h"
+#include "services/runtime/stop_signal.h"
+
+namespace tandem::cli {
+namespace {
+
+struct RobotCommand {
+  std::string deployment = service::defaultDeployment(), trajectory, arm, method, name, value;
+  std::vector<double> joints;
+  std::vector<std::string> without;
+  bool json = false, keep_enabled = false, check = false, planned = false;
+};
+
+/// A running system, with its lease if asked for.
+struct Session {
+  Session(const RobotCommand& options, bool lease)
+      : deployment(service::loadDeployment(options.deployment)),
+        robot(config::loadAnyRobot(deployment.robot)),
+        client(deployment),
+        motions(client, deployment, robot, [this](bool calm) { calm_ = calm; }) {
+    client.interruptBy([this] { return stop.requested() && !calm_; });
+    client.connect(10.0);
+    client.expectLife(2.0 + 3.0 * deployment.control_period);
+    if (lease)
+      client.acquireLease();
+  }
+  service::StopSignal stop;
+  config::Deployment deployment;
+  config::Robot robot;
+  Client client;
+  Motions motions;
+
+ private:
+  bool calm_ = false;
+};
+
+int done(const RobotCommand& options,
+         const std::string& text,
+         nlohmann::ordered_json json = nlohmann::ordered_json::object()) {
+  if (options.json) {
+    json["text"] = text;
+    std::cout << json.dump() << '\n';
+  } else {
+    std::cout << text << '\n';
+  }
+  return kOk;
+}
+
+int stateCommand(const RobotCommand& options, const std::string& command) {
+  const bool gives_power = command == "enable" || command == "resume";
+  Session session(options, gives_power);
+  if (command == "disable")
+    session.motions.disable();
+  else
+    session.client.stateCommand(command);
+  if (gives_power)
+    session.client.releaseLease();
+  return done(options, "all arms: " + command + "d");
+}
+
+int stop(const RobotCommand& options) {
+  // Not a Session: a stop waits for nobody, least of all for the one whose silence may be the reason for it.
+  Client client(service::loadDeployment(options.deployment), {}, Client::Hears::kAnyRobot);
+  stopAndWait(client, "tandem robot stop");
+  return done(options, "stopped; `tandem robot disable` clears the fault");
+}
+
+int moveJp(const RobotCommand& options) {
+  Session session(options, true);
+  const auto arm = config::findArm(session.robot, options.arm);
+  if (!arm)
+    throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
+  if (options.joints.size() > safety::kMaxJointsPerArm)
+    throw Failure(kUsage, "too many joints");
+  session.motions.moveJp(*arm, Eigen::VectorXd::Map(options.joints.data(), std::ssize(options.joints)));
+  session.client.releaseLease();
+  return done(options, "the arm is there");
+}
+
+int recover(const RobotCommand& options) {
+  Session session(options, true);
+  const std::uint8_t arm = armIndex(session.robot, options.arm);
+  const config::Arm& of = session.robot.arms[arm];
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
+  request.value = "recover";
+  request.arm = arm;
+  request.joint_count = static_cast<std::uint8_t>(of.limits.jointCount());
+  for (const std::string& name : options.without)
+    request.joints[static_cast<std::size_t>(jointIndex(of, name))] = 1.0;
+  session.motions.recover(request);
+  session.client.releaseLease();
+  const std::string lost = jointNamesOf(of, session.client.snapshot().state.lost[arm]);
+  return done(options,
+              of.name + (lost.empty() ? ": recovered with all joints" : ": recovered without " + lost) +
+                  "; slow and inwards: `tandem jog`, `tandem robot withdraw`; then `tandem robot disable`",
+              {{"without", lost}});
+}
+
+int withdraw(const RobotCommand& options) {
+  Session session(options, true);
+  const std::uint8_t arm = armIndex(session.robot, options.arm);
+  const config::Arm& of = session.robot.arms[arm];
+  const int translations = of.limits.jointCount() / 2;
+  const auto told = [&](const Snapshot& s) {
+    std::string text;
+    for (int j = 0; j < translations; ++j) {
+      char place[40];
+      std::snprintf(place, sizeof place, "%s%s %.1f mm", j == 0 ? "" : ", ",
+                    config::jointNames(of)[static_cast<std::size_t>(j)].c_str(),
+                    1e3 * s.state.position[dds::jointIndex(arm, j)]);
+      text += place;
+    }
+    return text;
+  };
+  session.motions.withdraw(arm, [&](const Snapshot& s) {
+    if (isatty(STDERR_FILENO) != 0 && !options.json)
+      std::fprintf(stderr, "\r%s   ", told(s).c_str());
+  });
+  session.client.releaseLease();
+  return done(options, of.name + ": nothing more can be retracted; " + told(session.client.snapshot()));
+}
+
+int home(const RobotCommand& options) {
+  Session session(options, true);
+  session.motions.home();
+  session.client.releaseLease();
+  return done(options, "the arms are at home");
+}
+
+int setMethod(const RobotCommand& options) {
+  Session session(options, true);
+  dds::ControlRequest request;
+  const bool parameter = !options.value.empty();
+  request.kind = static_cast<std::uint8_t>(parameter ? dds::ControlKind::kSetParameter : dds::ControlKind::kSetMethod);
+  request.text = options.name;
+  request.value = options.value;
+  session.client.control(request);
+  session.client.releaseLease();
+  return done(options, options.name + (parameter ? " = " + options.value : ""));
+}
+
+/// Asks planning, from where the robot stands, under the lease: nobody moves it meanwhile.
+/// @throw Failure where the trajectory cannot be had
+void checkFirst(Session& session, const std::string& text, std::string method, bool planned) {
+  dds::ComputationRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
+  request.trajectory = text;
+  request.stability = PlanOptions{}.stability;
+  if (method.empty())
+    method = control::name(static_cast<control::Method>(session.client.snapshot().status.method));
+  request.rehearse = method;
+  const auto result = computeLive(session.deployment, request, [&session] { return session.stop.requested(); });
+  const dds::RehearsalReport& run = planned ? result.with_posture : result.without_posture;
+  const bool completes = run.end == static_cast<std::uint8_t>(planning::RehearsalEnd::kCompleted);
+  if (result.report.feasible != 0 && completes)
+    return;
+  print(result.report, std::cerr);
+  if (result.report.feasible != 0)
+    print(run, request.rehearse, planned ? "with the planned posture" : "without a posture", std::cerr);
+  throw Failure(kFailure, "nothing was started: " + (result.report.feasible != 0 ? run.words : result.reason));
+}
+
+/// Whether somebody can type to us now: a terminal may be another job's.
+bool canRead() {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  const bool ours = isatty(STDIN_FILENO) == 0 || tcgetpgrp(STDIN_FILENO) == getpgrp();
+  return ours && poll(&input, 1, 0) == 1 && (input.revents & POLLIN) != 0;
+}
+
+/// Whether Enter was pressed since the last look.
+bool enterTyped() {
+  bool entered = false;
+  char byte = 0;
+  while (canRead() && read(STDIN_FILENO, &byte, 1) == 1)
+    entered = entered || byte == '\n';
+  return entered;
+}
+
+/// What was typed before is no answer to what is asked now.
+void forgetTyped() { enterTyped(); }
+
+int runTrajectory(const RobotCommand& options) {
+  const std::string text = runText(options.trajectory);
+  Session session(options, true);
+  if (session.robot.catheters && (options.check || options.planned))
+    throw Failure(kUsage, std::string(options.check ? "--check" : "--planned") + ": found for the catheters of " +
+                              session.robot.file.string() +
+                              ", expected none: of catheters planning judges a path when it is started");
+  Client& client = session.client;
+  if (!options.method.empty()) {
+    const auto method = idl::fromName<control::Method>(options.method);
+    if (!method)
+      throw Failure(kUsage, "--method: found '" + options.method + "', expected " + control::methodList());
+    client.setMethod(*method);
+  }
+  if (options.check || options.planned)
+    checkFirst(session, text, options.method, options.planned);
+  Motions::Run run{text, options.planned, options.keep_enabled};
+  bool told = false;
+  if (isatty(STDERR_FILENO) != 0 && !options.json) {
+    run.news = [&told](const RunState& state) {
+      told = true;
+      std::fprintf(stderr, "\rpoint %u of %u, errors", state.point, state.points);
+      for (const double error : state.errors)
+        std::fprintf(stderr, " %.3f", 1e3 * error);
+      std::fprintf(stderr, " mm   ");
+    };
+  }
+  run.paused = [](const std::string& who) {
+    forgetTyped();
+    std::fprintf(stderr, "\npaused by %s; Enter goes on from here, Ctrl-C gives the trajectory up\n", who.c_str());
+  };
+  run.goes_on = enterTyped;
+  const auto follow = [&] {
+    try {
+      return session.motions.run(run);
+    } catch (...) {
+      std::fputs(told ? "\n" : "", stderr);
+      throw;
+    }
+  };
+  const RunState last = follow();
+  std::fputs(told ? "\n" : "", stderr);
+  client.releaseLease();
+  const nlohmann::ordered_json json{{"phase", planning::name(last.phase)},
+                                    {"points", last.points},
+                                    {"iterations", last.iterations},
+                                    {"why", last.why}};
+  done(options,
+       std::string(planning::name(last.phase)) + ": " + std::to_string(last.points) + " points, " +
+           std::to_string(last.iterations) + " iterations" + (last.why.empty() ? "" : ": " + last.why),
+       json);
+  return last.phase == planning::Phase::kFinished ? kOk : kFailure;
+}
+
+}  // namespace
+
+void registerRobot(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<RobotCommand>();
+  CLI::App* robot = app.add_subcommand("robot", "commands to a running system, under the control lease");
+  robot->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
+  robot->add_flag("--json", options->json, "JSON instead of text");
+  robot->require_subcommand(1);
+  robot->fallthrough();
+  const auto add = [&](const std::string& name, const std::string& text, std::function<int(const RobotCommand&)> body) {
+    CLI::App* command = robot->add_subcommand(name, text);
+    command->callback([options, body, &exit_code] { guarded(exit_code, [&] { return body(*options); }); });
+    return command;
+  };
+  for (const std::string name : {"enable", "disable", "pause", "resume"}) {
+    add(name, "CRTK state command '" + name + "' for all arms",
+        [name](const RobotCommand& o) { return stateCommand(o, name); });
+  }
+  add("stop", "soft stop of all arms; latches until `disable`", stop);
+  CLI::App* move =
+      add("move-jp", "move one ENABLED arm to a joint vector along a straight line in joint space", moveJp);
+  move->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
+  move->add_option("joints", options->joints,
+                   "beta_1..beta_n alpha_1..alpha_n, or insertion roll bend; m and rad; -- before negative numbers")
+      ->required();
+  CLI::App* back = add(
+      "recover", "give power to what is left of an arm that cannot be enabled: outside its limits, or without joints",
+      recover);
+  back->add_option("arm", options->arm, "its name, or what stands behind arm_ in it")->required();
+  back->add_option("--without", options->without, "joints that shall not be used: beta_1 ...")->delimiter(',');
+  back->footer(
+      "Nothing moves by that. Then `tandem jog` and `tandem robot withdraw` move the arm, slowly and never farther out "
+      "of "
+      "its limits; `tandem robot disable` ends it. docs/withdrawal.md");
+  CLI::App* out = add("withdraw", "retract the tubes of an arm that is recovered, the innermost first", withdraw);
+  out->add_option("arm", options->arm, "its name, or what stands behind arm_ in it")->required();
+  add("home", "move all ENABLED arms to the home of the robot file", home);
+  CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);
+  method->add_option("name", options->name, control::methodList())->required();
+  CLI::App* set = add("set", "set a parameter of the method or a gain", setMethod);
+  set->add_option("name", options->name, "e.g. tip_gain, nspqp_zeta, bounds")->required();
+  set->add_option("value", options->value, "its value")->required();
+  CLI::App* run = add("run", "enable, follow a trajectory or a path, disable", runTrajectory);
+  run->add_option("trajectory", options->trajectory,
+                  "trajectory file or preset: circle, line, rectangle, lissajous; of catheters a path: lift, tip-eight")
+      ->required();
+  run->add_option("-m,--method", options->method, "method (default: the one in force)");
+  run->add_flag("--check", options->check, "ask planning first, and start only what can be run from here");
+  run->add_flag("--planned", options->planned,
+                "as --check, and let control lead the joints, where the tasks leave them free, to those that planning "
+                "found");
+  run->add_flag("--keep-enabled", options->keep_enabled, "leave the arms ENABLED at the end");
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem status: what a running system says of itself. */
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "config/any_robot.h"
+#include "control/conflict.h"
+#include "operation/convert.h"
+#include "planning/follower.h"
+#include "robots/limit_words.h"
+#include "safety/operating_state.h"
+#include "services/cli/robot/processes.h"
+#include "services/client/arguments.h"
+#include "services/client/motions.h"
+#include "services/runtime/diagnostics.h"
+#include "services/runtime/process.h"
+#include "services/runtime/stop_signal.h"
+
+namespace tandem::cli {
+namespace {
+
+nlohmann::ordered_json armStatusJson(const config::Robot& robot, const Snapshot& s, std::size_t k) {
+  nlohmann::ordered_json arm;
+  const auto state = static_cast<safety::OperatingState>(s.status.operating_state[k]);
+  arm["name"] = robot.arms[k].name;
+  arm["operating_state"] = safety::name(state);
+  arm["is_homed"] = s.status.homed[k] != 0;
+  arm["is_busy"] = s.status.busy[k] != 0;
+  arm["is_recovering"] = s.status.recovery[k] != 0;
+  arm["without"] = jointNamesOf(robot.arms[k], s.state.lost[k]);
+  arm["idle_s"] = s.status.idle[k];
+  arm["idle_left_s"] = s.status.idle_left[k];
+  arm["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
+  const safety::FaultRecord record = dds::faultRecordOf(s.hal, static_cast<int>(k));
+  arm["drive_fault"] = record.faults == 0 ? "" : safety::describe(record, s.state.joint_count[k]);
+  nlohmann::ordered_json joints = nlohmann::ordered_json::array();
+  for (std::size_t j = 0; j < s.state.joint_count[k]; ++j) {
+    joints.push_back(s.state.position[dds::jointIndex(static_cast<int>(k), static_cast<int>(j))]);
+  }
+  arm["joints"] = joints;
+  arm["plant_snaps"] = s.hal.snaps[k];
+  arm["model_snaps"] = s.status.snaps[k];
+  return arm;
+}
+
+nlohmann::ordered_json limitsJson(const config::Robot& robot, const dds::ControlStatus& status) {
+  constexpr const char* kHow[] = {"", "forbid the tasks", "hold the tasks back"};
+  nlohmann::ordered_json json{{"how", kHow[std::min<std::size_t>(status.limited, 2)]},
+                              {"limits", nlohmann::ordered_json::array()}};
+  for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < robot.arms.size(); ++i) {
+    const control::NamedLimit limit{static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i],
+                                    status.limit_tube[i]};
+    json["limits"].push_back({{"arm", robot.arms[status.limit_arm[i]].name},
+                              {"tube", status.limit_tube[i]},
+                              {"bound", status.limit_bound[i]},
+                              {"words", robots::describeLimit(robot, limit)}});
+  }
+  return json;
+}
+
+nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clearances& clearances) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const dds::BodyClearance& body : clearances.bodies) {
+    const bool port = body.other_arm == dds::kPort;
+    if (body.arm >= robot.arms.size() || (!port && body.other_arm >= robot.arms.size()))
+      continue;
+    json.push_back({{"arm", robot.arms[body.arm].name},
+                    {"other", port ? "port" : robot.arms[body.other_arm].name},
+                    {"distance_m", body.distance},
+                    {"place_m", body.place},
+                    {"other_place_m", body.other_place},
+                    {"by_joints", body.by_joints},
+                    {"by_other_joints", body.by_other_joints},
+                    {"answers_state", clearances.answers_state}});
+  }
+  return json;
+}
+
+/// Malformed samples, by the service that has dropped them and by topic.
+nlohmann::ordered_json droppedJson(const Snapshot& s) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  const std::string key = service::kDroppedKey;
+  for (const auto& [service, status] : s.diagnostics) {
+    for (const auto& [name, value] : status.values) {
+      if (name.starts_with(key))
+        json[service][name.substr(key.size())] = value;
+    }
+  }
+  return json;
+}
+
+nlohmann::ordered_json statusJson(const config::Deployment& deployment, const config::Robot& robot, const Snapshot& s) {
+  nlohmann::ordered_json json;
+  json["deployment"] = deployment.name;
+  json["robot"] = robot.name;
+  // How old this is; on one machine all processes share the clock.
+  json["stamps_ns"] = {
+      {"state", s.state.stamp}, {"status", s.status.stamp}, {"reference", s.reference.stamp}, {"hal", s.hal.stamp}};
+  json["method"] = control::name(static_cast<control::Method>(s.status.method));
+  json["model"] = dds::name(static_cast<dds::Model>(s.status.model));
+  json["feedback"] = planning::name(static_cast<planning::Feedback>(s.status.feedback));
+  json["hold"] = dds::name(static_cast<dds::HoldReason>(s.status.hold));
+  json["lease_holder"] = s.status.lease_holder;
+  json["source"] = dds::name(static_cast<dds::Source>(s.status.source));
+  json["emergency_stop"] = dds::name(static_cast<dds::EmergencyStop>(s.hal.emergency_stop));
+  json["arms"] = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < std::min<std::size_t>(s.state.arm_count, robot.arms.size()); ++k) {
+    json["arms"].push_back(armStatusJson(robot, s, k));
+  }
+  json["trajectory"] = {{"id", s.reference.trajectory_id},
+                        {"phase", planning::name(static_cast<planning::Phase>(s.reference.phase))},
+                        {"point", s.reference.point},
+                        {"points", s.reference.point_count},
+                        {"iterations", s.reference.total_iterations}};
+  json["errors_m"] = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < s.status.task_count; ++k)
+    json["errors_m"].push_back(s.status.task_error[k]);
+  json["control"] = {{"period_s", s.status.period},         {"cycles", s.status.cycles},
+                     {"overruns", s.status.overruns},       {"jitter_max_s", s.status.jitter_max},
+                     {"solve_time_s", s.status.solve_time}, {"cycle_time_max_s", s.status.cycle_time_max}};
+  json["success"] = {{"commands", s.hal.command_success},
+                     {"states", s.status.state_success},
+                     {"references", s.status.reference_success}};
+  for (std::size_t b = 0; b < s.hal.bus_count; ++b)
+    json["success"]["bus " + std::to_string(b + 1)] = s.hal.bus_success[b];
+  json["limits"] = limitsJson(robot, s.status);
+  json["clearance_stamp_ns"] = s.clearances.stamp;
+  json["clearance"] = clearanceJson(robot, s.clearances);
+  nlohmann::ordered_json guards;
+  for (int g = 0; g < safety::kGuardCount; ++g) {
+    guards[std::string(safety::name(static_cast<safety::Guard>(g)))] = s.hal.guard_count[static_cast<std::size_t>(g)];
+  }
+  json["guards"] = guards;
+  json["dropped"] = droppedJson(s);
+  json["domain"] = deployment.domain;
+  json["prefix"] = deployment.prefix;
+  json["secured"] = !deployment.security.empty();
+  if (const std::string warning = service::exposure(deployment); !warning.empty())
+    json["warning"] = warning;
+  return json;
+}
+
+/// What becomes of an arm that has power and that nobody commands; empty for others, and in the first seconds.
+std::string idleWords(double idle, double left) {
+  constexpr double kMention = 5.0;  // s
+  if (idle < kMention)
+    return "";
+  std::array<char, 100> text{};
+  if (left < 0.0)
+    std::snprintf(text.data(), text.size(), "\n    has power, and nobody has commanded it for %.0f s", idle);
+  else
+    std::snprintf(text.data(), text.size(), "\n    nobody commands it: it loses its power in %.0f s", left);
+  return text.data();
+}
+
+std::string recoveryWords(bool recovering, const std::string& without) {
+  if (!recovering)
+    return "";
+  return ", being recovered" + (without.empty() ? "" : " without " + without);
+}
+
+void printStatus(const nlohmann::ordered_json& json) {
+  std::cout << json["deployment"].get<std::string>() << " in domain " << json["domain"] << ", prefix "
+            << json["prefix"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
+            << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
+            << json["feedback"].get<std::string>() << ", lease "
+            << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << ", moved by "
+            << json["source"].get<std::string>() << '\n';
+  if (json["emergency_stop"] == "pressed")
+    std::cout << "  EMERGENCY STOP pressed: release it, then disable\n";
+  for (const auto& arm : json["arms"]) {
+    std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
+              << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")
+              << recoveryWords(arm["is_recovering"].get<bool>(), arm["without"].get<std::string>())
+              << ", faults: " << arm["faults"].get<std::string>();
+    std::cout << idleWords(arm["idle_s"].get<double>(), arm["idle_left_s"].get<double>());
+    if (const auto drive = arm["drive_fault"].get<std::string>(); !drive.empty())
+      std::cout << "\n    drives: " << drive;
+    std::cout << "\n    joints (m, rad):";
+    for (double q : arm["joints"])
+      std::printf(" %.5f", q);
+    std::fflush(stdout);
+    std::cout << '\n';
+  }
+  const auto& t = json["trajectory"];
+  std::cout << "  trajectory: " << t["phase"].get<std::string>() << ", point " << t["point"] << " of " << t["points"]
+            << ", " << t["iterations"] << " iterations\n";
+  if (const auto hold = json["hold"].get<std::string>(); !hold.empty())
+    std::cout << "  held: " << hold << '\n';
+  if (const auto& limits = json["limits"]["limits"]; !limits.empty()) {
+    std::string words;
+    for (const auto& limit : limits)
+      words += (words.empty() ? "" : ", ") + limit["words"].get<std::string>();
+    std::cout << "  limits " << json["limits"]["how"].get<std::string>() << ": " << words << '\n';
+  }
+  for (const auto& body : json["clearance"])
+    std::printf("  %s to %s: %.3f mm\n", body["arm"].get<std::string>().c_str(),
+                body["other"].get<std::string>().c_str(), 1e3 * body["distance_m"].get<double>());
+  std::fflush(stdout);
+  const auto& c = json["control"];
+  std::printf(
+      "  control: period %.4g s, %llu cycles, %llu overruns, latest wake-up %.1f us late, longest cycle %.1f us\n",
+      c["period_s"].get<double>(), static_cast<unsigned long long>(c["cycles"].get<std::uint64_t>()),
+      static_cast<unsigned long long>(c["overruns"].get<std::uint64_t>()), 1e6 * c["jitter_max_s"].get<double>(),
+      1e6 * c["cycle_time_max_s"].get<double>());
+  std::printf("  arrived of the last 100:");
+  for (const auto& [what, share] : json["success"].items())
+    std::printf(" %s %.0f", what.c_str(), 100.0 * share.get<double>());
+  std::printf("\n");
+  if (json.contains("silent") && !json["silent"].empty()) {
+    std::printf("  SILENT, and what stands here of it is old:");
+    for (const auto& who : json["silent"])
+      std::printf(" %s", who.get<std::string>().c_str());
+    std::printf("\n");
+  }
+  std::printf("  guards:");
+  for (const auto& [name, count] : json["guards"].items()) {
+    if (count.get<std::uint64_t>() > 0) {
+      std::printf(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
+    }
+  }
+  std::printf("\n");
+  for (const auto& [service, topics] : json["dropped"].items()) {
+    for (const auto& [topic, what] : topics.items())
+      std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),
+                  what.get<std::string>().c_str());
+  }
+  printProcesses(json);
+  if (json.contains("warning"))
+    std::printf("  %s\n", json["warning"].get<std::string>().c_str());
+}
+
+/** Who has said nothing new for a while. */
+class Silence {
+ public:
+  /// @param patience  s, longer than any period of publication
+  explicit Silence(double patience) : patience_(patience) {}
+
+  /// All have said something new since the last call of note().
+  bool allNew(const Snapshot& s) const {
+    const auto now = counts(s);
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      if (now[k] == heard_[k].count)
+        return false;
+    }
+    return true;
+  }
+  void note(const Snapshot& s) {
+    const auto now = counts(s);
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      if (now[k] != heard_[k].count)
+        heard_[k] = {now[k], std::chrono::steady_clock::now()};
+    }
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> silent;
+    for (std::size_t k = 0; k < heard_.size(); ++k) {
+      if (std::chrono::steady_clock::now() - heard_[k].at > std::chrono::duration<double>(patience_))
+        silent.push_back(kNames[k]);
+    }
+    return silent;
+  }
+
+ private:
+  static constexpr std::array kNames{"actuation/state", "hal/status", "control", "planning"};
+  static std::array<std::uint64_t, kNames.size()> counts(const Snapshot& s) {
+    return {s.states, s.hals, s.statuses, s.references};
+  }
+  struct Heard {
+    std::uint64_t count = 0;
+    std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now();
+  };
+  double patience_;
+  std::array<Heard, kNames.size()> heard_;
+};
+
+int run(const std::string& name, bool as_json, bool follow) {
+  const config::Deployment deployment = service::loadDeployment(name);
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  Client client(deployment);
+  const bool several = deployment.hosts.size() > 1;
+  client.connect(5.0);
+  if (!follow) {
+    if (several)
+      askAll(client);
+    client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
+    auto json = statusJson(deployment, robot, client.snapshot());
+    json["clocks"] = clocksJson(client.clocks().offsets());
+    json["processes"] = processesJson(client);
+    if (as_json) {
+      std::cout << json.dump(2) << '\n';
+    } else {
+      printStatus(json);
+    }
+    return kOk;
+  }
+  service::StopSignal stop;
+  client.interruptBy([&] { return stop.requested(); });
+  Silence silence(std::max(1.0, 3.0 * deployment.control_period));
+  while (!stop.requested()) {
+    constexpr double kLook = 0.2;  // s: so often something is said, although somebody is silent
+    client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
+                   [&](const Snapshot& s) { return silence.allNew(s); });
+    if (several)
+      client.clocks().ask();
+    const Snapshot now = client.snapshot();
+    silence.note(now);
+    auto json = statusJson(deployment, robot, now);
+    json["silent"] = silence.names();
+    json["clocks"] = clocksJson(client.clocks().offsets());
+    json["processes"] = processesJson(client);
+    if (as_json) {
+      std::cout << json.dump() << std::endl;
+    } else {
+      printStatus(json);
+    }
+  }
+  return kOk;
+}
+
+/// Waits for those of the deployment's processes that run on this host; whom they wait for is their affair.
+int runCheck(const std::string& name) {
+  constexpr double kPatience = 5.0;  // s
+  const std::map<std::string, std::uint64_t Snapshot::*> voices{{"tandem-sim", &Snapshot::states},
+                                                                {"tandem-hal", &Snapshot::states},
+                                                                {"tandem-control", &Snapshot::statuses},
+                                                                {"tandem-planning", &Snapshot::references}};
+  const config::Deployment deployment = service::loadDeployment(name);
+  const std::string host = service::hostName(deployment);
+  Client client(deployment);
+  std::string heard, silent;
+  const auto look = [&](const Snapshot& s) {
+    heard.clear();
+    silent.clear();
+    for (const config::Process& process : deployment.processes) {
+      const auto voice = voices.find(process.executable);
+      if (process.host == host && voice != voices.end())
+        (s.*(voice->second) > 0 ? heard : silent) += " " + process.name;
+    }
+    return silent.empty();
+  };
+  if (!client.waitFor(kPatience, look)) {
+    throw Failure(kFailure, deployment.file.string() + ": no sign of life from" + silent + " within " +
+                                std::to_string(static_cast<int>(kPatience)) + " s");
+  }
+  std::cout << deployment.name << (host.empty() ? "" : " on " + host) << ": heard"
+            << (heard.empty() ? ": none of its processes runs here" : heard) << '\n';
+  return kOk;
+}
+
+}  // namespace
+
+void registerStatus(CLI::App& app, int& exit_code) {
+  auto follow = std::make_shared<bool>(false);
+  auto check = std::make_shared<bool>(false);
+  auto deployment = std::make_shared<std::string>(service::defaultDeployment());
+  auto as_json = std::make_shared<bool>(false);
+  CLI::App* status = app.add_subcommand("status", "states, errors, loop statistics and guards of a running system");
+  status->add_option("deployment,-d,--deployment", *deployment, "deployment file or preset")->capture_default_str();
+  status->add_flag("--json", *as_json, "JSON instead of text");
+  status->callback([=, &exit_code] {
+    guarded(exit_code, [&] { return *check ? runCheck(*deployment) : run(*deployment, *as_json, *follow); });
+  });
+  auto* again = status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+  status
+      ->add_flag(
+          "--check", *check,
+          "only whether the processes of this host are heard: ends with 0, or with 1 after 5 s; for health checks")
+      ->excludes(again);
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file tandem teleop: becomes tandem-teleop, which alone needs what reads devices. */
+#include "services/cli/deployment/sibling.h"
+#include "services/client/arguments.h"
+
+namespace tandem::cli {
+
+void registerTeleop(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("teleop", "move the tips by hand: gamepad, SpaceMouse, keyboard, or a trace");
+  command->prefix_command();
+  command->allow_extras();
+  command->fallthrough(false);  // what follows is not for `tandem`
+  command->set_help_flag();     // --help is tandem-teleop's
+  command->callback(
+      [command, &exit_code] { guarded(exit_code, [&]() -> int { become("tandem-teleop", command->remaining()); }); });
+}
+
+}  // namespace tandem::cli

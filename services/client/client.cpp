@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/client/client.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "operation/permission.h"
+#include "safety/operating_state.h"
+#include "services/client/arguments.h"
+#include "services/client/role.h"
+#include "services/runtime/identity.h"
+
+namespace tandem::cli {
+namespace {
+
+/// The participant of a client: who looks for it by its id finds its process.
+dds::BusOptions optionsOf(const config::Deployment& deployment, Client::Hears hears, std::uint64_t id) {
+  dds::BusOptions options = clientOptions(deployment);
+  options.identity.session = id;
+  return hears == Client::Hears::kAnyRobot ? service::ofAnyRobot(options) : options;
+}
+
+constexpr double kAnswerTime = 10.0;  // s
+constexpr double kStopTime = 5.0;     // s, until whom a stop is for must be found
+constexpr const char* kDrives = "sim (or hal)";
+constexpr const char* speakerOf(const dds::ActuationState&) { return kDrives; }
+constexpr const char* speakerOf(const dds::ControlStatus&) { return "control"; }
+constexpr const char* speakerOf(const dds::PlanningReference&) { return "planning"; }
+template <class M>
+constexpr const char* speakerOf(const M&) {
+  return "";
+}
+constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two looks
+
+}  // namespace
+
+Client::Client(const config::Deployment& deployment, Taps taps, Hears hears)
+    : id_(service::randomIdentity()),
+      role_(roleHere(deployment)),
+      taps_(std::move(taps)),
+      least_patience_(deployment.clock == config::ClockMode::kLockStep ? deployment.budgets.lock_step : 0.0),
+      bus_(optionsOf(deployment, hears, id_)) {
+  if (commands()) {
+    control_requests_ = bus_.writer(dds::kControlRequest);
+    planning_requests_ = bus_.writer(dds::kPlanningRequest);
+    sim_requests_ = bus_.writer(dds::kSimRequest);
+    hal_requests_ = bus_.writer(dds::kHalRequest);
+  }
+  stops_ = bus_.writer(dds::kStop);
+  const auto reply = [this](const dds::Reply& r) { onReply(r); };
+  control_replies_ = bus_.reader(dds::kControlReply, reply);
+  planning_replies_ = bus_.reader(dds::kPlanningReply, reply);
+  sim_replies_ = bus_.reader(dds::kSimReply, reply);
+  hal_replies_ = bus_.reader(dds::kHalReply, reply);
+  const auto start = std::chrono::steady_clock::now();
+  heard_at_ = {{kDrives, start}, {"control", start}, {"planning", start}};
+  const auto heard = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
+                            const auto& tap) {
+    {
+      const std::lock_guard lock(mutex_);
+      snapshot_.*slot = message;
+      ++(snapshot_.*count);
+      if (const char* who = speakerOf(message); *who != '\0')
+        heard_at_[who] = std::chrono::steady_clock::now();
+    }
+    if (tap)
+      tap(message);
+    changed_.notify_all();
+  };
+  const dds::ReaderOptions deep{kRecorderDepth};
+  states_ = bus_.reader(
+      dds::kActuationState,
+      [this, heard](const auto& m) { heard(&Snapshot::state, &Snapshot::states, m, taps_.state); }, deep);
+  statuses_ = bus_.reader(
+      dds::kControlStatus,
+      [this, heard](const auto& m) { heard(&Snapshot::status, &Snapshot::statuses, m, taps_.status); }, deep);
+  references_ = bus_.reader(
+      dds::kPlanningReference,
+      [this, heard](const auto& m) { heard(&Snapshot::reference, &Snapshot::references, m, taps_.reference); }, deep);
+  hals_ = bus_.reader(
+      dds::kHalStatus, [this, heard](const auto& m) { heard(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); }, deep);
+  clearances_ = bus_.reader(dds::kControlClearance, [heard](const auto& m) {
+    heard(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
+  });
+  diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
+    const std::lock_guard lock(mutex_);
+    for (const dds::DiagnosticStatus& status : m.status)
+      snapshot_.diagnostics[status.name] = status;
+  });
+  if (taps_.sim_tips) {
+    sim_tips_ = bus_.reader(
+        dds::kSimTips,
+        [this](const auto& m) {
+          taps_.sim_tips(m);
+          // An empty critical section: whoever is between judging and waiting is waiting when it ends.
+          { const std::lock_guard lock(mutex_); }
+          changed_.notify_all();
+        },
+        deep);
+  }
+  clocks_ = std::make_unique<Clocks>(bus_, id_);  // the last of our ends: see connect()
+  lease_keeper_ = std::thread([this, period = 0.2 * deployment.budgets.lease] {
+    while (!ending_) {
+      if (keep_lease_) {
+        dds::ControlRequest keep;
+        keep.client = id_;
+        keep.kind = static_cast<std::uint8_t>(dds::ControlKind::kKeepLease);
+        control_requests_.write(keep);
+      }
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, std::chrono::duration<double>(period), [this] { return ending_.load(); });
+    }
+  });
+}
+
+Client::~Client() {
+  if (keep_lease_.exchange(false)) {  // on a failure: the next client shall not have to wait until the lease expires
+    dds::ControlRequest release;
+    release.client = id_;
+    release.kind = static_cast<std::uint8_t>(dds::ControlKind::kReleaseLease);
+    control_requests_.write(release);
+    // A participant that goes at once may take the sample with it: wait until control shows that it has it.
+    interrupted_ = {};
+    longest_silence_ = 0.0;
+    waitFor(0.5, [this](const Snapshot& s) { return s.status.lease_holder != id_; });
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  lease_keeper_.join();
+}
+
+Snapshot Client::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_;
+}
+
+std::string Client::silent(double seconds) const {
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  std::string names;
+  for (const auto& [who, at] : heard_at_) {
+    if (now - at > std::chrono::duration<double>(seconds))
+      names += (names.empty() ? "; silent: " : ", ") + who;
+  }
+  return names;
+}
+
+bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  std::unique_lock lock(mutex_);
+  auto heard = std::chrono::steady_clock::now();
+  std::uint64_t statuses = snapshot_.statuses;
+  while (!condition(snapshot_)) {
+    const auto now = std::chrono::steady_clock::now();
+    if (snapshot_.statuses != statuses)
+      heard = now;
+    statuses = snapshot_.statuses;
+    if (longest_silence_ > 0.0 && now - heard > std::chrono::duration<double>(longest_silence_)) {
+      throw Failure(kFailure, "control has fallen silent; is `tandem up` still running?");
+    }
+    if (now >= deadline || (interrupted_ && interrupted_()))
+      return false;
+    changed_.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(
+                                  now + std::chrono::milliseconds(50),
+                                  std::chrono::time_point_cast<std::chrono::steady_clock::duration>(deadline)));
+  }
+  return true;
+}
+
+void Client::connect(double seconds) {
+  std::string missing;
+  const auto ready = [&](const Snapshot& s) {
+    missing.clear();
+    if (s.states == 0 || !findsDrives())
+      missing += " sim (or hal)";
+    // Heard is not enough: each must have heard of the one before it, too.
+    if (s.statuses == 0 || !clocks_->found("control") || s.status.answers_state == 0)
+      missing += " control";
+    if (s.reference.answers_state == 0 || !clocks_->found("planning") || s.reference.answers_control == 0)
+      missing += " planning";
+    return missing.empty();
+  };
+  // Those who know another robot or deployment are there, but not for us.
+  constexpr double kAnnouncement = 1.0;  // s
+  waitFor(std::min(seconds, kAnnouncement), [&](const Snapshot& s) { return ready(s); });
+  const std::vector<std::string> others = missing.empty() ? std::vector<std::string>{} : service::mismatches(bus_);
+  if (!others.empty())
+    throw Failure(kFailure, others.front() +
+                                "; nothing is asked of it. Give both the same files, or use a domain or "
+                                "prefix of your own");
+  if (!waitFor(seconds, ready)) {
+    throw Failure(kFailure, "no sign of life from:" + missing + " (domain " + std::to_string(bus_.options().domain) +
+                                ", prefix " + bus_.options().prefix + "); is `tandem up` running?");
+  }
+}
+
+void Client::onReply(const dds::Reply& reply) {
+  if (reply.client != id_ || reply.request == 0)
+    return;
+  {
+    const std::lock_guard lock(mutex_);
+    replies_.push_back(reply);
+  }
+  changed_.notify_all();
+}
+
+template <class Request>
+dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& request) {
+  if (!commands())
+    throw Failure(kFailure, std::string("a ") + dds::name(role_) + " may look and stop, but not ask " + who +
+                                " for anything (--role, docs/security.md)");
+  // That somebody reads the requests is not enough: it may be a recorder.
+  if (!waitFor(patience(kAnswerTime), [&](const Snapshot&) { return clocks_->found(who); }))
+    throw Failure(kFailure, std::string(who) + " is not there");
+  {
+    const std::lock_guard lock(mutex_);
+    request.client = id_;
+    request.request = next_request_++;
+  }
+  writer.write(request);
+  dds::Reply answer;
+  const bool answered = waitFor(patience(kAnswerTime), [&](const Snapshot&) {
+    const auto found = std::find_if(replies_.begin(), replies_.end(),
+                                    [&](const dds::Reply& r) { return r.request == request.request; });
+    if (found == replies_.end())
+      return false;
+    answer = *found;
+    return true;
+  });
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(replies_, [&](const dds::Reply& r) { return r.request <= request.request; });
+  }
+  if (!answered)
+    throw Failure(kFailure, std::string(who) + " did not answer" + silent());
+  if (answer.accepted == 0)
+    throw Refusal(who, answer.reason);
+  return answer;
+}
+
+dds::Reply Client::control(dds::ControlRequest request) {
+  const dds::ControlStatus seen = snapshot().status;
+  request.control_session = seen.session;
+  request.answers_control = seen.sequence;
+  return ask("control", control_requests_, request);
+}
+dds::Reply Client::planning(dds::PlanningRequest request) { return ask("planning", planning_requests_, request); }
+dds::Reply Client::sim(dds::SimRequest request) { return ask("sim", sim_requests_, request); }
+
+dds::Reply Client::hal(dds::HalRequest request) { return ask("hal", hal_requests_, request); }
+
+void Client::say(const std::string& reason) { stops_.write({id_, 1, reason}); }
+
+void Client::stop(const std::string& reason) {
+  const dds::Stop stop{id_, 1, reason};
+  stops_.write(stop);  // to whoever is known already, and again to each that is found: a stop may be heard twice
+  int told = 0;
+  waitFor(kStopTime, [&](const Snapshot&) {
+    const int found = (clocks_->found("control") ? 1 : 0) + (findsDrives() ? 1 : 0);
+    if (found > told)
+      stops_.write(stop);
+    told = found;
+    return found == 2;
+  });
+}
+
+bool Client::findsDrives() { return clocks_->found("sim") || clocks_->found("hal"); }
+
+void Client::acquireLease() {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kAcquireLease);
+  control(request);
+  keep_lease_ = true;
+  // Planning learns who holds the lease from control/status.
+  waitFor(patience(kAnswerTime), [this](const Snapshot& s) { return s.status.lease_holder == id_; });
+}
+
+void Client::releaseLease() {
+  keep_lease_ = false;
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kReleaseLease);
+  control(request);
+}
+
+void Client::stateCommand(const std::string& command) {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
+  request.value = command;
+  control(request);
+  const auto wanted = command == "enable" || command == "resume" ? safety::OperatingState::kEnabled
+                      : command == "pause"                       ? safety::OperatingState::kPaused
+                                                                 : safety::OperatingState::kDisabled;
+  const bool reached = waitFor(patience(kAnswerTime), [&](const Snapshot& s) {
+    for (std::size_t k = 0; k < s.status.arm_count; ++k) {
+      if (s.status.operating_state[k] != static_cast<std::uint8_t>(wanted))
+        return false;
+    }
+    return s.status.arm_count > 0;
+  });
+  const Snapshot now = snapshot();
+  bool homed = true;
+  for (std::size_t k = 0; k < now.hal.arm_count && now.hal.bus_count > 0; ++k)
+    homed = homed && now.hal.homed[k] != 0;
+  if (!reached && !homed)
+    throw Failure(kFailure, "'" + command + "' was accepted, but of an arm " +
+                                std::string(idl::name(operation::Reason::kJointsUnknown)) +
+                                "; `tandem can monitor` shows what keeps their nodes from coming up");
+  if (!reached)
+    throw Failure(kFailure, "'" + command + "' was accepted, but not all arms became " + std::string(name(wanted)));
+}
+
+void Client::setMethod(control::Method method) {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kSetMethod);
+  request.text = std::string(control::name(method));
+  control(request);
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A client of a running system: requests with answers, and what the topics last said. */
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "services/client/arguments.h"
+#include "services/client/clocks.h"
+#include "services/dds/bus.h"
+#include "services/runtime/process.h"
+
+namespace tandem::cli {
+
+/** A service has answered a request with no. */
+class Refusal : public Failure {
+ public:
+  Refusal(const std::string& who, const std::string& reason)
+      : Failure(kFailure, who + " refused: " + reason), reason_(reason) {}
+  const std::string& reason() const { return reason_; }
+
+ private:
+  std::string reason_;
+};
+
+/** What was last heard of each topic. */
+struct Snapshot {
+  dds::ActuationState state;
+  dds::ControlStatus status;
+  dds::PlanningReference reference;
+  dds::HalStatus hal;
+  dds::Clearances clearances;
+  std::map<std::string, dds::DiagnosticStatus> diagnostics;  ///< by the name of the service
+  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0;  ///< samples heard
+};
+
+/** One participant of the console's side. While it holds the control lease it keeps it alive from a thread of its own.
+ */
+class Client {
+ public:
+  /// Sees every sample in order, on DDS threads; empty functions are not called.
+  struct Taps {
+    std::function<void(const dds::ActuationState&)> state;
+    std::function<void(const dds::ControlStatus&)> status;
+    std::function<void(const dds::PlanningReference&)> reference;
+    std::function<void(const dds::HalStatus&)> hal;
+    std::function<void(const dds::TipPoses&)> sim_tips;  ///< heard only with this tap
+  };
+
+  /// Hears those alone who know the same robot and deployment, unless it is there to stop whatever moves.
+  enum class Hears { kOurRobot, kAnyRobot };
+
+  explicit Client(const config::Deployment& deployment, Taps taps = {}, Hears hears = Hears::kOurRobot);
+  ~Client();
+
+  std::uint64_t id() const { return id_; }
+  Clocks& clocks() { return *clocks_; }
+  /// For further topics.
+  dds::Bus& bus() { return bus_; }
+  const dds::Bus& bus() const { return bus_; }
+  /// Whether it may command; a viewer sends nothing but stop.
+  bool commands() const { return role_ == dds::Role::kConsoleOperator; }
+  Snapshot snapshot() const;
+
+  /// Waits until `condition` holds, judged at every sample. @return false at the deadline (s), or where `interrupted`
+  /// says so.
+  bool waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const;
+  /// Asked about every 50 ms while waiting: true ends the wait.
+  void interruptBy(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }
+  /// From now on control's silence for longer than `seconds` ends every wait with a Failure.
+  void expectLife(double seconds) { longest_silence_ = seconds; }
+
+  /// How long to wait for what takes so many seconds at most: in lock-step only the budget for it counts.
+  double patience(double seconds) const { return std::max(seconds, least_patience_); }
+  /// Who has said nothing for so many seconds: "; silent: sim (or hal), planning"; empty where nobody is.
+  std::string silent(double seconds = 2.0) const;
+
+  /// Waits until sim (or hal), control and planning are heard and hear us. @throw Failure naming who is silent.
+  void connect(double seconds);
+
+  /// Requests; each waits up to 10 s for its answer. @throw Refusal with the service's reason; Failure for a viewer, or
+  /// where there is no answer.
+  dds::Reply control(dds::ControlRequest request);
+  dds::Reply planning(dds::PlanningRequest request);
+  dds::Reply sim(dds::SimRequest request);
+  dds::Reply hal(dds::HalRequest request);
+  /// Stops all arms, whether connect() found everybody or not: writes at once, and again to control and to the drives
+  /// when each is found; waits up to 5 s for that.
+  void stop(const std::string& reason);
+  /// The same to those alone who are known already, without waiting.
+  void say(const std::string& reason);
+
+  void acquireLease();
+  void releaseLease();
+  /// "enable", "disable", ... for all arms; waits until all arms are in the state that follows.
+  void stateCommand(const std::string& command);
+  void setMethod(control::Method method);
+
+ private:
+  struct Pending;
+  template <class Request>
+  dds::Reply ask(const char* who, dds::Writer<Request>& writer, Request& request);
+  bool findsDrives();
+  void onReply(const dds::Reply& reply);
+
+  std::uint64_t id_;
+  dds::Role role_;
+  Taps taps_;
+  std::function<bool()> interrupted_;
+  double longest_silence_ = 0.0;  ///< s; 0: any
+  double least_patience_;         ///< s
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  Snapshot snapshot_;
+  std::map<std::string, std::chrono::steady_clock::time_point> heard_at_;  ///< by who speaks
+  std::uint64_t next_request_ = 1;
+  std::vector<dds::Reply> replies_;
+  dds::Bus bus_;
+  dds::Writer<dds::ControlRequest> control_requests_;
+  dds::Writer<dds::PlanningRequest> planning_requests_;
+  dds::Writer<dds::SimRequest> sim_requests_;
+  dds::Writer<dds::HalRequest> hal_requests_;
+  dds::Writer<dds::Stop> stops_;
+  dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
+      clearances_, diagnostics_, sim_tips_;
+  std::atomic<bool> keep_lease_{false}, ending_{false};
+  std::unique_ptr<Clocks> clocks_;
+  std::thread lease_keeper_;
+};
+
+}  // namespace tandem::cli

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/client/motions.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "config/arm_names.h"
+#include "config/cooperative.h"
+#include "config/path.h"
+#include "operation/permission.h"
+#include "safety/faults.h"
+#include "safety/joint_kinds.h"
+#include "safety/joint_motion.h"
+#include "services/client/arguments.h"
+#include "services/runtime/identity.h"
+
+namespace tandem::cli {
+namespace {
+
+constexpr double kMotionTime = 600.0;       // s
+constexpr double kWithdrawTime = 3600.0;    // s
+constexpr double kRunTime = 24.0 * 3600.0;  // s
+constexpr double kLag = 2.0;                // s, of joints behind their setpoints, and of services behind each other
+constexpr double kReason =
+    0.5;  // s: planning may notice a fault before control says which one it is, and says why it failed
+
+dds::ControlRequest controlRequest(dds::ControlKind kind) {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(kind);
+  return request;
+}
+
+bool faulty(const Snapshot& s) {
+  return std::any_of(s.status.faults.begin(), s.status.faults.begin() + s.status.arm_count,
+                     [](safety::FaultMask faults) { return faults != 0; });
+}
+
+bool hasPower(const Snapshot& s) {
+  return std::any_of(
+      s.status.operating_state.begin(), s.status.operating_state.begin() + s.status.arm_count,
+      [](auto state) { return static_cast<safety::OperatingState>(state) == safety::OperatingState::kEnabled; });
+}
+
+RunState stateOf(const Snapshot& s) {
+  RunState state{static_cast<planning::Phase>(s.reference.phase), s.reference.point, s.reference.point_count,
+                 s.reference.total_iterations};
+  state.errors.assign(s.status.task_error.begin(), s.status.task_error.begin() + s.status.task_count);
+  return state;
+}
+
+}  // namespace
+
+std::uint8_t armIndex(const config::Robot& robot, const std::string& arm) {
+  if (const auto k = config::findArm(robot, arm))
+    return static_cast<std::uint8_t>(*k);
+  throw Failure(kUsage, "arm '" + arm + "', which the robot does not have");
+}
+
+int jointIndex(const config::Arm& arm, const std::string& name) {
+  const std::vector<std::string> names = config::jointNames(arm);
+  std::string known;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    // b1 is beta_1.
+    if (name == names[j] || name == names[j].substr(0, 1) + names[j].substr(names[j].find('_') + 1))
+      return static_cast<int>(j);
+    known += (j > 0 ? ", " : "") + names[j] +
+             (safety::isTranslation(static_cast<int>(j), arm.jointCount()) ? " (mm/s)" : " (deg/s)");
+  }
+  throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
+}
+
+std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints) {
+  const std::vector<std::string> names = config::jointNames(arm);
+  std::string text;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    if ((joints & safety::jointBit(static_cast<int>(j))) != 0)
+      text += (text.empty() ? "" : ", ") + names[j];
+  }
+  return text;
+}
+
+/// What a fault of time may come from.
+std::string lateWords(const Snapshot& s, safety::FaultMask faults) {
+  const double late = std::max(s.status.jitter_max, s.hal.jitter_max);
+  if (!safety::isOfTime(faults) || late <= safety::kLate)
+    return {};
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                "; a wake-up was %.2g s late at worst since the start: `tandem doctor` tells what this PC can keep",
+                late);
+  return text.data();
+}
+
+/// While it lives nothing interrupts.
+class Motions::Calm {
+ public:
+  explicit Calm(const Motions& motions) : motions_(motions) { motions_.calm_(true); }
+  ~Calm() { motions_.calm_(false); }
+  Calm(const Calm&) = delete;
+  Calm& operator=(const Calm&) = delete;
+
+ private:
+  const Motions& motions_;
+};
+
+Motions::Motions(Client& client,
+                 const config::Deployment& deployment,
+                 const config::Robot& robot,
+                 std::function<void(bool)> calm,
+                 Wait wait)
+    : client_(client), deployment_(deployment), robot_(robot), calm_(std::move(calm)), wait_(std::move(wait)) {
+  if (!wait_)
+    wait_ = [this](double seconds, const auto& condition) { return client_.waitFor(seconds, condition); };
+}
+
+/// @throw Failure that names the first arm in FAULT, and the fault
+void Motions::expectNoFault(const Snapshot& s) const {
+  for (std::size_t k = 0; k < std::min<std::size_t>(s.status.arm_count, robot_.arms.size()); ++k) {
+    if (s.status.faults[k] != 0)
+      throw Failure(kFailure, robot_.arms[k].name + " is in FAULT: " + safety::describeFaults(s.status.faults[k]) +
+                                  lateWords(s, s.status.faults[k]));
+  }
+}
+
+/// Pauses where a motion came to no end by itself, and says so.
+void Motions::abandon(const std::string& what, bool trajectory) {
+  const Calm calm(*this);
+  expectNoFault(client_.snapshot());
+  client_.stateCommand("pause");
+  if (trajectory) {
+    dds::PlanningRequest give_up;
+    give_up.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStop);
+    client_.planning(give_up);
+  }
+  throw Failure(kFailure, what + "; the arms are paused");
+}
+
+void Motions::disable() {
+  const Snapshot now = client_.snapshot();
+  const auto situation = operation::situationOf(robot_, now.state, now.status, planning::Phase::kIdle);
+  if (!judge(operation::Action::kDisable, operation::Asker::kAnybody, situation)) {
+    client_.stateCommand("disable");
+    return;
+  }
+  // Power goes at once; a fault is cleared under the lease, which whoever has just gone may still hold.
+  try {
+    dds::ControlRequest off = controlRequest(dds::ControlKind::kStateCommand);
+    off.value = "disable";
+    client_.control(off);
+  } catch (const Failure&) {
+    // Refused for the fault alone; whatever was not in FAULT has no power now.
+  }
+  wait_(1.5 * deployment_.budgets.lease, [](const Snapshot& s) { return s.status.lease_holder == 0; });
+  client_.acquireLease();
+  try {
+    client_.stateCommand("disable");
+  } catch (...) {
+    giveLeaseBack();
+    throw;
+  }
+  giveLeaseBack();
+}
+
+void Motions::moveJp(std::size_t arm, const Eigen::VectorXd& joints) {
+  dds::ControlRequest request = controlRequest(dds::ControlKind::kMoveJp);
+  request.arm = static_cast<std::uint8_t>(arm);
+  request.joint_count = static_cast<std::uint8_t>(joints.size());
+  std::copy(joints.begin(), joints.end(), request.joints.begin());
+  const std::uint64_t asked = client_.control(request).value;
+  const auto ended = [&](const Snapshot& s) {
+    return s.status.faults[arm] != 0 || (s.status.sequence > asked && s.status.busy[arm] == 0);
+  };
+  const auto reached = [&](const Snapshot& s) {
+    for (int j = 0; j < joints.size(); ++j) {
+      const double error = s.state.position[dds::jointIndex(static_cast<int>(arm), j)] - joints[j];
+      if (std::abs(error) > safety::kAtRest)
+        return false;
+    }
+    return true;
+  };
+  if (!wait_(kMotionTime, ended) || !wait_(kLag, reached))
+    abandon("move_jp ended before the goal was reached", false);
+}
+
+void Motions::recover(const dds::ControlRequest& request) {
+  const std::uint64_t asked = client_.control(request).value;
+  const std::uint8_t arm = request.arm;
+  const auto ended = [&](const Snapshot& s) {
+    return s.state.recovery[arm] != 0 || (s.status.sequence > asked && s.status.recovery[arm] == 0);
+  };
+  if (!wait_(kMotionTime, ended) || client_.snapshot().state.recovery[arm] == 0)
+    throw Failure(kFailure,
+                  robot_.arms[arm].name +
+                      ": its drives give no power: no joint is left, or one that is lost has not been seen in good "
+                      "order since they were started; `tandem status` says what stands against them");
+}
+
+void Motions::withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& news) {
+  dds::ControlRequest request = controlRequest(dds::ControlKind::kWithdraw);
+  request.arm = arm;
+  const std::uint64_t asked = client_.control(request).value;
+  const bool ended = wait_(kWithdrawTime, [&](const Snapshot& s) {
+    news(s);
+    return s.status.faults[arm] != 0 || (s.status.sequence > asked && s.status.busy[arm] == 0);
+  });
+  if (const safety::FaultMask faults = client_.snapshot().status.faults[arm]; faults != 0)
+    throw Failure(kFailure, robot_.arms[arm].name + " is in FAULT: " + safety::describeFaults(faults) +
+                                "; it stands, `tandem robot recover` goes on with what is left");
+  if (ended)
+    return;
+  const Calm calm(*this);
+  dds::ControlRequest hold = controlRequest(dds::ControlKind::kHold);  // the other arms go on
+  hold.arm = arm;
+  client_.control(hold);
+  throw Failure(kFailure, "the withdrawal was interrupted; the arm stands, and goes on with the next `withdraw`");
+}
+
+void Motions::home() {
+  const std::uint64_t asked = client_.control(controlRequest(dds::ControlKind::kHome)).value;
+  const bool there = wait_(kMotionTime, [&](const Snapshot& s) {
+    const auto busy = s.status.busy.begin();
+    const bool moves = std::any_of(busy, busy + s.status.arm_count, [](auto b) { return b != 0; });
+    return faulty(s) || (s.status.sequence > asked && !moves);
+  });
+  if (!there)
+    abandon("the arms did not get home", false);
+  expectNoFault(client_.snapshot());
+}
+
+RunState Motions::run(const Run& run) {
+  const bool had_power = hasPower(client_.snapshot());
+  client_.stateCommand("enable");
+  const std::uint64_t enabled = client_.snapshot().status.sequence;
+  wait_(kLag, [&](const Snapshot& s) { return s.reference.answers_control >= enabled; });
+  dds::PlanningRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStart);
+  request.trajectory = run.trajectory;
+  request.planned = run.planned ? 1 : 0;
+  std::uint32_t id = 0, told = 0;
+  try {
+    id = client_.planning(request).value;
+  } catch (const Failure&) {
+    const Calm calm(*this);
+    if (!had_power)  // what was enabled for nothing
+      leaveCommand(client_);
+    throw;
+  }
+  const auto over = [&](const Snapshot& s) {
+    if (faulty(s))
+      return true;
+    const bool ours = s.reference.trajectory_id == id;
+    if (run.news && ours && s.status.task_count > 0 && s.reference.point != told) {
+      told = s.reference.point;
+      run.news(stateOf(s));
+    }
+    const auto phase = static_cast<planning::Phase>(s.reference.phase);
+    return ours && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
+  };
+  if (!waitThroughPauses(run, over))
+    abandon("interrupted; the trajectory is given up", true);
+  RunState end = stateOf(client_.snapshot());
+  if (end.phase == planning::Phase::kFailed) {
+    wait_(kReason, faulty);
+    end.why = failureOf(client_.snapshot());
+  }
+  expectNoFault(client_.snapshot());
+  if (!run.keep_enabled)
+    client_.stateCommand("disable");
+  return end;
+}
+
+bool Motions::waitThroughPauses(const Run& run, const std::function<bool(const Snapshot&)>& over) {
+  std::uint64_t told = 0;
+  const auto pauser = [&](const Snapshot& s) { return s.status.paused_by == client_.id() ? 0 : s.status.paused_by; };
+  for (;;) {
+    const bool woken = wait_(kRunTime, [&](const Snapshot& s) {
+      return over(s) || pauser(s) != told || (told != 0 && run.goes_on && run.goes_on());
+    });
+    const Snapshot now = client_.snapshot();
+    if (!woken || over(now))
+      return woken;
+    if (const std::uint64_t who = pauser(now); who != told) {
+      told = who;
+      const auto known = client_.bus().who(who);
+      if (who != 0 && run.paused)
+        run.paused(known ? service::describe(*known) : "another client");
+    } else {
+      client_.stateCommand("resume");
+      told = 0;
+    }
+  }
+}
+
+std::string failureOf(const Snapshot& s) {
+  const std::string failed = std::string(planning::name(planning::Phase::kFailed)) + ": ";
+  const auto said = s.diagnostics.find("tandem-planning");
+  return said != s.diagnostics.end() && said->second.message.starts_with(failed)
+             ? said->second.message.substr(failed.size())
+             : "";
+}
+
+std::string runText(const std::string& name_or_path) {
+  const auto file = config::findFile(name_or_path, "trajectory|path");
+  return config::kindOf(file) == "path" ? config::formatPath(config::loadPath(file))
+                                        : config::formatTrajectory(config::loadTrajectory(file));
+}
+
+void takeCommand(Client& client, std::function<bool()> interrupted) {
+  client.interruptBy(std::move(interrupted));
+  client.connect(client.patience(20.0));
+  client.acquireLease();
+}
+
+void leaveCommand(Client& client) noexcept {
+  try {
+    client.stateCommand("disable");
+    client.releaseLease();
+  } catch (const std::exception&) {
+    // The system is going down with us or before us; there is nobody to tell.
+  }
+}
+
+void stopAndWait(Client& client, const std::string& reason) {
+  client.stop(reason);
+  const bool stopped = client.waitFor(kLag, [](const Snapshot& s) {
+    const auto& faults = s.state.faults;
+    return s.states > 0 &&
+           std::all_of(faults.begin(), faults.begin() + s.state.arm_count, [](auto f) { return f != 0; }) &&
+           std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
+  });
+  if (!stopped)
+    throw Failure(kFailure, "stop was sent, but the drives do not report standstill; is `tandem up` running?");
+}
+
+void Motions::giveLeaseBack() noexcept {
+  const Calm calm(*this);
+  try {
+    client_.releaseLease();
+    constexpr double kShown = 0.5;  // s: the answer may be faster than the status that says so
+    client_.waitFor(kShown, [this](const Snapshot& s) { return s.status.lease_holder != client_.id(); });
+  } catch (const std::exception&) {
+    // As the header says.
+  }
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file All chosen topics of a robot, as bytes, into one pair of hands. */
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "recording/sample_ring.h"
+#include "services/dds/raw.h"
+
+namespace tandem::service {
+
+/** Reads topics until it is destroyed. */
+class Capture {
+ public:
+  /// @param taken  gets each sample on a DDS thread; samples of one topic come one after the other
+  Capture(dds::Bus& bus,
+          const std::vector<dds::TopicInfo>& topics,
+          const std::function<void(const recording::SampleTag&, std::string_view bytes)>& taken);
+
+  /// Topics that have a writer now.
+  int matched() const;
+  /// Samples received, and those that DDS knows to have lost.
+  std::uint64_t received() const;
+  std::uint64_t lost() const;
+  /// The last thing that went wrong, for people; empty if nothing did.
+  std::string lastProblem() const;
+
+ private:
+  std::vector<dds::Reader> readers_;
+};
+
+}  // namespace tandem::service

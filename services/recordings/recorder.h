@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Topics into files, for as long as one likes: `tandem record`.
+ *
+ * Samples go through a ring of memory, so that DDS never waits for the disk; whoever owns a Recorder empties it with
+ * drain(). What the ring could not hold is counted, and so are gaps in the sequences of the writers.
+ */
+#pragma once
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "recording/gaps.h"
+#include "recording/sample_ring.h"
+#include "services/recordings/run_file.h"
+
+namespace tandem::service {
+
+struct RecorderOptions {
+  std::filesystem::path file;       ///< NAME.mcap; further ones are called NAME_2.mcap, NAME_3.mcap ...
+  std::uint64_t largest_file = 0;   ///< bytes; 0: no limit
+  double longest_file = 0.0;        ///< s; 0: no limit
+  std::size_t memory = 64'000'000;  ///< bytes between DDS and the disk
+  double flush_period = 1.0;        ///< s; the most that a death of the process costs
+};
+
+class Recorder {
+ public:
+  /// @throw std::system_error where the file cannot be made. Neither info nor topics are copied.
+  Recorder(const RunInfo& info,
+           const std::string& prefix,
+           const std::vector<dds::TopicInfo>& topics,
+           const RecorderOptions& options);
+
+  /// Takes a sample of the topic of that place in the list. Any thread; never waits for the disk.
+  void take(const recording::SampleTag& tag, std::string_view bytes) { ring_.push(tag, bytes); }
+
+  /// Writes what has come. @throw std::system_error where the disk refuses; the file is closed then, and whole.
+  void drain();
+  /// drain(), and the end of the file.
+  void close();
+
+  struct Totals {
+    std::uint64_t messages = 0;     ///< written
+    std::uint64_t overwritten = 0;  ///< that came faster than the disk could take
+    std::uint64_t lost = 0;         ///< missing in the sequences of the writers, the overwritten ones among them
+    std::uint64_t bytes = 0;        ///< in files
+    std::vector<std::filesystem::path> files;
+  };
+  Totals totals() const;
+
+ private:
+  void open();
+  void finish();
+
+  const RunInfo& info_;
+  std::string prefix_;
+  const std::vector<dds::TopicInfo>& topics_;
+  RecorderOptions options_;
+  recording::SampleRing ring_;
+  recording::SampleRing::Place place_;
+  std::unique_ptr<RunFile> out_;
+  std::uint64_t opened_ = 0, flushed_ = 0;  ///< ns since the epoch
+  recording::GapCounter<std::pair<std::uint32_t, std::array<std::uint8_t, 16>>> gaps_;
+  Totals totals_;
+};
+
+}  // namespace tandem::service

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/runtime/diagnostics.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "services/runtime/identity.h"
+#include "services/runtime/log.h"
+
+namespace tandem::service {
+
+Diagnostics::Diagnostics(dds::Bus& bus, std::string service, std::string robot)
+    : bus_(bus),
+      service_(std::move(service)),
+      robot_(std::move(robot)),
+      writer_(bus.writer(dds::kDiagnostics)),
+      log_(std::make_shared<LogTopic>(bus, "tandem-" + service_)) {
+  addLogSink(log_);
+}
+
+Diagnostics::~Diagnostics() { removeLogSink(log_); }
+
+void Diagnostics::publish(std::int64_t now,
+                          std::int64_t stamp,
+                          Level level,
+                          const std::string& message,
+                          Details values) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  if (last_ != 0 && now - last_ < kSecond && level == last_level_)
+    return;
+  last_ = now;
+  last_level_ = level;
+  const std::vector<std::string> others = mismatches(bus_);
+  if (!others.empty())
+    level = Level::kError;
+  std::uint64_t dropped = 0;
+  for (const dds::Dropped& topic : bus_.dropped()) {
+    dropped += topic.count;
+    values.push_back({kDroppedKey + topic.topic, std::to_string(topic.count) + ": " + topic.why});
+  }
+  std::string text = message;
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    text += "; " + others[i];
+    values.push_back({kMismatchKey + std::to_string(i + 1), others[i]});
+  }
+  if (dropped != dropped_) {
+    spdlog::warn("{} malformed samples dropped so far, the last ones of {}", dropped, values.back().key);
+    text += "; malformed samples are dropped";
+    level = std::max(level, Level::kWarn);
+    dropped_ = dropped;
+  }
+  dds::DiagnosticArray array;
+  array.stamp = stamp;
+  dds::DiagnosticStatus status;
+  status.level = static_cast<std::uint8_t>(level);
+  status.name = "tandem-" + service_;
+  status.message = text;
+  status.hardware_id = robot_;
+  status.values = std::move(values);
+  array.status.push_back(std::move(status));
+  writer_.write(array);
+}
+
+}  // namespace tandem::service

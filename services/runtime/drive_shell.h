@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file hal and sim in real time: the actuation topics between DDS and the thread that moves the drives. */
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "services/dds/bus.h"
+#include "services/runtime/diagnostics.h"
+#include "services/runtime/identity.h"
+#include "services/runtime/latest_value.h"
+#include "services/runtime/realtime_shell.h"
+
+namespace tandem::service {
+
+/// The service's line on `diagnostics`, with `more` behind it. For publisher threads.
+void diagnose(Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status, const Details& more);
+
+/** Takes commands and stops to the core of hal or sim, and publishes what it shows. Cycles call take() before and
+ * show() after they move the drives. */
+class DriveShell : public RealtimeShell {
+ public:
+  /// @param period  s; @param tell  with each status that is published, on the publisher's thread: what else
+  /// `diagnostics` shall say
+  DriveShell(const Setup& setup, double period, std::function<Details(const dds::HalStatus&)> tell);
+
+  /// For further topics of the service.
+  dds::Bus& bus() noexcept { return bus_; }
+  /// For the readers of requests: to be called before there is one. @param answer  on DDS threads, to a request of
+  /// somebody who knows another robot or deployment
+  void refuseMismatches(std::function<void(const dds::Reply&)> answer);
+
+  /// Hands over what has come since the last cycle.
+  template <class Core>
+  void take(Core& core, std::int64_t now) noexcept {
+    if (commands_.take())
+      core.onCommand(commands_.value(), now, commands_.arrivals());
+    if (stop_requested_.exchange(false, std::memory_order_relaxed))
+      core.onStop();
+    if (mismatch_.exchange(false, std::memory_order_relaxed))
+      core.onMismatch();
+    if (const EmergencyReport told = emergency_.exchange(EmergencyReport::kNone, std::memory_order_relaxed);
+        told != EmergencyReport::kNone)
+      core.onEmergencyStop(told == EmergencyReport::kPressed, now);
+  }
+
+  /// Publishes what the cycle has come to.
+  template <class Core>
+  void show(Core& core, const Tick& tick) noexcept {
+    core.state(tick.now, state_);
+    state_out_.post(state_);
+    close(core, core.armCount());
+    if (!isTold(tick))
+      return;
+    writeLoop();
+    core.status(status_);
+    status_out_.post(status_);
+  }
+
+  /// As RealtimeShell::run(), from the readers of commands and stops on.
+  void run(const std::string& what, const std::function<bool(const Tick&)>& cycle);
+
+ private:
+  /// What a reader leaves of the last report on topic emergency_stop for the periodic thread.
+  enum class EmergencyReport : std::uint8_t { kNone = 0, kReleased, kPressed };
+
+  void onEmergencyStop(bool pressed) noexcept;
+  void writeLoop() noexcept;
+
+  const Setup& setup_;
+  dds::Bus bus_;
+  dds::Writer<dds::ActuationState> states_;
+  dds::Writer<dds::HalStatus> statuses_;
+  Diagnostics diagnostics_;
+  std::function<Details(const dds::HalStatus&)> tell_;
+  std::optional<MismatchDesk> mismatches_;
+  Outbox::Latest<dds::ActuationState>& state_out_;
+  Outbox::Latest<dds::HalStatus>& status_out_;
+  LatestSample<dds::ActuationCommand> commands_;
+  std::atomic<bool> stop_requested_{false}, mismatch_{false};
+  std::atomic<EmergencyReport> emergency_{EmergencyReport::kNone};
+  dds::ActuationState state_;
+  dds::HalStatus status_;
+};
+
+}  // namespace tandem::service

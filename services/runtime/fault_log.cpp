@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/runtime/fault_log.h"
+
+#include <spdlog/spdlog.h>
+
+namespace tandem::service {
+
+std::string describe(const config::Robot& robot, const FaultReport& report) {
+  const config::Arm& arm = robot.arms[static_cast<std::size_t>(report.arm)];
+  std::string text = arm.name + ": " + safety::describe(report.record, arm.limits.jointCount());
+  if (safety::isOfTime(report.record.faults) && report.late > safety::kLate)
+    text += fmt::format(
+        "; this PC was late by {:.2g} s just before: `tandem doctor` tells what it can keep, the deployment's "
+        "budgets what it has to",
+        report.late);
+  return text;
+}
+
+void logFault(const config::Robot& robot, const FaultReport& report) {
+  spdlog::error("FAULT of {}", describe(robot, report));
+}
+
+}  // namespace tandem::service

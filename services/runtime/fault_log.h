@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Faults of arms as services tell them: once, with what led to them. */
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "config/config.h"
+#include "safety/dimensions.h"
+#include "safety/faults.h"
+
+namespace tandem::service {
+
+/** A fault of one arm, as a periodic thread hands it to the thread that logs. */
+struct FaultReport {
+  int arm = 0;
+  safety::FaultRecord record;
+  double late = 0.0;  ///< largest lateness of the process's own loop in the last seconds, s
+};
+
+/** Tells new faults from those that have been told. */
+class FaultWatch {
+ public:
+  /// Whether this record of an arm is a new one. Call it with every record, the empty ones included.
+  bool fresh(int arm, const safety::FaultRecord& record) noexcept {
+    safety::FaultMask& told = told_[static_cast<std::size_t>(arm)];
+    const bool is_new = record.faults != 0 && told == 0;
+    told = record.faults;
+    return is_new;
+  }
+  /// Calls `tell` with a FaultReport for each arm whose record, `core.faultRecord(arm)`, is a new one.
+  template <class Core, class Tell>
+  void look(const Core& core, int arm_count, Tell tell) noexcept {
+    for (int k = 0; k < arm_count; ++k) {
+      if (fresh(k, core.faultRecord(k)))
+        tell(FaultReport{k, core.faultRecord(k), 0.0});
+    }
+  }
+
+ private:
+  std::array<safety::FaultMask, safety::kMaxArms> told_{};
+};
+
+/// "arm_a: drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad"; where something came too late because this
+/// PC was, that.
+std::string describe(const config::Robot& robot, const FaultReport& report);
+
+/// Writes it to the log. Not for the periodic thread.
+void logFault(const config::Robot& robot, const FaultReport& report);
+
+}  // namespace tandem::service

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file A queue between threads that may wait. Not for the periodic path: it locks and allocates. */
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "services/runtime/process.h"
+
+namespace tandem::service {
+
+/** Messages from DDS threads to a worker thread, in order. Any thread may put and take. */
+template <class T>
+class Mailbox {
+ public:
+  void put(T message) {
+    {
+      const std::lock_guard lock(mutex_);
+      queue_.push_back(std::move(message));
+    }
+    arrived_.notify_one();
+  }
+
+  /// The next message, waiting up to `seconds` for it.
+  std::optional<T> take(double seconds) {
+    std::unique_lock lock(mutex_);
+    arrived_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return !queue_.empty(); });
+    if (queue_.empty())
+      return std::nullopt;
+    T message = std::move(queue_.front());
+    queue_.pop_front();
+    return message;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::deque<T> queue_;
+};
+
+/** A service that acts when something comes, as all do in lock-step, where messages move the time: messages from DDS
+ * threads, handled by one thread in the order in which they came. */
+template <class... Messages>
+class EventLoop {
+ public:
+  /// From any thread.
+  template <class Message>
+  void put(Message message) {
+    mailbox_.put(std::move(message));
+  }
+
+  /// Until a stop is requested: calls `handle` with each message, and with std::monostate when none came for
+  /// `patience` s; beats before each.
+  template <class Handle>
+  void run(const Setup& setup, const StopSignal& stop, double patience, Handle handle) {
+    while (!stop.requested()) {
+      Event event = mailbox_.take(patience).value_or(Event{});
+      setup.heartbeat->beat();
+      std::visit(handle, std::move(event));
+    }
+  }
+
+ private:
+  using Event = std::variant<std::monostate, Messages...>;
+  Mailbox<Event> mailbox_;
+};
+
+}  // namespace tandem::service

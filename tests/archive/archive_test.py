@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What older commits wrote still opens: a lab's archive is its work. Each folder beside this file is named after the commit whose
+programs wrote it (README.md)."""
+import csv
+import hashlib
+import json
+import pathlib
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "integration" / "harness")]
+import keys  # noqa: E402
+import system  # noqa: E402
+
+OLD = HERE / "5e7986a"
+RECORDINGS = sorted((OLD / "recordings").glob("*.mcap"))
+# Files that are refused today: the sentence says what changed, since when, and what to write instead.
+REFUSED = {"hardware/bench-fast-homing.yaml": r"homing\.fast_mm_per_s: found 2\.5 times `velocity` of the drive, expected at most that: "
+           r"since 22 November 2026 homing runs go no faster than the axis\. Write `velocity` or less"}
+# Bounds that are narrower since: drives took what lay below for one millisecond. The refusal names key, found and expected.
+NARROWED = {(f"hardware.{kind}.drive.following_time_{unit}", "minimum")
+            for kind in ("translations", "rotations") for unit in ("s", "ms")}
+# Defaults that are others since: clocks need not agree any more. A file that says nothing is safer with the new one.
+REPLACED = {("deployment.teleoperation.crtk.stamps", "default")}
+# What has joined messages since, by type.
+ADDED = {"ActuationState": "fingerprint, recovery, lost, homed, holds", "ActuationCommand": "fingerprint, without, commander, may_home",
+         "PlanningReference": "fingerprint", "PlanningRequest": "fingerprint", "SimRequest": "fingerprint", "HalRequest": "fingerprint",
+         "ControlStatus": "fingerprint, recovery, idle, idle_left, paused_by, state_success, reference_success",
+         "ControlRequest": "fingerprint, control_session, answers_control",
+         "HalStatus": "fingerprint, emergency_stop, command_success, hardware_count[16..23], hardware_arm[16..23], "
+                      "hardware_joint[16..23], bus_success"}
+
+
+def added(topic_type):
+    return ADDED.get(topic_type.removeprefix("tandem_msgs/msg/"), "")
+
+
+def rows(file):
+    """Columns of a CSV file, as texts."""
+    with open(file, newline="", encoding="utf-8") as stream:
+        table = list(csv.reader(stream))
+    return {name: [row[i] for row in table[1:]] for i, name in enumerate(table[0])}
+
+
+class Files(system.SystemTest):
+    def test_every_yaml_file_is_valid_or_says_what_changed(self):
+        files = sorted((OLD / "lab").rglob("*.yaml"))
+        self.assertEqual({file.parent.name for file in files},
+                         {"robots", "cooperative", "hardware", "deployments", "experiments", "trajectories", "paths"})
+        for file in files:
+            answer = system.run("validate", file)
+            refusal = REFUSED.get(str(file.relative_to(OLD / "lab")))
+            self.assertEqual(answer.returncode, 2 if refusal else 0, f"{file}: {answer.stdout}{answer.stderr}")
+            self.assertRegex(answer.stderr, refusal or "^$")
+
+    def test_every_key_still_has_its_name_its_default_and_its_values(self):
+        today = keys.keys(system.SOURCE / "config" / "schemas")
+        changed = set()
+        for line in (OLD / "keys.txt").read_text().splitlines():
+            name, then = line.split(" ", 1)
+            then, now = json.loads(then), today.get(name)
+            self.assertIsNotNone(now, f"{name} is gone: its error has to say what to write instead (and REFUSED here)")
+            for word, what in then.items():
+                kept = (set(what) <= set(now.get(word, [])) if word == "enum"
+                        else now.get(word, what) <= what if word.lower().endswith("minimum") or word.startswith("min")
+                        else now.get(word, what) >= what if word.startswith("max") else now.get(word) == what)
+                if not kept and (name, word) in NARROWED | REPLACED:
+                    changed.add((name, word))
+                    continue
+                self.assertTrue(kept, f"{name}: {word} was {what}, and is {now.get(word)}")
+        self.assertEqual(changed, NARROWED | REPLACED)
+
+
+class Readers(system.SystemTest):
+    def test_info_says_what_changed(self):
+        for file in RECORDINGS:
+            answer = self.assert_ok(system.run("info", file, "--json", "--check"))
+            info = json.loads(answer.stdout)
+            self.assertEqual((info["finished"], info["damage"], info["metadata"]["tandem"]["version"]), (True, [], "0.1.0"))
+            for name, topic in info["topics"].items():
+                wanted = added(topic["type"])
+                self.assertEqual(topic["changes"], f"lacks members {wanted}: 0 or empty here" if wanted else "",
+                                 f"{file.name}: {name}")
+
+    def test_exported_numbers_are_those_of_the_old_program(self):
+        """export.json has the digest of each table that the old program made of the same file."""
+        digests = json.loads((OLD / "export.json").read_text())
+        self.assertEqual(set(digests), {file.name for file in RECORDINGS})
+        for file in RECORDINGS:
+            folder = self.folder / file.stem
+            answer = self.assert_ok(system.run("export", file, "--csv", folder, "--mat", f"{folder}.mat", "--hdf5", f"{folder}.h5"))
+            self.assertEqual(answer.stderr, "")
+            found = {table.name: hashlib.sha256(table.read_bytes()).hexdigest() for table in folder.iterdir()}
+            self.assertEqual(found, digests[file.name], file.name)
+
+    def test_figures(self):
+        for file in RECORDINGS:
+            self.assert_ok(system.run("plot", file, "--figures", self.folder / file.stem))
+            self.assertTrue(list((self.folder / file.stem).glob("*.png")), file.name)
+
+    def test_python(self):
+        sys.path.insert(0, str(pathlib.Path(system.executable()).parents[1] / "python"))
+        import numpy  # pylint: disable=import-outside-toplevel
+        import tandem  # pylint: disable=import-error,import-outside-toplevel
+        for file in RECORDINGS:
+            recording = tandem.Recording(str(file))
+            self.assertEqual((recording.finished, recording.damage), (True, []))
+            self.assert_ok(system.run("export", file, "--csv", self.folder / file.stem))
+            for topic in recording.topics:
+                table = recording[topic]
+                name = topic.removeprefix("/").removeprefix("arch/").replace("/", "_")
+                exported = rows(self.folder / file.stem / f"{name}.csv")
+                self.assertEqual([int(n) for n in exported["log_time_ns"]], list(table["log_time_ns"]), topic)
+                for column, values in table.items():
+                    if isinstance(values, numpy.ndarray) and values.ndim == 1 and column in exported:
+                        numpy.testing.assert_array_equal(values, numpy.array(exported[column], values.dtype), topic)
+
+
+class Replay(system.SystemTest):
+    def test_a_lock_step_run_is_simulated_again(self):
+        for name in ("lock-step.mcap", "catheters-lock-step.mcap"):
+            answer = system.run("replay", OLD / "recordings" / name, "--simulate")
+            self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+            self.assertRegex(answer.stdout, r"[1-9]\d+ states simulated again, 0 differ; largest difference .* 0 m or rad")
+            self.assertIn("actuation/state: lacks members fingerprint, recovery, lost, homed, holds: 0 or empty here", answer.stderr)
+
+    def test_onto_the_wire_as_the_messages_of_today(self):
+        """Somebody of today records what is replayed: the same numbers, 0 where there were none, said once a topic."""
+        path = system.deployment(self.folder, "laptop")
+        for file in (OLD / "recordings" / "black-box.mcap", OLD / "recordings" / "drives.mcap"):
+            again = self.folder / file.name
+            record = subprocess.Popen([system.executable(), "record", str(path), "-o", str(again)], stdout=subprocess.PIPE,
+                                      stderr=subprocess.PIPE, text=True)
+            self.addCleanup(system.reap, record)
+            system.until(lambda file=again: file.exists() and file.stat().st_size > 0, 20, "a recording has begun")
+            answer = self.assert_ok(system.run("replay", file, "-d", path))
+            record.terminate()
+            self.assertEqual(record.wait(20), 0, record.stderr.read())
+            folders = [self.folder / f"{file.stem}-{which}" for which in ("then", "now")]
+            for source, folder in zip((file, again), folders):
+                self.assertEqual(self.assert_ok(system.run("export", source, "--csv", folder)).stderr, "")
+            topics = json.loads(system.run("info", file, "--json").stdout)["topics"]
+            said = "".join(f"{name}: lacks members {added(topic['type'])}: 0 or empty here\n"
+                           for name, topic in topics.items() if added(topic["type"]))
+            self.assertEqual(sorted(answer.stderr.splitlines()), sorted(said.splitlines()))
+            for name in ("actuation/state", "actuation/command", "control/status", "hal/status"):
+                then, now = (rows(folder / f"{name.replace('/', '_')}.csv") for folder in folders)
+                fresh = [column for column in now if column not in then]
+                self.assertEqual({column.split("[")[0] for column in fresh},
+                                 {word.split("[")[0] for word in added(topics[name]["type"]).split(", ")})
+                self.assertEqual({float(value) for column in fresh for value in now[column]}, {0.0})
+                # A busy machine may lose samples of the streams: those that came are in order and the same.
+                columns = [column for column in then if column not in ("time_s", "log_time_ns", "publish_time_ns",
+                                                                       "sequence_of_writer")]
+                before = list(zip(*(then[column] for column in columns)))
+                after = list(zip(*(now[column] for column in columns)))
+                self.assertGreater(len(after), len(before) // 2, name)
+                at = 0
+                for row in after:
+                    at = before.index(row, at) + 1
+
+
+class Tables(system.SystemTest):
+    def test_csv_folders_are_drawn_and_merged(self):
+        self.assert_ok(system.run("montecarlo", "merge", *sorted((OLD / "csv").glob("shard-*.csv")), "--csv", self.folder / "all.csv"))
+        self.assertEqual((self.folder / "all.csv").read_bytes(), (OLD / "csv" / "all.csv").read_bytes())
+        subprocess.run(["/usr/bin/python3", system.SOURCE / "experiments" / "figures.py", OLD / "csv" / "experiment",
+                        self.folder / "figures"], check=True, capture_output=True)
+        self.assertTrue(list((self.folder / "figures").glob("*.png")))
+
+
+if __name__ == "__main__":
+    system.main()

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Several clients that take, lose and give back the lease, and what each of them had begun. */
+#include <gtest/gtest.h>
+
+#include <deque>
+
+#include "tests/unit/operation/commanded_robot.h"
+
+namespace tandem::test {
+namespace {
+
+/// The next client may ask before control's next cycle has noticed that the last one is gone.
+TEST(Commanders, NobodyInheritsTheMotionOfOneWhoFellSilent) {
+  for (const bool by_crtk : {false, true}) {
+    CommandedRobot robot;
+    robot.enable(kFirst);
+    ASSERT_EQ(robot.give(robot.moveOrder(kFirst, 0)), Reason::kNone);
+    robot.run(0.1, kFirst);
+    ASSERT_TRUE(robot.moves(0));
+    robot.now += robot.lease() + 1;
+    if (by_crtk) {
+      CrtkOrder hold;
+      for (std::size_t v = 0; v < kCrtkVerbs.size(); ++v) {
+        if (actionOf(kCrtkVerbs[v]) == Action::kCrtkMove)
+          hold.verb = static_cast<int>(v);
+      }
+      hold.group = 1;
+      EXPECT_FALSE(robot.core.crtk(hold, robot.now).accepted) << "the arms are in FAULT by now";
+    } else {
+      EXPECT_EQ(robot.give(robot.orderOf(kSecondClient, ControlKind::kAcquireLease)), Reason::kNone);
+    }
+    robot.cycle();
+    EXPECT_FALSE(robot.moves(0));
+    EXPECT_EQ(robot.output.status.faults[0], bit(Fault::kLeaseLost));
+    EXPECT_EQ(robot.output.status.lease_holder, by_crtk ? 0 : kSecondClient);
+  }
+}
+
+TEST(Commanders, ADisableClearsNoFaultThatItsSenderHasNotSeen) {
+  CommandedRobot robot;
+  robot.enable(kFirst);
+  const ControlOrder early = robot.stateOrder(kFirst, StateCommand::kDisable);
+  robot.core.stop();
+  robot.cycle();
+  EXPECT_EQ(robot.give(early), Reason::kFaultNotSeen);
+  robot.cycle();
+  EXPECT_EQ(robot.state(0), OperatingState::kFault);
+  const ControlOrder seen = robot.stateOrder(kFirst, StateCommand::kDisable);
+  // Somebody presses it once more.
+  robot.core.stop();
+  EXPECT_EQ(robot.give(seen), Reason::kFaultNotSeen) << "not shown yet";
+  robot.cycle();
+  EXPECT_EQ(robot.give(seen), Reason::kFaultNotSeen);
+  ControlOrder foreign = robot.stateOrder(kFirst, StateCommand::kDisable);
+  foreign.control_session += 1;
+  EXPECT_EQ(robot.give(foreign), Reason::kFaultNotSeen) << "another control's status";
+  EXPECT_EQ(robot.give(robot.stateOrder(kFirst, StateCommand::kDisable)), Reason::kNone);
+  robot.cycle();
+  EXPECT_EQ(robot.state(0), OperatingState::kDisabled);
+}
+
+/// Two orders may come within one cycle, and a fault between them: no status has shown that the first one is gone.
+TEST(Commanders, AFaultThatComesAgainIsAnother) {
+  CommandedRobot robot;
+  robot.enable(kFirst);
+  robot.drives.state.faults[0] = bit(Fault::kDrive);
+  robot.cycle();
+  ASSERT_EQ(robot.state(0), OperatingState::kFault);
+  const ControlOrder disable = robot.stateOrder(kFirst, StateCommand::kDisable);
+  EXPECT_EQ(robot.give(disable), Reason::kNone);
+  robot.drives.state.answers_command = robot.output.command.sequence + 1;
+  robot.drives.state.sequence += 1;
+  robot.core.onState(robot.drives.state);
+  EXPECT_EQ(robot.give(disable), Reason::kFaultNotSeen);
+}
+
+TEST(Commanders, ADisableOfAllTakesThePowerOfArmsWithoutFaults) {
+  CommandedRobot robot;
+  robot.enable(kFirst);
+  const ControlOrder early = robot.stateOrder(kFirst, StateCommand::kDisable);
+  robot.drives.state.faults[0] = bit(Fault::kDrive);
+  robot.cycle();
+  robot.drives.state.faults[0] = 0;
+  ASSERT_EQ(robot.state(0), OperatingState::kFault);
+  ASSERT_EQ(robot.state(1), OperatingState::kEnabled);
+  EXPECT_EQ(robot.give(early), Reason::kFaultNotSeen);
+  robot.run(0.1);
+  EXPECT_EQ(robot.state(0), OperatingState::kFault);
+  EXPECT_EQ(robot.state(1), OperatingState::kDisabled);
+}
+
+TEST(Commanders, OneOrderEnablesAllArmsOrNone) {
+  CommandedRobot robot;
+  ASSERT_EQ(robot.give(robot.orderOf(kFirst, ControlKind::kAcquireLease)), Reason::kNone);
+  ASSERT_EQ(robot.give(robot.stateOrder(kFirst, StateCommand::kEnable)), Reason::kNone);
+  robot.cycle();
+  robot.drives.take(robot.output.command);
+  // The first arm has its power; the drives of the second find what is wrong with them.
+  robot.drives.state.operating_state[1] = static_cast<std::uint8_t>(OperatingState::kFault);
+  robot.drives.state.faults[1] = bit(Fault::kDrive);
+  robot.core.onState(robot.drives.state);
+  robot.core.cycle(robot.now, false, robot.output);
+  EXPECT_EQ(robot.output.command.request[0], static_cast<std::uint8_t>(safety::DriveRequest::kDisable));
+  robot.run(0.1, kFirst);
+  EXPECT_EQ(robot.state(0), OperatingState::kDisabled);
+  EXPECT_EQ(robot.state(1), OperatingState::kFault);
+}
+
+TEST(Commanders, AnArmThatWorkedBeforeKeepsItsPower) {
+  CommandedRobot robot;
+  ASSERT_EQ(robot.give(robot.orderOf(kFirst, ControlKind::kAcquireLease)), Reason::kNone);
+  ControlOrder one = robot.stateOrder(kFirst, StateCommand::kEnable);
+  one.arm = 0;
+  ASSERT_EQ(robot.give(one), Reason::kNone);
+  robot.run(0.1, kFirst);
+  ASSERT_EQ(robot.state(0), OperatingState::kEnabled);
+  ASSERT_EQ(robot.give(robot.stateOrder(kFirst, StateCommand::kEnable)), Reason::kNone);
+  robot.drives.state.faults[1] = bit(Fault::kDrive);
+  robot.core.onState(robot.drives.state);
+  robot.run(0.1, kFirst);
+  EXPECT_EQ(robot.state(1), OperatingState::kFault);
+  EXPECT_EQ(robot.state(0), OperatingState::kEnabled);
+}
+
+TEST(Commanders, AJogThatALinkHeldBackMovesNothing) {
+  CommandedRobot robot;
+  robot.enable(kFirst);
+  const ControlOrder jog = robot.jogOrder(kFirst, 0);
+  EXPECT_EQ(robot.give(jog), Reason::kNone);
+  robot.run(1.0, kFirst);
+  ASSERT_FALSE(robot.moves(0)) << "it lasts for a moment";
+  EXPECT_EQ(robot.give(jog), Reason::kLate);
+  ControlOrder foreign = robot.jogOrder(kFirst, 0);
+  foreign.control_session += 1;
+  EXPECT_EQ(robot.give(foreign), Reason::kOtherControl);
+  robot.cycle();
+  EXPECT_FALSE(robot.moves(0));
+}
+
+/** Three clients, orders that arrive late, a robot that fails, and a model of whose motion each arm does. */
+class Crowd {
+ public:
+  explicit Crowd(std::uint32_t seed) : random_(seed) {}
+  int moved = 0, losses = 0, late_disables = 0, handed_over = 0;
+
+  void step() {
+    const std::int64_t between = random_.integer(0, static_cast<int>(robot_.rig.period()));
+    robot_.now += between;
+    for (std::size_t c = 0; c < clients_.size(); ++c) {
+      if (clients_[c].alive && random_.chance(0.2))
+        give(robot_.orderOf(idOf(c), ControlKind::kAcquireLease));
+    }
+    const int orders = random_.integer(0, 2);
+    for (int i = 0; i < orders; ++i)
+      deliver();
+    if (random_.chance(0.003)) {
+      robot_.core.stop();
+      stopped_at_ = robot_.output.status.sequence + 1;
+    }
+    if (random_.chance(0.001))
+      robot_.drives.state.faults[static_cast<std::size_t>(random_.integer(0, 1))] = bit(Fault::kDrive);
+    keep();
+    robot_.now -= between;
+    robot_.cycle();
+    judge();
+  }
+
+ private:
+  struct Client {
+    bool alive = true;
+    std::deque<ControlOrder> on_their_way;
+  };
+
+  /// Whoever lives says so in time.
+  void keep() {
+    for (std::size_t c = 0; c < clients_.size(); ++c) {
+      if (clients_[c].alive && random_.chance(0.3))
+        give(robot_.orderOf(idOf(c), ControlKind::kKeepLease));
+      if (random_.chance(clients_[c].alive ? 0.01 : 0.004))
+        clients_[c].alive = !clients_[c].alive;
+    }
+  }
+  ControlOrder anyOrder(std::uint64_t id) {
+    switch (random_.integer(0, 9)) {
+      case 0:
+      case 1:
+        return robot_.orderOf(id, ControlKind::kAcquireLease);
+      case 2:
+      case 3:
+        return robot_.stateOrder(id, StateCommand::kEnable);
+      case 4:
+        return robot_.stateOrder(id, random_.chance(0.3) ? StateCommand::kPause : StateCommand::kResume);
+      case 5:
+        return random_.chance(0.3) ? robot_.stateOrder(id, StateCommand::kDisable)
+                                   : robot_.orderOf(id, ControlKind::kHome);
+      case 6:
+        return robot_.orderOf(id, random_.chance(0.1) ? ControlKind::kReleaseLease : ControlKind::kKeepLease);
+      case 7:
+        return robot_.jogOrder(id, random_.integer(0, 1));
+      default:
+        return robot_.moveOrder(id, random_.integer(0, 1), random_.uniform(-1.5, 1.5));
+    }
+  }
+  /// A new order of a client, or one that a link has held back.
+  void deliver() {
+    const auto c = static_cast<std::size_t>(random_.integer(0, 2));
+    Client& client = clients_[c];
+    if (client.alive)
+      client.on_their_way.push_back(anyOrder(idOf(c)));
+    if (client.on_their_way.empty() || random_.chance(0.3))
+      return;
+    const ControlOrder order = client.on_their_way.front();
+    client.on_their_way.pop_front();
+    give(order);
+  }
+  void give(const ControlOrder& order) {
+    const bool obeyed = robot_.give(order) == Reason::kNone;
+    const Situation after = robot_.core.situation();
+    if (order.kind == ControlKind::kStateCommand && order.command == StateCommand::kDisable) {
+      stop_latched_ = stop_latched_ && order.answers_control < stopped_at_;
+      // Whatever it did, the stop that its sender had not seen is still there.
+      late_disables += order.answers_control < stopped_at_ ? 1 : 0;
+      for (int k = 0; k < 2; ++k)
+        EXPECT_TRUE(!stop_latched_ || after.arm[CommandedRobot::at(k)].wanted == OperatingState::kFault) << "arm " << k;
+    }
+    const bool begins =
+        order.kind == ControlKind::kJog || order.kind == ControlKind::kMoveJp || order.kind == ControlKind::kHome;
+    for (int k = 0; k < 2 && obeyed && begins; ++k) {
+      if (order.arm == msg::kAllArms || order.arm == k)
+        begun_by_[CommandedRobot::at(k)] = order.client;
+    }
+  }
+  void judge() {
+    const std::uint64_t holder = robot_.output.status.lease_holder;
+    handed_over += holder != 0 && holder != holder_ && holder_ != 0 ? 1 : 0;
+    holder_ = holder;
+    stop_latched_ = (robot_.output.status.faults[0] & bit(Fault::kStopRequested)) != 0;
+    for (int k = 0; k < 2; ++k) {
+      losses += (robot_.output.status.faults[CommandedRobot::at(k)] & bit(Fault::kLeaseLost)) != 0 ? 1 : 0;
+      if (!robot_.moves(k))
+        continue;
+      ++moved;
+      EXPECT_EQ(holder, begun_by_[CommandedRobot::at(k)])
+          << "arm " << k << " moves for somebody who does not hold the lease";
+      EXPECT_EQ(robot_.state(k), OperatingState::kEnabled);
+    }
+  }
+  static std::uint64_t idOf(std::size_t client) { return kFirst + client; }
+
+  Random random_;
+  CommandedRobot robot_;
+  std::array<Client, 3> clients_;
+  std::array<std::uint64_t, 2> begun_by_{};
+  std::uint64_t holder_ = 0, stopped_at_ = 0;
+  bool stop_latched_ = false;
+};
+
+TEST(Commanders, NoArmMovesForSomebodyWhoDoesNotHoldTheLease) {
+  int moved = 0, losses = 0, late_disables = 0, handed_over = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(100); ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Crowd crowd(seed);
+    for (int i = 0; i < 1000; ++i) {
+      crowd.step();
+      ASSERT_FALSE(HasFailure()) << "step " << i;
+    }
+    moved += crowd.moved;
+    losses += crowd.losses;
+    late_disables += crowd.late_disables;
+    handed_over += crowd.handed_over;
+  }
+  EXPECT_GT(moved, 2000);
+  EXPECT_GT(losses, 100);
+  EXPECT_GT(late_disables, 30);
+  EXPECT_GT(handed_over, 10);
+}
+
+}  // namespace
+}  // namespace tandem::test

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Homing runs of drives belong to whoever commands: HAL over simulated buses, and control, in simulated time. */
+#include "services/hal/hal_core.h"
+#include "tests/unit/hal_robot/robot_fixture.h"
+#include "tests/unit/services/system.h"
+
+namespace tandem::test {
+namespace {
+
+using dds::ControlKind;
+using dds::ReplyCode;
+
+constexpr std::uint64_t kHolder = 7, kOther = 8;
+
+/** The linear stages of the first arm have to home. */
+class HomingSystem {
+ public:
+  HomingSystem() {
+    for (int b = 0; b < static_cast<int>(hardware_.buses.size()); ++b) {
+      wires_.push_back(std::make_unique<hal::test::Wire>(hardware_, b, now_));
+      buses_.push_back(&wires_.back()->master);
+    }
+    hal_.emplace(of_hal_, hardware_, buses_);
+    hal_->start(now_);
+    run(3.0);
+  }
+
+  void run(double seconds, std::uint64_t keeper = 0) {
+    const auto ticks = static_cast<int>(1e3 * seconds);
+    for (int i = 0; i < ticks; ++i) {
+      now_ += 1'000'000;
+      for (auto& wire : wires_) {
+        wire->bus.now = now_;
+        wire->drives->poll(now_);
+      }
+      if (i % 4 == 0)
+        hal_->step(now_);
+      if (i % 10 == 0 && commanding)
+        cycle(keeper);
+    }
+  }
+  ReplyCode order(std::uint64_t client, ControlKind kind) {
+    operation::ControlOrder o;
+    o.client = client;
+    o.kind = kind;
+    return control_.order(o, now_).refusal.code();
+  }
+  ReplyCode home(std::uint64_t client) {
+    answer = hal_->onOrder({client, 1, static_cast<std::uint8_t>(dds::HalKind::kHome), 0}, now_);
+    return answer.code;
+  }
+  bool homing() const { return hal_->robot().arm(0).homing(); }
+  void stopControl() { control_.stop(); }
+
+  service::HalAnswer answer;
+  bool commanding = true;
+  std::optional<std::uint64_t> commander;  ///< whom commands name in place of control's
+
+ private:
+  void cycle(std::uint64_t keeper) {
+    if (keeper != 0)
+      order(keeper, ControlKind::kKeepLease);
+    hal_->state(now_, state_);
+    control_.onState(state_);
+    control_.cycle(now_, false, output_);
+    output_.command.commander = commander.value_or(output_.command.commander);
+    hal_->onCommand(output_.command, now_);
+  }
+  static void fast(config::Deployment& deployment) { deployment.control_period = 0.01; }
+
+  service::Setup of_hal_ = makeSetup("drives", fast), of_control_ = makeSetup("drives", fast);
+  hal::HardwareConfig hardware_ = hal::test::homingHardware();
+  std::vector<std::unique_ptr<hal::test::Wire>> wires_;
+  std::vector<hal::can::Bus*> buses_;
+  std::optional<service::HalCore> hal_;
+  robots::RobotModel model_{of_control_.robot};
+  service::OrderDesk desk_{of_control_, model_};
+  operation::ControlCore control_{service::siteOf(of_control_, model_), desk_.makeTracker()};
+  operation::CycleOutput output_;
+  dds::ActuationState state_;
+  std::int64_t now_ = 1'000'000'000;
+};
+
+TEST(HomingRequest, IsTheCommandersAndEndsWithItsLease) {
+  HomingSystem s;
+  EXPECT_EQ(s.home(kHolder), ReplyCode::kNotLeaseHolder);
+  EXPECT_NE(std::string(s.answer.reason.data()).find("acquire the control lease"), std::string::npos);
+  ASSERT_EQ(s.order(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  s.run(0.1, kHolder);
+  EXPECT_EQ(s.home(kOther), ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.home(0), ReplyCode::kNotLeaseHolder);
+  EXPECT_FALSE(s.homing());
+  ASSERT_EQ(s.home(kHolder), ReplyCode::kOk) << s.answer.reason.data();
+  s.run(0.5, kHolder);
+  EXPECT_TRUE(s.homing());
+  // It falls silent: its requests, late ones too, count no more.
+  for (int i = 0; i < 30; ++i) {
+    s.run(0.1);
+    s.home(kHolder);
+  }
+  EXPECT_EQ(s.answer.code, ReplyCode::kNotLeaseHolder);
+  EXPECT_FALSE(s.homing());
+}
+
+TEST(HomingRequest, NobodyPassesForTheCrtkClientsThatCommand) {
+  HomingSystem s;
+  s.commander = dds::kCrtkClient;
+  s.run(0.1);
+  EXPECT_EQ(s.home(dds::kCrtkClient), ReplyCode::kNotLeaseHolder);
+  EXPECT_FALSE(s.homing());
+}
+
+TEST(HomingRequest, IsRefusedWhileControlIsInFaultOrSilent) {
+  HomingSystem s;
+  ASSERT_EQ(s.order(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  s.stopControl();
+  s.run(0.1, kHolder);
+  EXPECT_EQ(s.home(kHolder), ReplyCode::kWrongState);
+  EXPECT_NE(std::string(s.answer.reason.data()).find("not DISABLED"), std::string::npos) << s.answer.reason.data();
+  s.commanding = false;
+  s.run(1.0);
+  EXPECT_EQ(s.home(kHolder), ReplyCode::kWrongState);
+  EXPECT_NE(std::string(s.answer.reason.data()).find("no command of control"), std::string::npos);
+  EXPECT_FALSE(s.homing());
+}
+
+}  // namespace
+}  // namespace tandem::test
