@@ -11,8 +11,7 @@ namespace tandem::hal {
 
 FeedbackBudget FeedbackBudget::of(const HardwareConfig& hardware, const safety::Budgets& budgets) {
   const double silence = std::max(hardware.feedback_budget, 3.0 * hardware.period);
-  const double of_silence = silence / (hardware.period * static_cast<double>(safety::SuccessRate::kWindow));
-  return {silence, std::max(budgets.lost_samples, std::min(1.0, of_silence))};
+  return {silence, safety::SuccessRate::allowed(budgets.lost_samples, silence, hardware.period)};
 }
 
 void FeedbackStream::watch(const canopen::Tpdo& tpdo, const canopen::Network& network, std::int64_t now) noexcept {

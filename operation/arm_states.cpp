@@ -125,8 +125,7 @@ void ArmStates::watchIdle(bool commanded,
                           std::array<safety::IdlePower::Verdict, safety::kMaxArms>& verdicts) noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const OperatingState state = at(k).machine.state();
-    const bool powered = state == OperatingState::kEnabled || state == OperatingState::kPaused;
+    const bool powered = safety::hasPower(at(k).machine.state());
     verdicts[i] = idle_.step(k, powered, commanded, drives_.state().holds[i] != 0, now);
     if (verdicts[i] == safety::IdlePower::Verdict::kPowerOff)
       obey(StateCommand::kDisable, k, 0, now);
@@ -156,7 +155,7 @@ OperatingState ArmStates::shown(int k) const noexcept {
 DriveRequest ArmStates::requestFor(int k) const noexcept {
   const Arm& arm = at(k);
   const OperatingState drive = drives_.state(k);
-  const bool power = drive == OperatingState::kEnabled || drive == OperatingState::kPaused;
+  const bool power = safety::hasPower(drive);
   switch (arm.machine.state()) {
     case OperatingState::kEnabled:
       if (!arm.pending)

@@ -24,11 +24,8 @@ DriveExchange::News DriveExchange::take(const msg::ActuationState& state, std::u
   news.ours = true;
   if (arrivals > 0)
     success_.note(state.session, state.sequence, state.stamp, arrivals);
-  const auto powered = [](std::uint8_t of_arm) {
-    const auto shown = static_cast<safety::OperatingState>(of_arm);
-    return shown == safety::OperatingState::kEnabled || shown == safety::OperatingState::kPaused;
-  };
-  if (std::ranges::none_of(state.operating_state, powered))
+  if (std::ranges::none_of(state.operating_state,
+                           [](auto of_arm) { return safety::hasPower(static_cast<safety::OperatingState>(of_arm)); }))
     success_.forgive();
   news.restarted = state_.session != 0 && state.session != state_.session;
   news.displaced = news.restarted || state.placements != state_.placements;
@@ -68,17 +65,10 @@ safety::FaultRecord DriveExchange::judge(std::int64_t now) const noexcept {
   const double age = times_.age(state_.answers_command, now);
   const double allowed = site_.deployment.budgets.commandAge(site_.period());
   if (age <= allowed)
-    return judgeLoss(allowed);
+    return success_.judge(safety::Fault::kStateTimeout, site_.deployment.budgets.lost_samples, allowed);
   const bool silent = 1e-9 * static_cast<double>(now - seen_) > 0.5 * allowed;
   return {bit(safety::Fault::kStateTimeout), silent ? safety::FaultCause::kSilent : safety::FaultCause::kUnanswered,
           idl::kNoJoint, age, allowed};
-}
-
-safety::FaultRecord DriveExchange::judgeLoss(double greatest_age) const noexcept {
-  const double lost = success_.held(), allowed = success_.allowed(site_.deployment.budgets.lost_samples, greatest_age);
-  if (lost <= allowed)
-    return {};
-  return {bit(safety::Fault::kStateTimeout), safety::FaultCause::kLost, idl::kNoJoint, lost, allowed};
 }
 
 void DriveExchange::send(std::int64_t now,

@@ -65,7 +65,6 @@ class DriveExchange {
 
  private:
   safety::ArmVector setpoint(int arm) const noexcept;
-  safety::FaultRecord judgeLoss(double greatest_age) const noexcept;
 
   Site site_;
   static constexpr std::size_t kRemembered = 16;

@@ -18,9 +18,7 @@ ArmSupervisor::ArmSupervisor(const ArmLimits& limits, const ArmVector& position,
   place(position);
 }
 
-bool ArmSupervisor::powered() const noexcept {
-  return machine_.state() == OperatingState::kEnabled || machine_.state() == OperatingState::kPaused;
-}
+bool ArmSupervisor::powered() const noexcept { return hasPower(machine_.state()); }
 
 void ArmSupervisor::place(const ArmVector& position) noexcept {
   reference_ = position;

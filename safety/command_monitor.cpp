@@ -7,7 +7,10 @@ namespace tandem::safety {
 
 StreamVerdict CommandMonitor::check(const StreamHead& head, bool standing) noexcept {
   StreamVerdict verdict;
-  verdict.lost = judgeLoss(head);
+  if (head.arrivals > 0) {
+    success_.note(head.session, head.sequence, head.stamp, head.arrivals);
+    verdict.lost = success_.judge(Fault::kCommandTimeout, lost_samples_, max_age_);
+  }
   // Written so that an age that is NaN counts as too old.
   if (!(head.age <= max_age_)) {
     verdict.faults |= bit(Fault::kStaleCommand);
@@ -29,16 +32,6 @@ StreamVerdict CommandMonitor::check(const StreamHead& head, bool standing) noexc
   last_ = head.sequence;
   accepted_ = head.sequence;
   return verdict;
-}
-
-FaultRecord CommandMonitor::judgeLoss(const StreamHead& head) noexcept {
-  if (head.arrivals == 0)
-    return {};
-  success_.note(head.session, head.sequence, head.stamp, head.arrivals);
-  const double lost = success_.held(), allowed = success_.allowed(lost_samples_, max_age_);
-  if (lost <= allowed)
-    return {};
-  return {bit(Fault::kCommandTimeout), FaultCause::kLost, idl::kNoJoint, lost, allowed};
 }
 
 double StateStamps::age(std::uint64_t sequence, std::int64_t now) const noexcept {

@@ -50,8 +50,6 @@ class CommandMonitor {
   void forgiveLosses() noexcept { success_.forgive(); }
 
  private:
-  FaultRecord judgeLoss(const StreamHead& head) noexcept;
-
   int arm_count_;
   double max_age_, lost_samples_;
   StreamSuccess success_;

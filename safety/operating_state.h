@@ -23,6 +23,11 @@ using idl::StateCommand;
 /** State after a command, or nothing where the table forbids it. */
 std::optional<OperatingState> transition(OperatingState state, StateCommand command);
 
+/// Whether the drives of an arm in this state hold or move its joints.
+constexpr bool hasPower(OperatingState state) {
+  return state == OperatingState::kEnabled || state == OperatingState::kPaused;
+}
+
 /** Operating state of one arm with its latched faults. */
 class StateMachine {
  public:

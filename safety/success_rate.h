@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 
+#include "safety/faults.h"
+
 namespace tandem::safety {
 
 /** Share of the last 100 samples that came, of those that should have: what libfranka calls
@@ -45,6 +47,12 @@ class SuccessRate {
   static constexpr double share(std::uint64_t lost) noexcept {
     return static_cast<double>(lost) / static_cast<double>(kWindow);
   }
+  /** Share that may be lost: `lost_samples` of Budgets, or one outage that is as long as a sample may be old: how long
+   * nothing comes is judged by age. @param outage  s @param period  of the samples, s; 0: not known */
+  static double allowed(double lost_samples, double outage, double period) noexcept {
+    const double of_outage = period > 0.0 ? outage / (period * static_cast<double>(kWindow)) : 1.0;
+    return std::max(lost_samples, std::min(1.0, of_outage));
+  }
 
  private:
   static constexpr std::uint64_t kJump = 1u << 31;  ///< beyond which it is another stream
@@ -81,15 +89,14 @@ class StreamSuccess {
                 static_cast<double>(sequence - first_sequence_);
   }
   double value() const noexcept { return rate_.value(); }
-  /// Share of the last 100 that was lost since the last forgive().
-  double held() const noexcept { return SuccessRate::share(rate_.held()); }
   /// What was lost until now shall stop nobody: nothing has power. It is still told.
   void forgive() noexcept { rate_.forgive(); }
-  /** Share that may be lost: `lost_samples` of Budgets, or one outage that is as long as a sample may be old: how long
-   * nothing comes is judged by age. @param outage  s */
-  double allowed(double lost_samples, double outage) const noexcept {
-    const double of_outage = period_ > 0.0 ? outage / (period_ * static_cast<double>(SuccessRate::kWindow)) : 1.0;
-    return std::max(lost_samples, std::min(1.0, of_outage));
+  /// Whether more of the last 100 were lost since the last forgive() than allowed() says. @param fault  that this is
+  /// @return empty: no. @param lost_samples  of Budgets @param outage  as long as a sample may be old, s
+  FaultRecord judge(Fault fault, double lost_samples, double outage) const noexcept {
+    const double lost = SuccessRate::share(rate_.held());
+    const double allowed = SuccessRate::allowed(lost_samples, outage, period_);
+    return lost > allowed ? FaultRecord{bit(fault), FaultCause::kLost, idl::kNoJoint, lost, allowed} : FaultRecord{};
   }
 
  private:
