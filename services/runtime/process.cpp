@@ -129,6 +129,15 @@ dds::Credentials goodCredentials(const config::Deployment& deployment, dds::Role
 
 }  // namespace
 
+std::vector<std::string> peersOf(const config::Deployment& deployment) {
+  if (deployment.hosts.empty())
+    return deployment.peers;
+  std::vector<std::string> addresses;
+  for (const config::Host& host : deployment.hosts)
+    addresses.push_back(host.address);
+  return addresses;
+}
+
 dds::BusOptions busOptions(const config::Deployment& deployment,
                            const std::string& process,
                            std::optional<dds::Role> role) {
@@ -140,15 +149,8 @@ dds::BusOptions busOptions(const config::Deployment& deployment,
   options.name = "tandem-" + process;
   options.domain = deployment.domain;
   options.prefix = deployment.prefix;
-  if (deployment.hosts.empty()) {
-    options.interface_address = deployment.interface_address;
-    options.peers = deployment.peers;
-  } else {
-    options.interface_address = thisHost(deployment).address;
-    options.peers.clear();
-    for (const config::Host& host : deployment.hosts)
-      options.peers.push_back(host.address);
-  }
+  options.interface_address = deployment.hosts.empty() ? deployment.interface_address : thisHost(deployment).address;
+  options.peers = peersOf(deployment);
   options.deterministic = deployment.clock == config::ClockMode::kLockStep;
   options.command_age = deployment.budgets.commandAge(deployment.control_period);
   options.identity = identityOf(deployment, process);

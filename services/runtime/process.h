@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "config/config.h"
 #include "services/dds/bus.h"
@@ -68,6 +69,9 @@ std::string hostName(const config::Deployment& deployment);
 /// deployments alone.
 /// @throw std::invalid_argument for a name that stands for no role.
 dds::Role roleOf(const std::string& service);
+
+/// Addresses at which participants of this deployment look for each other.
+std::vector<std::string> peersOf(const config::Deployment& deployment);
 
 /// Options of a participant of this deployment. @param role  of the process; by its name if not given
 /// @throw std::invalid_argument where the deployment is secured and the credentials of the role are not good; names the

@@ -30,12 +30,10 @@ std::string instanceOf(const std::string& name) {
 
 /// With whom the services exchange packets: processes of this host, and of the deployment's.
 std::string addressesOf(const config::Deployment& deployment) {
-  std::set<std::string> addresses{deployment.interface_address};
-  addresses.insert(deployment.peers.begin(), deployment.peers.end());
-  if (!deployment.hosts.empty())
-    addresses.clear();
-  for (const config::Host& host : deployment.hosts)
-    addresses.insert(host.address);
+  const std::vector<std::string> peers = service::peersOf(deployment);
+  std::set<std::string> addresses(peers.begin(), peers.end());
+  if (deployment.hosts.empty())
+    addresses.insert(deployment.interface_address);
   if (deployment.discovery)
     addresses.insert(deployment.discovery->address);
   std::string text = "localhost";
