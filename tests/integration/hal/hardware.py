@@ -133,8 +133,6 @@ class HalTest(system.SystemTest):
     def deployment(self, with_drives=False, **changes):
         """Deployment file with this hardware; with all of the preset, or without the drives, which the test starts, and the
         recorder, for which a virtual machine with one CPU has no time."""
-        if os.environ.get("TANDEM_CAN"):
-            changes.setdefault("teleoperation", "{crtk: {commands: false}}")  # fifty readers less to be found there
         path = system.deployment(self.folder, "drives", hardware=self.hardware, budgets=self.budgets, **changes)
         text = path.read_text().replace("[--hardware, ark2024-two-buses,", f"[--hardware, {self.hardware},")
         if not with_drives:

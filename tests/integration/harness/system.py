@@ -133,6 +133,12 @@ trajectories:
     return path
 
 
+def black_box(folder):
+    """What all files of a black box say led to them."""
+    files = [json.loads(run("info", file, "--json").stdout) for file in sorted(folder.glob("*.mcap"))]
+    return "\n".join(words for file in files for words in file["metadata"]["fault"].values())
+
+
 def until(condition, seconds, what):
     """Asks again and again until `condition` answers truthfully; every answer takes a look at the running system."""
     deadline = time.monotonic() + seconds

@@ -90,8 +90,7 @@ class BlackBox(system.SystemTest):
         os.kill(pid, signal.SIGKILL)
         self.system.event("stopped", 30)
         self.assertEqual(self.system.up.wait(10), 1)
-        fault = self.info(self.files()[-1])[1]["metadata"]["fault"]
-        self.assertIn(f"tandem up: {name} (pid {pid}) was killed by signal 9", " ".join(fault.values()))
+        self.assertIn(f"tandem up: {name} (pid {pid}) was killed by signal 9", system.black_box(self.box))
 
     def test_the_death_of_control_is_kept(self):
         self.ended_by("control")

@@ -129,13 +129,14 @@ class Floods(system.SystemTest):
         self.assertEqual(died["process"], "control")
         self.assertLess(most, LIMIT_MB)
         running.event("stopped", 30)
+        self.assertEqual(running.up.wait(30), 1)
         others = [event["process"] for event in running.events if event["event"] == "died"]
         self.assertEqual(others, ["control"], "somebody else was ended with it")
         log = self.log.read_text()
         print(log, flush=True)
         # Deaf, it had stopped the arms long before.
         self.assertRegex(log, r"\[control\].* FAULT of arm_a: state_timeout[^\n]*\n(.*\n)*.*\[sim\].* stop: tandem up: control")
-        self.assertRegex(log, r"black box: .*control")
+        self.assertIn(f"tandem up: control (pid {control}) was killed by signal 6", system.black_box(self.folder / "black-box"))
 
     def test_noise(self):
         """Everything that the grammar of RTPS has, with fields that are wrong."""
