@@ -111,6 +111,20 @@ run() {
   fi
   ((status != 0)) || status=$code
 }
+# Names what failed at last, with the end of what it printed: a log of thousands of lines does not show it.
+failures() {
+  local name
+  for name in lint unit other; do
+    [[ ! -e $results/${name}_again.xml ]] || name+=_again
+    [[ -e $results/$name.xml ]] || continue
+    /usr/bin/python3 - "$results/$name.xml" <<'PYTHON'
+import sys, xml.etree.ElementTree as tree
+for case in tree.parse(sys.argv[1]).iter("testcase"):
+    if case.find("failure") is not None:
+        print(f"==> failed: {case.get('name')}", *(case.findtext("system-out") or "").splitlines()[-25:], sep="\n    ")
+PYTHON
+  done
+}
 run lint 1 -L '^lint$' ${exclude:+-LE "${exclude#|}"}
 run unit 2 -L '^unit$' ${exclude:+-LE "${exclude#|}"}
 others=(-LE "^(unit|lint)\$$exclude")
@@ -120,6 +134,7 @@ run other 1 "${others[@]}"
 $ran || die "no test matches: ${arguments[*]}"
 say "summary, preset $preset"
 (cd "$results" && grep -Hs "tests passed" -- lint unit other | sed "s/:/ tests: /") || true
+((status == 0)) || failures
 if ((${#arguments[@]} == 0)); then
   say "slowest tests, s"
   grep -ho '<testcase name="[^"]*"[^>]* time="[^"]*"' "$results"/*.xml |
