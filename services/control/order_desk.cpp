@@ -13,15 +13,6 @@
 namespace tandem::service {
 namespace {
 
-dds::Reply refuseOrder(const dds::ControlRequest& request, dds::ReplyCode code, std::string reason) {
-  dds::Reply reply;
-  reply.client = request.client;
-  reply.request = request.request;
-  reply.code = static_cast<std::uint16_t>(code);
-  reply.reason = std::move(reason);
-  return reply;
-}
-
 double positiveNumber(const std::string& name, const std::string& text) {
   double value = 0.0;
   const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -96,7 +87,9 @@ OrderDesk::Settings OrderDesk::changed(const dds::ControlRequest& request) const
   throw std::invalid_argument("found parameter '" + name + "', expected one of: " + names);
 }
 
-std::optional<operation::ControlOrder> OrderDesk::parse(const dds::ControlRequest& request, dds::Reply& refusal) {
+std::optional<operation::ControlOrder> OrderDesk::parse(const dds::ControlRequest& request,
+                                                        std::uint64_t holder,
+                                                        dds::Reply& refusal) {
   operation::ControlOrder order;
   order.client = request.client;
   order.request = request.request;
@@ -104,7 +97,7 @@ std::optional<operation::ControlOrder> OrderDesk::parse(const dds::ControlReques
   order.control_session = request.control_session;
   order.answers_control = request.answers_control;
   const auto refused = [&](dds::ReplyCode code, std::string reason) {
-    refusal = refuseOrder(request, code, std::move(reason));
+    refusal = dds::replyTo(request, code, std::move(reason));
     return std::nullopt;
   };
   if (request.client == 0)
@@ -168,6 +161,11 @@ std::optional<operation::ControlOrder> OrderDesk::parse(const dds::ControlReques
     }
     case dds::ControlKind::kSetMethod:
     case dds::ControlKind::kSetParameter:
+      // This takes long: others could keep the thread busy with it that hears stops.
+      if (request.client != holder) {
+        const auto reason = holder == 0 ? operation::Reason::kNoLease : operation::Reason::kOtherLease;
+        return refused(dds::ReplyCode::kNotLeaseHolder, std::string(idl::name(reason)));
+      }
       try {
         const Settings settings = changed(request);
         order.tracker = makeTracker(settings).release();

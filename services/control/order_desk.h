@@ -25,8 +25,10 @@ class OrderDesk {
  public:
   OrderDesk(const Setup& setup, const robots::RobotModel& robot);
 
-  /// @return an order, or nothing and a reply that says why.
-  std::optional<operation::ControlOrder> parse(const dds::ControlRequest& request, dds::Reply& refusal);
+  /// @param holder  of the lease, 0: nobody  @return an order, or nothing and a reply that says why.
+  std::optional<operation::ControlOrder> parse(const dds::ControlRequest& request,
+                                               std::uint64_t holder,
+                                               dds::Reply& refusal);
   std::optional<operation::ControlOrder> parse(const std::string& arm,
                                                const dds::StringStamped& command,
                                                std::string& refusal) const;

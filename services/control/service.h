@@ -50,13 +50,6 @@ struct Service {
     permissions = bus.writer(dds::kControlPermissions);
   }
 
-  /// What takes long to prepare is prepared for the commander alone: others could keep the thread busy with it that
-  /// hears stops.
-  static bool isDear(const dds::ControlRequest& request) {
-    const auto kind = static_cast<dds::ControlKind>(request.kind);
-    return kind == dds::ControlKind::kSetMethod || kind == dds::ControlKind::kSetParameter;
-  }
-
   /// Readers; every callback runs on a DDS thread.
   template <class OnState,
             class OnTips,
@@ -90,12 +83,7 @@ struct Service {
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
     readers.push_back(bus.reader(dds::kControlRequest, [this, on_order](const dds::ControlRequest& request) {
       dds::Reply refusal;
-      if (isDear(request) && request.client != holder.load(std::memory_order_relaxed)) {
-        const auto reason = holder == 0 ? operation::Reason::kNoLease : operation::Reason::kOtherLease;
-        replies.write(dds::replyTo(request, dds::ReplyCode::kNotLeaseHolder, std::string(idl::name(reason))));
-        return;
-      }
-      if (const auto order = desk.parse(request, refusal)) {
+      if (const auto order = desk.parse(request, holder.load(std::memory_order_relaxed), refusal)) {
         on_order(*order);
       } else {
         spdlog::warn("request refused: {}", refusal.reason);

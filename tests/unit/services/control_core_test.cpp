@@ -274,7 +274,7 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   request.kind = static_cast<std::uint8_t>(ControlKind::kSetMethod);
   request.text = "snsqp";
   dds::Reply refusal;
-  auto order = s.desk.parse(request, refusal);
+  auto order = s.desk.parse(request, 7, refusal);
   ASSERT_TRUE(order);
   EXPECT_EQ(s.desk.settle(s.control.order(*order, s.now)).accepted, 0);
   dds::PlanningRequest stop;
@@ -284,14 +284,19 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   s.planning.onRequest(stop, path);
   s.run(0.3);
   s.order(ControlKind::kKeepLease);
-  order = s.desk.parse(request, refusal);
+  order = s.desk.parse(request, 7, refusal);
   ASSERT_TRUE(order);
   EXPECT_EQ(s.desk.settle(s.control.order(*order, s.now)).accepted, 1);
   s.run(0.2);
   EXPECT_EQ(s.output.status.method, static_cast<std::uint8_t>(control::Method::kSnsqp));
   request.text = "newton";
-  EXPECT_FALSE(s.desk.parse(request, refusal));
+  EXPECT_FALSE(s.desk.parse(request, 7, refusal));
   EXPECT_NE(refusal.reason.find("newton"), std::string::npos);
+  // Nothing is prepared for others, whatever they ask for.
+  for (const std::uint64_t holder : {0, 8}) {
+    EXPECT_FALSE(s.desk.parse(request, holder, refusal));
+    EXPECT_EQ(refusal.code, static_cast<std::uint8_t>(dds::ReplyCode::kNotLeaseHolder));
+  }
 }
 
 TEST(ControlCore, NamesTheLimitsThatAreInTheWay) {
