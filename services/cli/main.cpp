@@ -2,6 +2,8 @@
 /** @file tandem: the command line to the stack. */
 #include <CLI/CLI.hpp>
 
+#include "config/values.h"
+#include "idl/version.h"
 #include "services/cli/models/cooperative.h"
 #include "services/client/arguments.h"
 #include "services/client/role.h"
@@ -10,6 +12,8 @@
 int main(int argc, char** argv) {
   CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
   app.require_subcommand(1);
+  app.set_version_flag("--version",
+                       "tandem " TANDEM_VERSION ", wire " + tandem::config::fingerprintText(tandem::idl::kWireVersion));
   app.footer(
       "Start here:\n"
       "  tandem experiment table3          reproduce Table 3 of Alsaka et al. 2024 over DDS\n"

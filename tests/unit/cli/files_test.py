@@ -171,6 +171,10 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(answer.returncode, 2, (words, answer.stderr))
             self.assertNotEqual(answer.stderr, "", words)
 
+    def test_version(self):
+        version = re.search(r"^project\(tandem VERSION (\S+)", (system.SOURCE / "CMakeLists.txt").read_text(), re.M)[1]
+        self.assertRegex(system.run("--version").stdout, rf"^tandem {re.escape(version)}, wire [0-9a-f]+\n$")
+
     def test_the_readme_lists_every_command(self):
         text = (system.SOURCE / "README.md").read_text()
         table = text[text.index("## Command line"):text.index("## Tests")]
