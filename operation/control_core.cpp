@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "robots/capability.h"
+
 namespace tandem::operation {
 
 using msg::Source;
@@ -55,7 +57,7 @@ void ControlCore::settle() noexcept {
 Situation ControlCore::situation() const noexcept {
   Situation now;
   now.lock_step = site_.lockStep();
-  now.catheters = loop_.catheters();
+  now.tip_tasks = has(site_.robot, robots::Capability::kTips);
   now.heard = drives_.heard();
   now.mismatch = mismatch_;
   now.followed = reference_.underWay(drives_.state());

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "operation/convert.h"
+#include "robots/capability.h"
 
 namespace tandem::operation {
 namespace {
@@ -87,7 +88,7 @@ Reason againstRobot(Action action, const Situation& now) noexcept {
     case Action::kCrtkTip:
       if (now.lock_step)
         return Reason::kLockStep;
-      return now.catheters ? Reason::kCatheters : now.running ? Reason::kTrajectory : Reason::kNone;
+      return !now.tip_tasks ? Reason::kCatheters : now.running ? Reason::kTrajectory : Reason::kNone;
     case Action::kCrtkMove:
     case Action::kCrtkJoints:
       if (now.lock_step && action == Action::kCrtkJoints)
@@ -221,7 +222,7 @@ Situation situationOf(const config::Robot& robot,
   Situation now;
   const auto source = static_cast<msg::Source>(status.source);
   now.lock_step = state.lock_step != 0;
-  now.catheters = robot.catheters != nullptr;
+  now.tip_tasks = has(robot, robots::Capability::kTips);
   now.heard = state.sequence > 0;
   now.running = phase == planning::Phase::kRunning;
   now.followed = now.running || phase == planning::Phase::kPaused;

@@ -71,7 +71,8 @@ struct ArmSituation {
 
 /** How the robot stands. */
 struct Situation {
-  bool lock_step = false, catheters = false;
+  bool lock_step = false;
+  bool tip_tasks = true;  ///< the robot has robots::Capability::kTips
   bool mismatch = false;  ///< somebody who knows another robot or deployment commands or measures
   bool heard = false;     ///< there is an actuation/state
   bool followed = false;  ///< a trajectory is under way, running or paused

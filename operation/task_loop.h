@@ -44,7 +44,6 @@ class TaskLoop {
   msg::HoldReason hold() const noexcept { return hold_; }
   const planning::TrackResult& result() const noexcept { return result_; }
   const planning::Gains& gains() const noexcept { return tracker_->gains(); }
-  bool catheters() const noexcept { return frames_ != nullptr; }
   /// Lock-step: whether everything that belongs to the present state is here.
   bool complete() const noexcept { return !sensor_ || tips_.knows(drives_.state()); }
 

@@ -11,6 +11,7 @@
 #include "kinematics/arm_model.h"
 #include "planning/joint_sampler.h"
 #include "python/bindings/bind.h"
+#include "robots/capability.h"
 
 namespace tandem::python {
 namespace {
@@ -268,8 +269,8 @@ void checkModel(const std::string& model) {
 }
 
 const config::Robot& Robot::tubes() const {
-  if (file->catheters)
-    throw py::value_error("robot: found the catheters of " + file->file.string() + ", expected concentric tubes");
+  if (const std::string why = refusal(*file, robots::Capability::kTips); !why.empty())
+    throw py::value_error(why);
   return *file;
 }
 

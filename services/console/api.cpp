@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/any_robot.h"
 #include "config/arm_names.h"
 #include "config/path.h"
 #include "config/values.h"
+#include "robots/appearance.h"
+#include "robots/capability.h"
 #include "safety/faults.h"
 #include "safety/joint_kinds.h"
 #include "services/runtime/identity.h"
@@ -29,13 +30,13 @@ Json describePose(const Isometry3d& pose) {
           {"orientation", {turn.x(), turn.y(), turn.z(), turn.w()}}};
 }
 
-Json describeTube(const kinematics::Tube& tube) {
+Json describeTube(const robots::TubeAppearance& tube) {
   Json sections = Json::array();
   for (const kinematics::TubeSection& section : tube.sections)
     sections.push_back({{"length", section.length}, {"curvature", section.curvature}});
-  return {{"length", tube.length()},
-          {"outer_radius", tube.outer_diameter / 2},
-          {"inner_radius", tube.inner_diameter / 2},
+  return {{"length", tube.length},
+          {"outer_radius", tube.outer_radius},
+          {"inner_radius", tube.inner_radius},
           {"sections", sections}};
 }
 
@@ -54,61 +55,40 @@ Json describeJoints(const config::Arm& arm) {
   return joints;
 }
 
-/// What arms of every kind have.
-Json describeArm(const config::Arm& arm, const char* type, Json tubes, const Isometry3d& base, const Isometry3d& tool) {
+Json describeArm(const config::Arm& arm, const robots::ArmAppearance& appearance) {
+  Json tubes = Json::array();
+  for (const robots::TubeAppearance& tube : appearance.tubes)
+    tubes.push_back(describeTube(tube));
   return {{"name", arm.name},
-          {"type", type},
+          {"type", appearance.type},
           {"joint_count", arm.jointCount()},
           {"tubes", std::move(tubes)},
           {"joints", describeJoints(arm)},
           {"home", std::vector<double>(arm.home.begin(), arm.home.end())},
-          {"base", describePose(base)},
-          {"tool", describePose(tool)}};
-}
-
-Json describeArm(const config::Arm& arm) {
-  Json tubes = Json::array();
-  for (const kinematics::Tube& tube : arm.model.tubes)
-    tubes.push_back(describeTube(tube));
-  return describeArm(arm, "concentric_tube", std::move(tubes), arm.model.base, arm.model.tool);
-}
-
-/// A catheter is one tube, as long as it gets, without sections: what bends it is no precurvature.
-Json describeCatheter(const config::Arm& arm, const config::CatheterArm& catheter) {
-  const kinematics::catheter::Arm& model = catheter.model.arm;
-  const double length = arm.limits.joints[0].upper + model.bending_length + std::max(0.0, model.tool.translation().z());
-  return describeArm(arm, "catheter",
-                     Json::array({{{"length", length},
-                                   {"outer_radius", catheter.outer_diameter / 2},
-                                   {"inner_radius", 0.0},
-                                   {"sections", Json::array()}}}),
-                     model.base, model.tool);
+          {"base", describePose(appearance.base)},
+          {"tool", describePose(appearance.tool)}};
 }
 
 Json describeArms(const config::Robot& robot) {
   Json arms = Json::array();
-  const std::vector<int> order = robot.catheters ? config::armsInOrder(*robot.catheters) : std::vector<int>{};
-  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
-    arms.push_back(robot.catheters
-                       ? describeCatheter(robot.arms[k], robot.catheters->arms[static_cast<std::size_t>(order[k])])
-                       : describeArm(robot.arms[k]));
-  }
+  for (std::size_t k = 0; k < robot.arms.size(); ++k)
+    arms.push_back(describeArm(robot.arms[k], robots::appearanceOf(robot, static_cast<int>(k))));
   return arms;
 }
 
 /// What the arms hold, and where it touches each of them; null where they hold nothing.
 Json describeObject(const config::Robot& robot) {
-  if (!robot.catheters || !robot.catheters->object)
+  const config::HeldObject* object = robots::heldObject(robot);
+  if (object == nullptr)
     return nullptr;
-  const config::HeldObject& object = *robot.catheters->object;
   Json contacts = Json::array();
-  for (std::size_t k = 0; k < object.contacts.size(); ++k) {
+  for (std::size_t k = 0; k < object->contacts.size(); ++k) {
     contacts.push_back({{"arm", robot.arms[k].name},
-                        {"type", nameOf(object.contacts[k].type)},
-                        {"frame", describePose(object.contacts[k].frame)},
-                        {"hand", describePose(object.contacts[k].hand)}});
+                        {"type", nameOf(object->contacts[k].type)},
+                        {"frame", describePose(object->contacts[k].frame)},
+                        {"hand", describePose(object->contacts[k].hand)}});
   }
-  return {{"size", object.size}, {"contacts", contacts}};
+  return {{"size", object->size}, {"contacts", contacts}};
 }
 
 Json describeControl(const config::Deployment& deployment, const config::Robot& robot) {
@@ -185,9 +165,10 @@ Json describeTrajectories(const config::Robot& robot) {
   const auto add = [&all](const std::filesystem::path& file, const std::string& name, const std::string& yaml) {
     all.push_back({{"name", name}, {"summary", config::validate(file).text}, {"yaml", yaml}});
   };
-  for (const auto& file : config::presets(robot.catheters ? "path" : "trajectory")) {
+  const bool paths = has(robot, robots::Capability::kCommonPath);
+  for (const auto& file : config::presets(paths ? "path" : "trajectory")) {
     try {
-      if (robot.catheters) {
+      if (paths) {
         const planning::ObjectPath path = config::loadPath(file);
         add(file, path.name, config::formatPath(path));
       } else {

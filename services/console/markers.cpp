@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/console/markers.h"
-#include "config/arm_names.h"
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 
+#include "config/arm_names.h"
 #include "services/console/held_object.h"
 #include "services/runtime/clock_desk.h"
 #include "services/runtime/process.h"
@@ -85,8 +85,8 @@ dds::MarkerArray markersOf(const config::HeldObject& object,
 
 Markers::Markers(dds::Bus& bus, const config::Robot& robot)
     : bus_(bus), arms_(config::armList(robot)), writer_(bus.writer(dds::kMarkers)) {
-  if (robot.catheters)
-    object_ = robot.catheters->object;
+  if (const config::HeldObject* object = robots::heldObject(robot))
+    object_ = *object;
 }
 
 /// The object follows its arms: told of once in a round of them.

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/any_robot.h"
+#include "robots/appearance.h"
 #include "services/dds/bus.h"
 
 namespace tandem::console {

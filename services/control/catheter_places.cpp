@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/catheter_places.h"
 
-#include "config/any_robot.h"
 #include "operation/convert.h"
+#include "robots/appearance.h"
 
 namespace tandem::service {
 
 CatheterPlaces::CatheterPlaces(const Setup& setup, const robots::RobotModel& robot)
     : setup_(setup), robot_(robot), follower_(robots::makeRestFollower(setup.robot)) {
-  for (const int k : config::armsInOrder(*setup.robot.catheters)) {
-    const config::CatheterArm& arm = setup.robot.catheters->arms[static_cast<std::size_t>(k)];
-    radius_.push_back(static_cast<float>(0.5 * arm.outer_diameter));
-  }
+  for (int k = 0; k < robot.armCount(); ++k)
+    radius_.push_back(static_cast<float>(robots::appearanceOf(setup.robot, k).tubes[0].outer_radius));
 }
 
 bool CatheterPlaces::update(const dds::ActuationState& state) {

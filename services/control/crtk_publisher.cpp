@@ -4,6 +4,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "operation/convert.h"
+#include "robots/capability.h"
 #include "safety/operating_state.h"
 #include "services/control/crtk_desk.h"
 #include "services/runtime/periodic_loop.h"
@@ -40,7 +41,7 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const robots::Ro
       diagnostics_(bus, setup.name, setup.robot.name) {
   for (const config::Arm& from : setup.robot.arms)
     arms_.emplace_back(bus, from);
-  if (setup.robot.catheters)
+  if (has(setup.robot, robots::Capability::kCommonPath))
     catheters_.emplace(setup, robot);
   if (arms_.size() >= 2) {
     pair_.emplace(bus, dds::kPair);
@@ -220,7 +221,7 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
                                                     : Diagnostics::Level::kWarn;
   diagnostics_.publish(monotonicNow(), moment.state.stamp, level,
                        states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + idle + faults,
-                       {{"model", setup_.robot.catheters ? "catheters" : setup_.deployment.model},
+                       {{"model", std::string(idl::name(robot_.kind()))},
                         {"feedback", std::string(planning::name(setup_.deployment.feedback))},
                         {"method", std::string(control::name(static_cast<control::Method>(status.method)))},
                         {"cycles", std::to_string(status.cycles)},

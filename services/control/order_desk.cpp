@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/order_desk.h"
 
-#include "config/arm_names.h"
-#include "control/method_names.h"
-#include "services/dds/reply.h"
-
 #include <charconv>
 #include <cmath>
 
+#include "config/arm_names.h"
+#include "control/method_names.h"
+#include "robots/capability.h"
 #include "robots/mechanisms.h"
+#include "services/dds/reply.h"
 
 namespace tandem::service {
 namespace {
@@ -31,7 +31,7 @@ OrderDesk::OrderDesk(const Setup& setup, const robots::RobotModel& robot)
   settings_.parameters.period = setup.deployment.control_period;
   settings_.gains = {setup.deployment.relative_gain, setup.deployment.tip_gain};
   proposed_ = settings_;
-  if (!setup.robot.catheters)
+  if (!has(setup.robot, robots::Capability::kCommonPath))
     return;
   const auto mechanism = robots::makeMechanism(setup.robot);
   kinds_ = mechanism->kinds();

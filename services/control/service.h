@@ -11,6 +11,7 @@
 
 #include "config/arm_names.h"
 #include "operation/control_core.h"
+#include "robots/capability.h"
 #include "services/control/clearance_publisher.h"
 #include "services/control/crtk_desk.h"
 #include "services/control/crtk_publisher.h"
@@ -36,7 +37,7 @@ struct Service {
       : setup(s),
         robot(s.robot, s.deployment.model),
         desk(s, robot),
-        frames(s.robot.catheters ? std::make_unique<FrameLoop>(s) : nullptr),
+        frames(has(s.robot, robots::Capability::kCommonPath) ? std::make_unique<FrameLoop>(s) : nullptr),
         core(siteOf(s, robot), desk.makeTracker(), frames.get()),
         crtk_desk(s, robot),
         bus(busOptions(s.deployment, s.name)),

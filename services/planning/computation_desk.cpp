@@ -7,6 +7,7 @@
 
 #include "operation/convert.h"
 #include "planning/joint_sampler.h"
+#include "robots/capability.h"
 #include "services/dds/reply.h"
 #include "services/runtime/periodic_loop.h"
 
@@ -77,10 +78,9 @@ void ComputationDesk::onRequest(const dds::ComputationRequest& request) {
                         ", expected one of this client's that runs; it may have ended");
     return;
   }
-  if (setup_.robot.catheters) {
+  if (const std::string why = refusal(setup_.robot, robots::Capability::kComputation); !why.empty()) {
     lock.unlock();
-    answer(request, dds::ReplyCode::kFailed,
-           "robot: found catheters, expected concentric tubes: of catheters a path is judged when it is started");
+    answer(request, dds::ReplyCode::kFailed, why);
     return;
   }
   if (job_) {

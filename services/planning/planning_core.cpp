@@ -7,6 +7,7 @@
 
 #include "operation/convert.h"
 #include "operation/permission.h"
+#include "robots/capability.h"
 #include "safety/operating_state.h"
 #include "services/dds/reply.h"
 #include "services/runtime/periodic_loop.h"
@@ -29,10 +30,11 @@ PlanningCore::PlanningCore(const Setup& setup)
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
       robot_(setup.robot, setup.deployment.model),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
-      model_tips_(setup.robot.catheters ? planning::TipFollower() : planning::TipFollower(robot_.models())),
+      model_tips_(has(setup.robot, robots::Capability::kTips) ? planning::TipFollower(robot_.models())
+                                                              : planning::TipFollower()),
       follower_(setup.deployment.control_period),
       trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {
-  if (setup.robot.catheters)
+  if (has(setup.robot, robots::Capability::kCommonPath))
     paths_.emplace(setup);
 }
 
@@ -314,7 +316,7 @@ dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) con
 dds::Reply PlanningCore::startPath(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
   if (request.planned != 0)
     return replyTo(request, dds::ReplyCode::kMalformed,
-                   "planned: found 1, expected 0: paths of catheters are not checked ahead");
+                   "planned: found 1; " + refusal(setup_.robot, robots::Capability::kComputation));
   safety::RobotVector q;
   if (!dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
     return replyTo(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");

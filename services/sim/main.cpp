@@ -8,6 +8,7 @@
 #include <optional>
 #include <thread>
 
+#include "robots/capability.h"
 #include "services/runtime/clock_desk.h"
 #include "services/runtime/drive_shell.h"
 #include "services/runtime/mailbox.h"
@@ -40,7 +41,7 @@ class SnapLog {
 };
 
 std::optional<service::CatheterTips> cathetersOf(const service::Setup& setup) {
-  if (!setup.robot.catheters)
+  if (!has(setup.robot, robots::Capability::kCommonPath))
     return std::nullopt;
   return std::optional<service::CatheterTips>(std::in_place, setup);
 }

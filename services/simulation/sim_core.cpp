@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "operation/convert.h"
+#include "robots/capability.h"
 #include "services/dds/reply.h"
 #include "services/runtime/periodic_loop.h"
 
@@ -35,7 +36,7 @@ sim::SimulatedDrives makeDrives(const Setup& setup) {
 }
 
 std::optional<sim::PlantTips> makeTips(const Setup& setup) {
-  if (setup.robot.catheters)
+  if (!has(setup.robot, robots::Capability::kTips))
     return std::nullopt;
   std::vector<kinematics::ConcentricTubeArm> arms;
   for (const config::Arm& arm : setup.robot.arms)

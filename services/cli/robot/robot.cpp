@@ -10,6 +10,7 @@
 #include "config/any_robot.h"
 #include "config/arm_names.h"
 #include "control/method_names.h"
+#include "robots/capability.h"
 #include "services/cli/plan/plan_print.h"
 #include "services/cli/plan/plan_setup.h"
 #include "services/client/arguments.h"
@@ -199,10 +200,9 @@ void forgetTyped() { enterTyped(); }
 int runTrajectory(const RobotCommand& options) {
   const std::string text = runText(options.trajectory);
   Session session(options, true);
-  if (session.robot.catheters && (options.check || options.planned))
-    throw Failure(kUsage, std::string(options.check ? "--check" : "--planned") + ": found for the catheters of " +
-                              session.robot.file.string() +
-                              ", expected none: of catheters planning judges a path when it is started");
+  const std::string why = refusal(session.robot, robots::Capability::kComputation);
+  if (!why.empty() && (options.check || options.planned))
+    throw Failure(kUsage, std::string(options.check ? "--check: " : "--planned: ") + why);
   Client& client = session.client;
   if (!options.method.empty()) {
     const auto method = idl::fromName<control::Method>(options.method);

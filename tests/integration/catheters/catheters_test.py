@@ -124,7 +124,7 @@ class RealTime(Test):
         for option in ("--check", "--planned"):
             answer = robot.robot("run", "lift", option)
             self.assertEqual(answer.returncode, 2, answer.stderr)
-            self.assertIn(f"{option}: found for the catheters", answer.stderr)
+            self.assertIn(f"{option}: robot: found the catheters of ", answer.stderr)
         hasty = robot.robot("run", self.path("hasty", size_mm=20, duration_s=0.5))
         self.assertEqual(hasty.returncode, 1, hasty.stderr)
         self.assertRegex(hasty.stdout, r"failed: 100 points, \d+ iterations: at 0\.\d+ s: the path is left by .* mm, "

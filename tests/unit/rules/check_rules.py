@@ -56,6 +56,10 @@ FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthrea
                        r"|\bsleep_(?:for|until)\b|\b(?:u|nano)?sleep\s*\(|\bf?printf\s*\(|<iostream>"
                        r"|\bsystem_clock\b")
 
+# Types of robots: others ask for a capability (robots/capability.h).
+ROBOT_TYPE = re.compile(r"(?:\.|->)catheters\b")
+KNOWS_TYPES = ["robots", "config", "tests"]
+
 MOST_LINES = 400
 CODE = {".h", ".hpp", ".c", ".cc", ".cpp"}
 SOURCE = CODE | {".py", ".sh", ".ts", ".tsx", ".idl"}
@@ -123,6 +127,8 @@ def check_file(tree, path):
     for number, line in enumerate(code, 1):
         if RTPS_PORT.search(line) and not within(path, KNOWS_PORTS):
             yield number, f"{RTPS_PORT.search(line).group(0)}: ports of a domain come from services/dds/ports.h"
+        if ROBOT_TYPE.search(line) and not within(path, KNOWS_TYPES):
+            yield number, "asks for a type of robot: ask for what the robot can do (robots/capability.h)"
         match = FORBIDDEN.search(line)
         if match and within(path, PERIODIC):
             yield number, f"{match.group(0).strip()} has no place in the periodic path"

@@ -156,7 +156,7 @@ TEST(Catheters, PlanningComputesNothingForThem) {
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_EQ(replies[0].request, 3u);
   EXPECT_EQ(replies[0].accepted, 0);
-  EXPECT_EQ(replies[0].reason.find("robot: found catheters, expected concentric tubes"), 0u) << replies[0].reason;
+  EXPECT_EQ(replies[0].reason.find("robot: found the catheters of "), 0u) << replies[0].reason;
 }
 
 TEST(Catheters, FramesCrossTheWire) {

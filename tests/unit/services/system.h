@@ -8,6 +8,7 @@
 
 #include "config/any_robot.h"
 #include "operation/control_core.h"
+#include "robots/capability.h"
 #include "services/control/frame_loop.h"
 #include "services/control/order_desk.h"
 #include "services/planning/planning_core.h"
@@ -34,7 +35,8 @@ struct System {
         model(setup.robot, setup.deployment.model),
         desk(setup, model),
         sim(setup),
-        frames(setup.robot.catheters ? std::make_unique<service::FrameLoop>(setup) : nullptr),
+        frames(has(setup.robot, robots::Capability::kCommonPath) ? std::make_unique<service::FrameLoop>(setup)
+                                                                 : nullptr),
         control(service::siteOf(setup, model), desk.makeTracker(), frames.get()),
         planning(setup) {
     control_every = std::lround(setup.deployment.control_period / setup.deployment.sim_period);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Capabilities of robots: what one type can do and another one cannot. Above `robots` nothing knows types. */
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "config/config.h"
+
+namespace tandem::robots {
+
+enum class Capability : std::uint8_t {
+  kTips,         ///< each tip follows tasks of its own: trajectories, Cartesian commands, measured tips
+  kCommonPath,   ///< the arms move one thing together along a path: see Mechanism
+  kComputation,  ///< inverse kinematics, feasibility, timing and clearance of trajectories: see planning/
+};
+
+bool has(const config::Robot& robot, Capability capability) noexcept;
+
+/// Why a robot lacks a capability: what was found, what is expected, and what the robot does instead. Empty: it has it.
+std::string refusal(const config::Robot& robot, Capability capability);
+
+}  // namespace tandem::robots
