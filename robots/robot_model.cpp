@@ -3,6 +3,9 @@
 
 #include <stdexcept>
 
+#include "planning/reference_tracker.h"
+#include "safety/joint_kinds.h"
+
 namespace tandem::robots {
 
 RobotModel::RobotModel(const config::Robot& robot, const std::string& model)
@@ -18,6 +21,24 @@ RobotModel::RobotModel(const config::Robot& robot, const std::string& model)
     models_.push_back(owned.get());
   for (const safety::ArmLimits& limits : owned_limits_)
     limits_.push_back(&limits);
+  std::vector<Eigen::VectorXd> home;
+  for (const config::Arm& arm : robot.arms)
+    home.push_back(arm.home);
+  home_ = stack(home);
+}
+
+std::unique_ptr<planning::ReferenceTracker> RobotModel::makeTracker(control::Method method,
+                                                                    const control::MethodParameters& parameters,
+                                                                    const planning::Gains& gains) const {
+  if (!models_.empty())
+    return std::make_unique<planning::ReferenceTracker>(models_, limits_, method, parameters, gains);
+  std::vector<control::JointKind> kinds;
+  for (int k = 0; k < armCount(); ++k) {
+    for (int j = 0; j < size(k); ++j)
+      kinds.push_back(safety::isTranslation(j, size(k)) ? control::JointKind::kTranslation
+                                                        : control::JointKind::kRotation);
+  }
+  return std::make_unique<planning::ReferenceTracker>(limits_, kinds, home_, method, parameters, gains);
 }
 
 safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) const {

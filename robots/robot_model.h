@@ -9,6 +9,11 @@
 #include "config/config.h"
 #include "kinematics/arm_model.h"
 
+namespace tandem::planning {
+struct Gains;
+class ReferenceTracker;
+}  // namespace tandem::planning
+
 namespace tandem::robots {
 
 /** A robot's models and limits, built once from its file. */
@@ -28,6 +33,11 @@ class RobotModel {
   int size(int arm) const { return offset(arm + 1) - offset(arm); }
   /// Joints of all arms in one vector.
   safety::RobotVector stack(const std::vector<Eigen::VectorXd>& arms) const;
+  /// A tracker of the references that this robot can follow: of its tips, or of what its arms move together, which then
+  /// has home as its posture. It refers to this object. @throw std::invalid_argument as control::makeResolver() does.
+  std::unique_ptr<planning::ReferenceTracker> makeTracker(control::Method method,
+                                                          const control::MethodParameters& parameters,
+                                                          const planning::Gains& gains) const;
 
  private:
   idl::Model kind_;
@@ -36,6 +46,7 @@ class RobotModel {
   std::vector<const kinematics::ArmModel*> models_;
   std::vector<const safety::ArmLimits*> limits_;
   std::vector<int> offset_;
+  safety::RobotVector home_;
 };
 
 }  // namespace tandem::robots

@@ -6,8 +6,6 @@
 
 #include "config/arm_names.h"
 #include "control/method_names.h"
-#include "robots/capability.h"
-#include "robots/mechanisms.h"
 #include "services/dds/reply.h"
 
 namespace tandem::service {
@@ -31,19 +29,10 @@ OrderDesk::OrderDesk(const Setup& setup, const robots::RobotModel& robot)
   settings_.parameters.period = setup.deployment.control_period;
   settings_.gains = {setup.deployment.relative_gain, setup.deployment.tip_gain};
   proposed_ = settings_;
-  if (!has(setup.robot, robots::Capability::kCommonPath))
-    return;
-  const auto mechanism = robots::makeMechanism(setup.robot);
-  kinds_ = mechanism->kinds();
-  home_ = mechanism->home();
 }
 
 std::unique_ptr<planning::ReferenceTracker> OrderDesk::makeTracker(const Settings& s) const {
-  if (!kinds_.empty())
-    return std::make_unique<planning::ReferenceTracker>(robot_.limits(), kinds_, home_, s.method, s.parameters,
-                                                        s.gains);
-  return std::make_unique<planning::ReferenceTracker>(robot_.models(), robot_.limits(), s.method, s.parameters,
-                                                      s.gains);
+  return robot_.makeTracker(s.method, s.parameters, s.gains);
 }
 
 std::unique_ptr<planning::ReferenceTracker> OrderDesk::makeTracker() const {

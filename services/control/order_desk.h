@@ -8,6 +8,7 @@
 
 #include "operation/orders.h"
 #include "operation/site.h"
+#include "planning/reference_tracker.h"
 #include "services/dds/messages.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
@@ -51,8 +52,6 @@ class OrderDesk {
   const config::Robot& file_;
   const robots::RobotModel& robot_;
   std::vector<std::string> arm_names_;
-  safety::RobotVector home_;               ///< of catheters: their posture
-  std::vector<control::JointKind> kinds_;  ///< of catheters; empty for tubes
   mutable std::mutex mutex_;
   Settings settings_;
   Settings proposed_;
