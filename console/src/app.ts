@@ -17,7 +17,6 @@ import { tabs } from "./panels/tabs";
 import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
-import { ofCatheters } from "./state/robot";
 import type { Robot } from "./state/robot";
 import { World } from "./state/world";
 import { Devices } from "./teleop/devices";
@@ -74,7 +73,7 @@ export class App {
     const operate = new Operate(this.c);
     const run = new Run(this.c);
     const method = new MethodPanel(this.c);
-    const hands = ofCatheters(robot) ? null : new Hands(this.c);
+    const hands = robot.capabilities.tips ? new Hands(this.c) : null;
     const header = new Header(this.c, this.stop);
     const bars = new Bars(this.c);
     place.append(this.hud.element);

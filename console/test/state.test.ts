@@ -26,10 +26,19 @@ const kWords = JSON.parse(readFileSync("generated/words.json", "utf8")) as Words
 const kMethods = kWords["Method"]!.map((word) => word.name);
 useWords(kWords);
 
+const kTubes = ["arm_a", "arm_b"].map((name) => ({
+  name,
+  joints: [1, 2, 3, 1, 2, 3].map((tube, j) => ({ translation: j < 3, part: `tube ${tube}` })),
+}));
+const kCatheter = {
+  name: "arm_b",
+  joints: ["insertion", "roll", "bend"].map((part, j) => ({ translation: j === 0, part })),
+};
+
 test("words for limits are those of tandem solve", () => {
-  expect(limitName(0, "arm_a", 2)).toBe("tube 2 of arm A against tube 1");
-  expect(limitName(99, "arm_b", 1)).toContain("does not know");
-  expect([1, 5, 7].map((kind) => limitName(kind, "arm_b", kind === 7 ? 2 : 1, true))).toEqual([
+  expect(limitName(0, kTubes[0]!, 2)).toBe("tube 2 of arm A against tube 1");
+  expect(limitName(99, kTubes[1]!, 1)).toContain("does not know");
+  expect([1, 5, 7].map((kind) => limitName(kind, kCatheter, kind === 7 ? 2 : 1))).toEqual([
     "velocity limit of insertion of arm B",
     "rotation limit of roll of arm B",
     "largest rotation in a step of bend of arm B",
@@ -82,7 +91,7 @@ test("limits in the way are named, however many there are said to be", () => {
     limit_arm: Uint8Array.of(0, 9),
     limit_tube: Uint8Array.of(2, 3),
   } as unknown as ControlStatus;
-  expect(limitsInTheWay(status, ["arm_a", "arm_b"])).toContain(
+  expect(limitsInTheWay(status, kTubes)).toContain(
     "tube 2 of arm A against tube 1, rotation velocity limit of tube 3",
   );
   expect(limitsInTheWay({ ...status, limited: 0 }, [])).toBe("");

@@ -34,18 +34,22 @@ Json describeTube(const robots::TubeAppearance& tube) {
   Json sections = Json::array();
   for (const kinematics::TubeSection& section : tube.sections)
     sections.push_back({{"length", section.length}, {"curvature", section.curvature}});
-  return {{"length", tube.length},
+  return {{"name", tube.name},
+          {"length", tube.length},
           {"outer_radius", tube.outer_radius},
           {"inner_radius", tube.inner_radius},
           {"sections", sections}};
 }
 
-Json describeJoints(const config::Arm& arm) {
+Json describeJoints(const config::Arm& arm, const std::vector<robots::JointAppearance>& appearance) {
   const std::vector<std::string> names = config::jointNames(arm);
   Json joints = Json::array();
   for (std::size_t j = 0; j < names.size(); ++j) {
     const safety::JointLimit& joint = arm.limits.joints[j];
     joints.push_back({{"name", names[j]},
+                      {"symbol", appearance[j].symbol},
+                      {"title", appearance[j].title},
+                      {"part", appearance[j].part},
                       {"translation", safety::isTranslation(static_cast<int>(j), arm.jointCount())},
                       {"lower", finite(joint.lower)},
                       {"upper", finite(joint.upper)},
@@ -63,7 +67,7 @@ Json describeArm(const config::Arm& arm, const robots::ArmAppearance& appearance
           {"type", appearance.type},
           {"joint_count", arm.jointCount()},
           {"tubes", std::move(tubes)},
-          {"joints", describeJoints(arm)},
+          {"joints", describeJoints(arm, appearance.joints)},
           {"home", std::vector<double>(arm.home.begin(), arm.home.end())},
           {"base", describePose(appearance.base)},
           {"tool", describePose(appearance.tool)}};
@@ -89,6 +93,12 @@ Json describeObject(const config::Robot& robot) {
                         {"hand", describePose(object->contacts[k].hand)}});
   }
   return {{"size", object->size}, {"contacts", contacts}};
+}
+
+Json describeCapabilities(const config::Robot& robot) {
+  return {{"tips", has(robot, robots::Capability::kTips)},
+          {"common_path", has(robot, robots::Capability::kCommonPath)},
+          {"computation", has(robot, robots::Capability::kComputation)}};
 }
 
 Json describeControl(const config::Deployment& deployment, const config::Robot& robot) {
@@ -152,6 +162,7 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
           {"lock_step", deployment.clock == config::ClockMode::kLockStep},
           {"status_period", deployment.status_period},
           {"secured", !deployment.security.empty()},
+          {"capabilities", describeCapabilities(robot)},
           {"arms", describeArms(robot)},
           {"object", describeObject(robot)},
           {"port", port},

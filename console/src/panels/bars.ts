@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Actuators with their moving limits (Fig. 2 of Alsaka et al. 2024, live), and jogging by hand. */
-import { tubeColor } from "../scene/colors";
+import { bodyColor } from "../scene/colors";
 import type { Joint } from "../state/robot";
 import { isTranslation } from "../state/robot";
 import type { Range } from "../state/track";
@@ -50,25 +50,21 @@ export class Bars implements Panel {
 
   private makeBar(arm: number, joint: number, of: Joint, reach: number): HTMLElement {
     const { translation } = of;
-    const catheter = this.c.robot.arms[arm]!.type === "catheter";
     const tubes = this.c.robot.arms[arm]!.tubes.length;
-    const tube = (joint % tubes) + 1;
-    const travel = catheter ? { from: of.lower ?? 0, to: of.upper ?? 0 } : { from: reach, to: 0 };
+    const travel = tubes > 1 ? { from: reach, to: 0 } : { from: of.lower ?? 0, to: of.upper ?? 0 };
     const range = translation ? travel : rotationRange(of.lower, of.upper);
     const free = h("i.free");
     const value = h("i.value");
-    value.style.background = tubeColor(arm, catheter ? 2 : tube);
+    value.style.background = bodyColor(arm, joint % tubes, tubes);
     const setpoint = h("i.setpoint");
     const text = h("output.number");
-    const name = catheter ? of.name : `${translation ? "β" : "α"}${tube}`;
-    const what = catheter ? of.name : `${translation ? "translation" : "rotation"} of tube ${tube}`;
-    const said = `${what} of arm ${shortName(this.c.robot.arms[arm]!.name)}`;
+    const said = `${of.title} of arm ${shortName(this.c.robot.arms[arm]!.name)}`;
     const bar: Bar = {
       arm,
       joint,
       translation,
       range,
-      row: h(catheter ? "div.bar.named" : "div.bar"),
+      row: h(of.symbol.length > 2 ? "div.bar.named" : "div.bar"),
       free,
       value,
       setpoint,
@@ -78,7 +74,7 @@ export class Bars implements Panel {
     bar.jogs = [-1, 1].map((sign) => this.jogButton(bar, sign, said));
     bar.row.title = said;
     bar.row.append(
-      h("span.name", {}, name),
+      h("span.name", {}, of.symbol),
       bar.jogs[0]!,
       h("div.track", {}, free, setpoint, value),
       bar.jogs[1]!,

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /** What stands over the scene: cameras, what its lines mean, distances, and a curtain when it is not the present. */
-import { armColor, kGoal, kNear, kObject, tubeColor } from "../scene/colors";
+import { armColor, bodyColor, kGoal, kNear, kObject } from "../scene/colors";
 import { kThickness } from "../scene/drawing";
 import type { Preset, View } from "../scene/view";
 import { kPresets } from "../scene/view";
 import { age, ageWords } from "../state/age";
-import { ofCatheters } from "../state/robot";
 import { shortName } from "../state/words";
 import { port, TaskKind } from "../wire/messages";
 import type { Context, Panel } from "./context";
@@ -21,14 +20,12 @@ export class Hud implements Panel {
   private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
   private readonly names: string[];
   /** Distances are told of tubes alone. */
-  private readonly catheters: boolean;
 
   constructor(
     private readonly c: Context,
     private readonly view: View,
     private readonly thickness: (times: number) => void,
   ) {
-    this.catheters = ofCatheters(c.robot);
     this.names = c.robot.arms.map((arm) => shortName(arm.name));
     const cameras = kPresets.map((preset: Preset, k) => {
       const button = action(preset, `Camera: ${preset}`, () => view.look(preset), "small");
@@ -72,9 +69,7 @@ export class Hud implements Panel {
       return h("li", {}, mark, text);
     };
     const tubes = this.c.robot.arms.flatMap((arm, k) =>
-      arm.type === "catheter"
-        ? [swatch(armColor(k), `catheter ${this.names[k]}`)]
-        : arm.tubes.map((_, t) => swatch(tubeColor(k, t + 1), `${this.names[k]} tube ${t + 1}`)),
+      arm.tubes.map((tube, t) => swatch(bodyColor(k, t, arm.tubes.length), `${this.names[k]} ${tube.name}`)),
     );
     if (this.c.robot.object) tubes.push(swatch(kObject, "what they hold"));
     return h(
@@ -84,7 +79,7 @@ export class Hud implements Panel {
       ...this.c.robot.arms.map((_, k) => swatch(armColor(k), `trail of tip ${this.names[k]}`, "thin")),
       swatch(kGoal, "target, planned path", "dashed"),
       swatch("#ffffff", "relative position", "thin"),
-      ...(this.catheters ? [] : [swatch(kNear, "nearest bodies", "thin")]),
+      ...(this.c.robot.capabilities.computation ? [swatch(kNear, "nearest bodies", "thin")] : []),
     );
   }
 
@@ -123,7 +118,7 @@ export class Hud implements Panel {
         ? `arm ${this.names[nearest.arm] ?? "?"} to ${other}: ${millimetres(nearest.distance)} mm`
         : "distance between arms: not known",
     );
-    setShown(this.near, !this.catheters);
+    setShown(this.near, this.c.robot.capabilities.computation);
     setClass(this.near, "danger", nearest !== null && nearest.distance < 0.001);
     setClass(this.near, "stale", world.stale(world.clearance, now));
     setClass(this.relative, "stale", !live);

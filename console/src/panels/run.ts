@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Trajectories: choose, start, see how far it is, pause, go on, stop. */
 import type { Trajectory } from "../state/robot";
-import { fetchJson, ofCatheters } from "../state/robot";
+import { fetchJson } from "../state/robot";
 import { limitsInTheWay, nameOf } from "../state/words";
 import { Action, Phase } from "../wire/messages";
 import type { Context, Panel } from "./context";
@@ -94,11 +94,7 @@ export class Run implements Panel {
     const errors = status ? [...status.task_error.slice(0, status.task_count)] : [];
     setText(this.errors, errors.length > 0 ? `error ${errors.map((e) => millimetres(e, 3)).join(" / ")} mm` : "");
     const limits = status
-      ? limitsInTheWay(
-          status,
-          this.c.robot.arms.map((arm) => arm.name),
-          ofCatheters(this.c.robot),
-        )
+      ? limitsInTheWay(status, this.c.robot.arms)
       : "";
     setText(this.limits, limits);
     setShown(this.limits, limits !== "");

@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 import type { Arm } from "../state/robot";
 import type { JointState, PoseStamped, Shape } from "../wire/messages";
-import { armColor, tubeColor } from "./colors";
+import { armColor, bodyColor } from "./colors";
 import { label } from "./label";
 import { computeFrames, makeFrames, makeMesh, sweep } from "./sweep";
 
@@ -83,9 +83,7 @@ export class ArmView {
     if (count < 2) return;
     const tubes = this.arm.tubes.length;
     const angles = joints ? Array.from(joints.position.slice(tubes, 2 * tubes)) : [];
-    const color = (k: number): string =>
-      this.arm.type === "catheter" ? armColor(this.index) : tubeColor(this.index, k + 1);
-    const colors = this.arm.tubes.map((_, k) => new THREE.Color(color(k)).toArray());
+    const colors = this.arm.tubes.map((_, k) => new THREE.Color(bodyColor(this.index, k, tubes)).toArray());
     computeFrames(shape.points, count, this.zero, this.frames);
     const backbone = { points: shape.points, tubes: shape.tubes.subarray(0, count), radius: shape.outer_radius };
     sweep(backbone, this.frames, { colors, angles, stripe: 0.34 }, thickness, kSides, this.mesh);

@@ -14,6 +14,9 @@ export const tubeColor = (arm: number, tube: number): string => {
   return tubes[Math.min(Math.max(tube, 1), tubes.length) - 1]!;
 };
 export const armColor = (arm: number): string => tubeColor(arm, 2);
+/** Of one of so many tubes of an arm, counted from 0; a single one has the arm's. */
+export const bodyColor = (arm: number, tube: number, count: number): string =>
+  count > 1 ? tubeColor(arm, tube + 1) : armColor(arm);
 /** Of goals and plans: light, and drawn with lines of their own kind. */
 export const kGoal = "#f0e442";
 export const kNear = "#cc79a7";

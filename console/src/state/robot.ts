@@ -12,6 +12,12 @@ export interface Pose {
 /** SI units; null: unlimited. */
 export interface Joint {
   name: string;
+  /** For narrow places: "β2", "roll". */
+  symbol: string;
+  /** "translation of tube 2" */
+  title: string;
+  /** What it moves, by which limits are named: "tube 2". */
+  part: string;
   translation: boolean;
   lower: number | null;
   upper: number | null;
@@ -19,6 +25,7 @@ export interface Joint {
 }
 
 export interface Tube {
+  name: string;
   length: number;
   outer_radius: number;
   inner_radius: number;
@@ -26,7 +33,6 @@ export interface Tube {
 
 export interface Arm {
   name: string;
-  type: "concentric_tube" | "catheter";
   base: Pose;
   /** Of a catheter one, as long as it gets. */
   tubes: Tube[];
@@ -45,7 +51,15 @@ export interface Parameter {
   value: number;
 }
 
+/** What types of robots can and cannot do (robots/capability.h). */
+export interface Capabilities {
+  tips: boolean;
+  common_path: boolean;
+  computation: boolean;
+}
+
 export interface Robot {
+  capabilities: Capabilities;
   deployment: string;
   prefix: string;
   robot: string;
@@ -76,8 +90,6 @@ export interface Trajectory {
 }
 
 export const isTranslation = (arm: Arm, joint: number): boolean => arm.joints[joint]?.translation ?? false;
-/** Arms that hold something together, or of which one pushes the other: no tip of them is driven by hand. */
-export const ofCatheters = (robot: Robot): boolean => robot.arms.some((arm) => arm.type === "catheter");
 export const mayCommand = (robot: Robot): boolean => robot.role === "operator";
 
 /** Gains, then what the method reads. */

@@ -72,23 +72,29 @@ export function driveRecord(hal: HalStatus, arm: number, jointCount: number): st
 /** "arm_a" is "A" in words and on drawings. */
 export const shortName = (arm: string): string => (arm.startsWith("arm_") ? arm.slice(4) : arm).toUpperCase();
 
+/** What names of limits need of an arm. */
+export interface LimitedArm {
+  name: string;
+  joints: readonly { translation: boolean; part: string }[];
+}
+
 /** A limit in words, as in `tandem solve`. @param kind  LimitKind */
-export function limitName(kind: number, arm: string, tube: number, catheter = false): string {
+export function limitName(kind: number, arm: LimitedArm, tube: number): string {
   const turns: number[] = [LimitKind.rotationVelocity, LimitKind.rotation, LimitKind.rotationStep];
-  const joint = turns.includes(kind) ? (tube === 1 ? "roll" : "bend") : "insertion";
-  const whose = `${catheter ? joint : `tube ${tube}`} of arm ${shortName(arm)}`;
+  const joints = arm.joints.filter((joint) => joint.translation !== turns.includes(kind));
+  const whose = `${joints[tube - 1]?.part ?? `tube ${tube}`} of arm ${shortName(arm.name)}`;
   if (kind === LimitKind.neighbour) return `${whose} against tube ${tube - 1}`;
   const name = nameOf("LimitKind", kind, "");
   return name ? `${name} of ${whose}` : `a limit of ${whose} that this page does not know`;
 }
 
 /** Empty where no limit holds the tasks back. */
-export function limitsInTheWay(status: ControlStatus, arms: readonly string[], catheters = false): string {
+export function limitsInTheWay(status: ControlStatus, arms: readonly LimitedArm[]): string {
   if (status.limited === Limited.not) return "";
   const names: string[] = [];
   for (let i = 0; i < Math.min(status.limit_count, status.limit_kind.length); ++i) {
-    const arm = arms[status.limit_arm[i] ?? 0] ?? `number ${status.limit_arm[i]}`;
-    names.push(limitName(status.limit_kind[i] ?? 255, arm, status.limit_tube[i] ?? 0, catheters));
+    const arm = arms[status.limit_arm[i] ?? 0] ?? { name: `number ${status.limit_arm[i]}`, joints: [] };
+    names.push(limitName(status.limit_kind[i] ?? 255, arm, status.limit_tube[i] ?? 0));
   }
   const how = status.limited === Limited.forbidden ? "Limits forbid the tasks" : "Limits hold the tasks back";
   return `${how}: ${names.join(", ") || "none is named"}`;

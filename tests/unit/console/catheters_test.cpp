@@ -108,13 +108,19 @@ TEST(Description, OfCathetersThatHoldAnObject) {
     EXPECT_NEAR(arm["tubes"][0]["outer_radius"].get<double>(), 2.333e-3 / 2, 1e-9);
     EXPECT_NEAR(arm["tubes"][0]["length"].get<double>(), 0.120 + 0.065 + 0.015, 1e-9);
     EXPECT_NEAR(arm["base"]["position"][0].get<double>(), k == 0 ? -63.38e-3 : 63.38e-3, 1e-9);
+    EXPECT_EQ(arm["tubes"][0]["name"], "catheter");
     std::vector<std::string> names;
     for (const auto& joint : arm["joints"]) {
       names.push_back(joint["name"]);
+      for (const char* words : {"symbol", "title", "part"})
+        EXPECT_EQ(joint[words], names.back());
       EXPECT_EQ(joint["translation"], names.size() == 1);
     }
     EXPECT_EQ(names, (std::vector<std::string>{"insertion", "roll", "bend"}));
   }
+  EXPECT_EQ(json["capabilities"]["tips"], false);
+  EXPECT_EQ(json["capabilities"]["common_path"], true);
+  EXPECT_EQ(json["capabilities"]["computation"], false);
   EXPECT_EQ(json["object"]["size"], 0.014);
   ASSERT_EQ(json["object"]["contacts"].size(), 2u);
   EXPECT_EQ(json["object"]["contacts"][1]["arm"], "arm_b");
@@ -133,6 +139,11 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
   EXPECT_EQ(json["arms"][0]["type"], "concentric_tube");
   EXPECT_EQ(json["arms"][0]["joints"][0]["name"], "beta_1");
   EXPECT_EQ(json["arms"][0]["joints"][3]["name"], "alpha_1");
+  EXPECT_EQ(json["arms"][0]["joints"][4]["symbol"], "α2");
+  EXPECT_EQ(json["arms"][0]["joints"][4]["title"], "rotation of tube 2");
+  EXPECT_EQ(json["arms"][0]["joints"][4]["part"], "tube 2");
+  EXPECT_EQ(json["capabilities"]["tips"], true);
+  EXPECT_EQ(json["capabilities"]["common_path"], false);
   EXPECT_EQ(json["arms"][0]["joints"][2]["translation"], true);
   EXPECT_EQ(json["arms"][0]["joints"][3]["translation"], false);
   for (const auto& trajectory : describeTrajectories(tubes))
