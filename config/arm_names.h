@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Arms by what people call them, of robots of every kind. */
+/** @file Short names of arms and names of joints, for all robot types. */
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Keys that all kinds of robots have in common. */
+/** @file Keys common to the arms of all robot types. */
 #pragma once
 
 #include <vector>

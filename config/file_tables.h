@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The key tables of the kinds of file, and what is generated from them. */
+/** @file Key tables of all kinds of files, and the texts generated from them. */
 #pragma once
 
 #include <string>

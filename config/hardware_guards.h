@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a hardware file says of power, torque and the emergency stop. */
+/** @file Keys of hardware files for power, torque and the emergency stop. */
 #pragma once
 
 #include "config/loaders.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the loaders of this room share. */
+/** @file Helpers shared by the file loaders. */
 #pragma once
 
 #include <filesystem>

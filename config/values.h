@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What two processes have to agree on before one of them moves a robot for the other. */
+/** @file Motion-relevant values of a robot and its deployment, compared between processes (docs/design/identity.md). */
 #pragma once
 
 #include <cstdint>

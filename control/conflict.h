@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which limits forbid a task, from the certificate of an infeasible problem. */
+/** @file Limits that forbid a task, from the certificate of an infeasible problem. */
 #pragma once
 
 #include <string>

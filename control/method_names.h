@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The methods by their names, for messages and for what offers a choice. */
+/** @file Names of the methods, for messages and for lists of choices. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a user can choose about redundancy resolution. */
+/** @file User parameters of redundancy resolution. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Dense convex quadratic programmes, their solutions and who solves them. */
+/** @file Dense convex quadratic programmes, their solutions, and the solver interface. */
 #pragma once
 
 #include <Eigen/Core>

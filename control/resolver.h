@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The one interface of all redundancy-resolution methods. */
+/** @file Interface of all redundancy-resolution methods. */
 #pragma once
 
 #include <memory>

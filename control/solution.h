@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a redundancy-resolution method answers. */
+/** @file Result of a redundancy-resolution method. */
 #pragma once
 
 #include <array>

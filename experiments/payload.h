@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What arms carry together, and each of them alone: stiffness and payload of a held object by direction. */
+/** @file Stiffness and payload of a held object by direction, for all arms together and for each alone. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What one run of an experiment leaves behind: a row per iteration, and its statistics. */
+/** @file Run record: per-iteration samples of one experiment run, with summary statistics. */
 #pragma once
 
 #include <string>

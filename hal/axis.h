@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One joint on the bus: its drive, its absolute encoder, what they say and what is wrong with them. */
+/** @file One axis: drive, absolute encoder, and the guards on both. */
 #pragma once
 
 #include <cstdint>

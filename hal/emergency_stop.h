@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Reads the emergency stop, or the STO of drives, back from the PDOs of drives. */
+/** @file Emergency stop or STO state, read back from the PDOs of drives. */
 #pragma once
 
 #include <cstdint>

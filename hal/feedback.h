@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What an axis learns from its feedback beside the position: that it comes, and that the joint follows. */
+/** @file Feedback watch: arrival rate of an axis' TPDOs, and the following error of its joint. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The hardware's guards: what the HAL watches beside the gate, and what became of it. */
+/** @file Hardware guards: conditions that the HAL monitors in addition to the gate, with counters. */
 #pragma once
 
 #include <array>

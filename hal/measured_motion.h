@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How fast a joint really is, by what its drive measured: neither the reference nor the command is asked. */
+/** @file Measured joint speed, from drive feedback alone. */
 #pragma once
 
 #include <cstdint>

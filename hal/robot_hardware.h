@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file All axes of all arms on all buses: the robot as tandem-hal sees it. */
+/** @file Robot hardware: all axes of all arms on all buses. */
 #pragma once
 
 #include <memory>

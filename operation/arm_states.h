@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The operating states of the arms: what control wants of the drives, what they show, and what came between. */
+/** @file Operating states of the arms: requested by control, shown by the drives, and the transitions between them. */
 #pragma once
 
 #include "operation/drive_exchange.h"

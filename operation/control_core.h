@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What control does with what it hears, cycle by cycle. */
+/** @file Control state machine and arbitration, one cycle at a time. */
 #pragma once
 
 #include "operation/arm_states.h"

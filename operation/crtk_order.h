@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file CRTK commands as plain structs that the periodic thread can take, and what became of them. */
+/** @file CRTK commands as plain structs for the periodic thread, and their outcomes. */
 #pragma once
 
 #include <array>

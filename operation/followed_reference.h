@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Planning's reference: whether it is followed, how old it is, which tasks it holds. */
+/** @file Reference of planning: whether it is being followed, its age, its tasks. */
 #pragma once
 
 #include "idl/messages.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What closes the loop on what catheters move together, in place of a step on tips. */
+/** @file Interface of the closed loop on a thing that several arms move together. */
 #pragma once
 
 #include "idl/messages.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Arms that move joint by joint: to a goal, by a jog, by a withdrawal. */
+/** @file Motions of single arms in joint space: to a goal, jog, withdrawal. */
 #pragma once
 
 #include "operation/crtk_order.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The joints of one arm on their way to what a CRTK client asked for last. */
+/** @file Joint motion of one arm toward the latest target of a CRTK client. */
 #pragma once
 
 #include "operation/crtk_order.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file People who move tips and joints: operators with a device, and CRTK clients. */
+/** @file Manual control of tips and joints by operators with a device and by CRTK clients. */
 #pragma once
 
 #include "operation/crtk_motion.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Requests of clients as plain structs that the periodic thread can take, and the answers. */
+/** @file Client requests as plain structs for the periodic thread, and their answers. */
 #pragma once
 
 #include "operation/permission.h"

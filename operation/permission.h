@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Who may do what now, and if not, why and what is the way out. Control answers by it; clients ask it, too. */
+/** @file Permissions: decides whether a client may perform an action now; a refusal has a reason and a remedy. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What everything here knows of the robot that is operated. */
+/** @file Robot, deployment and models that the parts of operation/ share. */
 #pragma once
 
 #include "config/config.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The loop on tasks: from where the tips are and shall be to joint velocities, and what stood in the way. */
+/** @file Task loop: from tasks and tip poses to joint velocities, with the limits that restrict them. */
 #pragma once
 
 #include <memory>

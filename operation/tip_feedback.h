@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The measured tips that control closes its loop on, and whether they may be used. */
+/** @file Measured tips for closed-loop control, with checks of their validity. */
 #pragma once
 
 #include "idl/messages.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file An arm that is recovered retracts what it has left; safety/recovery.h says in which order. */
+/** @file Withdrawal of an arm in recovery; safety/recovery.h has the order of its joints. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Runs a sampled trajectory: which reference answers which measured state. */
+/** @file Trajectory follower: selects the reference for each measured state. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Joints for tip poses under all limits, or the nearest pose that can be had and what stands in the way. */
+/** @file Inverse kinematics of all arms under all limits; the nearest reachable poses where there is no solution. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What planning asks of control: a short list of tasks in order of priority. */
+/** @file Reference: prioritised list of tasks for one control period. */
 #pragma once
 
 #include <Eigen/Geometry>

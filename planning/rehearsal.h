@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The closed loop with ideal joints, before anything moves: whether a method gets through a trajectory. */
+/** @file Rehearsal: simulation of a method in closed loop with ideal joints, before a trajectory runs. */
 #pragma once
 
 #include <functional>

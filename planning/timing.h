@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The fastest way along a path of joints under limits of velocity and acceleration. */
+/** @file Time-optimal timing of a joint path under velocity and acceleration limits. */
 #pragma once
 
 #include <Eigen/Core>

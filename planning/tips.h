@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where the tips are: by the model, followed along the path of the joints, and by a tip tracker. */
+/** @file Tip poses: from the model, followed along the joint path, or from a tip tracker. */
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Messages as bytes: plain CDR, version 1, with its four bytes of encapsulation in front. */
+/** @file Plain CDR, version 1, with its encapsulation header. */
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Messages of one definition as messages of another one of the same type, as it is after years or was before. */
+/** @file Conversion of messages between two definitions of the same type. */
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Limits of joints in words, of robots of every kind. */
+/** @file Names of joint limits for all robot types. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file From a mechanism to what a control step has to know of it. */
+/** @file Equilibrium of a mechanism as input of a control step. */
 #pragma once
 
 #include <memory>

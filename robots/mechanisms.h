@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What catheters are to the services: mechanisms that come to rest at joints. */
+/** @file Construction of the mechanism of a robot whose arms move one thing together. */
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The arms of a robot: their models and limits, and where their joints stand in vectors of all joints. */
+/** @file Robot model: kinematic models and limits of all arms, and the layout of joint vectors. */
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A mechanism that follows a path under the methods of control/, in one process. */
+/** @file Closed-loop tracking of a path by a mechanism, in one process. */
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ using planning::PathShape;
 /// Of the drift that is allowed, where a path may begin.
 inline constexpr double kPrepared = 0.02;
 /// What is said where it does not come to that.
-inline const std::string kUnprepared = "what comes before it does not come true";
+inline const std::string kUnprepared = "contact constraints are not satisfied at the start";
 
 struct TrackOptions {
   control::Method method = control::Method::kNspqp;

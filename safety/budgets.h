@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How long each party may be silent before the robot is stopped. */
+/** @file Watchdog time-outs of all processes. */
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Judges the stream of commands as a whole: whose it is, in which order, how old, for how many arms. */
+/** @file Command stream validation: source, sequence, age, number of arms. */
 #pragma once
 
 #include <array>

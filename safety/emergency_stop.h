@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The emergency stop as the drive side reads it back: it acts by hardware; here it is known and latched. */
+/** @file Emergency stop as read back by the drive side: it acts in hardware; here it is reported and latched. */
 #pragma once
 
 #include <cstdint>

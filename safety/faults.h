@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Faults, guards and what drives are asked: the vocabulary that hal, sim and control share. */
+/** @file Faults, guards and drive requests: enumerations shared by hal, sim and control. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which share of a stream of samples arrives. */
+/** @file Success rate: share of the samples of a stream that arrive. */
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Notices that somebody has been silent for too long. */
+/** @file Watchdog on the silence of one sender. */
 #pragma once
 
 #include <cmath>

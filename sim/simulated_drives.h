@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The simulated robot as control sees it: drives of all arms, in real time and in lock-step. */
+/** @file Simulated drives of all arms, in real time and in lock-step. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A CAN bus as the HAL and the simulated drives see it: frames in, frames out, counters, state. */
+/** @file CAN bus interface of the HAL and the simulated drives: frames, counters, state. */
 #pragma once
 
 #include <cstdint>

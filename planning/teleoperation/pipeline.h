@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file From what an operator's device says to tasks of control, stage by stage. */
+/** @file Teleoperation pipeline: from device input to control tasks. */
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A running robot as a client commands it, without Python: what the calls of tandem.Client do. */
+/** @file Running robot for tandem.Client, without Python. */
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot and Arm as the Python module has them. */
+/** @file Python classes Robot and Arm. */
 #pragma once
 
 #include <memory>

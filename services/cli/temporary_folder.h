@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Files for the length of a command. */
+/** @file Temporary folder, removed at the end of a command. */
 #pragma once
 
 #include <unistd.h>

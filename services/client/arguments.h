@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the subcommands of `tandem` share: where output goes, how failures end. */
+/** @file Helpers shared by the subcommands of `tandem`: output, exit codes, common options. */
 #pragma once
 
 #include <CLI/CLI.hpp>

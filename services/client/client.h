@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A client of a running system: requests with answers, and what the topics last said. */
+/** @file Client of a running system: requests with answers, and the latest samples of its topics. */
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What clients of a running system do in several requests and waits: motions, and the way out of a fault. */
+/** @file Client procedures of several requests: motions, and recovery from a fault. */
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file As what a client takes part: as one that commands, or as one that only looks. */
+/** @file Security role of a client: operator or viewer. */
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What planning computes for clients: one request, run and answered. No DDS, no threads. */
+/** @file One planning computation of a client, from request to result. No DDS, no threads. */
 #pragma once
 
 #include <functional>

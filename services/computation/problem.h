@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a request asks to be computed: checked, and in the terms of planning/. */
+/** @file Checked request of a computation, in terms of planning/. */
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What planning found, as messages. */
+/** @file Conversion of planning results to messages. */
 #pragma once
 
 #include "planning/rehearsal.h"

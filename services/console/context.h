@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Private: what connections share. */
+/** @file Private: state shared by all connections. */
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The arms and what they hold as markers: what RViz, Foxglove and Lichtblick draw without knowing of Tandem. */
+/** @file Visualization markers of arms and held object, for RViz, Foxglove and Lichtblick. */
 #pragma once
 
 #include <atomic>

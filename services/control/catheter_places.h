@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where catheters are, for people: tips and shapes under the forces that the arms have. */
+/** @file Tips and shapes of catheters under load, for display. */
 #pragma once
 
 #include <vector>

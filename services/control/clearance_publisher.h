@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How near the bodies of the arms are to one another and to the port, as a published value. */
+/** @file Publication of distances between the arms' bodies and to the port. */
 #pragma once
 
 #include "kinematics/clearance.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What ROS 2 and CRTK clients read of each arm: joints, poses, operating state, shape. */
+/** @file Publication of CRTK and ROS 2 feedback of each arm: joints, poses, operating state, shape. */
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How control closes the loop on what catheters move. */
+/** @file Closed loop on the thing that catheters move together. */
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file teleop/status and crtk/status. Runs on a publisher thread: it makes words. */
+/** @file Publication of teleop/status and crtk/status, in a publisher thread. */
 #pragma once
 
 #include "operation/operator_desk.h"

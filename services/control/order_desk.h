@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Requests off the wire become orders, and answers become replies. */
+/** @file Conversion of control requests to orders, and of answers to replies. */
 #pragma once
 
 #include <mutex>

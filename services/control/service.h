@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What tandem-control is made of, whichever way it runs. */
+/** @file Parts of tandem-control, common to real time and lock-step. */
 #pragma once
 
 #include <spdlog/spdlog.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Rests of catheters for the periodic thread, from a thread beside it: to settle takes long and allocates. */
+/** @file Background thread for the equilibria of catheters: solving takes long and allocates. */
 #pragma once
 
 #include <optional>

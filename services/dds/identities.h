@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Private: who takes part, on topic `identity`. */
+/** @file Private: identities of all participants, from topic `identity`. */
 #pragma once
 
 #include <deque>

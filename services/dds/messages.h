@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The messages of idl/, by the names that the services call them. */
+/** @file Aliases of the messages of idl/ for the services. */
 #pragma once
 
 #include "idl/messages.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Private: between plain messages and the types that are generated for DDS. */
+/** @file Private: conversion between plain messages and generated DDS types. */
 #pragma once
 
 #include <cstdint>

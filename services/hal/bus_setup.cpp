@@ -45,7 +45,7 @@ hal::HardwareConfig loadHardwareOf(const Setup& setup) {
   if (deployment.hardware.empty())
     refuse("hardware", "found none, expected a hardware file: tandem-hal needs one");
   if (deployment.clock != config::ClockMode::kRealTime)
-    refuse("clock", "found lock_step, expected real_time: drives know no other time");
+    refuse("clock", "found lock_step, expected real_time: drives run in real time only");
   hal::HardwareConfig hardware = config::loadHardware(deployment.hardware, deployment.budgets.drive_heartbeat);
   std::error_code ignored;
   if (!std::filesystem::equivalent(hardware.robot_file, deployment.robot, ignored))

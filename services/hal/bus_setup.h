@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How tandem-hal comes to its buses. */
+/** @file Opening of the CAN buses of a hardware file. */
 #pragma once
 
 #include <memory>

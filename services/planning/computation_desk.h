@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where computations of clients run: beside the thread that publishes references, and below it in priority. */
+/** @file Execution of clients' computations in a low-priority thread beside the publishing one. */
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Runs a path of what catheters move: which reference answers which measured joints. */
+/** @file Path follower for arms that move one thing together: selects the reference for each measured state. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the planning service does with what it hears; no DDS, no threads. */
+/** @file Planning state machine: requests and states in, references out; no DDS, no threads. */
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file All chosen topics of a robot, as bytes, into one pair of hands. */
+/** @file Capture of selected topics as bytes. */
 #pragma once
 
 #include <functional>

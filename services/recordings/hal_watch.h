@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Whether a real robot listens: what a replay must know before it writes anything that moves one. */
+/** @file Detection of a real robot on the network, before a replay publishes commands. */
 #pragma once
 
 #include <mutex>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Recordings whose messages have changed since: as the types of today. */
+/** @file Conversion of recorded messages to the present message definitions. */
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Answers what time it is on this host. */
+/** @file Clock service: answers requests for the time of this host. */
 #pragma once
 
 #include "services/dds/bus.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What every service says of itself: on the topic `diagnostics`, once a second, and its log on /rosout. */
+/** @file Diagnostics of a service: status on topic `diagnostics` once a second, log on /rosout. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Actuation topics to and from whatever moves the joints: what hal and sim share. */
+/** @file Conversion between actuation topics and the drive side, shared by hal and sim. */
 #pragma once
 
 #include <utility>

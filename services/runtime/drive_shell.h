@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file hal and sim in real time: the actuation topics between DDS and the thread that moves the drives. */
+/** @file Real-time shell of hal and sim: actuation topics between DDS and the periodic thread. */
 #pragma once
 
 #include <atomic>

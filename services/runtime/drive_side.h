@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What moves the joints, as the services hal and sim see it. */
+/** @file Drive side: the interface to the simulated or real drives that hal and sim share. */
 #pragma once
 
 #include <concepts>

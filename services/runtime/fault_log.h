@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Faults of arms as services tell them: once, with what led to them. */
+/** @file Log of arm faults: one entry per fault, with its cause. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a process tells the service manager that started it: that it is ready, that it lives, that it ends. */
+/** @file Notifications to the service manager: ready, alive, stopping. */
 #pragma once
 
 #include <cstdint>

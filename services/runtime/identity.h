@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file As what a process knows the robot, and whom it does not obey because of that (docs/design/identity.md). */
+/** @file Identity of a process; refusal of messages from another robot or deployment (docs/design/identity.md). */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The latest value, handed from one thread to another without waiting. */
+/** @file Wait-free hand-over of the latest value between two threads. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The log of a service as a topic, for viewers of ROS 2. */
+/** @file Log lines on /rosout, for ROS 2 viewers. */
 #pragma once
 
 #include <spdlog/sinks/base_sink.h>

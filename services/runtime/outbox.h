@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How a periodic thread publishes: it hands over, another thread sends. */
+/** @file Outbox: non-blocking hand-over of messages from the periodic thread to a publishing thread. */
 #pragma once
 
 #include <atomic>

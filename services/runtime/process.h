@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How every service starts: its command line, its files, its log, its place on the bus. */
+/** @file Start of a service: command line, files, log, DDS options. */
 #pragma once
 
 #include <cstdint>

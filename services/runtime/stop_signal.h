@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How a process learns that it shall end. */
+/** @file Termination signals of a process. */
 #pragma once
 
 #include <csignal>

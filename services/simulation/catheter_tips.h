@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where the tips of simulated catheters really are. */
+/** @file True tip poses of simulated catheters. */
 #pragma once
 
 #include "robots/mechanisms.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem can scan and od: who is on a bus, and what stands in its object dictionaries. */
+/** @file tandem can scan and od: nodes of a bus, entries of their object dictionaries. */
 #include "services/cli/can/can.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the commands of `tandem can` share. */
+/** @file Helpers shared by the commands of `tandem can`. */
 #pragma once
 
 #include <functional>

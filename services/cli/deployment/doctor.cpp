@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem doctor: will this PC do? */
+/** @file tandem doctor: suitability of this PC for a deployment. */
 #include <iostream>
 #include <nlohmann/json.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What decides whether a PC will do for a deployment: each check looks at one thing and says what to do. */
+/** @file Checks of `tandem doctor`: each examines one property of the PC and advises. */
 #pragma once
 
 #include <string>

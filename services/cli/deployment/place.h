@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where on the network what this command starts meets, and whether somebody is there already. */
+/** @file DDS domain and prefix of a command's processes, and detection of a system that runs there already. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Subcommands that are programs of their own. */
+/** @file Subcommands implemented by separate programs. */
 #pragma once
 
 #include <string>

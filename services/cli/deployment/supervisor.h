@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Starts the processes of a deployment, notices when one dies, ends them all. */
+/** @file Process supervisor: starts the processes of a deployment, detects deaths, ends them all. */
 #pragma once
 
 #include <sys/types.h>

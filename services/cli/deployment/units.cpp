@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem units: which systemd units are a deployment on this host. */
+/** @file tandem units: systemd units of a deployment on this host. */
 #include <algorithm>
 #include <cctype>
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem validate: is this file right, and what is in it. */
+/** @file tandem validate: check and summary of configuration files. */
 #include <iostream>
 #include <nlohmann/json.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the subcommands of `tandem cooperative` share. */
+/** @file Helpers shared by the subcommands of `tandem cooperative`. */
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem cooperative mobility: what arms can do with what they hold. */
+/** @file tandem cooperative mobility: possible motions of a held object. */
 #include <Eigen/Eigenvalues>
 #include <cstdio>
 #include <iostream>

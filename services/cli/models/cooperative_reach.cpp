@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem cooperative reach: where assistance takes a tip beyond its own reach. */
+/** @file tandem cooperative reach: reach of a tip with and without assistance. */
 #include <cmath>
 #include <cstdio>
 #include <filesystem>

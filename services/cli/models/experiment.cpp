@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem experiment: published experiments, ours beside the paper's. */
+/** @file tandem experiment: published experiments, with our figures beside the paper's. */
 #include <unistd.h>
 
 #include <chrono>

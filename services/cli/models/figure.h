@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Figures, drawn from CSV files by a script. */
+/** @file Figures from CSV files, drawn by a Python script. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the parts of `tandem fk` share. */
+/** @file Helpers shared by the parts of `tandem fk`. */
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Work over many items on all cores, with a line that tells how far it is. */
+/** @file Parallel loop over many items, with a progress line. */
 #pragma once
 
 #include <cstddef>

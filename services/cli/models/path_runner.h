@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Runs a path of what catheters move over DDS in lock-step, and collects a row a period from the topics. */
+/** @file Execution of a path over DDS in lock-step, with one row per period. */
 #pragma once
 
 #include <deque>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Reachable space: joint vectors that fill the limits evenly, and volumes of the cells that tips fall into. */
+/** @file Reachable space: evenly distributed joint vectors, and the volume of the cells that their tips occupy. */
 #pragma once
 
 #include <Eigen/Geometry>

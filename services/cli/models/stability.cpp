@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem stability: how far an arm is from snapping, at joint vectors or over a map of relative rotations. */
+/** @file tandem stability: distance of an arm from snapping, at joint vectors or over a map of relative rotations. */
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem workspace: where tips reach. */
+/** @file tandem workspace: reachable tip positions. */
 #include <cmath>
 #include <filesystem>
 #include <fstream>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Asks the planning of a running system to compute. */
+/** @file Computations by the planning service of a running system. */
 #pragma once
 
 #include <functional>

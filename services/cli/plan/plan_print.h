@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What planning found about a trajectory, for people and programs. */
+/** @file Output of planning results as text and JSON. */
 #pragma once
 
 #include <iosfwd>

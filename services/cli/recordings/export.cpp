@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem export and tandem plot: recordings for spreadsheets, MATLAB, Python and eyes. */
+/** @file tandem export and tandem plot: recordings as CSV, MATLAB and HDF5 files and as figures. */
 #include "recording/export.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem info: what is in a recording. */
+/** @file tandem info: contents of a recording. */
 #include <algorithm>
 #include <iomanip>
 #include <iostream>

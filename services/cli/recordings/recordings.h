@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the commands that read recordings share. */
+/** @file Helpers shared by the commands that read recordings. */
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem replay: a recording back onto DDS. */
+/** @file tandem replay: publishes a recording on DDS. */
 #include <chrono>
 #include <iostream>
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A recorded run through the simulator once more. */
+/** @file Comparison of a recorded run with a new simulation of it. */
 #pragma once
 
 #include "services/cli/recordings/recordings.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem console: where the console is, and the console itself where it does not run yet. */
+/** @file tandem console: address of the console; starts it where it does not run. */
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where a deployment's console is. */
+/** @file Address of a deployment's console. */
 #pragma once
 
 #include <string>

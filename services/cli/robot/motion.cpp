@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem home and tandem jog: the hardware by hand. */
+/** @file tandem home and tandem jog: homing runs, and motion of single joints. */
 #include <chrono>
 #include <cmath>
 #include <iostream>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What `tandem status` tells of the processes themselves: who they are, and what their clocks say. */
+/** @file Processes and clocks of a running system, for `tandem status`. */
 #pragma once
 
 #include <nlohmann/json.hpp>

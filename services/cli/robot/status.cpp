@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem status: what a running system says of itself. */
+/** @file tandem status: state of a running system. */
 #include <algorithm>
 #include <array>
 #include <chrono>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem teleop: becomes tandem-teleop, which alone needs what reads devices. */
+/** @file tandem teleop: replaces itself by tandem-teleop, which links the device libraries. */
 #include "services/cli/deployment/sibling.h"
 #include "services/client/arguments.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem topics: where a running system says and hears what. */
+/** @file tandem topics: topics of a running system with their writers and readers. */
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
