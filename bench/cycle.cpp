@@ -76,7 +76,8 @@ Loop record(const Robot& robot, int paths, int length) {
   const auto starts = randomJoints(robot.models[0]->arm(), true, 2 * paths * arms, kSeed);
   Loop loop;
   planning::TrackResult result;
-  for (std::size_t next = 0; loop.joints.size() < static_cast<std::size_t>(paths * length) && next < starts.size();) {
+  for (std::size_t next = 0; loop.joints.size() < static_cast<std::size_t>(paths) * static_cast<std::size_t>(length) &&
+                             next < starts.size();) {
     safety::RobotVector q(tracker.jointCount());
     for (int k = 0; k < arms; ++k)
       q.segment(6 * k, 6) = starts[next++];

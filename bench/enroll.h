@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How a file of benchmarks meets the program that runs them. */
+/** @file Registration of a file of benchmarks with the program. */
 #pragma once
 
 #include <benchmark/benchmark.h>

@@ -124,7 +124,7 @@ class Robot {
     for (int a = 0; a < robot_->armCount(); ++a) {
       command_.moving[static_cast<std::size_t>(a)] = moving_;
       for (int j = 0; j < robot_->jointCount(a); ++j) {
-        const auto k = static_cast<std::size_t>(a * safety::kMaxJointsPerArm + j);
+        const auto k = static_cast<std::size_t>(a) * safety::kMaxJointsPerArm + static_cast<std::size_t>(j);
         command_.velocity[k] = moving_ ? direction * (j < robot_->jointCount(a) / 2 ? 2e-3 : 0.5) : 0.0;
         command_.position[k] = robot_->setpoint(a)[j] + kControlPeriod * command_.velocity[k];
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What instructions.py counts: calls of one kind, marked for callgrind. Counts do not depend on what else the
+/** @file Workload for instructions.py: calls of one kind, marked for callgrind. Counts do not depend on what else the
  * machine does. */
 #include <cstdlib>
 #include <functional>
@@ -13,6 +13,7 @@
 #include "kinematics/arm_model.h"
 
 /// Callgrind counts inside of this function only (--toggle-collect).
+// NOLINTNEXTLINE(readability-identifier-naming): a name of C
 extern "C" [[gnu::noipa]] void tandem_measured(const std::function<void()>& call) { call(); }
 
 namespace tandem::bench {

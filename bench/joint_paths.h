@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Arms and joint vectors that the kinematic models are timed over. */
+/** @file Arms and joint vectors for benchmarks of the kinematic models. */
 #pragma once
 
 #include <cstdint>

@@ -79,7 +79,7 @@ void pass(benchmark::State& state, const std::vector<Eigen::VectorXd>& joints, U
 
 void timeModel(benchmark::State& state,
                const std::string& name,
-               kinematics::ConcentricTubeArm arm,
+               const kinematics::ConcentricTubeArm& arm,
                Use use,
                bool over) {
   const auto model = kinematics::makeArmModel(name, arm);
@@ -112,7 +112,7 @@ void timeLoaded(benchmark::State& state, const kinematics::ConcentricTubeArm& ar
   });
 }
 
-void timeBaseline(benchmark::State& state, kinematics::ConcentricTubeArm arm, Use use, bool over) {
+void timeBaseline(benchmark::State& state, const kinematics::ConcentricTubeArm& arm, Use use, bool over) {
   const ShootingBaseline baseline(arm);
   Eigen::VectorXd twist_rate = Eigen::VectorXd::Zero(arm.tubeCount());
   Tip tip;

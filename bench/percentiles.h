@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Times of single calls, as percentiles. */
+/** @file Percentiles of call durations. */
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -16,7 +16,9 @@ namespace tandem::bench {
 /// Percentiles of times, us, as counters of a benchmark.
 inline void reportPercentiles(benchmark::State& state, std::vector<double> times) {
   std::sort(times.begin(), times.end());
-  const auto at = [&](double part) { return times[static_cast<std::size_t>(part * (times.size() - 1.0))]; };
+  const auto at = [&](double part) {
+    return times[static_cast<std::size_t>(part * static_cast<double>(times.size() - 1))];
+  };
   state.counters["p50"] = at(0.5);
   state.counters["p90"] = at(0.9);
   state.counters["p99"] = at(0.99);

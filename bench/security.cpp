@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What DDS Security costs: state -> control -> command and back between two participants over loopback, plain
+/** @file Cost of DDS Security: state -> control -> command and back between two participants over loopback, plain
  * and secured in the same run; `ratio` is secured over plain, of the medians. */
 #include <benchmark/benchmark.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The textbook solution that the compliant model is compared with. */
+/** @file Baseline for the compliant model: textbook shooting solution. */
 #pragma once
 
 #include "kinematics/arm_model.h"

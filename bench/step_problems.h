@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Control steps that the methods are timed over. */
+/** @file Control steps for benchmarks of the methods. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot files of every kind as what the services run: concentric tubes, or catheters that work together. */
+/** @file Robot files of all types, loaded as one struct for the services. */
 #pragma once
 
 #include "config/config.h"

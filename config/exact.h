@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Numbers as text. */
+/** @file Text form of numbers that reads back to the same value. */
 #pragma once
 
 #include <charconv>

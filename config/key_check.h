@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What to say about a key that a table does not know. */
+/** @file Error messages for unknown keys. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which translations the limits of an arm leave, tube by tube. */
+/** @file Feasible translations under the limits of an arm, tube by tube. */
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robots for what only concentric tubes can do. */
+/** @file Robot files restricted to concentric tubes. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What one YAML scalar says, more strictly than YAML: no yes/no booleans, no numbers in quotes, no NaN. */
+/** @file Strict YAML scalars: no yes/no booleans, no quoted numbers, no NaN. */
 #pragma once
 
 #include <yaml-cpp/yaml.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which limits hold a robot back that stands still before it has arrived. */
+/** @file Limits that hold back a robot at rest before it has arrived. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Ipopt as QP backend: the judge of our own solver. */
+/** @file Ipopt as QP backend: reference solver for our own. */
 #pragma once
 
 #include "control/quadratic_program.h"

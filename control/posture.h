@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the tasks leave free goes to a posture: joints that somebody has planned. */
+/** @file Posture task: planned joint positions as the lowest priority. */
 #pragma once
 
 #include "control/quadratic_program.h"

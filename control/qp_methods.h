@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the two QP methods share: limits as constraints, outcomes as statuses. */
+/** @file Helpers shared by the two QP methods: limits as constraints, solver outcomes as statuses. */
 #pragma once
 
 #include "control/quadratic_program.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The way back of an arm that stands outside its limits. */
+/** @file Velocity bounds of an arm outside its limits, which lead it back. */
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A quadratic programme in other units, in which its numbers are of the size of one. */
+/** @file Scaling of a quadratic programme to numbers of magnitude one. */
 #pragma once
 
 #include "control/quadratic_program.h"

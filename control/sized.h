@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Vectors whose length is known to the compiler where it is a usual one. */
+/** @file Vectors with a compile-time length for the usual numbers of joints. */
 #pragma once
 
 #include <type_traits>

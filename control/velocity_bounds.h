@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file From limits on positions to bounds on velocities. */
+/** @file Velocity bounds from position limits. */
 #pragma once
 
 #include "control/parameters.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Our figures beside published ones. */
+/** @file Comparison of our figures with published ones. */
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Lines of printed tables. */
+/** @file Number formats of printed tables. */
 #pragma once
 
 #include <cstdio>

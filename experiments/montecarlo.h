@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Many random tasks, every method on each of them, with a plant that is not what the controller believes. */
+/** @file Monte Carlo comparison of methods on random tasks, with model errors in the plant. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random tasks of two cooperating arms that are known to be feasible, or not to be. */
+/** @file Random tasks of two cooperating arms, feasible by construction or out of reach. */
 #pragma once
 
 #include <string_view>

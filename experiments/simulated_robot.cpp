@@ -82,7 +82,7 @@ void SimulatedRobot::move(const safety::RobotVector& velocity, bool moving) {
   for (int k = 0; k < model_.armCount(); ++k) {
     command.moving[static_cast<std::size_t>(k)] = moving;
     for (int j = 0; j < model_.size(k); ++j) {
-      const auto i = static_cast<std::size_t>(k * safety::kMaxJointsPerArm + j);
+      const auto i = static_cast<std::size_t>(k) * safety::kMaxJointsPerArm + static_cast<std::size_t>(j);
       command.velocity[i] = moving ? velocity[model_.offset(k) + j] : 0.0;
       command.position[i] = drives_.setpoint(k)[j] + period_ * command.velocity[i];
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The simulated robot of one run, in the process of whoever runs it. */
+/** @file In-process simulated robot of one run. */
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Events on their way from the cycle that notices them to whoever tells people. */
+/** @file Event queue from the periodic cycle to the logging thread. */
 #pragma once
 
 #include <array>

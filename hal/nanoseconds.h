@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Spans of time as the clocks of buses count them. */
+/** @file Conversion of durations to nanoseconds. */
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How drives and encoders of a hardware file are set up: every object that the HAL depends on is written in
- * pre-operational and read back. */
+/** @file Setup of the drives and encoders of a hardware file: every object that the HAL depends on is written and
+ * read back in pre-operational. */
 #pragma once
 
 #include "hal/canopen/node.h"

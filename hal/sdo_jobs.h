@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A short list of SDO accesses to one node while it runs, one after the other, without allocation. */
+/** @file Queue of SDO accesses to one running node, without allocation. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Whether an axis needs more torque, or current, than it may: something holds it, or it holds something. */
+/** @file Torque guard: torque or current of an axis against its limit. */
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Curves of solutions, followed around their folds. */
+/** @file Arc-length continuation of solution curves around folds. */
 #pragma once
 
 #include <Eigen/LU>

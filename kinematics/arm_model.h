@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What every kinematic model of one arm answers. */
+/** @file Interface of all kinematic models of one arm. */
 #pragma once
 
 #include <Eigen/Geometry>

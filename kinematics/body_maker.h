@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Bodies made again and again, as on a periodic path. */
+/** @file Repeated construction of bodies without allocation. */
 #pragma once
 
 #include "kinematics/clearance.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which of several equilibria of an elastic arm an answer is on. */
+/** @file Branch: identifies one of several equilibria of an elastic arm. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How far the bodies of arms are from one another and from the port, with gradients. */
+/** @file Distances between the bodies of arms and to the port, with gradients. */
 #pragma once
 
 #include <vector>

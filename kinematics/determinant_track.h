@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The determinant whose zeros are an arm's bifurcations, followed along the arm. */
+/** @file Determinant whose zeros are bifurcations, tracked along the arm. */
 #pragma once
 
 #include <Eigen/Cholesky>

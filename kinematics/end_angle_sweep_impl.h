@@ -9,11 +9,11 @@
 namespace tandem::kinematics {
 
 /// Twist (linear at the origin, angular) of a frame at `position`, `rotation`, from the same twist given in that frame.
-template <class Scalar, int Columns>
-Eigen::Matrix<Scalar, 6, Columns> movedTwist(const Eigen::Matrix<Scalar, 3, 3>& rotation,
-                                             const Eigen::Matrix<Scalar, 3, 1>& position,
-                                             const Eigen::Matrix<Scalar, 6, Columns>& twist) {
-  Eigen::Matrix<Scalar, 6, Columns> moved;
+template <class Scalar, int kColumns>
+Eigen::Matrix<Scalar, 6, kColumns> movedTwist(const Eigen::Matrix<Scalar, 3, 3>& rotation,
+                                              const Eigen::Matrix<Scalar, 3, 1>& position,
+                                              const Eigen::Matrix<Scalar, 6, kColumns>& twist) {
+  Eigen::Matrix<Scalar, 6, kColumns> moved;
   moved.template topRows<3>() = rotation * twist.template topRows<3>();
   moved.template bottomRows<3>() = rotation * twist.template bottomRows<3>();
   for (int j = 0; j < twist.cols(); ++j)

@@ -24,7 +24,8 @@ double energyOf(const ConcentricTubeArm& arm, const Segmentation& parts, const J
   for (int k = 0; k < parts.count; ++k) {
     const double start = parts.interval[k].start, piece = (parts.interval[k].end - start) / kPieces;
     for (int j = 0; j < kPieces * rule.count && piece > kSliver; ++j) {
-      points.emplace_back().s = start + piece * (j / rule.count + rule.node[j % rule.count]);
+      const int before = j / rule.count;
+      points.emplace_back().s = start + piece * (before + rule.node[j % rule.count]);
       weights.push_back(piece * rule.weight[j % rule.count]);
       intervals.push_back(k);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file From the ends of the tubes back to the motors under a wrench at the tip: an initial value problem. */
+/** @file Backward integration of a loaded arm from the tubes' ends to the motors: an initial value problem. */
 #pragma once
 
 #include "kinematics/determinant_track.h"

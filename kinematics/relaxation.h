@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where an elastic arm falls to: descent of its energy to a minimum. */
+/** @file Relaxation of an elastic arm: descent of its energy to a minimum. */
 #pragma once
 
 #include "kinematics/segmentation.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Numbers that carry their derivatives, and plain ones, treated alike. */
+/** @file Common operations on plain numbers and on numbers with derivatives. */
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file An arm cut into intervals over which nothing changes: what every model of concentric tubes integrates over. */
+/** @file Segmentation of an arm into intervals with constant properties, for all concentric tube models. */
 #pragma once
 
 #include <array>

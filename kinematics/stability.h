@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How far an arm is from snapping, and where else it could be. */
+/** @file Elastic stability of an arm: distance from snapping, and other equilibria. */
 #pragma once
 
 #include <array>

@@ -80,8 +80,8 @@ class TaylorStep {
   static constexpr int kPairs = NC * (NC - 1) / 2;
   // Columns of unit initial values: tubes 2..NC in angle, then in rate; those of tube 1 follow from the uniform ones.
   static constexpr int kColumns = 2 * (NC - 1);
-  template <int Size>
-  using Row = std::array<Scalar, Size == 0 ? 1 : Size>;
+  template <int kSize>
+  using Row = std::array<Scalar, kSize == 0 ? 1 : kSize>;
 
   template <class Coefficient>
   static Scalar horner(double x, Coefficient coefficient, int count) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What CRTK commands make of the arms and of the pair, cycle by cycle: targets of tips and velocities of joints.
+/** @file CRTK motions of the arms and of the pair: tip targets and joint velocities in each cycle.
  * For the periodic thread; nothing here allocates, locks or throws after construction. */
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the drives said last, what they have been sent since, and what follows: from where the next cycle goes
- * on.
+/** @file Exchange with the drives: the last state, the commands sent since, and the joints from which the next cycle
+ * continues.
  */
 #pragma once
 

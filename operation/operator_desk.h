@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Whose device moves the robot: judges teleop/input and runs the pipeline. For the periodic thread; nothing here
- * allocates, locks or throws after construction. */
+/** @file Operator input: validation of teleop/input, and the teleoperation pipeline. For the periodic thread; nothing
+ * here allocates, locks or throws after construction. */
 #pragma once
 
 #include <array>

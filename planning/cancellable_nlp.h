@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A nonlinear programme whose solution by Ipopt can be given up. */
+/** @file Cancellable Ipopt problem. */
 #pragma once
 
 #include <IpTNLP.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Whether a trajectory can be run from a start, point by point, before it runs; and the nearest one that can. */
+/** @file Feasibility check of a trajectory from a given start configuration, and its nearest feasible version. */
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a search of InverseKinematics carries along; for its own files. */
+/** @file Internal state of the inverse kinematics search. */
 #pragma once
 
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Margins that control keeps ahead of all tasks: elastic stability, and the distance between arms. */
+/** @file Margins with priority over all tasks: elastic stability, distance between arms. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Paths of a frame along named directions: lines, circles and Lissajous figures of places and turns. */
+/** @file Paths of a frame: lines, circles and Lissajous figures along selected translations and rotations. */
 #pragma once
 
 #include <Eigen/Geometry>

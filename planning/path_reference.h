@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Paths of a frame as references, period by period. */
+/** @file References of a path: desired pose and feed-forward twist in each control period. */
 #pragma once
 
 #include "planning/object_path.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a control step has to know of arms that move one thing together: their rest at some joints, as numbers.
+/** @file Rest: equilibrium of arms that move one thing together, as plain numbers for a control step.
  */
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The start configuration, among those with the same tips, that leaves a trajectory the most room. */
+/** @file Choice of start configuration: the one with the largest margin to all limits along the trajectory. */
 #pragma once
 
 #include "planning/feasibility.h"

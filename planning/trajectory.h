@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Reference trajectories as a user describes them, and the points they stand for. */
+/** @file Reference trajectories: parameters of the shapes, and the points sampled from them. */
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A way from one point of a trajectory to the next, step by step as control goes. */
+/** @file Joint path between two points of a trajectory, by simulated control steps. */
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Chunks get smaller and get a checksum. */
+/** @file Compression and checksums of chunks. */
 #pragma once
 
 #include <cstdint>

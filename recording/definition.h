@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Message definitions of ROS 2 (`ros2msg`), as far as they say where the values in a message lie. */
+/** @file ROS 2 message definitions (`ros2msg`), as far as the layout of values requires. */
 #pragma once
 
 #include <map>

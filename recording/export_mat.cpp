@@ -62,7 +62,7 @@ Variable toVariable(const Matrix<std::string>& matrix) {
   return cells;
 }
 
-Variable toStruct(const std::string& name, std::vector<std::pair<std::string, Variable>> members) {
+Variable toStruct(const std::string& name, std::vector<std::pair<std::string, Variable>>&& members) {
   std::vector<const char*> names;
   for (const auto& [member, variable] : members)
     names.push_back(member.c_str());

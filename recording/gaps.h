@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What was lost, by the sequence numbers that writers give their samples. */
+/** @file Lost samples, detected by the writers' sequence numbers. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tables as named matrices: what MATLAB and HDF5 files have in common. */
+/** @file Tables as named matrices, for MATLAB and HDF5 files. */
 #pragma once
 
 #include <limits>

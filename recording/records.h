@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What an MCAP file holds (mcap.dev, version 0). Times are ns since the Unix epoch. */
+/** @file Records of MCAP files (mcap.dev, version 0). Times are ns since the Unix epoch. */
 #pragma once
 
 #include <cstdint>

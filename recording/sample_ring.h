@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The last so many bytes of samples, in memory that is taken once. */
+/** @file Ring buffer of serialized samples with a fixed capacity. */
 #pragma once
 
 #include <array>

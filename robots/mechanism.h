@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a robot has to answer so that the methods of control/ can drive it: the one interface of all robot types
- * that move as a whole. docs/own-robot-type.md adds one. */
+/** @file Mechanism: interface of robots whose arms move one thing together, for the methods of control/.
+ * docs/own-robot-type.md adds one. */
 #pragma once
 
 #include <Eigen/Geometry>

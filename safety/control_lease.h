@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Who may command control: one client at a time, for as long as it keeps saying so. */
+/** @file Control lease: exclusive command rights of one client, renewed by heartbeat. */
 #pragma once
 
 #include <cstdint>

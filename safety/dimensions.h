@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Capacities shared by every room: fixed, so that nothing on the periodic path allocates. */
+/** @file Fixed capacities shared by all libraries, so that nothing on the periodic path allocates. */
 #pragma once
 
 #include <Eigen/Core>

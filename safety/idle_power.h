@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Arms that have power and that nobody commands: how long they have been so, and what follows. */
+/** @file Idle power: time for which an arm has had power without a commander, and the reaction. */
 #pragma once
 
 #include <algorithm>

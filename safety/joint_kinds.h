@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which joints of an arm are translations, by their number. */
+/** @file Kind of a joint (translation or rotation), by its number. */
 #pragma once
 
 namespace tandem::safety {

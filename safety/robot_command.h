@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A command for a whole robot, and what one arm gets of it: the same for hal and sim. */
+/** @file Command for a whole robot and its part for each arm, common to hal and sim. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Stops all axes of one arm together, without leaving the limits on the way. */
+/** @file Stop ramp: simultaneous stop of all axes of one arm within its limits. */
 #pragma once
 
 #include "safety/limits.h"

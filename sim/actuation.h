@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What lies between the reference of a joint and its tube: delay, lag of the motor, play, encoder. */
+/** @file Actuation chain between joint reference and tube: delay, motor lag, backlash, encoder. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a simulated robot does not do ideally. Every default is the ideal plant; everything random is seeded. */
+/** @file Imperfections of the simulated plant; ideal by default, seeded where random. */
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where the tips of the simulated robot really are. */
+/** @file True tip poses of the simulated robot. */
 #pragma once
 
 #include <array>

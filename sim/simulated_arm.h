@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The plant of one arm: joints that follow a reference, and the faults they can have. */
+/** @file Plant of one arm: joints that follow a reference, with injectable faults. */
 #pragma once
 
 #include <array>

@@ -91,9 +91,7 @@ test("limits in the way are named, however many there are said to be", () => {
     limit_arm: Uint8Array.of(0, 9),
     limit_tube: Uint8Array.of(2, 3),
   } as unknown as ControlStatus;
-  expect(limitsInTheWay(status, kTubes)).toContain(
-    "tube 2 of arm A against tube 1, rotation velocity limit of tube 3",
-  );
+  expect(limitsInTheWay(status, kTubes)).toContain("tube 2 of arm A against tube 1, rotation velocity limit of tube 3");
   expect(limitsInTheWay({ ...status, limited: 0 }, [])).toBe("");
 });
 

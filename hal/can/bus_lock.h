@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The right to command a bus, held by one process of this host at a time. */
+/** @file Bus lock: at most one commanding process per bus on this host. */
 #pragma once
 
 #include <stdexcept>

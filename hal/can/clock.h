@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The clock that frames are stamped with. */
+/** @file Clock of frame time stamps. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One frame on a CAN bus, independent of where it travels. */
+/** @file CAN frame, independent of the transport. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Frames as Linux writes them (struct can_frame, struct canfd_frame). */
+/** @file Linux frame layouts (struct can_frame, struct canfd_frame). */
 #pragma once
 
 #include <linux/can.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file CAN interfaces as netlink knows them. */
+/** @file CAN network interfaces: settings and state from netlink. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A bus inside one process, for tests in simulated time. */
+/** @file In-process bus for tests in simulated time. */
 #pragma once
 
 #include <functional>

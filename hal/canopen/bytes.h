@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Numbers as CANopen writes them: little endian. */
+/** @file CANopen numbers: little endian. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Another master on the bus: what was heard of it, and whether it is still there. */
+/** @file Detection of another master on the bus. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file All nodes of one bus: NMT, SYNC, heartbeats, emergencies, PDOs. */
+/** @file CANopen master of one bus: NMT, SYNC, heartbeats, emergencies, PDOs of all nodes. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One node as the master sees it: boot sequence, heartbeat, emergencies, PDOs. */
+/** @file Remote node as the master tracks it: boot sequence, heartbeat, emergencies, PDOs. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file PDOs: which objects lie where in up to eight bytes, and how a node is told. */
+/** @file PDO mapping: objects in up to eight bytes, and its configuration over SDO. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What is done to one node between its boot-up and its start: a list of SDO accesses. */
+/** @file Node setup: SDO accesses between boot-up and start. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a configuration asks of a CAN bus, in the worst case, before a frame is sent.
+/** @file Worst-case load of a CAN bus, computed from the configuration.
  *
  * Classical frames with 11-bit identifiers and the most stuff bits that the protocol allows, after Davis, Burns, Bril
  * and Lukkien 2007, Controller Area Network (CAN) schedulability analysis: 8 n + 47 + floor((34 + 8 n - 1) / 4) bits

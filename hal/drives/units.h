@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file From a drive's counts to metres and radians of a joint, and back. */
+/** @file Conversion between encoder counts and joint positions (m, rad). */
 #pragma once
 
 #include <cstdint>

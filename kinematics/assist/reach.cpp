@@ -124,7 +124,8 @@ ReachVolume reachVolume(const catheter::Arm& target, const Range& range, std::sp
     if (!cells.insert(index).second)
       continue;
     volume.assisted += one;
-    const Vector3d centre = cell * Vector3d(index[0] + 0.5, index[1] + 0.5, index[2] + 0.5);
+    const auto middle = [&index](std::size_t k) { return static_cast<double>(index[k]) + 0.5; };
+    const Vector3d centre = cell * Vector3d(middle(0), middle(1), middle(2));
     if (beyondAlone(target, range, centre) > half_diagonal)
       volume.gained += one;
   }

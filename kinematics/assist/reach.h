@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where the target arm reaches alone, and where an assist arm takes it beyond. */
+/** @file Reachable space of the target arm, alone and with an assist arm. */
 #pragma once
 
 #include <cstdint>

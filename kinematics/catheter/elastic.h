@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A catheter that gives way under a load: Cosserat rods in place of arcs. */
+/** @file Elastic catheter: Cosserat rods in place of circular arcs. */
 #pragma once
 
 #include "kinematics/catheter/arm.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A Cosserat rod as a designer describes it, what acts on it, and what it answers. */
+/** @file Cosserat rod: parameters, loads, and solution. */
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One shot at the boundary value problem of a rod, and where its tool tip comes to. */
+/** @file One shooting step for a rod's boundary value problem, with the pose of its tool tip. */
 #pragma once
 
 #include <Eigen/LU>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file From the clamp to the end of a rod: equations (12) as an initial value problem, with its derivatives. */
+/** @file Forward integration of a rod: equations (12) as an initial value problem, with derivatives. */
 #pragma once
 
 #include "kinematics/cosserat/rod.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What an arm and an object pass on to each other where they touch. */
+/** @file Contact models between an arm and an object. */
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where arms that give way and the object that they hold come to rest, with all derivatives. */
+/** @file Equilibrium of elastic arms and the object that they hold, with all derivatives. */
 #pragma once
 
 #include "kinematics/catheter/elastic.h"

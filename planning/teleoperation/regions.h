@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where tips may not go, and along what they are led: virtual fixtures. All in the robot base frame, m. */
+/** @file Virtual fixtures: forbidden regions and guidance paths for the tips; robot base frame, m. */
 #pragma once
 
 #include <Eigen/Core>

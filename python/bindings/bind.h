@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What each file of this folder adds to the module `tandem`. */
+/** @file Registration functions of the module `tandem`, one per file. */
 #pragma once
 
 #include <pybind11/pybind11.h>

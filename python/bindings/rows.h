@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Joint vectors from numpy and answers to numpy: one of them or many, without copies, on all cores. */
+/** @file Conversion of numpy arrays to joint vectors and back: one or many rows, without copies, on all cores. */
 #pragma once
 
 #include <pybind11/numpy.h>

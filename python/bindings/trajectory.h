@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Trajectory as the Python module has it. */
+/** @file Python class Trajectory. */
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How far the clocks of a deployment's hosts are from this one's: for logs and recordings; control needs none of
- * it. */
+/** @file Offsets between the clocks of a deployment's hosts and this one's, for logs and recordings. Control needs none
+ * of them. */
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Who may connect to the console, and as what: tokens, and pages of others. No sockets here.
+/** @file Access control of the console: tokens, and pages of other servers. No sockets here.
  *
  * Browsers let any page of the web talk to servers on this machine. What keeps such pages out is the Origin that
  * browsers state, and what keeps out a name of others that leads here (DNS rebinding) is the Host that they ask for.

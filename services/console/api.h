@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the console tells as JSON: the robot and its deployment, and what can be started. Numbers are SI. */
+/** @file JSON descriptions of robot, deployment and trajectories; SI units. */
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What waits to be sent to one client: bounded, so that a client that does not read costs nobody anything. */
+/** @file Bounded send queue of one client. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where what catheters hold is, by where their tips are. */
+/** @file Pose of the held object, from the poses of the tips. */
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Between clients of the console and DDS: bytes in, bytes out, whatever their type. No sockets here. */
+/** @file Message hub between clients of the console and DDS, on serialized samples. No sockets here. */
 #pragma once
 
 #include <atomic>

@@ -12,20 +12,20 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string typeOf(const fs::path& file) {
-  static const std::map<std::string, std::string> kTypes{{".html", "text/html; charset=utf-8"},
-                                                         {".js", "text/javascript; charset=utf-8"},
-                                                         {".css", "text/css; charset=utf-8"},
-                                                         {".json", "application/json"},
-                                                         {".map", "application/json"},
-                                                         {".svg", "image/svg+xml"},
-                                                         {".png", "image/png"},
-                                                         {".ico", "image/x-icon"},
-                                                         {".woff2", "font/woff2"},
-                                                         {".wasm", "application/wasm"},
-                                                         {".txt", "text/plain; charset=utf-8"},
-                                                         {".stl", "model/stl"}};
-  const auto found = kTypes.find(file.extension().string());
-  return found == kTypes.end() ? "application/octet-stream" : found->second;
+  static const std::map<std::string, std::string> types{{".html", "text/html; charset=utf-8"},
+                                                        {".js", "text/javascript; charset=utf-8"},
+                                                        {".css", "text/css; charset=utf-8"},
+                                                        {".json", "application/json"},
+                                                        {".map", "application/json"},
+                                                        {".svg", "image/svg+xml"},
+                                                        {".png", "image/png"},
+                                                        {".ico", "image/x-icon"},
+                                                        {".woff2", "font/woff2"},
+                                                        {".wasm", "application/wasm"},
+                                                        {".txt", "text/plain; charset=utf-8"},
+                                                        {".stl", "model/stl"}};
+  const auto found = types.find(file.extension().string());
+  return found == types.end() ? "application/octet-stream" : found->second;
 }
 
 /// Letters that file names of the page are made of; no other can lead anywhere.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Files of the page: which one a path of a request stands for, and what browsers have to know of it. */
+/** @file Files of the page: path lookup and HTTP headers. */
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where the files of DDS Security lie in a folder of credentials. Made and checked by services/security. */
+/** @file Paths of the DDS Security files in a folder of credentials, which services/security makes and verifies. */
 #pragma once
 
 #include <filesystem>

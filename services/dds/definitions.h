@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What messages look like, as ROS 2 describes them: for files and bridges that tell others. */
+/** @file ROS 2 message definitions (`ros2msg`), for recordings and bridges. */
 #pragma once
 
 #include <string>

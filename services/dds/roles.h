@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Who a process is, and what it may therefore write and read: derived from the table of topics.
+/** @file Security roles of processes and their rights to write and read, derived from the table of topics.
  *
  * With security on (docs/security.md) the permissions of every process are made from rightsOf(), and all others hold it
  * to them.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which messages are malformed: counts beyond capacity, indices beyond arrays, texts and lists beyond reason, by
- * the ranges of the IDL.
+/** @file Validation of messages against the ranges of the IDL: counts beyond capacity, indices beyond arrays, oversized
+ * texts and lists.
  *
  * Checked before a message is written and after it is read, so that no consumer has to. Values (finite, fresh, in
  * sequence, inside limits) are the consumers' concern.

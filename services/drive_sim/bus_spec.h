@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which drives and encoders tandem-drive-sim simulates. */
+/** @file Selection of the drives and encoders to simulate. */
 #pragma once
 
 #include <string>

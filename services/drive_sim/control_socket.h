@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Where a running tandem-drive-sim takes commands: an AF_UNIX seqpacket socket, one line a packet. */
+/** @file Control socket of tandem-drive-sim: AF_UNIX seqpacket, one line per packet. */
 #pragma once
 
 #include <functional>

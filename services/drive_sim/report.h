@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What tandem-drive-sim answers on its control socket. */
+/** @file Answers on the control socket of tandem-drive-sim. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-hal makes sure that nobody else commands its buses, before the first frame of its own. */
+/** @file Exclusive claim on the buses before the first frame is sent. */
 #pragma once
 
 #include <vector>

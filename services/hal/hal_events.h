@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What happened on the hardware, in words. */
+/** @file Log messages for hardware events. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A trajectory that has been found feasible, with the joints that were found on the way. */
+/** @file Plan: a feasible trajectory with its joint positions. */
 #pragma once
 
 #include <string>

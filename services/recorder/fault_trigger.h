@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What makes the black box write: an arm that latches a fault, in the drives or in control, or a stop. */
+/** @file Triggers of the black box: latched faults of drives or control, and stops. */
 #pragma once
 
 #include <array>

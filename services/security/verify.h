@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Looks at credentials before DDS does, which refuses without giving a reason. */
+/** @file Verification of credentials before DDS starts, with a reason for each refusal. */
 #pragma once
 
 #include <chrono>

@@ -29,15 +29,15 @@ class Keyboard final : public Device {
   ~Keyboard() override { tcsetattr(STDIN_FILENO, TCSANOW, &before_); }
 
   Reading read(double time) override {
-    static const std::map<char, Eigen::Vector3d> kMoves{{'d', {1, 0, 0}},  {'a', {-1, 0, 0}}, {'w', {0, 1, 0}},
-                                                        {'s', {0, -1, 0}}, {'r', {0, 0, 1}},  {'f', {0, 0, -1}}};
+    static const std::map<char, Eigen::Vector3d> moves{{'d', {1, 0, 0}},  {'a', {-1, 0, 0}}, {'w', {0, 1, 0}},
+                                                       {'s', {0, -1, 0}}, {'r', {0, 0, 1}},  {'f', {0, 0, -1}}};
     Reading reading;
     pollfd input{STDIN_FILENO, POLLIN, 0};
     char key = 0;
     while (poll(&input, 1, 0) > 0) {
       if (::read(STDIN_FILENO, &key, 1) <= 0)
         throw DeviceError("keyboard: the terminal is gone");
-      if (const auto move = kMoves.find(key); move != kMoves.end()) {
+      if (const auto move = moves.find(key); move != moves.end()) {
         until_ = time + kKeyHeld;
         direction_ = move->second;
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a drive tells of itself. */
+/** @file Status objects of the simulated drive. */
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Electronic data sheets (CiA 306): which objects a CANopen device has. */
+/** @file Electronic data sheets (CiA 306): object lists of CANopen devices. */
 #pragma once
 
 #include <cstdint>

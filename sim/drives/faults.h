@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What can be made to go wrong on a simulated bus, while it runs. */
+/** @file Faults that can be injected into a simulated bus while it runs. */
 #pragma once
 
 #include <cstdint>

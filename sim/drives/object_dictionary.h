@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The objects of one simulated device and their values. */
+/** @file Object dictionary of a simulated device. */
 #pragma once
 
 #include <cstdint>

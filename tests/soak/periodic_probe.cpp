@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <ctime>
 
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): glibc's names
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
@@ -20,6 +21,7 @@ void* __libc_realloc(void* block, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
 void __libc_free(void* block);
 }
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 namespace {
 
@@ -48,7 +50,7 @@ void report() {
   }
 }
 
-const int registered = std::atexit(report);
+const int kRegistered = std::atexit(report);
 
 }  // namespace
 

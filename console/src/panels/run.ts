@@ -93,9 +93,7 @@ export class Run implements Panel {
     );
     const errors = status ? [...status.task_error.slice(0, status.task_count)] : [];
     setText(this.errors, errors.length > 0 ? `error ${errors.map((e) => millimetres(e, 3)).join(" / ")} mm` : "");
-    const limits = status
-      ? limitsInTheWay(status, this.c.robot.arms)
-      : "";
+    const limits = status ? limitsInTheWay(status, this.c.robot.arms) : "";
     setText(this.limits, limits);
     setShown(this.limits, limits !== "");
 

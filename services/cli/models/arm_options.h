@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the subcommands that ask a model of one arm share: its options, and how its answers read. */
+/** @file Options and output shared by the subcommands that evaluate the model of one arm. */
 #pragma once
 
 #include <Eigen/Geometry>

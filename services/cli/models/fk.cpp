@@ -27,7 +27,8 @@ void checkFk(const FkCommand& o) {
   const bool rigid = o.model == "rigid";
   refuse(o.shape > 0 && o.jacobian, "--jacobian: is that of the tip, and --shape answers points of the backbone");
   refuse(o.shape > 0 && o.compliance, "--compliance: is that of the tip, and --shape answers points of the backbone");
-  refuse(o.shape > 0 && o.branch, "--branch: applies to the tip, while --shape prints the backbone; remove one of them");
+  refuse(o.shape > 0 && o.branch,
+         "--branch: applies to the tip, while --shape prints the backbone; remove one of them");
   refuse(o.shape == 0 && o.shape_details, "--shape-details: needs --shape N");
   refuse(rigid && !o.wrench.empty(), "--wrench: a rigid arm does not deform; use --model compliant");
   refuse(rigid && o.compliance, "--compliance: a rigid arm has none; use --model compliant");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the subcommands of `tandem plan` share: robot, start, demands, where it is computed, and how they tell
- * how far they are. */
+/** @file Options shared by the subcommands of `tandem plan`: robot, start, demands, place of computation; and their
+ * progress line. */
 #pragma once
 
 #include <memory>

@@ -116,11 +116,11 @@ TEST(Hardware, SlewIsLimitedUnlessTheFileSaysOtherwise) {
     EXPECT_DOUBLE_EQ(arm.limits.joints[3].slew_limit, arm.limits.joints[3].stop_deceleration);
   }
   const std::string key = "velocity_mm_per_s: 10\n";
-  const auto slewOf = [&](const std::string& more) {
+  const auto slew_of = [&](const std::string& more) {
     return loadText(replaced(good(), key, key + "      " + more + "\n")).arms[0].limits.joints[0].slew_limit;
   };
-  EXPECT_EQ(slewOf("slew_limit_mm_per_s2: unlimited"), safety::kUnlimited);
-  EXPECT_EQ(slewOf("slew_limit_m_per_s2: 0.04"), 0.04);
+  EXPECT_EQ(slew_of("slew_limit_mm_per_s2: unlimited"), safety::kUnlimited);
+  EXPECT_EQ(slew_of("slew_limit_m_per_s2: 0.04"), 0.04);
 }
 
 TEST(Hardware, TorqueIsWatchedWhereTheFileAsksForIt) {
@@ -299,7 +299,7 @@ TEST(Hardware, CarriagesThatWouldNotHomeTogetherAreRefused) {
     for (const std::string bus : {"bus_a", "bus_b"}) {
       for (int tube = 1; tube <= 3; ++tube) {
         const std::string key = "tube: " + std::to_string(tube) + ", bus: " + bus + ", node: " + std::to_string(tube);
-        const std::string position = positions.substr(static_cast<std::size_t>(5 * (tube - 1)), 4);
+        const std::string position = positions.substr(5 * static_cast<std::size_t>(tube - 1), 4);
         result = replaced(result, key + ",", key + ", home_position_mm: " + position + ",");
       }
     }

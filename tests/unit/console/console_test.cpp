@@ -248,7 +248,7 @@ TEST(AccessRules, TokensInEveryPlace) {
 
 TEST(AccessRules, TokenFilesThatAreNotGood) {
   const Folder folder;
-  const auto refusal = [](config::Console console, bool secured) -> std::string {
+  const auto refusal = [](const config::Console& console, bool secured) -> std::string {
     try {
       const Access access(console, secured, {});
       return "";

@@ -212,12 +212,12 @@ TEST(Nspwln, IsEquationSixAsPrinted) {
       return Eigen::MatrixXd(
           (p.track_weight * J.transpose() * J + W).fullPivLu().solve(p.track_weight * J.transpose()));
     };
-    const Eigen::MatrixXd J_ab = ark.problem.task[0].jacobian, J_a = ark.problem.task[1].jacobian;
+    const Eigen::MatrixXd Jr = ark.problem.task[0].jacobian, Ja = ark.problem.task[1].jacobian;
     Eigen::MatrixXd inv(12, 3);
-    inv << inverse(J_ab.leftCols(6), 0), inverse(J_ab.rightCols(6), 6);
+    inv << inverse(Jr.leftCols(6), 0), inverse(Jr.rightCols(6), 6);
     Eigen::VectorXd second = Eigen::VectorXd::Zero(12);
-    second.head(6) = inverse(J_a.leftCols(6), 0) * ark.problem.task[1].velocity;
-    const Eigen::VectorXd expected = inv * ark.problem.task[0].velocity + second - inv * (J_ab * second);
+    second.head(6) = inverse(Ja.leftCols(6), 0) * ark.problem.task[1].velocity;
+    const Eigen::VectorXd expected = inv * ark.problem.task[0].velocity + second - inv * (Jr * second);
     resolver->solve(ark.problem, solution);
     ASSERT_EQ(solution.status, SolveStatus::kSolved);
     EXPECT_LT((solution.velocity - expected).norm(), 1e-4 * (1e-3 + expected.norm()));

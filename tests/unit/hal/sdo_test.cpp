@@ -99,7 +99,8 @@ TEST(Sdo, WhatIsWrittenIsRead) {
     ASSERT_TRUE(link.run());
     ASSERT_EQ(link.client.status(), SdoStatus::kDone) << describe(link.client.abort());
     ASSERT_EQ(link.store.objects[object], bytes);
-    const int expected = bytes.size() >= 1 && bytes.size() <= 4 ? 1 : 1 + std::max<int>(1, (bytes.size() + 6) / 7);
+    const int expected =
+        bytes.size() >= 1 && bytes.size() <= 4 ? 1 : 1 + std::max(1, static_cast<int>((bytes.size() + 6) / 7));
     ASSERT_EQ(link.frames, expected) << "expedited up to four bytes, seven per segment";
     link.client.upload(object, link.now);
     ASSERT_TRUE(link.run());

@@ -135,6 +135,7 @@ struct Case {
   bool takes_drives = false;  ///< it stops or resets drives
 };
 
+// NOLINTNEXTLINE(readability-identifier-naming): a name of GoogleTest
 void PrintTo(const Case& foreign, std::ostream* out) { *out << foreign.name; }
 
 const Case kCases[] = {

@@ -194,7 +194,7 @@ TEST(CompliantShape, MakesTheEnergyStationaryAndSmallest) {
     const double value = energy.value(psi);
     for (int k = 0; k < 5; ++k) {
       const auto change = variation(energy, arm.tubeCount(), shape.back().s, random);
-      constexpr double h = 1e-3;
+      const double h = 1e-3;
       const double up = energy.value(psi + h * change), down = energy.value(psi - h * change);
       const double second = (up - 2.0 * value + down) / (h * h);
       EXPECT_GT(second, 0.0);

@@ -198,7 +198,7 @@ TEST(Grasp, AdmissibleStepsDriftByTheirSquare) {
     ASSERT_LT((state.by_joints * velocity - state.by_object * wanted).norm(), 1e-10);
     if (velocity.cwiseAbs().maxCoeff() > 20.0)
       continue;  // next to a singular pose squares are large
-    const auto driftAfter = [&](double h) {
+    const auto drift_after = [&](double h) {
       Scene moved = scene;
       for (std::size_t k = 0; k < moved.q.size(); ++k)
         moved.q[k] += h * velocity.segment<3>(3 * static_cast<Eigen::Index>(k));
@@ -210,8 +210,8 @@ TEST(Grasp, AdmissibleStepsDriftByTheirSquare) {
       return moved.state(grasp).drift.norm();
     };
     const double h = 1e-3 / (1.0 + velocity.cwiseAbs().maxCoeff());
-    EXPECT_LT(driftAfter(h), 1e-5 * 0.5);
-    EXPECT_LT(driftAfter(0.5 * h), 0.3 * driftAfter(h) + 1e-13);
+    EXPECT_LT(drift_after(h), 1e-5 * 0.5);
+    EXPECT_LT(drift_after(0.5 * h), 0.3 * drift_after(h) + 1e-13);
     ++compared;
   }
   EXPECT_GT(compared, 30);

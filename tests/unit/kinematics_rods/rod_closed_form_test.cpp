@@ -190,7 +190,7 @@ TEST(RodClosedForm, AColumnBucklesAtEulersLoads) {
     rod.sections[0].moment_stiffness.y() *= random.uniform(1.3, 2.0);
     const double ei = rod.sections[0].moment_stiffness.x(), other = rod.sections[0].moment_stiffness.y();
     rod.sections[0].force_stiffness.setConstant(1e6 * ei / (l * l));
-    constexpr double pi = std::numbers::pi;
+    const double pi = std::numbers::pi;
     const auto indices = [&](double factor, double stiffness) {
       RodInput input(rod);
       input.base = anyPose(random);

@@ -305,7 +305,7 @@ TEST(TargetAssist, RefusesWhatItCannotAnswer) {
   const auto refused = [](Pair pair, auto change, const std::string& what) {
     change(pair);
     try {
-      TargetAssist{pair};
+      const TargetAssist made(pair);
       ADD_FAILURE() << "accepted: " << what;
     } catch (const std::invalid_argument& error) {
       EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();

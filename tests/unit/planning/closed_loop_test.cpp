@@ -52,22 +52,22 @@ Nearest judgeNearest(const Pair& robot, const PointReport& point) {
   kinematics::Tip a, b;
   robot.a->tip(point.q.head(6), a);
   robot.b->tip(point.q.tail(6), b);
-  Eigen::MatrixXd J_a = Eigen::MatrixXd::Zero(3, 12), J_b = J_a;
-  J_a.leftCols(6) = a.jacobian.topRows<3>();
-  J_b.rightCols(6) = b.jacobian.topRows<3>();
+  Eigen::MatrixXd Ja = Eigen::MatrixXd::Zero(3, 12), Jb = Ja;
+  Ja.leftCols(6) = a.jacobian.topRows<3>();
+  Jb.rightCols(6) = b.jacobian.topRows<3>();
   Eigen::VectorXd unit(12);
   for (int j = 0; j < 12; ++j)
     unit[j] = PoseProblem::unit(robot.both, j);
   const Eigen::Vector3d r_a = a.pose.translation() - point.wanted.tip;
   const Eigen::Vector3d r_b = b.pose.translation() - (point.wanted.tip - point.wanted.relative);
   const bool kept = (r_a - r_b).norm() < 1e-5;
-  Eigen::VectorXd pull = J_a.transpose() * r_a;
+  Eigen::VectorXd pull = Ja.transpose() * r_a;
   if (!kept)
-    pull += J_b.transpose() * r_b;
+    pull += Jb.transpose() * r_b;
   pull = unit.cwiseProduct(pull);
   std::vector<Eigen::VectorXd> columns, active;
   for (int i = 0; kept && i < 3; ++i)
-    columns.push_back(unit.cwiseProduct((J_a - J_b).row(i).transpose()));
+    columns.push_back(unit.cwiseProduct((Ja - Jb).row(i).transpose()));
   for (int arm = 0; arm < 2; ++arm) {
     for (int j = 0; j < 6; ++j) {
       const double q = point.q[6 * arm + j];

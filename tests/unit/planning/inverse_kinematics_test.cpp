@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 #include "tests/unit/kinematics/differences.h"
 #include "tests/unit/planning/arm_pair.h"
@@ -15,14 +17,14 @@ namespace {
 using namespace planning;
 
 /// Poses produced from known joints are reached.
-void reachKnown(const char* model, bool pair, bool direction, int count) {
+void reachKnown(const char* model, bool pair, bool direction, std::uint32_t count) {
   SCOPED_TRACE(trace(baseSeed()));
   Random random(baseSeed());
   const Pair robot(model);
   const Arms& arms = pair ? robot.both : robot.one;
   const InverseKinematics ik(arms);
   int done = 0, starts = 0, iterations = 0, missed = 0;
-  while (done < count) {
+  while (std::cmp_less(done, count)) {
     safety::RobotVector q;
     std::vector<kinematics::Tip> tips;
     if (!robot.known(arms, random, q, tips))

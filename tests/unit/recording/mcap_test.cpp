@@ -121,8 +121,10 @@ TEST_F(Mcap, FlippedBitsAreNoticedAndNeverBecomeMessages) {
   for (int round = 0; round < 100; ++round) {
     const Contents contents = writeRandom(folder_ / "a.mcap", random_);
     std::string bytes = contentsOf(folder_ / "a.mcap");
-    for (std::uint64_t flips = 1 + random_() % 3; flips > 0; --flips)
-      bytes[kMagic.size() + random_() % (bytes.size() - kMagic.size())] ^= static_cast<char>(1u << random_() % 8);
+    for (std::uint64_t flips = 1 + random_() % 3; flips > 0; --flips) {
+      char& byte = bytes[kMagic.size() + random_() % (bytes.size() - kMagic.size())];
+      byte = static_cast<char>(byte ^ (1 << random_() % 8));
+    }
     Reader reader(put(bytes), Reader::Open::kScan);
     std::size_t begin = 0;
     for (const Row& row : rowsOf(reader)) {

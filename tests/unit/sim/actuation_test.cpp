@@ -15,7 +15,7 @@ namespace {
 using safety::ArmVector;
 
 class Plant : public ::testing::Test {
- protected:
+ public:
   std::uint32_t seed = test::baseSeed();
   test::Random random{seed};
   ::testing::ScopedTrace scope{__FILE__, __LINE__, test::trace(seed)};

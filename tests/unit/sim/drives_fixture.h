@@ -46,7 +46,7 @@ inline ArmVector fixtureStart() {
 
 /** Two arms and a commander with a clock of its own. */
 class DrivesFixture : public ::testing::Test {
- protected:
+ public:
   explicit DrivesFixture(bool lock_step = false)
       : drives({fixtureLimits(), fixtureLimits()}, {fixtureStart(), fixtureStart()}, options(lock_step)) {}
 

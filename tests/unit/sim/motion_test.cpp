@@ -119,7 +119,7 @@ TEST_F(Motion, InjectRefusesAxesThatAreNotThere) {
 }
 
 TEST(SimulatedDrivesArguments, AreCheckedWhenItIsMade) {
-  const auto make = [](std::vector<ArmLimits> limits, std::vector<ArmVector> start, double period) {
+  const auto make = [](const std::vector<ArmLimits>& limits, const std::vector<ArmVector>& start, double period) {
     sim::SimulatedDrivesOptions options;
     options.control_period = period;
     sim::SimulatedDrives drives(limits, start, options);

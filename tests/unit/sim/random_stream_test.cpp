@@ -91,7 +91,7 @@ class Stream {
       const ArmVector wish = randomWild(limits_[static_cast<std::size_t>(arm)], drives_.setpoint(arm), random_);
       command.moving[arm] = !random_.chance(0.15);
       for (int j = 0; j < drives_.jointCount(arm); ++j) {
-        const auto i = static_cast<std::size_t>(arm * safety::kMaxJointsPerArm + j);
+        const auto i = static_cast<std::size_t>(arm) * safety::kMaxJointsPerArm + static_cast<std::size_t>(j);
         command.velocity[i] =
             random_.chance(0.001) ? std::nan("") : (wish[j] - drives_.setpoint(arm)[j]) / kStreamPeriod;
         // Where a commander takes the joint to be does not matter as long as it is a number.

@@ -34,7 +34,7 @@ TEST_F(Overspeed, ARunawayStopsWithinATickOfBeingMeasured) {
 
 /** A random life of two arms, sequence after sequence of enable or recover, jog, fault, stop and disable. */
 class RandomLife : public DrivesFixture {
- protected:
+ public:
   void sequence(Random& random) {
     // Not a joint that comes free: it catches up with what it was told, within the window of the following error.
     constexpr AxisFault kFaults[] = {AxisFault::kOff, AxisFault::kGarbage, AxisFault::kInvalid};
@@ -80,19 +80,19 @@ class RandomLife : public DrivesFixture {
       tick();
       const ArmVector now_at = drives.plant(0).position();
       for (int j = 0; j < 4; ++j) {
-        const double allowed = fixtureLimits_.joints[static_cast<std::size_t>(j)].velocity * kTick;
+        const double allowed = fixture_limits.joints[static_cast<std::size_t>(j)].velocity * kTick;
         worst = std::max(worst, std::abs(now_at[j] - before[j]) / allowed);
         if (drives.recovering(0) && drives.plant(0).fault(j) == AxisFault::kNone) {
-          const double slow = safety::recoveryVelocity(fixtureLimits_, drives.lost(0), j) * kTick;
+          const double slow = safety::recoveryVelocity(fixture_limits, drives.lost(0), j) * kTick;
           slowest = std::max(slowest, std::abs(now_at[j] - before[j]) - slow);
         }
       }
-      violation = std::max(violation, safety::largestViolation(fixtureLimits_, now_at));
+      violation = std::max(violation, safety::largestViolation(fixture_limits, now_at));
       before = now_at;
     }
   }
 
-  ArmLimits fixtureLimits_ = fixtureLimits();
+  ArmLimits fixture_limits = fixtureLimits();
   ArmVector before = fixtureStart();
   double worst = 0.0;       ///< largest step of a tick, as a share of what the joint may go in it
   double slowest = -1.0;    ///< by how much a joint of an arm that is recovered was too fast in a tick, m or rad
