@@ -76,6 +76,7 @@ void BlackBox::take(const recording::SampleTag& tag, std::string_view bytes) {
     return;
   const std::lock_guard lock(mutex_);
   ++status_.faults;
+  status_.last_event = *words;
   if (events_.size() < kMostEvents)
     events_.push_back({tag.log_time, *words});
   changed_.notify_all();

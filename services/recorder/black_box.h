@@ -29,6 +29,7 @@ class BlackBox {
     double held = 0.0;         ///< s of the robot's life in memory
     bool too_small = false;    ///< the memory does not hold what is asked for
     std::uint64_t faults = 0;  ///< faults and stops seen
+    std::string last_event;    ///< words of the last of them
     std::uint64_t files = 0;   ///< written by this process
     std::string last_file;     ///< empty: none yet
     std::string problem;       ///< why the last file could not be written, or the next one will not be

@@ -41,6 +41,7 @@ void tell(service::Diagnostics& diagnostics, const service::BlackBox& box, const
                        {"received", std::to_string(capture.received())},
                        {"lost", std::to_string(capture.lost())},
                        {"faults", std::to_string(status.faults)},
+                       {"last_event", status.last_event},
                        {"files", std::to_string(status.files)},
                        {"last_file", status.last_file}});
 }

@@ -62,6 +62,29 @@ std::optional<DeadProcess> fatalDeath(const UpCommand& options, Supervisor& supe
   return dead;
 }
 
+/// Says why everything ends until the black box has it, where the deployment has one that lives.
+void keepReason(const config::Deployment& deployment,
+                const DeadProcess& dead,
+                Client& client,
+                const std::string& reason) {
+  constexpr int kTries = 4;
+  constexpr double kPeriod = 1.0;  // s: twice that of the recorder's diagnostics
+  const bool recorded = std::ranges::any_of(deployment.processes, [&](const config::Process& process) {
+    return process.executable == "tandem-recorder" && process.name != dead.name;
+  });
+  const auto kept = [&](const Snapshot& s) {
+    const auto said = s.diagnostics.find("tandem-recorder");
+    return said != s.diagnostics.end() && std::ranges::any_of(said->second.values, [&](const dds::KeyValue& pair) {
+             return pair.key == "last_event" && pair.value == "stop: " + reason;
+           });
+  };
+  for (int i = 0; i < kTries; ++i) {
+    client.say(reason);
+    if (!recorded || client.waitFor(kPeriod, kept))
+      return;
+  }
+}
+
 /// After a death: lets the robot stop by its own watchdogs, says how long that took, and has the black box keep it.
 void watchStandstill(const UpCommand& options,
                      const config::Deployment& deployment,
@@ -70,7 +93,7 @@ void watchStandstill(const UpCommand& options,
   tell(options, "died", dead.describe(), {{"process", dead.name}, {"pid", dead.pid}, {"status", dead.status}});
   const std::string reason = "tandem up: " + dead.describe();
   if (dead.name == "sim" || dead.name == "hal")
-    return client.say(reason);  // nobody is left to stand; the recorder hears why
+    return keepReason(deployment, dead, client, reason);  // no drives are left that could stand
   const auto start = Clock::now();
   const double budget =
       std::max(deployment.budgets.commandAge(deployment.control_period), deployment.budgets.planning_reference) + 1.0;
@@ -79,7 +102,7 @@ void watchStandstill(const UpCommand& options,
   if (stands) {
     tell(options, "standing", "the robot stands, " + std::to_string(since(start)) + " s later",
          {{"seconds", since(start)}});
-    return client.say(reason);
+    return keepReason(deployment, dead, client, reason);
   }
   tell(options, "moving", "the robot does not stand after " + std::to_string(budget) + " s: sending stop");
   client.stop(reason);
