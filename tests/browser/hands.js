@@ -49,7 +49,10 @@ module.exports = ({ robot, me, enable, shot }) => {
 
     async "the pointer drags the tip"() {
       await ready();
+      await page().waitForSelector("#handle");
+      const before = await page().getAttribute("#handle", "style");
       await page().click('[data-camera="1"]');
+      await page().waitForFunction((old) => document.querySelector("#handle").getAttribute("style") !== old, before);
       const box = await page().locator("#handle").boundingBox();
       const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
       await page().mouse.move(x, y);

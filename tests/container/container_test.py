@@ -87,8 +87,8 @@ class Containers(unittest.TestCase):
         return self.compose("exec", "-T", service, "tandem", *words, check=check)
 
     def status(self, service="console"):
-        text = self.inside(service, "status", "containers", "--json").stdout
-        return json.loads(text[text.index("{"):])
+        text = self.inside(service, "status", "containers", "--json").stdout  # between what others say on stderr
+        return json.JSONDecoder().raw_decode(text, text.index("{"))[0]
 
     def states(self):
         return [arm["operating_state"] for arm in self.status()["arms"]]

@@ -5,7 +5,7 @@ import re
 
 import uml
 
-LIMIT = 1500  # s, from power on to power off
+LIMIT = 600  # s, from power on to power off
 PRIORITY = 70  # of the periodic thread; above those of the units
 # A virtual machine with one slow processor: `tests/integration/hal/hardware.py` gives the same reasons.
 SLOW_BUDGETS = "{minimum_age_ms: 1500, planning_reference_ms: 3000, lease_ms: 6000, drive_heartbeat_ms: 3000}"

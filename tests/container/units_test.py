@@ -17,7 +17,7 @@ import uml
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
 UNITS = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "systemd"
-LIMIT = 900  # s, from power on to power off
+LIMIT = 600  # s, from power on to power off
 MB = 1 << 20
 GREEDY = 40  # MB, of a recorder that wants more
 GUARDED, STRANGER = "10.66.0.1", "10.66.0.2"

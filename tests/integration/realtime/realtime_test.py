@@ -5,6 +5,7 @@ import os
 import pathlib
 import signal
 import sys
+import threading
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
@@ -197,6 +198,15 @@ class RealTime:
             self.assertRaises(ProcessLookupError, os.kill, pid, 0)
         self.assert_nothing_left()
 
+    def await_words(self, run, words):
+        """Reads what a run prints, up to the line that holds `words`."""
+        watch = threading.Timer(20, run.kill)
+        watch.start()
+        try:
+            self.assertTrue(any(words in line for line in run.stderr), f"the run does not say '{words}'")
+        finally:
+            watch.cancel()
+
     def one_commander(self):
         method = self.status()["method"]
         run = self.start_run(self.system, self.long_line())
@@ -212,6 +222,7 @@ class RealTime:
                          (held, "running", method))
         # Anybody may take power away, and who runs says how it goes on.
         self.assert_ok(self.system.robot("pause"))
+        self.await_words(run, "paused by cli (pid ")
         stood = self.system.assert_still(self)
         self.assertIsNone(run.poll(), "a pause ended the run")
         self.assert_refused(self.system.robot("resume"), "another client holds the control lease: cli (pid ", f"pid {run.pid} on ",
@@ -222,12 +233,13 @@ class RealTime:
         system.until(lambda: self.system.states() == ["ENABLED", "ENABLED"], 10, "Enter goes on")
         system.until(lambda: self.system.joints() != stood, 10, "the trajectory goes on")
         self.assert_ok(self.system.robot("pause"))
+        self.await_words(run, "paused by cli (pid ")
         self.system.assert_still(self)
         run.send_signal(signal.SIGINT)
         _, errors = run.communicate(timeout=20)
         self.assertEqual(run.returncode, 1)
         self.assertIn("interrupted", errors)
-        self.assertEqual(errors.count("paused by cli (pid "), 2)
+        self.assertNotIn("paused by", errors, "once for each pause")
         self.assertEqual(self.system.states(), ["PAUSED", "PAUSED"])
         stood = self.system.joints()
         for command in ("resume", "disable", "enable"):
