@@ -36,9 +36,11 @@ safety::ArmLimits readCatheterLimits(const Map& limits) {
   safety::ArmLimits arm;
   for (const char* key : kJointKeys) {
     const Map map = limits.map(key);
-    const auto limit = map.read<safety::JointLimit>();
+    auto limit = map.read<safety::JointLimit>();
+    const bool insertion = key == kJointKeys[0];
+    limit.kind = insertion ? safety::JointKind::kTranslation : safety::JointKind::kRotation;
     map.expectBelow("lower", "upper");
-    if (key == kJointKeys[0] && limit.lower < 0.0)
+    if (insertion && limit.lower < 0.0)
       map.fail("lower", "found " + map.inUnit("lower", limit.lower) + ", expected none below zero");
     arm.joints.push_back(limit);
   }

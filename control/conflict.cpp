@@ -17,10 +17,9 @@ Joint place(const StepProblem& problem, int joint) {
   Joint result;
   while (result.arm + 1 < problem.arm_count && joint >= problem.arm_offset[result.arm + 1])
     ++result.arm;
-  const int tubes = (problem.arm_offset[result.arm + 1] - problem.arm_offset[result.arm]) / 2;
-  const int within = joint - problem.arm_offset[result.arm];
-  result.rotation = within >= tubes;
-  result.tube = (result.rotation ? within - tubes : within) + 1;
+  result.rotation = problem.joint[joint].kind == JointKind::kRotation;
+  for (int j = problem.arm_offset[result.arm]; j <= joint; ++j)
+    result.tube += problem.joint[j].kind == problem.joint[joint].kind ? 1 : 0;
   return result;
 }
 

@@ -15,12 +15,11 @@ void StepProblem::setLimits(const safety::ArmLimits* const* limits, int count) {
   for (int k = 0; k < count; ++k) {
     const safety::ArmLimits& arm = *limits[k];
     arm_offset[k] = joint_count;
-    const int tubes = arm.jointCount() / 2;
     for (int j = 0; j < arm.jointCount(); ++j) {
       const safety::JointLimit& limit = arm.joints[j];
       JointState& state = joint[joint_count + j];
       state = JointState{};
-      state.kind = j < tubes ? JointKind::kTranslation : JointKind::kRotation;
+      state.kind = limit.kind;
       state.lower = limit.lower;
       state.upper = limit.upper;
       state.velocity = limit.velocity;

@@ -28,7 +28,7 @@ struct Task {
   TaskVector velocity;    ///< v, m/s (rad/s)
 };
 
-enum class JointKind : std::uint8_t { kTranslation, kRotation };
+using safety::JointKind;
 
 /** One joint as the methods see it. SI. */
 struct JointState {

@@ -2,7 +2,6 @@
 #include "operation/joint_stream.h"
 
 #include "operation/smooth_motion.h"
-#include "safety/joint_kinds.h"
 #include "safety/joint_motion.h"
 
 namespace tandem::operation {
@@ -35,7 +34,7 @@ bool JointStream::goalOf(const CrtkVerb& verb,
     return false;
   const int n = static_cast<int>(goal.size());
   for (int j = 0; verb.level == CrtkLevel::kServo && j < n; ++j) {
-    const bool translation = safety::isTranslation(j, n);
+    const bool translation = limits_.isTranslation(j);
     const double most = translation ? options_.translation_step : options_.rotation_step;
     const double step = std::abs(goal[j] - here[j]);
     if (step <= most)

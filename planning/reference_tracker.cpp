@@ -21,20 +21,19 @@ ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> mode
   problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
 }
 
-ReferenceTracker::ReferenceTracker(std::vector<const safety::ArmLimits*> limits,
-                                   const std::vector<control::JointKind>& kinds,
-                                   const safety::RobotVector& posture,
-                                   control::Method method,
-                                   const control::MethodParameters& parameters,
-                                   Gains gains)
-    : margins_({}, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains), posture_(posture) {
-  problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
-  if (static_cast<int>(kinds.size()) != problem_.joint_count || posture.size() != problem_.joint_count)
-    throw std::invalid_argument("found kinds of " + std::to_string(kinds.size()) + " and a posture of " +
-                                std::to_string(posture.size()) + " joints, expected both of the " +
-                                std::to_string(problem_.joint_count) + " that the limits are of");
-  for (std::size_t j = 0; j < kinds.size(); ++j)
-    problem_.joint[j].kind = kinds[j];
+ReferenceTracker ReferenceTracker::ofFrame(const std::vector<const safety::ArmLimits*>& limits,
+                                           const safety::RobotVector& posture,
+                                           control::Method method,
+                                           const control::MethodParameters& parameters,
+                                           Gains gains) {
+  ReferenceTracker tracker(method, parameters, gains);
+  tracker.problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
+  tracker.posture_ = posture;
+  if (posture.size() != tracker.problem_.joint_count)
+    throw std::invalid_argument("found a posture of " + std::to_string(posture.size()) +
+                                " joints, expected one of the " + std::to_string(tracker.problem_.joint_count) +
+                                " that the limits are of");
+  return tracker;
 }
 
 bool ReferenceTracker::computeTips(const safety::RobotVector& q, TrackResult& result) noexcept {

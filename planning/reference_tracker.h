@@ -53,14 +53,13 @@ class ReferenceTracker {
                    const control::MethodParameters& parameters,
                    Gains gains);
 
-  /// For arms that move one thing together. @param kinds, posture  of all joints; posture: where they go as far as
-  /// nothing else is wanted of them
-  ReferenceTracker(std::vector<const safety::ArmLimits*> limits,
-                   const std::vector<control::JointKind>& kinds,
-                   const safety::RobotVector& posture,
-                   control::Method method,
-                   const control::MethodParameters& parameters,
-                   Gains gains);
+  /// A tracker of the common frame that the arms move together; it has no tips.
+  /// @param posture  of all joints: where they go as far as no task asks for anything else
+  static ReferenceTracker ofFrame(const std::vector<const safety::ArmLimits*>& limits,
+                                  const safety::RobotVector& posture,
+                                  control::Method method,
+                                  const control::MethodParameters& parameters,
+                                  Gains gains);
 
   /// Of arms that move one thing together, with the hierarchy: tasks above the motion, the frame, tasks below it, the
   /// posture. Gains::relative is that of the arms' own tasks, Gains::tip that of the frame.
@@ -118,6 +117,8 @@ class ReferenceTracker {
   const Gains& gains() const { return gains_; }
 
  private:
+  ReferenceTracker(control::Method method, const control::MethodParameters& parameters, Gains gains)
+      : margins_({}, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains) {}
   void clear(TrackResult& result) const noexcept;
   void addRestTask(const RestTask& from, const safety::RobotVector& away) noexcept;
   double addFrame(const Rest& rest, const safety::RobotVector& away, const FrameReference& reference) noexcept;

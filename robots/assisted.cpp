@@ -40,11 +40,6 @@ AssistedMechanism::AssistedMechanism(const config::CooperativeRobot& robot)
   length_ = relation_.pair.target.arm.bending_length;
 }
 
-std::vector<control::JointKind> AssistedMechanism::kinds() const {
-  using enum control::JointKind;
-  return {kTranslation, kRotation, kRotation, kTranslation, kRotation, kRotation};
-}
-
 RobotVector AssistedMechanism::home() const { return robot_.home(); }
 
 std::string AssistedMechanism::settle(const RobotVector& q) {

@@ -26,7 +26,6 @@ class HeldObjectMechanism final : public Mechanism {
   ~HeldObjectMechanism() override;
 
   const std::vector<const safety::ArmLimits*>& limits() const override;
-  std::vector<control::JointKind> kinds() const override;
   RobotVector home() const override;
   std::string settle(const RobotVector& q) override;
   const Eigen::Isometry3d& pose() const override;
@@ -65,7 +64,6 @@ class AssistedMechanism final : public Mechanism {
   explicit AssistedMechanism(const config::CooperativeRobot& robot);
 
   const std::vector<const safety::ArmLimits*>& limits() const override { return limits_; }
-  std::vector<control::JointKind> kinds() const override;
   RobotVector home() const override;
   std::string settle(const RobotVector& q) override;
   const Eigen::Isometry3d& pose() const override { return chain_.tip.pose; }

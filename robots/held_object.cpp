@@ -114,14 +114,6 @@ HeldObjectMechanism::~HeldObjectMechanism() = default;
 
 const std::vector<const safety::ArmLimits*>& HeldObjectMechanism::limits() const { return parts_->limits; }
 
-std::vector<control::JointKind> HeldObjectMechanism::kinds() const {
-  std::vector<control::JointKind> kinds;
-  for (std::size_t k = 0; k < parts_->arms.size(); ++k)
-    kinds.insert(kinds.end(),
-                 {control::JointKind::kTranslation, control::JointKind::kRotation, control::JointKind::kRotation});
-  return kinds;
-}
-
 RobotVector HeldObjectMechanism::home() const {
   RobotVector q(static_cast<Eigen::Index>(parts_->arms.size()) * catheter::kJoints);
   for (std::size_t k = 0; k < parts_->arms.size(); ++k)

@@ -25,8 +25,6 @@ class Mechanism {
 
   /// Of the arms in the order in which their joints stand in joint vectors.
   virtual const std::vector<const safety::ArmLimits*>& limits() const = 0;
-  /// Translation or rotation, joint by joint.
-  virtual std::vector<control::JointKind> kinds() const = 0;
   virtual RobotVector home() const = 0;
 
   /// Comes to rest at joints (m, rad). @return empty, or why there is no rest there; the last rest then stays

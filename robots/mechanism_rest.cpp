@@ -52,12 +52,15 @@ std::string RestFollower::settle(const RobotVector& q) {
            " finite numbers";
   if (q == joints_)
     return {};
-  const std::vector<control::JointKind> kinds = mechanism_->kinds();
   const RobotVector from = joints_;
   double steps = 1.0;
-  for (Eigen::Index j = 0; j < q.size(); ++j) {
-    const bool translation = kinds[static_cast<std::size_t>(j)] == control::JointKind::kTranslation;
-    steps = std::max(steps, std::ceil(std::abs(q[j] - from[j]) / (translation ? kStep : kTurn)));
+  Eigen::Index j = 0;
+  for (const safety::ArmLimits* arm : mechanism_->limits()) {
+    for (const safety::JointLimit& joint : arm->joints) {
+      const double step = joint.kind == safety::JointKind::kTranslation ? kStep : kTurn;
+      steps = std::max(steps, std::ceil(std::abs(q[j] - from[j]) / step));
+      ++j;
+    }
   }
   for (double k = 1.0; k <= steps; k += 1.0) {
     const RobotVector next = k == steps ? q : RobotVector(from + k / steps * (q - from));

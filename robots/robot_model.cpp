@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "planning/reference_tracker.h"
-#include "safety/joint_kinds.h"
 
 namespace tandem::robots {
 
@@ -32,13 +31,8 @@ std::unique_ptr<planning::ReferenceTracker> RobotModel::makeTracker(control::Met
                                                                     const planning::Gains& gains) const {
   if (!models_.empty())
     return std::make_unique<planning::ReferenceTracker>(models_, limits_, method, parameters, gains);
-  std::vector<control::JointKind> kinds;
-  for (int k = 0; k < armCount(); ++k) {
-    for (int j = 0; j < size(k); ++j)
-      kinds.push_back(safety::isTranslation(j, size(k)) ? control::JointKind::kTranslation
-                                                        : control::JointKind::kRotation);
-  }
-  return std::make_unique<planning::ReferenceTracker>(limits_, kinds, home_, method, parameters, gains);
+  return std::make_unique<planning::ReferenceTracker>(
+      planning::ReferenceTracker::ofFrame(limits_, home_, method, parameters, gains));
 }
 
 safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) const {

@@ -78,14 +78,14 @@ std::string listed(const Eigen::Matrix<double, 6, Eigen::Dynamic>& twists, doubl
 }
 
 planning::ReferenceTracker makeTracker(const Mechanism& mechanism, const TrackOptions& options) {
-  return {mechanism.limits(), mechanism.kinds(),  mechanism.home(),
-          options.method,     options.parameters, {options.gain, options.gain}};
+  return planning::ReferenceTracker::ofFrame(mechanism.limits(), mechanism.home(), options.method, options.parameters,
+                                             {options.gain, options.gain});
 }
 
 /** One run, and what is noted of it. */
-class Run {
+class NotedRun {
  public:
-  Run(Mechanism& mechanism, const ObjectPath& path, const TrackOptions& options)
+  NotedRun(Mechanism& mechanism, const ObjectPath& path, const TrackOptions& options)
       : mechanism_(mechanism),
         path_(path),
         options_(options),
@@ -217,7 +217,7 @@ TrackRecord track(Mechanism& mechanism,
                   const std::function<void(double, double)>& progress) {
   path.check();
   TrackRecord record;
-  Run run(mechanism, path, options);
+  NotedRun run(mechanism, path, options);
   record.refused = run.prepare(record);
   if (record.refused.empty())
     record.refused = refusal(mechanism, path);
@@ -246,7 +246,7 @@ std::string prepare(Mechanism& mechanism, const TrackOptions& options, RobotVect
   here.directions = {0, 1};
   here.length = mechanism.length();
   TrackRecord record;
-  Run run(mechanism, here, options);
+  NotedRun run(mechanism, here, options);
   const std::string why = run.prepare(record);
   joints = run.joints();
   return why;

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "safety/joint_kinds.h"
+#include "safety/limits.h"
 
 namespace tandem::safety {
 namespace {
@@ -16,7 +16,7 @@ std::string number(double value) {
 
 }  // namespace
 
-std::string describe(const FaultRecord& record, int joint_count) {
+std::string describe(const FaultRecord& record, const ArmLimits* limits) {
   std::string text = describeFaults(record.faults);
   if (const idl::Entry<FaultCause>* cause = idl::find(record.cause); cause != nullptr && !cause->name.empty())
     text += " (" + std::string(cause->name) + ")";
@@ -26,10 +26,12 @@ std::string describe(const FaultRecord& record, int joint_count) {
   if (record.amount == 0.0 && record.allowed == 0.0)
     return text;
   const bool share = record.cause == FaultCause::kLost;
-  const std::string unit = share                                      ? " of the last 100"
-                           : !has_joint                               ? " s"
-                           : isTranslation(record.joint, joint_count) ? " m"
-                                                                      : " rad";
+  const bool known = limits != nullptr && record.joint < limits->jointCount();
+  const std::string unit = share                                 ? " of the last 100"
+                           : !has_joint                          ? " s"
+                           : !known                              ? " m or rad"
+                           : limits->isTranslation(record.joint) ? " m"
+                                                                 : " rad";
   text += ": " + number(record.amount) + unit;
   if (record.allowed > 0.0)
     text += ", allowed " + number(record.allowed) + unit;

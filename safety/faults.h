@@ -10,6 +10,8 @@
 
 namespace tandem::safety {
 
+struct ArmLimits;
+
 using idl::Fault;
 using idl::name;
 using FaultMask = std::uint32_t;
@@ -44,8 +46,8 @@ struct FaultRecord {
 };
 
 /// "drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad", "command_timeout: 0.151 s, allowed 0.15 s".
-/// Joints count from 1 there. @param joint_count of the arm: the first half are translations.
-std::string describe(const FaultRecord& record, int joint_count);
+/// Joints count from 1 there. @param limits  of the arm: they say which joints are translations
+std::string describe(const FaultRecord& record, const ArmLimits* limits = nullptr);
 
 using idl::Guard;
 inline constexpr int kGuardCount = idl::count<Guard>;

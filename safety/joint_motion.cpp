@@ -4,20 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "safety/joint_kinds.h"
-
 namespace tandem::safety {
 
 double moveVelocity(const ArmLimits& limits, int joint) noexcept {
   const double limit = limits.joints[static_cast<std::size_t>(joint)].velocity;
   if (std::isfinite(limit))
     return limit;
-  return isTranslation(joint, limits.jointCount()) ? kMoveTranslationVelocity : kMoveRotationVelocity;
+  return limits.isTranslation(joint) ? kMoveTranslationVelocity : kMoveRotationVelocity;
 }
 
 double moveAcceleration(const ArmLimits& limits, int joint) noexcept {
   const JointLimit& limit = limits.joints[static_cast<std::size_t>(joint)];
-  const bool translation = isTranslation(joint, limits.jointCount());
+  const bool translation = limits.isTranslation(joint);
   return std::min({translation ? kMoveTranslationAcceleration : kMoveRotationAcceleration, limit.slew_limit,
                    limit.stop_deceleration});
 }

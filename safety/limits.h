@@ -2,6 +2,8 @@
 /** @file Joint limits of one arm: a box per joint and linear rows A q <= b that couple joints. */
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
@@ -20,7 +22,11 @@ inline constexpr double kAtRest = 1e-4;
 /// up needs less.
 inline constexpr double kOverspeedFactor = 1.5;
 
-/** What one joint may do. SI: m and m/s for translations, rad and rad/s for rotations; kUnlimited = none. */
+/** How a joint moves. */
+enum class JointKind : std::uint8_t { kTranslation, kRotation };
+using JointKinds = std::array<JointKind, kMaxJointsPerArm>;
+
+/** Kind and limits of one joint. SI: m and m/s for translations, rad and rad/s for rotations; kUnlimited = none. */
 struct JointLimit {
   double lower = -kUnlimited;                 ///< smallest position
   double upper = kUnlimited;                  ///< largest position
@@ -29,6 +35,7 @@ struct JointLimit {
   double slew_limit = kUnlimited;             ///< largest change of the commanded velocity per second, held by the gate
   double stop_deceleration = kUnlimited;      ///< deceleration of the stop ramp
   double max_step = kUnlimited;               ///< a setpoint farther than this from the last one is an integrity fault
+  JointKind kind = JointKind::kTranslation;
 };
 
 /** What a linear row stands for; it decides how the row is named to people. */
@@ -54,6 +61,9 @@ struct ArmLimits {
   std::vector<LinearRow> rows;
 
   int jointCount() const { return static_cast<int>(joints.size()); }
+  bool isTranslation(int joint) const noexcept {
+    return joints[static_cast<std::size_t>(joint)].kind == JointKind::kTranslation;
+  }
 };
 
 /** a^T q, summed in the order of the joints: rounding is the same wherever a row is evaluated, and it is monotone in

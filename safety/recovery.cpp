@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "safety/joint_kinds.h"
 #include "safety/joint_motion.h"
 
 namespace tandem::safety {
@@ -27,15 +26,16 @@ double roomBehind(const ArmLimits& limits, const ArmVector& q, int first, int la
 double recoveryVelocity(const ArmLimits& limits, JointMask lost, int joint) noexcept {
   if ((lost & jointBit(joint)) != 0)
     return 0.0;
-  const double slow = isTranslation(joint, limits.jointCount()) ? kRecoveryTranslation : kRecoveryRotation;
+  const double slow = limits.isTranslation(joint) ? kRecoveryTranslation : kRecoveryRotation;
   return std::min(slow, moveVelocity(limits, joint));
 }
 
 Withdrawal nextWithdrawal(const ArmLimits& limits, const ArmVector& q, JointMask lost, double step) noexcept {
   Withdrawal next;
-  for (int first = 0; isTranslation(first, limits.jointCount()); ++first) {
+  const auto retracts = [&limits](int joint) { return joint < limits.jointCount() && limits.isTranslation(joint); };
+  for (int first = 0; retracts(first); ++first) {
     next.joints = 0;
-    for (int last = first; isTranslation(last, limits.jointCount()) && (lost & jointBit(last)) == 0; ++last) {
+    for (int last = first; retracts(last) && (lost & jointBit(last)) == 0; ++last) {
       next.joints |= jointBit(last);
       const double room = roomBehind(limits, q, first, last);
       next.way = std::min(step, room);

@@ -101,6 +101,8 @@ ArmLimits makeTubeLimits(const TubeLimitSpec& spec) {
   limits.joints.assign(n, spec.translation);
   limits.joints.insert(limits.joints.end(), n, spec.rotation);
   for (int i = 0; i < n; ++i) {
+    limits.joints[i].kind = JointKind::kTranslation;
+    limits.joints[n + i].kind = JointKind::kRotation;
     // The parts of (1) that concern one tube: -l_i <= beta_i <= 0, narrowed by the travel of the stage.
     limits.joints[i].lower = std::max(-spec.tube_length[i], spec.stage_minimum[i]);
     limits.joints[i].upper = std::min(0.0, spec.stage_maximum[i]);

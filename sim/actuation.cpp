@@ -32,8 +32,8 @@ double quantised(double x, double resolution) noexcept {
   return resolution > 0.0 ? resolution * std::round(x / resolution) : x;
 }
 
-Actuation::Actuation(const JointMechanics& mechanics, double shortest_step)
-    : mechanics_(mechanics), delay_(nanoseconds(mechanics.delay)) {
+Actuation::Actuation(const JointMechanics& mechanics, const safety::JointKinds& kinds, double shortest_step)
+    : mechanics_(mechanics), kinds_(kinds), delay_(nanoseconds(mechanics.delay)) {
   // The newest segment, the oldest one that is partly out, and one that stands for the time before the first step.
   line_.resize(delay_ > 0 ? static_cast<std::size_t>(delay_ / nanoseconds(shortest_step)) + 3 : 0);
 }
@@ -64,7 +64,7 @@ void Actuation::push(std::int64_t duration, const ArmVector& end) noexcept {
 void Actuation::lag(const ArmVector& to, double dt) noexcept {
   const int n = static_cast<int>(to.size());
   for (int j = 0; j < n; ++j)
-    output_[j] = lagged(output_[j], delayed_[j], to[j], dt, mechanics_.lag.of(j, n));
+    output_[j] = lagged(output_[j], delayed_[j], to[j], dt, mechanics_.lag.of(kinds_[j]));
   delayed_ = to;
 }
 

@@ -29,7 +29,7 @@ double quantised(double x, double resolution) noexcept;
 class Actuation {
  public:
   /// @param shortest_step of step(), s: sizes the memory of the delay
-  Actuation(const JointMechanics& mechanics, double shortest_step);
+  Actuation(const JointMechanics& mechanics, const safety::JointKinds& kinds, double shortest_step);
 
   /// Stands at `position`, m, rad; whatever was on its way is forgotten.
   void place(const safety::ArmVector& position) noexcept;
@@ -53,6 +53,7 @@ class Actuation {
   void lag(const safety::ArmVector& to, double dt) noexcept;
 
   JointMechanics mechanics_;
+  safety::JointKinds kinds_;
   std::int64_t delay_;         ///< ns
   std::vector<Segment> line_;  ///< ring: what the delay still holds, oldest first; always `delay_` long
   std::size_t first_ = 0, count_ = 0;

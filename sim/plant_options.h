@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "safety/dimensions.h"
-#include "safety/joint_kinds.h"
+#include "safety/limits.h"
 
 namespace tandem::sim {
 
@@ -16,9 +15,8 @@ namespace tandem::sim {
 struct PerAxisKind {
   double translation = 0.0;
   double rotation = 0.0;
-  /// Of this joint of an arm with so many joints: translations come first.
-  double of(int joint, int joint_count) const noexcept {
-    return safety::isTranslation(joint, joint_count) ? translation : rotation;
+  double of(safety::JointKind kind) const noexcept {
+    return kind == safety::JointKind::kTranslation ? translation : rotation;
   }
   bool isZero() const noexcept { return translation == 0.0 && rotation == 0.0; }
 };

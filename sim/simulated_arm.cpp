@@ -35,7 +35,7 @@ std::optional<AxisFault> axisFaultFromName(std::string_view name) {
 SimulatedArm::SimulatedArm(const safety::ArmVector& position, const PlantLimits& limits, const JointOptions& options)
     : limits_(limits),
       options_(options),
-      actuation_(options.mechanics, options.shortest_step),
+      actuation_(options.mechanics, options.kinds, options.shortest_step),
       random_(options.seed, Noise::kEncoder, options.arm) {
   place(position);
 }
@@ -53,9 +53,9 @@ void SimulatedArm::readEncoders() noexcept {
   const int n = static_cast<int>(position_.size());
   const EncoderOptions& encoders = options_.encoders;
   for (int j = 0; j < n && !encoders.noise.isZero(); ++j)
-    encoders_[j] += encoders.noise.of(j, n) * random_.normal();
+    encoders_[j] += encoders.noise.of(options_.kinds[j]) * random_.normal();
   for (int j = 0; j < n; ++j)
-    encoders_[j] = quantised(encoders_[j], encoders.resolution.of(j, n));
+    encoders_[j] = quantised(encoders_[j], encoders.resolution.of(options_.kinds[j]));
 }
 
 /// Speed over the next step: towards the reference, and never so fast that the joint could not stop there.
@@ -85,7 +85,7 @@ void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept 
       const double speed = std::isfinite(limits_.velocity[joint]) ? limits_.velocity[joint] : kRunawaySpeed;
       velocity_[j] = powered_ ? 2.0 * speed : 0.0;
       position_[j] += velocity_[j] * dt;
-      tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(joint, n));
+      tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(options_.kinds[joint]));
       continue;
     }
     const double error = target[j] - position_[j];
@@ -93,7 +93,7 @@ void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept 
     velocity_[j] = nextVelocity(joint, dt, error);
     // Land on the reference itself; a sum would miss it by rounding.
     position_[j] = velocity_[j] == direct ? target[j] : position_[j] + velocity_[j] * dt;
-    tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(joint, n));
+    tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(options_.kinds[joint]));
   }
   readEncoders();
 }

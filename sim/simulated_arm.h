@@ -42,6 +42,7 @@ struct JointOptions {
   std::uint64_t seed = 1;
   int arm = 0;                  ///< arms have random numbers of their own
   double shortest_step = 1e-3;  ///< of step(), s
+  safety::JointKinds kinds{};
 };
 
 /** Joints of one arm: reference -> delay and lag -> motor, with its encoder -> play -> tube.

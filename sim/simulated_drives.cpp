@@ -6,8 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "safety/joint_kinds.h"
-
 namespace tandem::sim {
 namespace {
 
@@ -24,15 +22,17 @@ PlantLimits plantLimits(const safety::ArmLimits& limits, const SimulatedDrivesOp
   for (int j = 0; j < n; ++j) {
     // The reference may use the whole speed of the joint; a hair more lets the plant keep up with it exactly.
     plant.velocity[j] = limits.joints[j].velocity * (1.0 + 1e-6);
-    plant.acceleration[j] =
-        safety::isTranslation(j, n) ? options.translation_acceleration : options.rotation_acceleration;
+    plant.acceleration[j] = limits.isTranslation(j) ? options.translation_acceleration : options.rotation_acceleration;
   }
   return plant;
 }
 
-JointOptions jointOptions(int arm, const SimulatedDrivesOptions& options) {
+JointOptions jointOptions(int arm, const safety::ArmLimits& limits, const SimulatedDrivesOptions& options) {
   const double step = options.lock_step ? options.control_period : options.shortest_step;
-  return {options.mechanics, options.encoders, options.seed, arm, step};
+  JointOptions joints{options.mechanics, options.encoders, options.seed, arm, step};
+  for (int j = 0; j < limits.jointCount(); ++j)
+    joints.kinds[j] = limits.joints[j].kind;
+  return joints;
 }
 
 safety::FaultRecord driveFailure(safety::FaultCause cause, int joint, double amount = 0.0, double allowed = 0.0) {
@@ -88,9 +88,9 @@ SimulatedDrives::SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
   checkArguments(limits, start, options);
   const safety::SupervisorOptions supervisor{options.control_period, options.budgets, options.lock_step};
   for (std::size_t a = 0; a < limits.size(); ++a) {
-    arms_.push_back(
-        {safety::ArmSupervisor(limits[a], start[a], supervisor),
-         SimulatedArm(start[a], plantLimits(limits[a], options), jointOptions(static_cast<int>(a), options))});
+    arms_.push_back({safety::ArmSupervisor(limits[a], start[a], supervisor),
+                     SimulatedArm(start[a], plantLimits(limits[a], options),
+                                  jointOptions(static_cast<int>(a), limits[a], options))});
   }
 }
 
@@ -135,10 +135,10 @@ void SimulatedDrives::checkSpeed(Arm& arm) const noexcept {
 }
 
 void SimulatedDrives::checkFollowing(Arm& arm) const noexcept {
-  const int n = arm.supervisor.limits().jointCount();
-  for (int j = 0; j < n; ++j) {
+  const safety::ArmLimits& limits = arm.supervisor.limits();
+  for (int j = 0; j < limits.jointCount(); ++j) {
     const double window =
-        safety::isTranslation(j, n) ? options_.following_error_translation : options_.following_error_rotation;
+        limits.isTranslation(j) ? options_.following_error_translation : options_.following_error_rotation;
     const double position = arm.plant.position()[j];
     // Delay and lag are how this drive is; it fails when it is not where they would have brought it.
     const double error = std::abs(arm.plant.expected()[j] - position);

@@ -10,7 +10,6 @@
 #include "config/path.h"
 #include "operation/permission.h"
 #include "safety/faults.h"
-#include "safety/joint_kinds.h"
 #include "safety/joint_motion.h"
 #include "services/client/arguments.h"
 #include "services/runtime/identity.h"
@@ -64,8 +63,7 @@ int jointIndex(const config::Arm& arm, const std::string& name) {
     // b1 is beta_1.
     if (name == names[j] || name == names[j].substr(0, 1) + names[j].substr(names[j].find('_') + 1))
       return static_cast<int>(j);
-    known += (j > 0 ? ", " : "") + names[j] +
-             (safety::isTranslation(static_cast<int>(j), arm.jointCount()) ? " (mm/s)" : " (deg/s)");
+    known += (j > 0 ? ", " : "") + names[j] + (arm.limits.isTranslation(static_cast<int>(j)) ? " (mm/s)" : " (deg/s)");
   }
   throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
 }

@@ -166,7 +166,7 @@ void Computation::time(const ComputationHooks& hooks, dds::ComputationResult& re
     const safety::ArmLimits& limits = *problem_.arms.limits[static_cast<std::size_t>(arm)];
     for (int k = 0; k < limits.jointCount(); ++k, ++j) {
       const safety::JointLimit& limit = limits.joints[static_cast<std::size_t>(k)];
-      const bool translation = k < limits.jointCount() / 2;
+      const bool translation = limits.isTranslation(k);
       problem.velocity[j] = chosen(translation ? 0.0 : problem_.request.rotation_velocity, limit.velocity,
                                    problem_.robot.robot.parameters.snsqp_rotation_velocity);
       problem.acceleration[j] =

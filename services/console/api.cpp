@@ -12,7 +12,6 @@
 #include "robots/appearance.h"
 #include "robots/capability.h"
 #include "safety/faults.h"
-#include "safety/joint_kinds.h"
 #include "services/runtime/identity.h"
 
 namespace tandem::console {
@@ -50,7 +49,7 @@ Json describeJoints(const config::Arm& arm, const std::vector<robots::JointAppea
                       {"symbol", appearance[j].symbol},
                       {"title", appearance[j].title},
                       {"part", appearance[j].part},
-                      {"translation", safety::isTranslation(static_cast<int>(j), arm.jointCount())},
+                      {"translation", arm.limits.isTranslation(static_cast<int>(j))},
                       {"lower", finite(joint.lower)},
                       {"upper", finite(joint.upper)},
                       {"velocity", finite(joint.velocity)},

@@ -30,41 +30,30 @@ PlanningCore::PlanningCore(const Setup& setup)
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
       robot_(setup.robot, setup.deployment.model),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
-      model_tips_(has(setup.robot, robots::Capability::kTips) ? planning::TipFollower(robot_.models())
-                                                              : planning::TipFollower()),
-      follower_(setup.deployment.control_period),
-      trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {
-  if (has(setup.robot, robots::Capability::kCommonPath))
-    paths_.emplace(setup);
-}
+      run_(robots::makeRun(setup.robot, robot_, setup.deployment.control_period)),
+      trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {}
 
 bool PlanningCore::active() const {
-  const planning::Phase phase = progress().phase;
+  const planning::Phase phase = run_->progress().phase;
   return phase == planning::Phase::kRunning || phase == planning::Phase::kPaused;
 }
 
 /// Elastic arms remember their way, so every state is followed, whether a trajectory runs or not.
 void PlanningCore::followState() {
   safety::RobotVector q;
-  if (!paths_ && dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
-    model_tips_.update(q);
+  if (dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
+    run_->observe(q);
 }
 
-bool PlanningCore::measured(const planning::TrajectorySpec& spec,
-                            Eigen::Vector3d& tip,
-                            Eigen::Vector3d& relative) const {
+robots::Measured PlanningCore::measured() const {
+  robots::Measured now;
   if (state_.sequence == 0 || state_.arm_count != robot_.armCount() || !complete())
-    return false;
-  std::array<Eigen::Vector3d, 2> tips;
-  for (const auto& [k, to] : {std::pair{spec.arm, &tips[0]}, std::pair{spec.other_arm, &tips[1]}}) {
-    const auto i = static_cast<std::size_t>(k);
-    if (state_.valid[i] == 0 || (sensor_ && !sensor_tips_.arm[i].known))
-      return false;
-    *to = sensor_ ? sensor_tips_.arm[i].position : Eigen::Vector3d(model_tips_.tip(k).pose.translation());
-  }
-  tip = tips[0];
-  relative = tips[0] - tips[1];
-  return model_tips_.status() == kinematics::ModelStatus::kOk;
+    return now;
+  dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), now.joints);
+  for (std::size_t k = 0; k < state_.arm_count; ++k)
+    now.valid[k] = state_.valid[k] != 0;
+  now.tips = sensor_ ? &sensor_tips_ : nullptr;
+  return now;
 }
 
 void PlanningCore::onTips(const dds::TipPoses& tips) {
@@ -95,9 +84,8 @@ void PlanningCore::onState(const dds::ActuationState& state) {
   const bool new_instant = state.session != state_.session || state.stamp != state_.stamp;
   const bool new_state = state.session != state_.session || state.sequence != state_.sequence;
   if (state.session != state_.session || state.placements != state_.placements) {
-    model_tips_.restart();
-    if (paths_ && state_.session != 0)
-      paths_->restart();
+    if (state_.session != 0)
+      run_->restart();
   }
   state_ = state;
   waiting_ = waiting_ && !new_state;
@@ -150,9 +138,7 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
 void PlanningCore::end(const std::string& why) {
   spdlog::error("trajectory {} ends: {}", trajectory_id_, why);
   ended_ = why;
-  follower_.fail();
-  if (paths_)
-    paths_->fail();
+  run_->fail();
   publish();
 }
 
@@ -163,32 +149,16 @@ void PlanningCore::refresh() {
 }
 
 void PlanningCore::advance() {
-  if (paths_) {
-    safety::RobotVector q;
-    if (!dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
-      return end("the measured joints are not valid");
-    paths_->update(q, reference_);
-    if (!paths_->why().empty())
-      return end(paths_->why());
-  } else if (!advanceTips()) {
-    return end(sensor_ ? "the measured joints or tips are not valid" : "the measured joints are not valid");
-  }
+  if (const std::string why = run_->update(measured(), reference_); !why.empty())
+    return end(why);
   asked_since_ = sequence_ + 1;
   if (!active())
-    spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(progress().phase));
+    spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(run_->progress().phase));
   publish();
 }
 
-bool PlanningCore::advanceTips() {
-  Eigen::Vector3d tip, relative;
-  if (!measured(follower_.spec(), tip, relative))
-    return false;
-  follower_.update(tip, relative, reference_);
-  return true;
-}
-
 void PlanningCore::publish() {
-  const planning::Progress& progress = this->progress();
+  const planning::Progress& progress = run_->progress();
   dds::PlanningReference message;
   message.sequence = ++sequence_;
   message.state_session = state_.session;
@@ -201,7 +171,7 @@ void PlanningCore::publish() {
   message.iteration = static_cast<std::uint32_t>(progress.iteration);
   message.total_iterations = static_cast<std::uint32_t>(progress.total_iterations);
   message.phase = static_cast<std::uint8_t>(progress.phase);
-  message.tolerance = paths_ ? PathFollower::kTolerance : follower_.spec().tolerance;
+  message.tolerance = run_->tolerance();
   if (active() && progress.total_iterations > 0)
     dds::setTasks(reference_, message);
   if (message.task_count > 0)
@@ -215,7 +185,7 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
   using Kind = dds::PlanningKind;
   const auto kind = static_cast<Kind>(request.kind);
   const auto action = kind == Kind::kStart ? operation::Action::kStart : operation::Action::kSteer;
-  const auto situation = operation::situationOf(setup_.robot, state_, status_, progress().phase);
+  const auto situation = operation::situationOf(setup_.robot, state_, status_, run_->progress().phase);
   const auto refusal = judge(action, operation::askerOf(request.client, status_.lease_holder), situation);
   if (kind != Kind::kStop && refusal)
     return replyTo(request, refusal.code(), describe(refusal, setup_.robot));
@@ -223,13 +193,13 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
     case Kind::kStart:
       return start(request, path);
     case Kind::kPause:
-      paths_ ? paths_->pause() : follower_.pause();
+      run_->pause();
       break;
     case Kind::kResume:
-      paths_ ? paths_->resume() : follower_.resume();
+      run_->resume();
       break;
     case Kind::kStop:
-      paths_ ? paths_->stop() : follower_.stop();
+      run_->stop();
       break;
     default:
       return replyTo(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
@@ -246,7 +216,7 @@ std::string PlanningCore::unplanned(const dds::PlanningRequest& request) const {
   for (int k = 0; k < robot_.armCount(); ++k) {
     for (int j = 0; j < robot_.size(k); ++j) {
       const double away = std::abs(state_.position[dds::jointIndex(k, j)] - plan_->start[robot_.offset(k) + j]);
-      if (!(away <= (j < robot_.size(k) / 2 ? kAway : kTurned)))
+      if (!(away <= (robot_.limits()[static_cast<std::size_t>(k)]->isTranslation(j) ? kAway : kTurned)))
         return "planned: the trajectory was checked from other joints than those of " +
                setup_.robot.arms[static_cast<std::size_t>(k)].name + " now; check it again";
     }
@@ -255,45 +225,25 @@ std::string PlanningCore::unplanned(const dds::PlanningRequest& request) const {
 }
 
 dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
-  if (paths_)
-    return startPath(request, path);
-  planning::TrajectorySpec spec;
-  try {
-    spec = config::parseTrajectory(request.trajectory, "planning/request", {});  // names no files
-  } catch (const std::exception& error) {
-    return replyTo(request, dds::ReplyCode::kMalformed, error.what());
-  }
-  for (const int arm : {spec.arm, spec.other_arm}) {
-    if (arm < 0 || arm >= robot_.armCount() || spec.arm == spec.other_arm) {
-      return replyTo(request, dds::ReplyCode::kMalformed,
-                     "arm and other_arm: expected two different arms of the " + std::to_string(robot_.armCount()));
-    }
-  }
-  Eigen::Vector3d tip, relative;
-  if (!measured(spec, tip, relative)) {
-    return replyTo(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
-  }
-  if (const std::string why = request.planned != 0 ? unplanned(request) : ""; !why.empty())
+  const bool planned = request.planned != 0;
+  const std::string cannot = planned ? refusal(setup_.robot, robots::Capability::kComputation) : "";
+  if (!cannot.empty())
+    return replyTo(request, dds::ReplyCode::kMalformed, "planned: found 1; " + cannot);
+  if (const std::string why = planned ? unplanned(request) : ""; !why.empty())
     return replyTo(request, dds::ReplyCode::kWrongState, why);
   try {
-    follower_.start(spec, tip, relative, request.planned != 0 ? plan_->points : std::vector<safety::RobotVector>{});
+    auto postures = planned ? plan_->points : std::vector<safety::RobotVector>{};
+    if (const std::string why = run_->start(request.trajectory, measured(), std::move(postures)); !why.empty())
+      return replyTo(request, dds::ReplyCode::kFailed, why);
   } catch (const std::exception& error) {
     return replyTo(request, dds::ReplyCode::kMalformed, error.what());
   }
-  std::vector<Eigen::Isometry3d> points;
-  for (const planning::TrajectoryPoint& point : follower_.points())
-    points.emplace_back(Eigen::Translation3d(point.tip));
-  path = pathOf(points);
-  return begun(request, spec.name);
-}
-
-/// A run has been started: it goes on from here.
-dds::Reply PlanningCore::begun(const dds::PlanningRequest& request, const std::string& name) {
+  path = pathOf(run_->points());
   ++trajectory_id_;
   ended_.clear();
   session_at_start_ = state_.session;
   commander_ = request.client;
-  spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, name, progress().point_count);
+  spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, run_->name(), run_->progress().point_count);
   advance();
   return replyTo(request, dds::ReplyCode::kOk, "", trajectory_id_);
 }
@@ -311,23 +261,6 @@ dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) con
     path.poses.push_back(pose);
   }
   return path;
-}
-
-dds::Reply PlanningCore::startPath(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
-  if (request.planned != 0)
-    return replyTo(request, dds::ReplyCode::kMalformed,
-                   "planned: found 1; " + refusal(setup_.robot, robots::Capability::kComputation));
-  safety::RobotVector q;
-  if (!dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
-    return replyTo(request, dds::ReplyCode::kFailed, "no valid actuation/state yet");
-  try {
-    if (const std::string why = paths_->start(request.trajectory, q); !why.empty())
-      return replyTo(request, dds::ReplyCode::kFailed, why);
-  } catch (const std::exception& error) {
-    return replyTo(request, dds::ReplyCode::kMalformed, error.what());
-  }
-  path = pathOf(paths_->points());
-  return begun(request, paths_->path().name);
 }
 
 }  // namespace tandem::service

@@ -2,13 +2,12 @@
 /** @file Planning state machine: requests and states in, references out; no DDS, no threads. */
 #pragma once
 
+#include <memory>
 #include <optional>
 
-#include "planning/follower.h"
-#include "planning/tips.h"
 #include "robots/robot_model.h"
+#include "robots/run.h"
 #include "services/dds/messages.h"
-#include "services/planning/path_follower.h"
 #include "services/planning/plan.h"
 #include "services/runtime/process.h"
 
@@ -45,16 +44,12 @@ class PlanningCore {
  private:
   dds::Reply start(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
   void followState();
-  dds::Reply startPath(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
-  dds::Reply begun(const dds::PlanningRequest& request, const std::string& name);
   dds::Path pathOf(const std::vector<Eigen::Isometry3d>& points) const;
-  const planning::Progress& progress() const { return paths_ ? paths_->progress() : follower_.progress(); }
   std::string unplanned(const dds::PlanningRequest& request) const;
-  bool measured(const planning::TrajectorySpec& spec, Eigen::Vector3d& tip, Eigen::Vector3d& relative) const;
+  robots::Measured measured() const;
   bool complete() const;
   void advanceInStep();
   void advance();
-  bool advanceTips();
   void publish();
   void end(const std::string& why);
   bool active() const;
@@ -63,12 +58,10 @@ class PlanningCore {
   bool lock_step_;
   robots::RobotModel robot_;
   bool sensor_;  ///< where the tips are is measured
-  planning::TipFollower model_tips_;
   planning::MeasuredTips sensor_tips_;
   dds::TipPoses tips_message_;
   bool waiting_ = false;  ///< lock-step: the present state asks for a reference
-  planning::Follower follower_;
-  std::optional<PathFollower> paths_;  ///< of catheters, in place of the follower
+  std::unique_ptr<robots::Run> run_;
   std::string ended_;
   planning::Reference reference_;
   std::optional<Plan> plan_;  ///< of the last feasible check

@@ -7,7 +7,7 @@ namespace tandem::service {
 
 std::string describe(const config::Robot& robot, const FaultReport& report) {
   const config::Arm& arm = robot.arms[static_cast<std::size_t>(report.arm)];
-  std::string text = arm.name + ": " + safety::describe(report.record, arm.limits.jointCount());
+  std::string text = arm.name + ": " + safety::describe(report.record, &arm.limits);
   if (safety::isOfTime(report.record.faults) && report.late > safety::kLate)
     text += fmt::format(
         "; this PC was late by {:.2g} s just before: `tandem doctor` tells what it can keep, the deployment's "

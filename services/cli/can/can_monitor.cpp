@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "config/arm_names.h"
 #include "hal/arm_hardware.h"
 #include "safety/operating_state.h"
 #include "services/cli/can/can.h"
@@ -32,9 +33,8 @@ std::string stateText(const dds::HalStatus& hal, std::size_t i) {
 
 Json axisJson(const Snapshot& s, const config::Arm& arm, std::size_t k, std::size_t j) {
   const std::size_t i = dds::jointIndex(static_cast<int>(k), static_cast<int>(j));
-  const auto n = static_cast<std::size_t>(arm.limits.jointCount());
   Json json{{"arm", arm.name},
-            {"joint", (2 * j < n ? "beta_" : "alpha_") + std::to_string(j % (n / 2) + 1)},
+            {"joint", config::jointNames(arm)[j]},
             {"state", stateText(s.hal, i)},
             {"position", s.state.position[i]},
             {"velocity", s.state.velocity[i]},

@@ -8,7 +8,6 @@
 
 #include "config/any_robot.h"
 #include "config/arm_names.h"
-#include "safety/joint_kinds.h"
 #include "services/client/arguments.h"
 #include "services/client/motions.h"
 #include "services/runtime/process.h"
@@ -56,7 +55,7 @@ int jog(const MotionCommand& options) {
   const std::uint8_t arm = armIndex(robot, options.arm);
   const int joint = jointIndex(robot.arms[arm], options.joint);
   const int joints = robot.arms[arm].limits.jointCount();
-  const bool translation = safety::isTranslation(joint, joints);
+  const bool translation = robot.arms[arm].limits.isTranslation(joint);
   Client client(deployment);
   client.interruptBy([&] { return stop.requested(); });
   client.connect(10.0);

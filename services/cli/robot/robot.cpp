@@ -118,12 +118,13 @@ int withdraw(const RobotCommand& options) {
   Session session(options, true);
   const std::uint8_t arm = armIndex(session.robot, options.arm);
   const config::Arm& of = session.robot.arms[arm];
-  const int translations = of.limits.jointCount() / 2;
   const auto told = [&](const Snapshot& s) {
     std::string text;
-    for (int j = 0; j < translations; ++j) {
+    for (int j = 0; j < of.limits.jointCount(); ++j) {
+      if (!of.limits.isTranslation(j))
+        continue;
       char place[40];
-      std::snprintf(place, sizeof place, "%s%s %.1f mm", j == 0 ? "" : ", ",
+      std::snprintf(place, sizeof place, "%s%s %.1f mm", text.empty() ? "" : ", ",
                     config::jointNames(of)[static_cast<std::size_t>(j)].c_str(),
                     1e3 * s.state.position[dds::jointIndex(arm, j)]);
       text += place;

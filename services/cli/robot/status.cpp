@@ -37,7 +37,7 @@ nlohmann::ordered_json armStatusJson(const config::Robot& robot, const Snapshot&
   arm["idle_left_s"] = s.status.idle_left[k];
   arm["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
   const safety::FaultRecord record = dds::faultRecordOf(s.hal, static_cast<int>(k));
-  arm["drive_fault"] = record.faults == 0 ? "" : safety::describe(record, s.state.joint_count[k]);
+  arm["drive_fault"] = record.faults == 0 ? "" : safety::describe(record, &robot.arms[k].limits);
   nlohmann::ordered_json joints = nlohmann::ordered_json::array();
   for (std::size_t j = 0; j < s.state.joint_count[k]; ++j) {
     joints.push_back(s.state.position[dds::jointIndex(static_cast<int>(k), static_cast<int>(j))]);

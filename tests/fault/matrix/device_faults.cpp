@@ -244,7 +244,7 @@ Json measure(const std::function<bool(System&)>& hurt_it, int run, std::string_v
           {"violation_mm", 1e3 * std::max(0.0, story.violation)},
           {"guards", describeGuards(story.guards)},
           {"faults", safety::describeFaults(system.robot->faults(0))},
-          {"cause", safety::describe(system.robot->faultRecord(0), 6)},
+          {"cause", safety::describe(system.robot->faultRecord(0), &system.config.arms[0].limits)},
           {"state", system.robot->state(0) == OperatingState::kFault ? "FAULT" : "ENABLED"},
           {"other_state", system.robot->state(1) == OperatingState::kEnabled ? "ENABLED" : "FAULT"},
           {"moving", hurt.moving()},

@@ -142,7 +142,7 @@ void useDeployment(const std::filesystem::path& file) {
   sim::TipTracker tracker(tips.armCount(), deployment.plant.tracker, deployment.plant.seed);
   tracker.restart(tips, 0, 0);
   tracker.step(tips, 1'000'000'000, 1);
-  sim::Actuation actuation(deployment.plant.mechanics, deployment.sim_period);
+  sim::Actuation actuation(deployment.plant.mechanics, {}, deployment.sim_period);
   actuation.place(robot.arms[0].home);
   actuation.step(deployment.sim_period, robot.arms[0].home);
   EXPECT_TRUE(actuation.output().allFinite());

@@ -40,8 +40,8 @@ void moveBoth(System& system) {
 void expectRecord(const System& system) {
   for (int arm = 0; arm < 2; ++arm) {
     const safety::FaultRecord& record = system.robot->faultRecord(arm);
-    EXPECT_NE(record.faults & safety::bit(Fault::kStopRequested), 0u) << safety::describe(record, 6);
-    EXPECT_EQ(record.cause, FaultCause::kEmergencyStop) << safety::describe(record, 6);
+    EXPECT_NE(record.faults & safety::bit(Fault::kStopRequested), 0u) << safety::describe(record);
+    EXPECT_EQ(record.cause, FaultCause::kEmergencyStop) << safety::describe(record);
   }
 }
 

@@ -82,8 +82,8 @@ TEST_P(HardwareFault, StopsItsArmAndOnlyThatAndComesBackWithoutMoving) {
     seen |= event.kind == HardwareEvent::Kind::kGuard ? event.guards : 0;
   const safety::FaultRecord record = system.robot->faultRecord(0);
   EXPECT_NE(record.faults, 0u);
-  EXPECT_NE(record.cause, safety::FaultCause::kUnspecified) << safety::describe(record, 6);
-  EXPECT_TRUE(fault.node == 0 || record.joint == (fault.node - 1) % 16) << safety::describe(record, 6);
+  EXPECT_NE(record.cause, safety::FaultCause::kUnspecified) << safety::describe(record);
+  EXPECT_TRUE(fault.node == 0 || record.joint == (fault.node - 1) % 16) << safety::describe(record);
   EXPECT_NE(seen & fault.expected, 0u) << describeGuards(seen) << " instead of " << describeGuards(fault.expected);
 
   // The arm stands within the stop ramp, the drives' own budgets included, and loses its torque; the other one goes on.

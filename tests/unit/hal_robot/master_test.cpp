@@ -177,7 +177,7 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     EXPECT_LE(system.now - begin, kBudgetPeriods * kPeriod);
     const safety::FaultRecord record = system.robot->faultRecord(0);
     EXPECT_EQ(record.faults, safety::bit(Fault::kDrive));
-    EXPECT_EQ(record.cause, safety::FaultCause::kForeignMaster) << safety::describe(record, 6);
+    EXPECT_EQ(record.cause, safety::FaultCause::kForeignMaster) << safety::describe(record);
     EXPECT_EQ(system.guardCount(HardwareGuard::kForeignMaster), 6u) << "once for each axis of the bus";
     int told = 0;
     for (const HardwareEvent& event : system.events)

@@ -21,7 +21,9 @@ struct FrameTracker : ::testing::Test {
         joint.lower = -1.0;
         joint.upper = 1.0;
         joint.velocity = 5.0;
+        joint.kind = safety::JointKind::kRotation;
       }
+      arm.joints[0].kind = safety::JointKind::kTranslation;
     }
     rest.joint_count = 6;
     rest.length = 0.02;
@@ -40,15 +42,10 @@ struct FrameTracker : ::testing::Test {
     reference.tracked = {true, true, false, false, false, true};
   }
   planning::ReferenceTracker make(control::Method method = control::Method::kNspqp) {
-    using enum control::JointKind;
     control::MethodParameters parameters;
     parameters.translation_step = 1.0;
-    return {{&limits[0], &limits[1]},
-            {kTranslation, kRotation, kRotation, kTranslation, kRotation, kRotation},
-            safety::RobotVector::Zero(6),
-            method,
-            parameters,
-            {5.0, 4.0}};
+    return planning::ReferenceTracker::ofFrame({&limits[0], &limits[1]}, safety::RobotVector::Zero(6), method,
+                                               parameters, {5.0, 4.0});
   }
   auto row(std::size_t task) const { return Eigen::RowVectorXd::Map(rest.tasks[task].jacobian.data(), 6); }
 
@@ -116,7 +113,7 @@ TEST_F(FrameTracker, SaysWhatItCannotUse) {
   of_tubes.tasks[0].kind = planning::TaskKind::kTipPosition;
   tracker.step(q, q, of_tubes, result);
   EXPECT_EQ(result.status, planning::TrackStatus::kModel) << "there are no tips";
-  EXPECT_THROW((planning::ReferenceTracker({&limits[0]}, {}, q, control::Method::kNspqp, {}, {})),
+  EXPECT_THROW((planning::ReferenceTracker::ofFrame({&limits[0]}, q, control::Method::kNspqp, {}, {})),
                std::invalid_argument);
 }
 

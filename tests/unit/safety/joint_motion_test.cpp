@@ -47,6 +47,7 @@ TEST(JointMotion, KeepsSpeedsAccelerationsAndLimitsFromRestToRest) {
 TEST(JointMotion, TakesDefaultsWhereSpeedsAreFree) {
   ArmLimits limits;
   limits.joints.resize(2);
+  limits.joints[1].kind = JointKind::kRotation;
   ArmVector q0 = ArmVector::Zero(2);
   ArmVector q1(2);
   q1 << 0.05, 0.0;
@@ -69,12 +70,13 @@ TEST(JointMotion, NowhereToGoTakesNoTime) {
   EXPECT_EQ(motion.velocity(0.0).norm(), 0.0);
 }
 
-TEST(JointMotion, OfThreeJointsTheFirstAloneIsATranslation) {
+TEST(JointMotion, SpeedGoesByTheKindOfAJointNotByItsNumber) {
   ArmLimits limits;
   limits.joints.resize(3);
-  EXPECT_EQ(moveVelocity(limits, 0), kMoveTranslationVelocity);
+  limits.joints[0].kind = limits.joints[1].kind = JointKind::kRotation;
+  EXPECT_EQ(moveVelocity(limits, 0), kMoveRotationVelocity);
   EXPECT_EQ(moveVelocity(limits, 1), kMoveRotationVelocity);
-  EXPECT_EQ(moveVelocity(limits, 2), kMoveRotationVelocity);
+  EXPECT_EQ(moveVelocity(limits, 2), kMoveTranslationVelocity);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "safety/arm_supervisor.h"
-#include "safety/joint_kinds.h"
 #include "tests/unit/safety/random_arm.h"
 
 namespace tandem::safety {
@@ -63,7 +62,7 @@ TEST(Withdrawal, EndsAtTheLeastExtensionThatTheLostJointsLeave) {
       for (int j = 0; j < limits.jointCount(); ++j) {
         if ((next.joints & jointBit(j)) == 0)
           continue;
-        ASSERT_TRUE(isTranslation(j, limits.jointCount())) << "a rotation";
+        ASSERT_TRUE(limits.isTranslation(j)) << "a rotation";
         q[j] -= next.way;
       }
       ASSERT_LE(largestViolation(limits, q), 1e-12);

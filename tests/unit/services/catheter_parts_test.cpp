@@ -4,30 +4,38 @@
 
 #include "catheter_system.h"
 #include "operation/convert.h"
+#include "robots/path_run.h"
 #include "services/control/catheter_places.h"
 #include "services/control/frame_loop.h"
 #include "services/planning/computation_desk.h"
-#include "services/planning/path_follower.h"
 #include "services/simulation/catheter_tips.h"
 
 namespace tandem::test {
 namespace {
 
-TEST(PathFollower, EndsWhatGoesWrongWithWords) {
+robots::Measured at(const safety::RobotVector& q) {
+  robots::Measured now;
+  now.joints = q;
+  return now;
+}
+
+TEST(PathRun, EndsWhatGoesWrongWithWords) {
   const service::Setup setup = makeSetup("ablation-pair");
   safety::RobotVector home(6);
   home << setup.robot.arms[0].home, setup.robot.arms[1].home;
   planning::Reference reference;
-  service::PathFollower follower(setup);
+  robots::PathRun run(setup.robot, setup.deployment.control_period);
   const auto begin = [&] {
-    EXPECT_EQ(follower.start(pathText("z"), home), "");
-    EXPECT_TRUE(follower.update(home, reference));
+    EXPECT_EQ(run.start(pathText("z"), at(home), {}), "");
+    EXPECT_EQ(run.update(at(home), reference), "");
+    EXPECT_EQ(run.progress().phase, planning::Phase::kRunning);
   };
   const auto fails_with = [&](const safety::RobotVector& q, const std::string& words) {
-    EXPECT_FALSE(follower.update(q, reference));
-    EXPECT_EQ(follower.progress().phase, planning::Phase::kFailed);
-    EXPECT_NE(follower.why().find(words), std::string::npos) << follower.why();
+    const std::string why = run.update(at(q), reference);
+    EXPECT_EQ(run.progress().phase, planning::Phase::kFailed);
+    EXPECT_NE(why.find(words), std::string::npos) << why;
   };
+  EXPECT_EQ(run.start(pathText("z"), {}, {}), "no valid actuation/state yet");
   begin();
   safety::RobotVector apart = home;
   apart[0] += 5e-4;
@@ -40,13 +48,14 @@ TEST(PathFollower, EndsWhatGoesWrongWithWords) {
   begin();
   fails_with(safety::RobotVector::Constant(6, std::nan("")), "no rest at the present joints: ");
   begin();
-  EXPECT_EQ(follower.why(), "") << "of the run before";
-  follower.pause();
-  ASSERT_TRUE(follower.update(home, reference));
+  fails_with(safety::RobotVector(), "the measured joints are not valid");
+  begin();
+  run.pause();
+  ASSERT_EQ(run.update(at(home), reference), "");
   EXPECT_TRUE(reference.frame.feed_forward.isZero(0.0));
-  follower.resume();
-  ASSERT_TRUE(follower.update(home, reference));
-  EXPECT_EQ(follower.progress().iteration, 2);
+  run.resume();
+  ASSERT_EQ(run.update(at(home), reference), "");
+  EXPECT_EQ(run.progress().iteration, 2);
 }
 
 TEST(RestFollower, WalksToJointsThatAreFar) {

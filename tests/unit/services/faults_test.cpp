@@ -18,7 +18,7 @@ using safety::StateCommand;
 
 void expectSolverFault(System& s, FaultCause cause) {
   for (int k = 0; k < 2; ++k) {
-    EXPECT_EQ(s.control.faultRecord(k).faults, bit(Fault::kSolver)) << safety::describe(s.control.faultRecord(k), 6);
+    EXPECT_EQ(s.control.faultRecord(k).faults, bit(Fault::kSolver)) << safety::describe(s.control.faultRecord(k));
     EXPECT_EQ(s.control.faultRecord(k).cause, cause);
     EXPECT_EQ(s.output.command.moving[static_cast<std::size_t>(k)], 0);
   }
@@ -108,7 +108,7 @@ TEST(Faults, AnOrderRightAfterItsOppositeIsNone) {
       ASSERT_EQ(s.command(second).refusal.code(), dds::ReplyCode::kOk);
       s.state_link = true;
       s.run(0.1);
-      EXPECT_EQ(s.shown(0), OperatingState::kEnabled) << delay << ": " << safety::describe(s.control.faultRecord(0), 6);
+      EXPECT_EQ(s.shown(0), OperatingState::kEnabled) << delay << ": " << safety::describe(s.control.faultRecord(0));
       EXPECT_EQ(s.drives(0), OperatingState::kEnabled);
     }
   }

@@ -67,7 +67,7 @@ TEST(LossyLinks, TheReferenceNeverMovesFasterThanControlAsks) {
         ASSERT_LE(std::abs(s.state.setpoint[j] - last[j]), 1e-3 * asked * (1 + 1e-6)) << "joint " << j << ", " << ticks;
       last = s.state.setpoint;
       ASSERT_EQ(s.state.faults[0] | s.state.faults[1], 0u)
-          << safety::describe(s.sim.faultRecord(0), 6) << "; " << safety::describe(s.sim.faultRecord(1), 6);
+          << safety::describe(s.sim.faultRecord(0)) << "; " << safety::describe(s.sim.faultRecord(1));
     }
     EXPECT_TRUE(finished(s)) << ticks;
     EXPECT_EQ(s.guardActions(), 0u);
@@ -101,7 +101,7 @@ void expectArrived(const System& s, const std::array<double, 6>& goal) {
   for (std::size_t j = 0; j < goal.size(); ++j)
     EXPECT_NEAR(s.state.position[j], goal[j], 1e-6);
   EXPECT_EQ(s.guardActions(), 0u);
-  EXPECT_EQ(s.output.status.faults[0], 0u) << safety::describe(s.control.faultRecord(0), 6);
+  EXPECT_EQ(s.output.status.faults[0], 0u) << safety::describe(s.control.faultRecord(0));
 }
 
 TEST(LossyLinks, AMotionArrivesAlthoughItsCommandsAreLate) {
@@ -152,8 +152,8 @@ TEST(LossyLinks, StopAnArmWhoseCommandsAreLostNowAndThen) {
     ASSERT_GE(time, 0.0) << "it goes on";
     EXPECT_LE(time, 2.0);
     const safety::FaultRecord& record = s.sim.faultRecord(0);
-    EXPECT_EQ(record.faults, bit(safety::Fault::kCommandTimeout)) << safety::describe(record, 6);
-    EXPECT_EQ(safety::describe(record, 6),
+    EXPECT_EQ(record.faults, bit(safety::Fault::kCommandTimeout)) << safety::describe(record);
+    EXPECT_EQ(safety::describe(record),
               "command_timeout (lost on the way): 0.06 of the last 100, allowed 0.05 of the last 100");
     EXPECT_TRUE(s.standing());
     // What was lost before it got power again stops nobody.
@@ -163,7 +163,7 @@ TEST(LossyLinks, StopAnArmWhoseCommandsAreLostNowAndThen) {
     s.order(dds::ControlKind::kKeepLease);
     s.command(safety::StateCommand::kEnable);
     s.run(0.2);
-    EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << safety::describe(s.sim.faultRecord(0), 6);
+    EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << safety::describe(s.sim.faultRecord(0));
     EXPECT_LT(s.hal.command_success, 1.0) << "it is still told";
   }
 }
@@ -176,8 +176,7 @@ TEST(LossyLinks, StopAnArmWhoseStatesAreLostNowAndThen) {
     const double time = lose(s, &System::state_link, 0.6, random);
     ASSERT_GE(time, 0.0) << "it goes on";
     EXPECT_LE(time, 1.0);
-    EXPECT_EQ(s.control.faultRecord(0).cause, safety::FaultCause::kLost)
-        << safety::describe(s.control.faultRecord(0), 6);
+    EXPECT_EQ(s.control.faultRecord(0).cause, safety::FaultCause::kLost) << safety::describe(s.control.faultRecord(0));
     EXPECT_TRUE(s.standing());
   }
 }
@@ -220,7 +219,7 @@ TEST(LossyLinks, ATrajectoryGoesOnWherePlanningIsFarAway) {
         s.order(dds::ControlKind::kKeepLease);
     }
     EXPECT_TRUE(finished(s)) << "point " << s.reference_message.point;
-    EXPECT_EQ(s.output.status.faults[0], 0u) << safety::describe(s.control.faultRecord(0), 6);
+    EXPECT_EQ(s.output.status.faults[0], 0u) << safety::describe(s.control.faultRecord(0));
   }
 }
 

@@ -26,12 +26,14 @@ class Plant : public ::testing::Test {
       v[j] = random.uniform(-size, size);
     return v;
   }
+  static constexpr safety::JointKind kSlides = safety::JointKind::kTranslation, kTurns = safety::JointKind::kRotation;
+  static constexpr safety::JointKinds kKinds{kSlides, kTurns, kTurns, kSlides, kSlides, kTurns};
   static SimulatedArm arm(const JointOptions& options) {
     const ArmVector unlimited = ArmVector::Constant(6, safety::kUnlimited);
     return {ArmVector::Zero(6), {unlimited, unlimited}, options};
   }
   static JointOptions with(JointMechanics mechanics, EncoderOptions encoders = {}) {
-    return {mechanics, encoders, 7, 0, 1e-3};
+    return {mechanics, encoders, 7, 0, 1e-3, kKinds};
   }
 };
 
@@ -62,7 +64,7 @@ TEST_F(Plant, LagAndDelayDoNotDependOnTheStep) {
     JointMechanics mechanics;
     mechanics.delay = 1e-3 * random.integer(0, 250);
     mechanics.lag = {random.uniform(0.0, 0.2), random.uniform(0.0, 0.2)};
-    Actuation coarse(mechanics, 0.1), fine(mechanics, 0.01);
+    Actuation coarse(mechanics, kKinds, 0.1), fine(mechanics, kKinds, 0.01);
     ArmVector corner = any(1.0);
     coarse.place(corner);
     fine.place(corner);
@@ -81,7 +83,7 @@ TEST_F(Plant, DelayIsExact) {
   for (const int steps : {1, 3, 17}) {
     JointMechanics mechanics;
     mechanics.delay = 0.01 * steps;
-    Actuation line(mechanics, 0.01);
+    Actuation line(mechanics, kKinds, 0.01);
     const ArmVector start = any(1.0);
     line.place(start);
     std::vector<ArmVector> past(static_cast<std::size_t>(steps), start);
@@ -131,7 +133,7 @@ TEST_F(Plant, PlayMakesAHysteresisOfItsWidth) {
       }
     }
     for (int j = 0; j < 6; ++j) {
-      const double width = mechanics.backlash.of(j, 6);
+      const double width = mechanics.backlash.of(kKinds[j]);
       EXPECT_NEAR(up[j], 1.0 - 0.5 * width, 1e-12) << "pulled from below";
       EXPECT_NEAR(down[j], 0.5 * width, 1e-12) << "pulled from above";
     }
@@ -140,7 +142,7 @@ TEST_F(Plant, PlayMakesAHysteresisOfItsWidth) {
     const ArmVector before = plant.tubes();
     ArmVector within(6);
     for (int j = 0; j < 6; ++j)
-      within[j] = 0.9 * mechanics.backlash.of(j, 6);
+      within[j] = 0.9 * mechanics.backlash.of(kKinds[j]);
     plant.step(1e-3, within);
     EXPECT_EQ(plant.tubes(), before);
   }
@@ -154,7 +156,7 @@ TEST_F(Plant, ReadingsAreMultiplesOfTheResolution) {
     plant.step(1e-3, q);
     const ArmVector reading = plant.reading();
     for (int j = 0; j < 6; ++j) {
-      const double resolution = encoders.resolution.of(j, 6), ticks = reading[j] / resolution;
+      const double resolution = encoders.resolution.of(kKinds[j]), ticks = reading[j] / resolution;
       ASSERT_NEAR(ticks, std::round(ticks), 1e-9);
       ASSERT_LE(std::abs(reading[j] - q[j]), 0.5 * resolution * (1 + 1e-9));
     }
@@ -187,7 +189,7 @@ TEST_F(Plant, NoiseIsSeededAndHasItsDeviation) {
       readings.push_back(noise);
   }
   for (int j = 0; j < 6; ++j) {
-    const double deviation = encoders.noise.of(j, 6);
+    const double deviation = encoders.noise.of(kKinds[j]);
     EXPECT_NEAR(std::sqrt(squares[j] / kCount), deviation, 0.03 * deviation);
     EXPECT_NEAR(sum[j] / kCount, 0.0, 5.0 * deviation / std::sqrt(kCount));
   }

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robots/path_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "config/path.h"
+#include "planning/path_reference.h"
+
+namespace tandem::robots {
+namespace {
+
+using planning::Phase;
+
+std::string millimetres(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * value);
+  return text;
+}
+
+}  // namespace
+
+PathRun::PathRun(const config::Robot& robot, double period) : robot_(robot), follower_(makeRestFollower(robot)) {
+  options_.parameters.period = period;
+}
+
+void PathRun::restart() { follower_ = makeRestFollower(robot_); }
+
+void PathRun::pause() {
+  if (progress_.phase == Phase::kRunning)
+    progress_.phase = Phase::kPaused;
+}
+
+void PathRun::resume() {
+  if (progress_.phase == Phase::kPaused)
+    progress_.phase = Phase::kRunning;
+}
+
+/// Why the rest that there is now cannot be the start of the path.
+std::string PathRun::refusalHere() const {
+  const std::string trouble = follower_.mechanism().trouble();
+  return trouble.empty() ? refusal(follower_.mechanism(), path_) : trouble;
+}
+
+std::string PathRun::start(const std::string& text, const Measured& now, std::vector<RobotVector>) {
+  planning::ObjectPath path = config::parsePath(text, "planning/request");
+  path.length = follower_.mechanism().length();
+  path.check();
+  if (now.joints.size() == 0)
+    return "no valid actuation/state yet";
+  if (const std::string why = follower_.settle(now.joints); !why.empty())
+    return "no rest at the present joints: " + why;
+  if (const std::string why = follower_.mechanism().impossible(); !why.empty())
+    return why;
+  path_ = path;
+  const bool ready = follower_.mechanism().drift() <= kPrepared * options_.most_drift;
+  if (const std::string why = ready ? refusalHere() : ""; !why.empty())
+    return why;
+  part_ = Part::kBefore;
+  start_ = follower_.mechanism().pose();
+  periods_ = 0;
+  reference_ = {};
+  progress_ = {};
+  progress_.phase = Phase::kRunning;
+  progress_.point_count = kPoints;
+  return {};
+}
+
+void PathRun::ask(const planning::FrameReference& frame) {
+  reference_.task_count = 1;
+  reference_.tasks[0].kind = planning::TaskKind::kFrame;
+  reference_.tasks[0].position = frame.position;
+  reference_.frame = frame;
+  wanted_ = planning::poseOf(frame.after(options_.parameters.period));
+}
+
+/// What is wrong with the rest along the path.
+std::string PathRun::judge() const {
+  const Mechanism& mechanism = follower_.mechanism();
+  std::string why;
+  if (std::string trouble = mechanism.trouble(); !trouble.empty())
+    why = trouble;
+  else if (mechanism.drift() > options_.most_drift)
+    why = "contacts drift by " + millimetres(mechanism.drift()) + ", more than " + millimetres(options_.most_drift);
+  else if (progress_.tip_error > options_.most_error)
+    why = "the path is left by " + millimetres(progress_.tip_error) + ", more than " + millimetres(options_.most_error);
+  else
+    return {};
+  return "at " + std::to_string(std::max(0, progress_.iteration - 1) * options_.parameters.period).substr(0, 6) +
+         " s: " + why;
+}
+
+/// What is moved is held where it was at the start, until the path can begin.
+std::string PathRun::before() {
+  if (follower_.mechanism().drift() <= kPrepared * options_.most_drift) {
+    if (std::string why = refusalHere(); !why.empty())
+      return why;
+    part_ = Part::kAlong;
+    start_ = follower_.mechanism().pose();
+    periods_ = 0;
+    return along();
+  }
+  if (periods_++ * options_.parameters.period >= options_.patience)
+    return "before the path: " + kUnprepared;
+  ask(planning::heldReference(path_, start_));
+  return {};
+}
+
+std::string PathRun::along() {
+  const double period = options_.parameters.period, time = periods_++ * period;
+  ask(planning::pathReference(path_, start_, time, period));
+  progress_.iteration = periods_;
+  progress_.point = 1 + static_cast<int>((kPoints - 1) * std::min(1.0, time / path_.duration));
+  if (time >= path_.duration) {
+    part_ = Part::kEnd;
+    periods_ = 0;
+  }
+  return {};
+}
+
+std::string PathRun::atEnd() {
+  reference_.frame.feed_forward.setZero();
+  if (progress_.tip_error <= kTolerance) {
+    progress_.phase = Phase::kFinished;
+    progress_.converged_points = kPoints;
+    return {};
+  }
+  if (periods_++ * options_.parameters.period < kPatience)
+    return {};
+  return "the end of the path is missed by " + millimetres(progress_.tip_error) + ", more than " +
+         millimetres(kTolerance);
+}
+
+std::string PathRun::next() {
+  switch (part_) {
+    case Part::kBefore:
+      return before();
+    case Part::kAlong:
+      return along();
+    default:
+      return atEnd();
+  }
+}
+
+std::string PathRun::update(const Measured& now, planning::Reference& reference) {
+  if (progress_.phase != Phase::kRunning && progress_.phase != Phase::kPaused)
+    return {};
+  std::string why = now.joints.size() == 0 ? "the measured joints are not valid" : goOn(now.joints);
+  if (!why.empty())
+    fail();
+  else if (progress_.phase != Phase::kFinished)
+    reference = reference_;
+  return why;
+}
+
+/// @return empty, or why the run is over
+std::string PathRun::goOn(const RobotVector& q) {
+  if (const std::string why = follower_.settle(q); !why.empty())
+    return "no rest at the present joints: " + why;
+  if (progress_.total_iterations > 0)
+    progress_.tip_error = planning::trackedError(path_, follower_.mechanism().pose(), wanted_);
+  if (std::string why = part_ == Part::kBefore ? "" : judge(); !why.empty())
+    return why;
+  if (progress_.phase == Phase::kPaused) {
+    if (progress_.total_iterations == 0)
+      ask(planning::heldReference(path_, follower_.mechanism().pose()));
+    reference_.frame.feed_forward.setZero();
+    wanted_ = planning::poseOf(reference_.frame);
+    return {};
+  }
+  std::string why = next();
+  if (why.empty() && progress_.phase == Phase::kRunning)
+    ++progress_.total_iterations;
+  return why;
+}
+
+std::vector<Eigen::Isometry3d> PathRun::points() const {
+  std::vector<Eigen::Isometry3d> points;
+  for (int k = 0; k <= kPoints; ++k)
+    points.push_back(planning::poseOf(planning::pathReference(path_, start_, k * path_.duration / kPoints, 1e-3)));
+  return points;
+}
+
+}  // namespace tandem::robots

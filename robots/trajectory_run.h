@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Run of a trajectory of two tips. */
+#pragma once
+
+#include "robots/run.h"
+
+namespace tandem::robots {
+
+/** See planning::Follower. Tips are the model's, which follow every state: elastic arms remember their way; or measured
+ * ones. */
+class TrajectoryRun final : public Run {
+ public:
+  TrajectoryRun(const std::vector<const kinematics::ArmModel*>& models, double period)
+      : tips_(models), follower_(period) {}
+
+  void restart() override { tips_.restart(); }
+  void observe(const safety::RobotVector& q) override { tips_.update(q); }
+  std::string start(const std::string& text, const Measured& now, std::vector<safety::RobotVector> postures) override;
+  std::string update(const Measured& now, planning::Reference& reference) override;
+  void pause() override { follower_.pause(); }
+  void resume() override { follower_.resume(); }
+  void stop() override { follower_.stop(); }
+  void fail() override { follower_.fail(); }
+  const planning::Progress& progress() const override { return follower_.progress(); }
+  double tolerance() const override { return follower_.spec().tolerance; }
+  std::string name() const override { return follower_.spec().name; }
+  std::vector<Eigen::Isometry3d> points() const override;
+
+ private:
+  bool place(const planning::TrajectorySpec& spec,
+             const Measured& now,
+             Eigen::Vector3d& tip,
+             Eigen::Vector3d& relative) const;
+
+  planning::TipFollower tips_;
+  planning::Follower follower_;
+};
+
+}  // namespace tandem::robots
