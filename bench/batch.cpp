@@ -16,7 +16,7 @@
 
 #include "bench/percentiles.h"
 #include "config/config.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/tube_model.h"
 
 namespace {
 

@@ -11,6 +11,7 @@
 #include "bench/percentiles.h"
 #include "bench/step_problems.h"
 #include "control/methods.h"
+#include "kinematics/tube_model.h"
 #include "planning/reference_tracker.h"
 
 namespace tandem::bench {
@@ -38,7 +39,7 @@ struct Robot {
       limit_pointers.push_back(&limits[static_cast<std::size_t>(k)]);
     }
   }
-  std::vector<std::unique_ptr<kinematics::ArmModel>> owned;
+  std::vector<std::unique_ptr<kinematics::TubeModel>> owned;
   std::vector<safety::ArmLimits> limits;
   std::vector<const kinematics::ArmModel*> models;
   std::vector<const safety::ArmLimits*> limit_pointers;
@@ -73,7 +74,7 @@ Loop record(const Robot& robot, int paths, int length) {
   control::MethodParameters parameters;
   parameters.period = kPeriod;
   planning::ReferenceTracker tracker(robot.models, robot.limit_pointers, Method::kSns, parameters, {});
-  const auto starts = randomJoints(robot.models[0]->arm(), true, 2 * paths * arms, kSeed);
+  const auto starts = randomJoints(robot.owned[0]->arm(), true, 2 * paths * arms, kSeed);
   Loop loop;
   planning::TrackResult result;
   for (std::size_t next = 0; loop.joints.size() < static_cast<std::size_t>(paths) * static_cast<std::size_t>(length) &&

@@ -10,7 +10,7 @@
 #include "bench/joint_paths.h"
 #include "bench/step_problems.h"
 #include "control/resolver.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/tube_model.h"
 
 /// Callgrind counts inside of this function only (--toggle-collect).
 // NOLINTNEXTLINE(readability-identifier-naming): a name of C

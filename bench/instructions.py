@@ -4,7 +4,7 @@
     instructions.py BENCH_INSTRUCTIONS [--baseline FILE] [--output FILE] [--update]
 
 Ends with 1 where a count is more than 5 % above its baseline; --update writes the baseline anew. Times say what a machine does,
-counts what the code does: they are the same on a busy machine. The C library is told to leave out the instructions that not
+counts what the code does: they are the same on a busy machine. The C library is commanded to leave out the instructions that not
 all processors have, so that they are the same on another one, too."""
 import argparse
 import json

@@ -14,7 +14,7 @@
 #include "bench/joint_paths.h"
 #include "bench/percentiles.h"
 #include "bench/shooting_baseline.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/tube_model.h"
 
 namespace tandem::bench {
 namespace {

@@ -100,13 +100,13 @@ class Side final : public fast::DataReaderListener {
 
   void send() { writer_->write(out_.data()); }
   /// Called on the listener's thread for every sample.
-  std::function<void()> heard;
+  std::function<void()> received;
 
   void on_data_available(fast::DataReader* reader) override {
     fast::SampleInfo info;
     while (reader->take_next_sample(in_.data(), &info) == ReturnCode_t::RETCODE_OK) {
-      if (info.valid_data && heard)
-        heard();
+      if (info.valid_data && received)
+        received();
     }
   }
 
@@ -125,7 +125,7 @@ class Side final : public fast::DataReaderListener {
 
 [[noreturn]] void answer(int domain, std::size_t there, std::size_t back) {
   Side side(domain, "back", back, "there", there);
-  side.heard = [&side] { side.send(); };
+  side.received = [&side] { side.send(); };
   for (;;)
     pause();
 }
@@ -138,23 +138,24 @@ std::vector<double> pingPong(int domain, std::size_t there, std::size_t back, in
     answer(domain, there, back);
   std::mutex mutex;
   std::condition_variable came;
-  long heard = 0;
+  long received = 0;
   std::vector<double> times;
   {
     Side side(domain, "there", there, "back", back);
-    side.heard = [&] {
+    side.received = [&] {
       const std::lock_guard lock(mutex);
-      ++heard;
+      ++received;
       came.notify_one();
     };
     const auto once = [&](double seconds) {
       std::unique_lock lock(mutex);
-      const long before = heard;
+      const long before = received;
       lock.unlock();
       const auto begin = std::chrono::steady_clock::now();
       side.send();
       lock.lock();
-      const bool answered = came.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return heard > before; });
+      const bool answered =
+          came.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return received > before; });
       times.push_back(1e6 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
       return answered;
     };

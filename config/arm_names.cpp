@@ -30,17 +30,6 @@ std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::str
   return find(robot.arms, name);
 }
 
-std::vector<std::string> jointNames(const Arm& arm) {
-  if (arm.model.tubes.empty())
-    return {"insertion", "roll", "bend"};
-  std::vector<std::string> names;
-  for (const char* kind : {"beta_", "alpha_"}) {
-    for (int i = 1; i <= arm.model.tubeCount(); ++i)
-      names.push_back(kind + std::to_string(i));
-  }
-  return names;
-}
-
 std::vector<std::string> armList(const Robot& robot) {
   std::vector<std::string> names;
   for (const Arm& arm : robot.arms)

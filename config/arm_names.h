@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Short names of arms and names of joints, for all robot types. */
+/** @file Names of arms, for all robot types. */
 #pragma once
 
 #include <optional>
@@ -14,9 +14,6 @@ namespace tandem::config {
 /// Index of the arm of that name, or of arm_NAME.
 std::optional<std::size_t> findArm(const Robot& robot, const std::string& name);
 std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name);
-
-/// beta_1 ... beta_n, alpha_1 ... alpha_n of tubes; insertion, roll, bend of a catheter.
-std::vector<std::string> jointNames(const Arm& arm);
 
 /// The names of the arms, in the robot's order.
 std::vector<std::string> armList(const Robot& robot);

@@ -46,28 +46,32 @@ class Error : public std::runtime_error {
   std::string key_;
 };
 
-struct CooperativeRobot;
-
 /** One arm of a robot file. */
 struct Arm {
-  std::string name;                     ///< topic name, e.g. arm_a
-  kinematics::ConcentricTubeArm model;  ///< tubes, base, tool; without tubes for a catheter
+  std::string name;                      ///< topic name, e.g. arm_a
+  std::vector<std::string> joint_names;  ///< beta_1, ...
+  kinematics::ConcentricTubeArm model;   ///< concentric tubes only; without tubes for other types
   safety::ArmLimits limits;
   Eigen::VectorXd home;  ///< joint vector, m and rad, inside the limits
 
   int jointCount() const { return limits.jointCount(); }
 };
 
-/** A robot file. */
+/** Values of a robot file that only its type has; each loader derives its own. */
+struct TypeData {
+  virtual ~TypeData() = default;
+};
+
+/** A robot file of any type. */
 struct Robot {
   std::string name;
-  bool hardware = false;  ///< refused without finite rotation limits
+  std::string type = "robot";  ///< kind of the file; see config/robot_files.h
+  bool hardware = false;       ///< refused without finite rotation limits
   std::vector<Arm> arms;
   control::MethodParameters parameters;  ///< defaults for this robot
   std::vector<std::string> warnings;     ///< "FILE:LINE:COLUMN: KEY: ...", e.g. Poisson's ratio above 0.5
   std::filesystem::path file;
-  /// Catheters that work together, of which `arms` tells names, limits and home; null: concentric tubes.
-  std::shared_ptr<const CooperativeRobot> catheters;
+  std::shared_ptr<const TypeData> data;  ///< null where `arms` has everything
 };
 
 /** A start configuration of an experiment: joint vectors of all arms in the robot's order, m and rad. */

@@ -203,6 +203,4 @@ CooperativeRobot loadCooperative(const std::filesystem::path& file) {
   return robot;
 }
 
-std::string kindOf(const std::filesystem::path& file) { return Document(file.string(), readFile(file)).kind(); }
-
 }  // namespace tandem::config

@@ -7,12 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "control/parameters.h"
+#include "config/config.h"
 #include "kinematics/assist/reach.h"
 #include "kinematics/grasp/grasp.h"
-#include "safety/limits.h"
 
 namespace tandem::config {
+
+class Map;
 
 /** One catheter. Joints: insertion (m), roll, bend (rad). */
 struct CatheterArm {
@@ -43,7 +44,7 @@ struct Assistance {
 };
 
 /** A robot file of catheters. */
-struct CooperativeRobot {
+struct CooperativeRobot : TypeData {
   std::string name;
   std::vector<CatheterArm> arms;
   std::optional<HeldObject> object;
@@ -61,7 +62,16 @@ struct CooperativeRobot {
 /// @throw Error that names file, line, key, what was found and what was expected.
 CooperativeRobot loadCooperative(const std::filesystem::path& file);
 
-/// "robot" where the first key is `tandem: robot/1`. @throw Error where a file has no known kind.
-std::string kindOf(const std::filesystem::path& file);
+/// Arms that take part, by their numbers in the file, in the order of the stacked joints: those that hold the object in
+/// the order of its contacts, or the target and then the arm that assists.
+std::vector<int> armsInOrder(const CooperativeRobot& robot);
+
+/// The same file for the services: `data` is the CooperativeRobot; names, limits and home of the arms that take part.
+/// @throw Error also for both object and assistance, or neither, for an arm that takes no part, and for margins, which
+/// only concentric tubes have.
+Robot loadCatheterRobot(const std::filesystem::path& file);
+
+/// Refuses values of a deployment that catheters cannot have. @throw Error at the key.
+void checkCatheterDeployment(const Map& map, const Deployment& deployment);
 
 }  // namespace tandem::config

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "config/cooperative.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
+#include "config/robot_files.h"
 #include "config/values.h"
 
 namespace tandem::config {
@@ -141,24 +141,6 @@ void readFeedback(const Map& map, Deployment& deployment) {
   }
 }
 
-/// What only concentric tubes can have.
-void refuseForCatheters(const Map& map, const Deployment& deployment) {
-  const auto refuse = [&](const char* key, const std::string& found, const std::string& expected) {
-    map.fail(key, "found " + found + " for the catheters of " + deployment.robot.filename().string() + ", expected " +
-                      expected);
-  };
-  if (map.has("hardware"))
-    refuse("hardware", "drives", "none: catheters are simulated");
-  if (map.has("port"))
-    refuse("port", "a port", "none: distances are kept of concentric tubes alone");
-  if (map.has("plant"))
-    refuse("plant", "a plant that differs", "none: the simulated catheters are those of the robot file");
-  if (deployment.model != "rigid")
-    refuse("model", "'" + deployment.model + "'", "no such key: they have one model, which gives way");
-  if (deployment.feedback != planning::Feedback::kModel)
-    refuse("feedback", "'" + map.text("feedback") + "'", "model: no tracker sees what they move");
-}
-
 }  // namespace
 
 const Host* hostAmong(const Deployment& deployment, const std::set<std::string>& addresses) {
@@ -172,14 +154,13 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   const Map map = document.check(deploymentTable());
   auto deployment = map.read<Deployment>();
   deployment.file = file;
-  deployment.robot = companionPath(map, "robot", file, "robot|cooperative");
+  deployment.robot = companionPath(map, "robot", file, robotKinds());
   if (map.has("hardware"))
     deployment.hardware = companionPath(map, "hardware", file);
   checkTiming(map, deployment);
   checkMemory(map, deployment);
   warnOfBudgets(map.map("budgets"));
-  if (kindOf(deployment.robot) == "cooperative")
-    refuseForCatheters(map, deployment);
+  robotFileOf(deployment.robot).checkDeployment(map, deployment);
   readFeedback(map, deployment);
   deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
   checkConsole(map.map("console"), deployment.console);

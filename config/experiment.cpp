@@ -4,6 +4,7 @@
 #include "config/arm_names.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
+#include "config/robot_files.h"
 
 namespace tandem::config {
 namespace {
@@ -11,6 +12,14 @@ namespace {
 Configuration readConfiguration(const Map& map, const Robot& robot) {
   auto configuration = map.read<Configuration>();
   const std::vector<std::string> names = armList(robot);
+  if (!map.has("joints")) {
+    for (const Arm& arm : robot.arms)
+      configuration.joints.push_back(arm.home);
+    return configuration;
+  }
+  if (robot.type != "robot")
+    map.fail("joints", "found joints of tubes for the " + robot.type + " robot of " + robot.file.filename().string() +
+                           ", expected no such key: it starts at home");
   configuration.joints.resize(names.size());
   for (const Map& joints : map.maps("joints")) {
     const std::size_t index = joints.indexAmong("arm", names, "an arm of the robot: " + join(names));
@@ -95,7 +104,7 @@ Experiment loadExperiment(const std::filesystem::path& file) {
   auto experiment = map.read<Experiment>();
   experiment.file = file;
   experiment.robot = robotPath(map, file);
-  const Robot robot = loadRobot(experiment.robot);
+  const Robot robot = loadAnyRobot(experiment.robot);
   for (const Map& entry : map.maps("configurations"))
     experiment.configurations.push_back(readConfiguration(entry, robot));
   for (const Map& entry : map.maps("trajectories")) {

@@ -21,7 +21,7 @@ const Mapping& plantTable();
 /// The `teleoperation` of a deployment.
 const Mapping& teleoperationTable();
 
-/// "robot", "experiment", "deployment", "trajectory", "hardware", "cooperative", "path".
+/// "experiment", "deployment", "trajectory", "hardware", "path", and those of robotFiles().
 const std::vector<std::string>& kinds();
 
 /// The table of a kind. @throw std::invalid_argument for an unknown kind.

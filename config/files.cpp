@@ -9,6 +9,7 @@
 
 #include "config/file_tables.h"
 #include "config/loaders.h"
+#include "config/robot_files.h"
 
 namespace tandem::config {
 namespace {
@@ -72,7 +73,11 @@ std::vector<fs::path> searchFolders() {
 
 /// "robots", "trajectories", "hardware", "cooperative".
 std::string folderOf(const std::string& kind) {
-  if (kind == "hardware" || kind == "cooperative")
+  for (const RobotFile& type : robotFiles()) {
+    if (type.kind == kind)
+      return type.presets;
+  }
+  if (kind == "hardware")
     return kind;
   return kind.ends_with('y') ? kind.substr(0, kind.size() - 1) + "ies" : kind + "s";
 }
@@ -183,7 +188,7 @@ fs::path companionPath(const Map& map, const std::string& key, const fs::path& f
     try {
       return findPreset(name, kind);
     } catch (const Error&) {
-      // Told below, with the place of the key.
+      // Reported below, with the place of the key.
     }
   }
   map.fail(key, "found '" + name +

@@ -11,6 +11,7 @@
 #include "config/file_tables.h"
 #include "config/hardware_guards.h"
 #include "config/loaders.h"
+#include "config/robot_files.h"
 
 namespace tandem::config {
 namespace {
@@ -229,7 +230,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   map.expectDistinct("buses", "name");
   map.expectDistinct("buses", "interface");
   auto hardware = map.read<hal::HardwareConfig>();
-  const Robot robot = loadRobot(robotPath(map, file));
+  const Robot robot = loadAnyRobot(robotPath(map, file));
   hardware.robot_file = robot.file.string();
   if (!hardware.simulated && !robot.hardware)
     map.fail("robot", "found a robot with `hardware: false`, expected `hardware: true`, or `simulated: true` here");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/arm_names.h"
 #include "config/loaders.h"
+#include "config/robot_files.h"
 
 namespace tandem::config {
 namespace {
@@ -25,7 +26,7 @@ sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_f
   const std::vector<Map> tubes = map.maps("tube_errors"), forces = map.maps("tip_forces");
   if (tubes.empty() && forces.empty())
     return plant;
-  const Robot robot = loadRobot(robot_file);
+  const Robot robot = loadAnyRobot(robot_file);
   for (const Map& entry : tubes)
     plant.tube_errors.push_back(readTubeErrors(entry, robot));
   if (!forces.empty() && plant.model == "rigid")

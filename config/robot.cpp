@@ -166,6 +166,10 @@ Arm readArm(const Map& map, bool hardware) {
   } catch (const std::invalid_argument& error) {
     map.fail("tubes", "found tubes that no model can answer for: " + std::string(error.what()));
   }
+  for (const char* joint : {"beta_", "alpha_"}) {
+    for (int i = 1; i <= arm.model.tubeCount(); ++i)
+      arm.joint_names.push_back(joint + std::to_string(i));
+  }
   arm.limits = readLimits(map, arm.model.tubes, hardware);
   arm.home = map.has("home") ? readJoints(map.map("home"), arm.limits) : middleOf(arm.limits);
   return arm;

@@ -41,13 +41,14 @@ const Mapping kJointsTable{"joints",
                                number("alpha", kAngle, "rotations").required().list(2, 4),
                            }};
 
-const Mapping kConfigurationTable{
-    "configuration",
-    "A start configuration: every arm of the robot, inside its limits.",
-    {
-        text("name", "unique in the file", &Configuration::name).required().orInteger(),
-        mapping("joints", kJointsTable, "one entry for every arm of the robot").required().list(1, safety::kMaxArms),
-    }};
+const Mapping kConfigurationTable{"configuration",
+                                  "A start configuration: every arm of the robot, inside its limits.",
+                                  {
+                                      text("name", "unique in the file", &Configuration::name).required().orInteger(),
+                                      mapping("joints", kJointsTable, "one entry for every arm of the robot")
+                                          .list(1, safety::kMaxArms)
+                                          .defaultNote("home"),
+                                  }};
 
 const Mapping kExperimentTrajectoryTable = [] {
   Mapping trajectory{"experiment_trajectory", "A trajectory, and the configurations from which it is run.",

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "config/file_tables.h"
+#include "config/robot_files.h"
 
 namespace tandem::config {
 namespace {
@@ -213,14 +214,21 @@ std::string rowOf(const Field& field, bool is_choice) {
 }  // namespace
 
 const std::vector<std::string>& kinds() {
-  static const std::vector<std::string> all{"robot",    "experiment",  "deployment", "trajectory",
-                                            "hardware", "cooperative", "path"};
+  static const std::vector<std::string> all = [] {
+    std::vector<std::string> names;
+    for (const RobotFile& type : robotFiles())
+      names.push_back(type.kind);
+    names.insert(names.end(), {"experiment", "deployment", "trajectory", "hardware", "path"});
+    return names;
+  }();
   return all;
 }
 
 const Mapping& tableOf(const std::string& kind) {
-  if (kind == "robot")
-    return robotTable();
+  for (const RobotFile& type : robotFiles()) {
+    if (type.kind == kind)
+      return type.table();
+  }
   if (kind == "experiment")
     return experimentTable();
   if (kind == "deployment")
@@ -229,8 +237,6 @@ const Mapping& tableOf(const std::string& kind) {
     return trajectoryTable();
   if (kind == "hardware")
     return hardwareTable();
-  if (kind == "cooperative")
-    return cooperativeTable();
   if (kind == "path")
     return pathTable();
   throw std::invalid_argument("found the kind '" + kind + "', expected one of " + join(kinds()));

@@ -2,11 +2,11 @@
 #include <cmath>
 #include <variant>
 
-#include "config/any_robot.h"
 #include "config/cooperative.h"
 #include "config/file_tables.h"
 #include "config/loaders.h"
 #include "config/path.h"
+#include "config/robot_files.h"
 
 namespace tandem::config {
 namespace {
@@ -23,10 +23,10 @@ std::string shapeName(const planning::Shape& shape) {
 Summary summarize(const Robot& robot) {
   std::vector<std::string> arms;
   for (const Arm& arm : robot.arms) {
-    arms.push_back(arm.name + ": " + count(arm.model.tubes.size(), "tube", "tubes") + ", " +
-                   count(arm.home.size(), "joint", "joints"));
+    const std::string tubes = arm.model.tubes.empty() ? "" : count(arm.model.tubes.size(), "tube", "tubes") + ", ";
+    arms.push_back(arm.name + ": " + tubes + count(arm.home.size(), "joint", "joints"));
   }
-  return {"robot",
+  return {robot.type,
           "robot " + robot.name + ": " + count(arms.size(), "arm", "arms") + " (" + join(arms, "; ") + ")" +
               (robot.hardware ? ", hardware" : ", simulated"),
           robot.warnings};
@@ -39,7 +39,7 @@ Summary summarize(const Experiment& experiment) {
   std::size_t runs = 0;
   for (const ExperimentTrajectory& trajectory : experiment.trajectories)
     runs += trajectory.configurations.size();
-  const Robot robot = loadRobot(experiment.robot);
+  const Robot robot = loadAnyRobot(experiment.robot);
   return {"experiment",
           "experiment " + experiment.name + ": robot " + robot.name + ", " +
               count(experiment.configurations.size(), "configuration", "configurations") + ", " +
@@ -119,19 +119,19 @@ Summary summarize(const CooperativeRobot& robot) {
 
 Summary validate(const std::filesystem::path& file) {
   const std::string kind = Document(file.string(), readFile(file)).kind();
-  if (kind == "robot")
-    return summarize(loadRobot(file));
+  if (kind == "cooperative")
+    return summarize(loadCooperative(file));
   if (kind == "experiment")
     return summarize(loadExperiment(file));
   if (kind == "deployment")
     return summarize(loadDeployment(file));
   if (kind == "hardware")
     return summarize(loadHardware(file));
-  if (kind == "cooperative")
-    return summarize(loadCooperative(file));
   if (kind == "path")
     return summarize(loadPath(file));
-  return summarize(loadTrajectory(file));
+  if (kind == "trajectory")
+    return summarize(loadTrajectory(file));
+  return summarize(loadAnyRobot(file));
 }
 
 }  // namespace tandem::config

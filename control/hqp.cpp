@@ -225,7 +225,7 @@ class Hqp final : public Resolver {
     return status;
   }
 
-  SolveStatus settle(const StepProblem& problem, Solution& solution) {
+  SolveStatus solvePosture(const StepProblem& problem, Solution& solution) {
     const int n = problem.joint_count;
     const RobotVector wanted = problem.posture.size() > 0
                                    ? postureVelocity(problem, parameters_, parameters_.rotation_velocity)
@@ -260,7 +260,7 @@ class Hqp final : public Resolver {
       solution_velocity_ = solution.velocity;
       remember(problem, k);
     }
-    const SolveStatus status = settle(problem, solution);
+    const SolveStatus status = solvePosture(problem, solution);
     return status == SolveStatus::kInfeasible ? SolveStatus::kSolved : status;
   }
 

@@ -75,12 +75,13 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
   std::vector<std::string> translations;
   for (const config::Arm& arm : robot.arms) {
     const std::string letter = arm.name.substr(arm.name.rfind('_') + 1);
-    for (const char* kind : {"beta_", "alpha_"}) {
-      for (int i = 1; i <= arm.model.tubeCount(); ++i)
-        joints.push_back(kind + letter + std::to_string(i));
+    for (int j = 0; j < arm.jointCount(); ++j) {
+      std::string name = arm.joint_names[static_cast<std::size_t>(j)];
+      const std::size_t number = name.rfind('_') + 1;  // of "beta_1"; 0 where there is none
+      if (arm.limits.isTranslation(j))
+        translations.push_back(letter + name.substr(number));
+      joints.push_back(name.insert(number, letter));
     }
-    for (int i = 1; i <= arm.model.tubeCount(); ++i)
-      translations.push_back(letter + std::to_string(i));
   }
   out << "point,iteration";
   for (const std::string& joint : joints)
@@ -100,10 +101,11 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
         << row.facts.gate_actions;
     int joint = 0;
     for (const config::Arm& arm : robot.arms) {
-      for (int i = 0; i < arm.model.tubeCount(); ++i) {
-        out << ',' << number(row.lower[joint + i]) << ',' << number(row.upper[joint + i]);
+      for (int i = 0; i < arm.jointCount(); ++i) {
+        if (arm.limits.isTranslation(i))
+          out << ',' << number(row.lower[joint + i]) << ',' << number(row.upper[joint + i]);
       }
-      joint += arm.model.jointCount();
+      joint += arm.jointCount();
     }
     out << '\n';
   }

@@ -28,7 +28,7 @@ from matplotlib.lines import Line2D
 
 matplotlib.use("Agg")
 
-# Told apart by colour-blind readers too (after Okabe and Ito): colour, style and width of each method. What often
+# distinguished by colour-blind readers too (after Okabe and Ito): colour, style and width of each method. What often
 # coincides, nspqp and snsqp, is a broad line under a narrow one.
 METHOD_STYLE = {
     "nsp": ("#999999", ":", 1.6),

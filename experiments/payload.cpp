@@ -9,7 +9,7 @@ namespace tandem::experiments {
 namespace grasp = kinematics::grasp;
 using kinematics::Wrench;
 
-PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const HeldObjectMechanism& mechanism)
+PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const GraspedObjectMechanism& mechanism)
     : holders_{"all"}, refusals_{""} {
   const config::HeldObject& object = *robot.object;
   Wrench load;
@@ -25,7 +25,7 @@ PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const HeldObje
     one.object->contacts = {object.contacts[k]};
     one.object->squeeze = 0.0;
     alone_.push_back(std::move(one));
-    owned_.push_back(std::make_unique<HeldObjectMechanism>(alone_.back()));
+    owned_.push_back(std::make_unique<GraspedObjectMechanism>(alone_.back()));
     mechanisms_.push_back(owned_.back().get());
     joints_.push_back(mechanism.joints().segment(static_cast<Eigen::Index>(k) * kinematics::catheter::kJoints,
                                                  kinematics::catheter::kJoints));
@@ -33,7 +33,7 @@ PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const HeldObje
     holders_.push_back(robot.arms[static_cast<std::size_t>(object.arms[k])].name);
     std::string why;
     if (object.contacts[k].type == grasp::ContactType::kRigid)
-      why = owned_.back()->settle(joints_.back());
+      why = owned_.back()->solveEquilibrium(joints_.back());
     else
       why = "a contact of this type holds nothing alone";
     refusals_.push_back(why);
@@ -70,9 +70,9 @@ Payload PayloadStudy::carried(std::size_t holder,
     grasp::Hold next = good;
     Wrench load = loads_[holder];
     load.head<3>() += (result.load + step) * direction;
-    const grasp::HoldStatus status = model.settle(joints_[holder], load, next);
+    const grasp::HoldStatus status = model.solveEquilibrium(joints_[holder], load, next);
     const std::string why = status == grasp::HoldStatus::kOk ? trouble(holder, next, options.most_sag)
-                                                             : "no rest: " + std::string(describe(status));
+                                                             : "no equilibrium: " + std::string(describe(status));
     if (why.empty()) {
       good = next;
       result.load += step;

@@ -9,7 +9,7 @@
 
 namespace tandem::experiments {
 
-using robots::HeldObjectMechanism;
+using robots::GraspedObjectMechanism;
 using safety::RobotVector;
 
 struct PayloadOptions {
@@ -30,7 +30,7 @@ struct Payload {
 class PayloadStudy {
  public:
   /// @param mechanism  at rest; outlives this
-  PayloadStudy(const config::CooperativeRobot& robot, const HeldObjectMechanism& mechanism);
+  PayloadStudy(const config::CooperativeRobot& robot, const GraspedObjectMechanism& mechanism);
 
   /// "all", then the arms by name.
   const std::vector<std::string>& holders() const { return holders_; }
@@ -46,8 +46,8 @@ class PayloadStudy {
   std::string trouble(std::size_t holder, const kinematics::grasp::Hold& rest, double most_sag) const;
 
   std::vector<config::CooperativeRobot> alone_;
-  std::vector<std::unique_ptr<HeldObjectMechanism>> owned_;
-  std::vector<const HeldObjectMechanism*> mechanisms_;
+  std::vector<std::unique_ptr<GraspedObjectMechanism>> owned_;
+  std::vector<const GraspedObjectMechanism*> mechanisms_;
   std::vector<RobotVector> joints_;
   std::vector<kinematics::Wrench> loads_;
   std::vector<kinematics::grasp::Hold> rests_;

@@ -9,6 +9,7 @@
 
 #include "control/velocity_bounds.h"
 #include "planning/joint_sampler.h"
+#include "robots/plant/plant.h"
 #include "sim/plant_tips.h"
 
 namespace tandem::experiments {
@@ -207,13 +208,10 @@ RandomTask randomTask(const config::Robot& robot,
   if (model.armCount() < 2)
     throw std::invalid_argument(robot.name + ": found one arm, expected at least two that cooperate");
   Draw draw(seedOf(seed, index));
-  std::vector<kinematics::ConcentricTubeArm> tubes;
   std::vector<planning::JointSampler> samplers;
-  for (const config::Arm& arm : robot.arms) {
-    tubes.push_back(arm.model);
+  for (const config::Arm& arm : robot.arms)
     samplers.emplace_back(arm.limits);
-  }
-  sim::PlantTips tips(tubes, options.plant);
+  sim::PlantTips tips = robots::makePlantTips(robot, options.plant);
   control::StepProblem problem;
   problem.setLimits(model.limits().data(), model.armCount());
 

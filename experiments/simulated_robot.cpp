@@ -4,15 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "robots/plant/plant.h"
+
 namespace tandem::experiments {
 namespace {
-
-std::vector<kinematics::ConcentricTubeArm> armsOf(const config::Robot& robot) {
-  std::vector<kinematics::ConcentricTubeArm> arms;
-  for (const config::Arm& arm : robot.arms)
-    arms.push_back(arm.model);
-  return arms;
-}
 
 sim::SimulatedDrives makeDrives(const config::Robot& robot,
                                 const std::vector<Eigen::VectorXd>& start,
@@ -38,7 +33,7 @@ SimulatedRobot::SimulatedRobot(const config::Robot& robot,
     : model_(model),
       period_(options.control_period),
       drives_(makeDrives(robot, start, options)),
-      tips_(armsOf(robot), options.plant) {
+      tips_(robots::makePlantTips(robot, options.plant)) {
   sim::Command enable = next();
   enable.request.fill(safety::DriveRequest::kEnable);
   send(enable);

@@ -78,7 +78,7 @@ safety::ArmVector ArmHardware::velocity() const noexcept {
   return v;
 }
 
-/// Where the drives are told to be; of lost joints, where they were seen last.
+/// Where the drives are commanded to be; of lost joints, where they were seen last.
 safety::ArmVector ArmHardware::places() const noexcept {
   safety::ArmVector q(jointCount());
   for (int j = 0; j < jointCount(); ++j)

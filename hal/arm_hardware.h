@@ -39,7 +39,7 @@ class ArmHardware {
   void disableForNewSession() noexcept { supervisor_.disableForNewSession(); }
   /** The emergency stop as it is read now. While it is pressed, or has been lost, the arm is stopped and cannot be
    * cleared; while it is not known the arm does not get power. An arm that is recovered may have lost the drive that
-   * told of it before: then it has to be known that it is pressed. */
+   * reported it before: then it has to be known that it is pressed. */
   void setEmergencyStop(bool pressed, bool lost, bool known) noexcept;
   /// The stop topic.
   void stop(const safety::FaultRecord& record) noexcept { supervisor_.latch(record); }
@@ -61,7 +61,7 @@ class ArmHardware {
   /// All joints know where they are.
   bool homed() const noexcept;
   bool valid() const noexcept;
-  /// Neither the reference nor, as far as the drives tell that can be heard, a joint moves.
+  /// Neither the reference nor, as far as the drives tell that can be received, a joint moves.
   bool standing() const noexcept;
   safety::ArmVector position() const noexcept;
   safety::ArmVector velocity() const noexcept;

@@ -365,7 +365,7 @@ void Axis::writeCommand(std::int64_t now) noexcept {
   } else if (!holding_) {
     target_counts_ = units_.toCounts(target_).value;
   }
-  following_.told(target_);
+  following_.reported(target_);
   canopen::Rpdo& rpdo = driveNode().rpdos()[0];
   rpdo.set(slots::kControlword, controlword | (driveState() == DriveState::kOperationEnabled ? mode_bits_ : 0));
   if (config_.mode == DriveMode::kCyclicPosition) {

@@ -32,12 +32,12 @@ class Brake {
   bool writing() const noexcept { return writing_; }
 
   /// It holds: torque may go.
-  bool closed(std::int64_t now) const noexcept { return settled(now, config_.closing_time) && !open_; }
+  bool closed(std::int64_t now) const noexcept { return elapsed(now, config_.closing_time) && !open_; }
   /// It lets the joint move.
-  bool opened(std::int64_t now) const noexcept { return settled(now, config_.opening_time) && open_; }
+  bool opened(std::int64_t now) const noexcept { return elapsed(now, config_.opening_time) && open_; }
 
  private:
-  bool settled(std::int64_t now, double time) const noexcept {
+  bool elapsed(std::int64_t now, double time) const noexcept {
     return !writing_ && 1e-9 * static_cast<double>(now - since_) >= time;
   }
 

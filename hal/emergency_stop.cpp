@@ -42,12 +42,12 @@ int EmergencyStopWatch::update(std::int64_t now) noexcept {
     readable = readable || (source.read && !source.lost);
     lost = lost || source.lost;
   }
-  // What was last heard of an input that is lost counts as long as no other one can be heard.
+  // What was last received of an input that is lost counts as long as no other one can be received.
   for (const Source& source : sources_)
     pressed = pressed || (source.pressed && !(source.lost && readable));
   silent_ = reports_.silent(now);
   lost_ = lost && !readable;
-  const bool all = (sources_.empty() || readable) && (!reports_.asked() || (reports_.heard() && !silent_));
+  const bool all = (sources_.empty() || readable) && (!reports_.asked() || (reports_.received() && !silent_));
   const bool any = !sources_.empty() || reports_.asked();
   pressed = pressed || reports_.pressed();
   state_ = pressed ? EmergencyStop::kPressed : all && any ? EmergencyStop::kReleased : EmergencyStop::kNotRead;

@@ -13,9 +13,9 @@
 namespace tandem::hal {
 
 /** All inputs that tell of the emergency stop. One that says "pressed" is enough. One that falls silent is not missed
- * while another one is heard; when the last one is lost, nobody would learn of the emergency stop, and that stops the
- * arms, too. While a node boots its input stands as it was last heard. Nothing after construction allocates, locks or
- * throws; times are ns on the caller's clock. */
+ * while another one is received; when the last one is lost, nobody would learn of the emergency stop, and that stops
+ * the arms, too. While a node boots its input stands as it was last received. Nothing after construction allocates,
+ * locks or throws; times are ns on the caller's clock. */
 class EmergencyStopWatch {
  public:
   /// @param budget s for which an operational node may owe an input. @param reports s, of EmergencyReports.
@@ -48,7 +48,7 @@ class EmergencyStopWatch {
     FeedbackStream stream{};
     bool read = false;     ///< ever
     bool pressed = false;  ///< as last read
-    bool lost = false;     ///< it should be heard, and is not
+    bool lost = false;     ///< it should be received, and is not
   };
   void listen(Source& source, std::int64_t now) const noexcept;
 

@@ -43,13 +43,13 @@ class FeedbackStream {
   safety::SuccessRate success_;
 };
 
-/** Whether a joint is where it was told to be, and its drive takes notice of what it is told. Times are ns. */
+/** Whether a joint is where it was commanded to be, and its drive takes notice of its commands. Times are ns. */
 class FollowingWatch {
  public:
   /// The joint begins to be moved or held, at `target`.
   void restart(double target) noexcept;
   /// Every period: what is sent now. A command acts two periods later.
-  void told(double target) noexcept { recent_[next_++ % recent_.size()] = target; }
+  void reported(double target) noexcept { recent_[next_++ % recent_.size()] = target; }
   void forget(double target) noexcept { recent_.fill(target); }
   /// A new measurement. @param window that the error may fill
   void measured(double position, double window, std::int64_t now) noexcept;

@@ -78,7 +78,7 @@ void appendInterpolation(std::vector<SetupStep>& steps, double period) {
   steps.push_back(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent"));
 }
 
-/// What a drive does by itself when it is told to stop, or nobody tells it anything: always the quick stop's ramp.
+/// What a drive does by itself when it is commanded to stop, or nobody tells it anything: always the quick stop's ramp.
 void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const std::int64_t deceleration = AxisUnits(axis.gearing).toCountMagnitude(axis.quick_stop_deceleration);
   steps.push_back(canopen::write({0x6007, 0}, 3, 2, "abort connection option: quick stop"));

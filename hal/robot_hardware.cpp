@@ -132,31 +132,31 @@ void RobotHardware::stopPowered(const safety::FaultRecord& record) noexcept {
 }
 
 void RobotHardware::onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept {
-  HardwareEvent told;
-  told.bus = static_cast<std::uint8_t>(bus);
+  HardwareEvent reported;
+  reported.bus = static_cast<std::uint8_t>(bus);
   if (event.kind == canopen::NetworkEvent::Kind::kBusState) {
-    told.kind = HardwareEvent::Kind::kBus;
-    told.bus_state = event.bus_state;
-    return events_.push(told);
+    reported.kind = HardwareEvent::Kind::kBus;
+    reported.bus_state = event.bus_state;
+    return events_.push(reported);
   }
   if (event.kind == canopen::NetworkEvent::Kind::kMaster) {
-    told.kind = HardwareEvent::Kind::kMaster;
-    told.master = event.master;
-    return events_.push(told);
+    reported.kind = HardwareEvent::Kind::kMaster;
+    reported.master = event.master;
+    return events_.push(reported);
   }
   Axis& axis = *axes_[index(buses_[bus].axis_of_node[index(event.node)])];
-  told.arm = static_cast<std::uint8_t>(axis.config().arm);
-  told.joint = static_cast<std::uint8_t>(axis.config().joint);
-  told.encoder = event.node == axis.encoderIndex();
+  reported.arm = static_cast<std::uint8_t>(axis.config().arm);
+  reported.joint = static_cast<std::uint8_t>(axis.config().joint);
+  reported.encoder = event.node == axis.encoderIndex();
   if (event.kind == canopen::NetworkEvent::Kind::kEmcy) {
     axis.onEmcy(event.node, event.emcy);
-    told.kind = HardwareEvent::Kind::kEmergency;
-    told.code = event.emcy.code;
-    events_.push(told);
+    reported.kind = HardwareEvent::Kind::kEmergency;
+    reported.code = event.emcy.code;
+    events_.push(reported);
   } else if (event.phase == canopen::NodePhase::kFailed) {
-    told.kind = HardwareEvent::Kind::kNode;
-    told.failure = buses_[bus].network->node(event.node).failure();
-    events_.push(told);
+    reported.kind = HardwareEvent::Kind::kNode;
+    reported.failure = buses_[bus].network->node(event.node).failure();
+    events_.push(reported);
   }
 }
 
@@ -174,7 +174,7 @@ void RobotHardware::measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now
   slot.window = now;
 }
 
-void RobotHardware::hear(std::int64_t now) noexcept {
+void RobotHardware::receiveFrames(std::int64_t now) noexcept {
   for (std::size_t b = 0; b < buses_.size(); ++b) {
     buses_[b].network->receive(now);
     canopen::NetworkEvent event;
@@ -185,19 +185,19 @@ void RobotHardware::hear(std::int64_t now) noexcept {
 }
 
 void RobotHardware::receive(std::int64_t now) noexcept {
-  hear(now);
+  receiveFrames(now);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     axes_[i]->update(now);
     const bool became_ready = axes_[i]->phase() == AxisPhase::kReady && phases_[i] != AxisPhase::kReady;
     phases_[i] = axes_[i]->phase();
     if (!became_ready)
       continue;
-    ++placements_;
-    HardwareEvent told;
-    told.kind = HardwareEvent::Kind::kReady;
-    told.arm = static_cast<std::uint8_t>(axes_[i]->config().arm);
-    told.joint = static_cast<std::uint8_t>(axes_[i]->config().joint);
-    events_.push(told);
+    ++joint_resets_;
+    HardwareEvent reported;
+    reported.kind = HardwareEvent::Kind::kReady;
+    reported.arm = static_cast<std::uint8_t>(axes_[i]->config().arm);
+    reported.joint = static_cast<std::uint8_t>(axes_[i]->config().joint);
+    events_.push(reported);
   }
 }
 
@@ -210,17 +210,17 @@ void RobotHardware::watchEmergencyStop(std::int64_t now) noexcept {
                          emergency_stop_.lost(), emergency_stop_.known());
   if (began >= 0) {
     const AxisConfig& axis = config_.axes[index(began)];
-    HardwareEvent told;
-    told.arm = static_cast<std::uint8_t>(axis.arm);
-    told.joint = static_cast<std::uint8_t>(axis.joint);
-    told.guards = bit(HardwareGuard::kEmergencyStop);
-    hardware_guards_.add(told.guards, axis.arm, axis.joint);
-    events_.push(told);
+    HardwareEvent reported;
+    reported.arm = static_cast<std::uint8_t>(axis.arm);
+    reported.joint = static_cast<std::uint8_t>(axis.joint);
+    reported.guards = bit(HardwareGuard::kEmergencyStop);
+    hardware_guards_.add(reported.guards, axis.arm, axis.joint);
+    events_.push(reported);
   }
   if (before == safety::EmergencyStop::kPressed && emergency_stop_.state() == safety::EmergencyStop::kReleased) {
-    HardwareEvent told;
-    told.kind = HardwareEvent::Kind::kReleased;
-    events_.push(told);
+    HardwareEvent reported;
+    reported.kind = HardwareEvent::Kind::kReleased;
+    events_.push(reported);
   }
 }
 
@@ -235,11 +235,11 @@ void RobotHardware::step(std::int64_t now) noexcept {
       if (began == 0)
         continue;
       hardware_guards_.add(began, a, j);
-      HardwareEvent told;
-      told.arm = static_cast<std::uint8_t>(a);
-      told.joint = static_cast<std::uint8_t>(j);
-      told.guards = began;
-      events_.push(told);
+      HardwareEvent reported;
+      reported.arm = static_cast<std::uint8_t>(a);
+      reported.joint = static_cast<std::uint8_t>(j);
+      reported.guards = began;
+      events_.push(reported);
     }
   }
   for (BusSlot& slot : buses_)

@@ -44,7 +44,7 @@ struct HardwareEvent {
   canopen::MasterFrame master = canopen::MasterFrame::kSync;
 };
 
-/** One period: what was heard, what is wrong, where the arms shall be, what is sent, SYNC last.
+/** One period: what was received, what is wrong, where the arms shall be, what is sent, SYNC last.
  *
  * One thread; nothing after construction allocates, locks or throws. Times are ns on one monotonic clock. */
 class RobotHardware {
@@ -55,7 +55,7 @@ class RobotHardware {
 
   /// Before start(): takes in what is on the buses and sends nothing. Repeat it for listeningTime(), then look at
   /// network(b).masters(): whoever finds somebody there must not start.
-  void listen(std::int64_t now) noexcept { hear(now); }
+  void listen(std::int64_t now) noexcept { receiveFrames(now); }
   /// canopen::listeningTime() of the drives' patience, s.
   double listeningTime() const noexcept { return listening_time_; }
   /// Begins to send heartbeats and boots all nodes.
@@ -101,7 +101,7 @@ class RobotHardware {
   /// As the inputs of the hardware file tell it.
   safety::EmergencyStop emergencyStop() const noexcept { return emergency_stop_.state(); }
   /// Times that an axis learnt where it is: its position before that is no part of a way.
-  std::uint32_t placements() const noexcept { return placements_; }
+  std::uint32_t jointResets() const noexcept { return joint_resets_; }
   bool standing() const noexcept;
   const safety::GuardCounters& guards() const noexcept { return guards_; }
   const HardwareGuardCounters& hardwareGuards() const noexcept { return hardware_guards_; }
@@ -115,7 +115,7 @@ class RobotHardware {
   const canopen::Network& network(int b) const noexcept { return *buses_[index(b)].network; }
   /// Share of the bit rate in use, from the frames of the last second at their longest.
   double busLoad(int b) const noexcept { return buses_[index(b)].load; }
-  /// Share of the last 100 TPDOs that came, 0 to 1, of the drive or encoder on this bus that is heard worst.
+  /// Share of the last 100 TPDOs that came, 0 to 1, of the drive or encoder on this bus with the worst reception.
   double busSuccess(int b) const noexcept;
   /// An operator clears a fault while this bus is off: somebody outside of the periodic thread shall restart it. True
   /// once per wish.
@@ -135,7 +135,7 @@ class RobotHardware {
     std::int64_t window = 0;   ///< its beginning, ns
   };
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  void hear(std::int64_t now) noexcept;
+  void receiveFrames(std::int64_t now) noexcept;
   void receive(std::int64_t now) noexcept;
   void onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept;
   void watchEmergencyStop(std::int64_t now) noexcept;
@@ -151,8 +151,8 @@ class RobotHardware {
   std::vector<std::unique_ptr<Axis>> axes_;
   std::vector<ArmHardware> arms_;
   EmergencyStopWatch emergency_stop_;
-  std::vector<AxisPhase> phases_;  ///< as last told
-  std::uint32_t placements_ = 0;
+  std::vector<AxisPhase> phases_;  ///< as last reported
+  std::uint32_t joint_resets_ = 0;
   std::array<GuardMask, safety::kMaxJointsPerArm> began_{};
   EventRing<HardwareEvent, 128> events_;
 };

@@ -3,10 +3,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
-
-#include "kinematics/compliant_model.h"
-#include "kinematics/rigid_model.h"
 
 namespace tandem::kinematics {
 
@@ -51,12 +47,16 @@ ModelStatus ArmModel::shape(const JointsRef& q, int points, std::vector<ShapePoi
   return this->shape(q, Wrench::Zero(), cold, points, shape);
 }
 
-std::unique_ptr<ArmModel> makeArmModel(const std::string& name, const ConcentricTubeArm& arm) {
-  if (name == "rigid")
-    return std::make_unique<RigidModel>(arm);
-  if (name == "compliant")
-    return std::make_unique<CompliantModel>(arm);
-  throw std::invalid_argument("unknown kinematic model '" + name + "', expected: rigid, compliant");
+ModelStatus ArmModel::loadedTip(const JointsRef& q,
+                                const Wrench& wrench,
+                                Branch& branch,
+                                LoadedTip& tip) const noexcept {
+  if (!wrench.allFinite())
+    return ModelStatus::kNotFinite;
+  if (!wrench.isZero(0.0))
+    return ModelStatus::kCarriesNoLoad;
+  tip.compliance.setZero();
+  return this->tip(q, branch, tip);
 }
 
 }  // namespace tandem::kinematics

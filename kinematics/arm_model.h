@@ -77,26 +77,46 @@ struct BackbonePoint {
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, safety::kMaxJointsPerArm> jacobian;  ///< at constant s
 };
 
-/** A kinematic model of one arm. tip() and loadedTip() are meant for the periodic path: they allocate nothing and throw
- * nothing. A model has no state of its own: what it has to remember from call to call is the caller's Branch, so one
- * model may serve many threads. */
+/// Most sections of an arm's body.
+inline constexpr int kMaxBodySections = kMaxTubes;
+
+/** A part of an arm's body with constant radius, from the end of the section before it. */
+struct BodySection {
+  double end = 0.0;     ///< arc length from the entry point, m; where the section before it ends, or beyond
+  double radius = 0.0;  ///< m
+  Gradient by_joints;   ///< of `end`
+};
+using BodySections = std::array<BodySection, kMaxBodySections>;
+
+/** A kinematic model of one arm of any type. tip() and loadedTip() are meant for the periodic path: they allocate
+ * nothing and throw nothing. A model has no state of its own: what it has to remember from call to call is the caller's
+ * Branch, so one model may serve many threads. */
 class ArmModel {
  public:
   virtual ~ArmModel() = default;
-  virtual const ConcentricTubeArm& arm() const = 0;
+  virtual int jointCount() const noexcept = 0;
+  /// robot base frame <- arm base frame
+  virtual const Eigen::Isometry3d& base() const noexcept = 0;
+  /// A faster model of the same arm with similar answers, for searches; this one where there is none.
+  virtual const ArmModel& approximation() const noexcept { return *this; }
+  /// Sections of the body from the entry point to the tip, at joints of the right number. @return how many
+  virtual int sections(const JointsRef& q, BodySections& sections) const noexcept = 0;
 
   /// Pose, Jacobian and stability at q, on the branch given; `tip` and `branch` are untouched unless kOk is returned.
   virtual ModelStatus tip(const JointsRef& q, Branch& branch, Tip& tip) const noexcept = 0;
   /// The same from a cold start.
   ModelStatus tip(const JointsRef& q, Tip& tip) const noexcept;
 
+  /// Whether a wrench deforms the arm.
+  virtual bool carriesLoad() const noexcept { return false; }
   /// The same under a wrench at the tool tip that keeps its direction in the base frame, with the tip's compliance.
+  /// Here, for models that do not deform: kCarriesNoLoad unless the wrench is zero; compliance zero.
   virtual ModelStatus loadedTip(const JointsRef& q,
                                 const Wrench& wrench,
                                 Branch& branch,
-                                LoadedTip& tip) const noexcept = 0;
+                                LoadedTip& tip) const noexcept;
 
-  /// `points` backbone frames, evenly spaced from s = 0 to the end of tube 1 (the tool is not part of the backbone).
+  /// `points` backbone frames, evenly spaced from s = 0 to the end of the body (the tool is not part of the backbone).
   virtual ModelStatus shape(const JointsRef& q,
                             const Wrench& wrench,
                             Branch& branch,
@@ -120,9 +140,5 @@ class ArmModel {
   /// How Tip::stability changes with the joints, 1/m and 1/rad. @param branch  of the model's answer for q itself
   virtual Gradient stabilityGradient(const JointsRef& q, const Branch& branch) const;
 };
-
-/** Makes a model by name: "rigid" or "compliant".
- * @throw std::invalid_argument for another name, or an arm that checkArm() refuses. */
-std::unique_ptr<ArmModel> makeArmModel(const std::string& name, const ConcentricTubeArm& arm);
 
 }  // namespace tandem::kinematics

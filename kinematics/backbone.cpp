@@ -83,9 +83,7 @@ ModelStatus ArmModel::backbone(const JointsRef& q,
   return ModelStatus::kOk;
 }
 
-Gradient ArmModel::stabilityGradient(const JointsRef&, const Branch&) const {
-  return Gradient::Zero(arm().jointCount());
-}
+Gradient ArmModel::stabilityGradient(const JointsRef&, const Branch&) const { return Gradient::Zero(jointCount()); }
 
 /// take(i, place, tangent) for every arc length, from sweeps that sample so many at a time.
 template <class Take>

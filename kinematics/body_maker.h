@@ -11,7 +11,7 @@ namespace tandem::kinematics {
 class BodyMaker {
  public:
   /// Nodes of the body of any arm, at most.
-  static constexpr std::size_t kMostNodes = kMaxTubes * Body::kPieces + 1;
+  static constexpr std::size_t kMostNodes = kMaxBodySections * Body::kPieces + 1;
 
   BodyMaker() { s_.reserve(kMostNodes); }
   /// Makes room for the body of any arm.

@@ -92,32 +92,31 @@ void BodyMaker::reserve(Body& body) {
 }
 
 ModelStatus BodyMaker::make(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body) {
-  const ConcentricTubeArm& arm = model.arm();
-  const int n = arm.tubeCount();
-  if (q.size() != 2 * n)
+  body.joints = model.jointCount();
+  if (q.size() != body.joints)
     return ModelStatus::kWrongSize;
-  using Slope = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxTubes>;
-  std::array<Slope, kMostNodes> slope;  // of s by the translations
-  slope[0].setZero(n);
+  BodySections sections;
+  const int count = model.sections(q, sections);
+  std::array<Gradient, kMostNodes> slope;  // of s by the joints
+  slope[0].setZero(body.joints);
   s_.assign(1, 0.0);
   body.radius.clear();
-  body.joints = 2 * n;
-  for (int i = n - 1; i >= 0; --i) {
-    const double start = s_.back(), end = std::max(start, q[i] + arm.tubes[i].length());
-    const Slope start_slope = slope[s_.size() - 1];
-    const Slope end_slope = end > start ? Slope(Slope::Unit(n, i)) : start_slope;
+  for (int i = 0; i < count; ++i) {
+    const BodySection& section = sections[static_cast<std::size_t>(i)];
+    const double start = s_.back();
+    const Gradient start_slope = slope[s_.size() - 1];
     for (int k = 1; k <= Body::kPieces; ++k) {
       const double x = static_cast<double>(k) / Body::kPieces;
-      slope[s_.size()] = (1.0 - x) * start_slope + x * end_slope;
-      s_.push_back(k == Body::kPieces ? end : start + x * (end - start));
-      body.radius.push_back(0.5 * arm.tubes[i].outer_diameter);
+      slope[s_.size()] = (1.0 - x) * start_slope + x * section.by_joints;
+      s_.push_back(k == Body::kPieces ? section.end : start + x * (section.end - start));
+      body.radius.push_back(section.radius);
     }
   }
   if (const ModelStatus status = model.backbone(q, branch, s_, derivatives, body.nodes); status != ModelStatus::kOk)
     return status;
   for (std::size_t k = 0; k < body.nodes.size(); ++k) {
     if (derivatives)
-      body.nodes[k].jacobian.leftCols(n) += body.nodes[k].tangent * slope[k];
+      body.nodes[k].jacobian += body.nodes[k].tangent * slope[k];
     else
       body.nodes[k].jacobian.resize(3, 0);
   }

@@ -87,9 +87,7 @@ bool predict(const ConcentricTubeArm& arm,
 }  // namespace
 
 CompliantModel::CompliantModel(ConcentricTubeArm arm)
-    : arm_(std::move(arm)), equilibrium_(arm_), loaded_(arm_, equilibrium_) {
-  checkArm(arm_);
-}
+    : TubeModel(std::move(arm)), rigid_(arm_), equilibrium_(arm_), loaded_(arm_, equilibrium_) {}
 
 ModelStatus CompliantModel::tip(const JointsRef& q, Branch& branch, Tip& tip) const noexcept {
   if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)

@@ -6,6 +6,7 @@
 
 #include "kinematics/equilibrium.h"
 #include "kinematics/loaded_equilibrium.h"
+#include "kinematics/rigid_model.h"
 #include "kinematics/stability.h"
 
 namespace tandem::kinematics {
@@ -20,7 +21,7 @@ namespace tandem::kinematics {
  *
  * Without a load the tip, its Jacobian and its stability are exact up to 1e-9 m; see Equilibrium for branches.
  */
-class CompliantModel final : public ArmModel {
+class CompliantModel final : public TubeModel {
  public:
   /// @throw std::invalid_argument as checkArm() does.
   explicit CompliantModel(ConcentricTubeArm arm);
@@ -29,7 +30,8 @@ class CompliantModel final : public ArmModel {
 
   using ArmModel::shape;
   using ArmModel::tip;
-  const ConcentricTubeArm& arm() const override { return arm_; }
+  bool carriesLoad() const noexcept override { return true; }
+  const ArmModel& approximation() const noexcept override { return rigid_; }
   ModelStatus tip(const JointsRef& q, Branch& branch, Tip& tip) const noexcept override;
   ModelStatus loadedTip(const JointsRef& q,
                         const Wrench& wrench,
@@ -74,7 +76,7 @@ class CompliantModel final : public ArmModel {
                           std::vector<ShapePoint>& shape) const;
   Wrench inArm(const Wrench& wrench) const;
 
-  ConcentricTubeArm arm_;
+  RigidModel rigid_;
   Equilibrium equilibrium_;
   LoadedEquilibrium loaded_;
 };

@@ -9,8 +9,6 @@
 
 namespace tandem::kinematics {
 
-RigidModel::RigidModel(ConcentricTubeArm arm) : arm_(std::move(arm)) { checkArm(arm_); }
-
 RigidModel::Bend RigidModel::bend(const Segmentation::Interval& interval, const JointsRef& q) const noexcept {
   Bend result;
   const int n = arm_.tubeCount();
@@ -81,18 +79,6 @@ ModelStatus RigidModel::tip(const JointsRef& q, Branch&, Tip& tip) const noexcep
   tip.stability_at = parts.length();
   tip.conjugate_points = 0;
   return ModelStatus::kOk;
-}
-
-ModelStatus RigidModel::loadedTip(const JointsRef& q,
-                                  const Wrench& wrench,
-                                  Branch& branch,
-                                  LoadedTip& loaded) const noexcept {
-  if (!wrench.allFinite())
-    return ModelStatus::kNotFinite;
-  if (!wrench.isZero(0.0))
-    return ModelStatus::kCarriesNoLoad;
-  loaded.compliance.setZero();
-  return tip(q, branch, loaded);
 }
 
 ModelStatus RigidModel::shape(const JointsRef& q,

@@ -18,20 +18,14 @@ namespace tandem::kinematics {
  * about p(s_k); the end of tube 1 adds R e_z along the backbone besides. Where boundaries of two tubes meet the
  * derivative jumps; the value given there is one-sided.
  */
-class RigidModel final : public ArmModel {
+class RigidModel final : public TubeModel {
  public:
   /// @throw std::invalid_argument as checkArm() does.
-  explicit RigidModel(ConcentricTubeArm arm);
+  explicit RigidModel(ConcentricTubeArm arm) : TubeModel(std::move(arm)) {}
 
-  const ConcentricTubeArm& arm() const override { return arm_; }
   using ArmModel::shape;
   using ArmModel::tip;
   ModelStatus tip(const JointsRef& q, Branch& branch, Tip& tip) const noexcept override;
-  /// kCarriesNoLoad unless the wrench is zero; compliance zero.
-  ModelStatus loadedTip(const JointsRef& q,
-                        const Wrench& wrench,
-                        Branch& branch,
-                        LoadedTip& tip) const noexcept override;
   ModelStatus shape(const JointsRef& q,
                     const Wrench& wrench,
                     Branch& branch,
@@ -51,8 +45,6 @@ class RigidModel final : public ArmModel {
     double stiffness = 0.0;                       ///< sum of E I of the tubes present, N m^2
   };
   Bend bend(const Segmentation::Interval& interval, const JointsRef& q) const noexcept;
-
-  ConcentricTubeArm arm_;
 };
 
 }  // namespace tandem::kinematics

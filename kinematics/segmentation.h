@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "kinematics/arm_model.h"
+#include "kinematics/tube_model.h"
 
 namespace tandem::kinematics {
 

@@ -26,13 +26,13 @@ void ArmStates::compare(int k) noexcept {
   const auto i = static_cast<std::size_t>(k);
   // Until drives recover an arm they show what it is recovered from.
   const bool knows = !(arm.pending && arm.recovering);
-  if (knows && state.faults[i] != 0 && state.answers_command >= arm.deaf_until)
+  if (knows && state.faults[i] != 0 && state.answers_command >= arm.ignored_until)
     latch(k, {state.faults[i], FaultCause::kReported});
   if (knows && state.valid[i] == 0 && arm.machine.mayMove())
     latch(k, {bit(Fault::kSensor)});
   const bool as_asked = !(arm.pending && arm.recovering) || state.recovery[i] != 0;
   if (drives_.state(k) == OperatingState::kEnabled && arm.machine.mayMove() && as_asked) {
-    // Drives that have not heard of the order may be on their way into the state of the order before it.
+    // Drives that have not received the order may be on their way into the state of the order before it.
     arm.pending = arm.pending && state.answers_command < arm.power_command;
   } else if (arm.machine.mayMove() && !arm.pending) {
     latch(k, {bit(Fault::kDrive), FaultCause::kLeftEnabled});
@@ -60,7 +60,7 @@ void ArmStates::obey(StateCommand command, int k, safety::JointMask without, std
       arm.power_command = drives_.sequence() + 1;
       break;
     case StateCommand::kDisable:
-      arm.deaf_until = drives_.sequence() + 1;
+      arm.ignored_until = drives_.sequence() + 1;
       arm.record = {};
       arm.pending = false;
       break;
@@ -149,7 +149,7 @@ bool ArmStates::recovering(int k) const noexcept {
 
 OperatingState ArmStates::shown(int k) const noexcept {
   const OperatingState wanted = at(k).machine.state();
-  return wanted == OperatingState::kFault || !drives_.heard() ? wanted : drives_.state(k);
+  return wanted == OperatingState::kFault || !drives_.received() ? wanted : drives_.state(k);
 }
 
 DriveRequest ArmStates::requestFor(int k) const noexcept {

@@ -48,7 +48,7 @@ class ArmStates {
   bool anyWithoutPower() const noexcept;
   /// The arm has, or is about to have, power to be recovered.
   bool recovering(int arm) const noexcept;
-  /// What people are told.
+  /// Text for people.
   safety::OperatingState shown(int arm) const noexcept;
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& record(int arm) const noexcept { return at(arm).record; }
@@ -73,7 +73,7 @@ class ArmStates {
     bool recovering = false;          ///< power was asked for to recover the arm
     safety::JointMask without = 0;    ///< recovering: joints that shall not be used
     std::int64_t pending_until = 0;   ///< given up then: power does not come because somebody once asked, ns
-    std::uint64_t deaf_until = 0;     ///< faults in states older than the answer to this command are history
+    std::uint64_t ignored_until = 0;  ///< faults in states older than the answer to this command are history
     std::uint64_t power_command = 0;  ///< the first command that asks for what is pending
     unsigned together = 0;            ///< enabled by one order: bits of arms
   };

@@ -10,7 +10,7 @@ namespace tandem::operation {
 using msg::Source;
 using safety::Fault;
 
-ControlCore::ControlCore(const Site& site, std::unique_ptr<planning::ReferenceTracker> tracker, FrameControl* frames)
+ControlCore::ControlCore(const Site& site, std::unique_ptr<planning::ReferenceTracker> tracker, ObjectControl* frames)
     : site_(site),
       lease_(site.lockStep() ? site.deployment.budgets.lock_step : site.deployment.budgets.lease),
       drives_(site),
@@ -27,12 +27,12 @@ void ControlCore::onState(const msg::ActuationState& state, std::uint64_t arriva
   if (news.displaced)
     loop_.restart();
   arms_.onState(news.restarted);
-  settle();
+  updateStates();
 }
 
 void ControlCore::stop() noexcept {
   arms_.stop();
-  settle();
+  updateStates();
 }
 
 void ControlCore::onMismatch(std::int64_t now) noexcept {
@@ -40,11 +40,11 @@ void ControlCore::onMismatch(std::int64_t now) noexcept {
   mismatch_until_ = now + kLasts;
   mismatch_ = true;
   arms_.latchMoving({bit(Fault::kMismatch)});
-  settle();
+  updateStates();
 }
 
 /// An arm that may not move has no motion; without power of all arms a trajectory is over.
-void ControlCore::settle() noexcept {
+void ControlCore::updateStates() noexcept {
   arms_.settleTogether();
   for (int k = 0; k < site_.arms(); ++k) {
     if (!arms_.mayMove(k))
@@ -58,7 +58,7 @@ Situation ControlCore::situation() const noexcept {
   Situation now;
   now.lock_step = site_.lockStep();
   now.tip_tasks = has(site_.robot, robots::Capability::kTips);
-  now.heard = drives_.heard();
+  now.received = drives_.received();
   now.mismatch = mismatch_;
   now.followed = reference_.underWay(drives_.state());
   now.running = reference_.running(drives_.state());
@@ -84,7 +84,7 @@ Situation ControlCore::situation(const ControlOrder& order) const noexcept {
   return now;
 }
 
-/// An order that lasts for a moment, or comes from somebody without a lease, is as fresh as what its sender has seen:
+/// An order that lasts for a snapshot, or comes from somebody without a lease, is as fresh as what its sender has seen:
 /// links hold back what they do not lose.
 Reason ControlCore::againstEcho(const ControlOrder& order, Action action, std::int64_t now) const noexcept {
   if (site_.lockStep())
@@ -143,7 +143,7 @@ OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexc
     arms_.enabledTogether(first, last);
   if (action == Action::kPause)
     paused_by_ = order.from_topic ? msg::kCrtkClient : order.client;
-  settle();
+  updateStates();
   return reply;
 }
 
@@ -210,7 +210,7 @@ void ControlCore::loseLease(std::int64_t now) noexcept {
   if (!lease_.takeLoss(now) || !situation().moving)
     return;
   arms_.latchMoving({bit(Fault::kLeaseLost)});
-  settle();
+  updateStates();
 }
 
 void ControlCore::watch(std::int64_t now) noexcept {
@@ -250,7 +250,7 @@ Source ControlCore::chooseSource(std::int64_t now, bool advance, CycleOutput& ou
   keepCrtkLease(now);
   if (by_hand != Source::kNobody)
     return by_hand;
-  bool enabled = drives_.heard() && (advance || !site_.lockStep());
+  bool enabled = drives_.received() && (advance || !site_.lockStep());
   for (int k = 0; k < site_.arms(); ++k)
     enabled =
         enabled && arms_.powered(k) && !arms_.recovering(k) && !motions_.active(k) && !manual_.crtk().movesJoints(k);
@@ -289,13 +289,13 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   loop_.begin();
   watch(now);
   watchIdle(now, output);
-  settle();
+  updateStates();
   Velocities velocities;
   velocities.value.setZero(site_.model.jointCount());
   source_ = chooseSource(now, advance, output);
   if (source_ != Source::kNobody)
     follow(now, velocities);
-  else if (drives_.heard())
+  else if (drives_.received())
     loop_.observe();
   for (int k = 0; k < site_.arms(); ++k) {
     if (!arms_.powered(k) || (site_.lockStep() && !advance))
@@ -352,7 +352,7 @@ void ControlCore::fillStatus(std::int64_t now, const Velocities& velocities, msg
                                                                               : source_);
 }
 
-void ControlCore::fillMoments(std::int64_t now, OperatorMoment& operators, CrtkMoment& crtk) const noexcept {
+void ControlCore::fillMoments(std::int64_t now, OperatorSnapshot& operators, CrtkSnapshot& crtk) const noexcept {
   const bool by_hand = source_ == Source::kTeleoperation || source_ == Source::kCrtk;
   const bool tasks = by_hand || reference_.underWay(drives_.state());
   manual_.fill(context(now), source_, tasks ? &tasks_ : nullptr, operators, crtk);

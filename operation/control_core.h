@@ -28,7 +28,7 @@ struct CycleOutput {
 class ControlCore {
  public:
   /// @param frames  of catheters, kept by reference; null for tubes
-  ControlCore(const Site& site, std::unique_ptr<planning::ReferenceTracker> tracker, FrameControl* frames = nullptr);
+  ControlCore(const Site& site, std::unique_ptr<planning::ReferenceTracker> tracker, ObjectControl* frames = nullptr);
   ControlCore(const ControlCore&) = delete;  // parts keep one another by reference
 
   /// @param arrivals  states that have come so far, with this one; 0: nobody counts
@@ -49,7 +49,7 @@ class ControlCore {
   /// One cycle. `advance`: lock-step, the plant shall take one step with the command.
   void cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept;
   /// For the thread that publishes; after cycle().
-  void fillMoments(std::int64_t now, OperatorMoment& operators, CrtkMoment& crtk) const noexcept;
+  void fillMoments(std::int64_t now, OperatorSnapshot& operators, CrtkSnapshot& crtk) const noexcept;
 
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_.record(arm); }
@@ -65,10 +65,12 @@ class ControlCore {
   bool drivesPending() const noexcept { return arms_.asksDrives(); }
 
  private:
-  OperatorDesk::Context context(std::int64_t now) const noexcept { return {now, lease_.holder(now), &status_times_}; }
+  OperatorInputHandler::Context context(std::int64_t now) const noexcept {
+    return {now, lease_.holder(now), &status_times_};
+  }
   void obey(const ControlOrder& order, int arm, Action action, std::int64_t now) noexcept;
   Reason againstEcho(const ControlOrder& order, Action action, std::int64_t now) const noexcept;
-  void settle() noexcept;
+  void updateStates() noexcept;
   void loseLease(std::int64_t now) noexcept;
   void watch(std::int64_t now) noexcept;
   void watchIdle(std::int64_t now, CycleOutput& output) noexcept;

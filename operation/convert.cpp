@@ -8,8 +8,8 @@
 namespace tandem::msg {
 namespace {
 
-planning::FrameReference frameOf(const TaskReference& from) noexcept {
-  planning::FrameReference frame;
+planning::ObjectReference frameOf(const TaskReference& from) noexcept {
+  planning::ObjectReference frame;
   frame.position = Eigen::Vector3d::Map(from.position.data());
   frame.orientation.coeffs() = Eigen::Vector4d::Map(from.orientation.data());  // x y z w
   for (std::size_t k = 0; k < 6; ++k) {
@@ -19,7 +19,7 @@ planning::FrameReference frameOf(const TaskReference& from) noexcept {
   return frame;
 }
 
-void setFrame(const planning::FrameReference& frame, TaskReference& to) noexcept {
+void setFrame(const planning::ObjectReference& frame, TaskReference& to) noexcept {
   Eigen::Vector3d::Map(to.position.data()) = frame.position;
   Eigen::Vector4d::Map(to.orientation.data()) = frame.orientation.coeffs();
   for (std::size_t k = 0; k < 6; ++k)
@@ -64,7 +64,7 @@ planning::Reference tasksOf(const PlanningReference& message) noexcept {
     to.position = Eigen::Vector3d::Map(from.position.data());
     to.feed_forward = Eigen::Vector3d::Map(from.feed_forward.data());
   }
-  if (reference.task_count > 0 && reference.tasks[0].kind == planning::TaskKind::kFrame)
+  if (reference.task_count > 0 && reference.tasks[0].kind == planning::TaskKind::kObjectPose)
     reference.frame = frameOf(message.tasks[0]);
   return reference;
 }
@@ -79,7 +79,7 @@ void setTasks(const planning::Reference& reference, PlanningReference& message) 
     to.other_arm = static_cast<std::uint8_t>(from.other_arm);
     Eigen::Vector3d::Map(to.position.data()) = from.position;
     Eigen::Vector3d::Map(to.feed_forward.data()) = from.feed_forward;
-    if (from.kind == planning::TaskKind::kFrame)
+    if (from.kind == planning::TaskKind::kObjectPose)
       setFrame(reference.frame, to);
   }
 }

@@ -53,7 +53,7 @@ std::uint8_t CrtkMotion::verb(int group) const noexcept {
     if (g.verb >= 0 && g.told_as == group)
       return static_cast<std::uint8_t>(g.verb);
   }
-  return CrtkMoment::kNone;
+  return CrtkSnapshot::kNone;
 }
 
 bool CrtkMotion::busy(int arm) const noexcept {
@@ -181,7 +181,7 @@ const char* CrtkMotion::ending(const Group& group, int index, const Scene& scene
   return away <= kThere ? nullptr : "came no nearer to its goal: limits, a forbidden region or the workspace";
 }
 
-bool CrtkMotion::settle(const Scene& scene, CrtkOutcome& outcome) noexcept {
+bool CrtkMotion::reportEnd(const Scene& scene, CrtkOutcome& outcome) noexcept {
   for (int index = 0; index < kCrtkGroups; ++index) {
     Group& group = groups_[at(index)];
     if (group.verb < 0)
@@ -270,20 +270,20 @@ void CrtkMotion::step(const Scene& scene, const planning::Gains& gains, planning
   }
 }
 
-void CrtkMotion::fill(CrtkMoment& moment) const noexcept {
+void CrtkMotion::fill(CrtkSnapshot& snapshot) const noexcept {
   for (int index = 0; index < kCrtkGroups; ++index) {
     const Group& group = groups_[at(index)];
-    moment.active[at(index)] = verb(index);
+    snapshot.active[at(index)] = verb(index);
     if (group.verb < 0 || verbOf(group.verb).level == CrtkLevel::kServo)
       continue;
     const bool velocity = verbOf(group.verb).kind == CrtkKind::kVelocity;
     if (group.cartesian) {
-      (velocity ? moment.has_cv : moment.has_cp)[at(index)] = 1;
-      Vector3d::Map((velocity ? moment.cv : moment.cp)[at(index)].data()) = velocity ? group.asked : group.goal;
+      (velocity ? snapshot.has_cv : snapshot.has_cp)[at(index)] = 1;
+      Vector3d::Map((velocity ? snapshot.cv : snapshot.cp)[at(index)].data()) = velocity ? group.asked : group.goal;
     } else if (!velocity) {
-      moment.has_js[at(index)] = 1;
+      snapshot.has_js[at(index)] = 1;
       for (int j = 0; j < robot_.size(index); ++j)
-        moment.js[msg::jointIndex(index, j)] = joints_[at(index)].goal()[j];
+        snapshot.js[msg::jointIndex(index, j)] = joints_[at(index)].goal()[j];
     }
   }
 }

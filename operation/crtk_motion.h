@@ -36,10 +36,10 @@ class CrtkMotion {
 
   /// Ends streams that fell silent and motions that are done. @return false, with what became of it, as long as there
   /// is something to tell: call again.
-  bool settle(const Scene& scene, CrtkOutcome& outcome) noexcept;
+  bool reportEnd(const Scene& scene, CrtkOutcome& outcome) noexcept;
 
   bool active() const noexcept;
-  /// The verb that moves a group; CrtkMoment::kNone.
+  /// The verb that moves a group; CrtkSnapshot::kNone.
   std::uint8_t verb(int group) const noexcept;
   bool movesJoints(int arm) const noexcept { return groups_[at(arm)].verb >= 0 && !groups_[at(arm)].cartesian; }
   /// Some tip is moved.
@@ -53,7 +53,7 @@ class CrtkMotion {
   safety::ArmVector jointVelocity(int arm, const Scene& scene) noexcept;
   /// The tips' targets go on by one period; the tasks that follow from them.
   void step(const Scene& scene, const planning::Gains& gains, planning::Reference& reference) noexcept;
-  void fill(CrtkMoment& moment) const noexcept;
+  void fill(CrtkSnapshot& snapshot) const noexcept;
 
  private:
   struct Group {

@@ -98,7 +98,7 @@ inline bool isReachable(const safety::ArmVector& goal, const safety::ArmLimits& 
 }
 
 /** What the periodic thread hands over to the thread that publishes. */
-struct CrtkMoment {
+struct CrtkSnapshot {
   static constexpr std::uint8_t kNone = 255;
   bool commanding = false;
   std::array<std::uint8_t, kCrtkGroups> active{};  ///< the verb that moves the group; kNone

@@ -37,7 +37,7 @@ class DriveExchange {
   void readJoints() noexcept;
 
   const msg::ActuationState& state() const noexcept { return state_; }
-  bool heard() const noexcept { return state_.sequence > 0; }
+  bool received() const noexcept { return state_.sequence > 0; }
   /// A new state came since the last cycle.
   bool fresh() const noexcept { return fresh_; }
   safety::OperatingState state(int arm) const noexcept {
@@ -61,7 +61,7 @@ class DriveExchange {
   /// The next command, apart from what it asks the drives for; arms that `velocities` does not move hold.
   void send(std::int64_t now, bool advance, const Velocities& velocities, msg::ActuationCommand& command) noexcept;
   /// Lock-step: the present state has not been answered with motion.
-  bool unanswered() const noexcept { return heard() && state_.sequence != answered_; }
+  bool unanswered() const noexcept { return received() && state_.sequence != answered_; }
 
  private:
   safety::ArmVector setpoint(int arm) const noexcept;

@@ -17,7 +17,7 @@ void JointMotions::moveTo(int k, const safety::ArmVector& goal) noexcept {
   arm.motion = safety::JointMotion(site_.limits(k), site_.of(k, drives_.setpoints()), goal);
   arm.time = 0.0;
   arm.homing = false;
-  arm.verb = CrtkMoment::kNone;
+  arm.verb = CrtkSnapshot::kNone;
 }
 
 bool JointMotions::take(const CrtkOrder& order, CrtkOutcome& outcome) noexcept {
@@ -125,16 +125,16 @@ safety::ArmVector JointMotions::jogged(int k, bool recovering) const noexcept {
   return velocity;
 }
 
-void JointMotions::fill(CrtkMoment& moment) const noexcept {
+void JointMotions::fill(CrtkSnapshot& snapshot) const noexcept {
   for (int k = 0; k < site_.arms(); ++k) {
     const Arm& arm = at(k);
     if (arm.kind != Kind::kGoal)
       continue;
-    moment.has_js[static_cast<std::size_t>(k)] = 1;
+    snapshot.has_js[static_cast<std::size_t>(k)] = 1;
     for (int j = 0; j < site_.model.size(k); ++j)
-      moment.js[msg::jointIndex(k, j)] = arm.motion.goal()[j];
-    if (arm.verb != CrtkMoment::kNone)
-      moment.active[arm.group] = arm.verb;
+      snapshot.js[msg::jointIndex(k, j)] = arm.motion.goal()[j];
+    if (arm.verb != CrtkSnapshot::kNone)
+      snapshot.active[arm.group] = arm.verb;
   }
 }
 

@@ -33,7 +33,7 @@ class JointMotions {
   /// It ends by itself.
   bool busy(int arm) const noexcept { return active(arm) && at(arm).kind != Kind::kJog; }
   /// A CRTK command moves it.
-  bool byCrtk(int arm) const noexcept { return at(arm).kind == Kind::kGoal && at(arm).verb != CrtkMoment::kNone; }
+  bool byCrtk(int arm) const noexcept { return at(arm).kind == Kind::kGoal && at(arm).verb != CrtkSnapshot::kNone; }
   /// Home counts as forgotten until the next home().
   void unhome(int arm) noexcept { at(arm).unhomed = true; }
   bool homed(int arm) const noexcept {
@@ -43,7 +43,7 @@ class JointMotions {
 
   /// The next velocities of an arm with a motion. @param recovering  only as fast as joints are recovered
   void step(int arm, bool recovering, std::int64_t now, Velocities& velocities) noexcept;
-  void fill(CrtkMoment& moment) const noexcept;
+  void fill(CrtkSnapshot& snapshot) const noexcept;
 
  private:
   enum class Kind : std::uint8_t { kNone, kGoal, kJog, kWithdraw };
@@ -52,7 +52,7 @@ class JointMotions {
     safety::JointMotion motion;
     double time = 0.0;  ///< s since its start
     bool homing = false, unhomed = false;
-    std::uint8_t verb = CrtkMoment::kNone, group = 0;
+    std::uint8_t verb = CrtkSnapshot::kNone, group = 0;
     safety::ArmVector jog_velocity;
     std::int64_t jog_until = 0;  ///< ns
     WithdrawalRun withdrawal;

@@ -13,7 +13,7 @@ ManualControl::ManualControl(const Site& site, const DriveExchange& drives)
   tips_.fill(Eigen::Vector3d::Zero());
 }
 
-Source ManualControl::choose(const OperatorDesk::Context& context,
+Source ManualControl::choose(const OperatorInputHandler::Context& context,
                              const Situation& situation,
                              const planning::Gains& gains,
                              planning::Reference& tasks,
@@ -32,7 +32,7 @@ Source ManualControl::choose(const OperatorDesk::Context& context,
   return Source::kCrtk;
 }
 
-bool ManualControl::operate(const OperatorDesk::Context& context, const Situation& situation) noexcept {
+bool ManualControl::operate(const OperatorInputHandler::Context& context, const Situation& situation) noexcept {
   if (!operator_.wants(context))
     return false;
   for (const int arm : {operator_.arm(), operator_.otherArm()}) {
@@ -52,7 +52,7 @@ void ManualControl::settleCrtk(const Situation& situation, std::int64_t now, Crt
     if (((tip || crtk_.movesJoints(k)) && (!arm.ready() || arm.joints_move)) || (tip && !tips_known_))
       crtk_.end(k);
   }
-  while (!crtk_.settle(scene(now), endings.outcome[static_cast<std::size_t>(endings.count)]))
+  while (!crtk_.reportEnd(scene(now), endings.outcome[static_cast<std::size_t>(endings.count)]))
     ++endings.count;
 }
 
@@ -92,11 +92,11 @@ void ManualControl::keepOut(const planning::TrackResult& result, safety::RobotVe
     velocity *= share;
 }
 
-void ManualControl::fill(const OperatorDesk::Context& context,
+void ManualControl::fill(const OperatorInputHandler::Context& context,
                          Source source,
                          const planning::Reference* tasks,
-                         OperatorMoment& op,
-                         CrtkMoment& crtk) const noexcept {
+                         OperatorSnapshot& op,
+                         CrtkSnapshot& crtk) const noexcept {
   operator_.fill(context, op);
   if (kept_out_of_ >= 0 && op.engaged) {
     auto& fixture = op.stages[static_cast<std::size_t>(planning::teleoperation::Stage::kFixture)];
@@ -124,7 +124,7 @@ void ManualControl::fill(const OperatorDesk::Context& context,
 }
 
 /// A relative task says where the other tip goes once the first one is known.
-void ManualControl::fillTargets(const planning::Reference& tasks, OperatorMoment& op) const noexcept {
+void ManualControl::fillTargets(const planning::Reference& tasks, OperatorSnapshot& op) const noexcept {
   const auto place = [&](int k) { return Eigen::Vector3d::Map(op.tip_target.data() + 3 * k); };
   const auto end = tasks.tasks.begin() + tasks.task_count;
   for (auto task = tasks.tasks.begin(); task != end; ++task) {

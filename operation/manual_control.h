@@ -3,7 +3,7 @@
 #pragma once
 
 #include "operation/crtk_motion.h"
-#include "operation/operator_desk.h"
+#include "operation/operator_input_handler.h"
 #include "operation/task_loop.h"
 
 namespace tandem::operation {
@@ -20,7 +20,7 @@ class ManualControl {
   /// Keeps `drives` by reference.
   ManualControl(const Site& site, const DriveExchange& drives);
 
-  void onInput(const msg::TeleopInput& input, const OperatorDesk::Context& context) noexcept {
+  void onInput(const msg::TeleopInput& input, const OperatorInputHandler::Context& context) noexcept {
     operator_.take(input, context);
   }
   /// A stream, a motion of a tip, or hold, that judge() allows. @return false where it is refused; the outcome says why
@@ -42,7 +42,7 @@ class ManualControl {
 
   /** Who moves tips in this cycle, and the tasks that follow. Ends what can no longer be done.
    * @return kTeleoperation, kCrtk, or kNobody: the tasks then are what they were */
-  msg::Source choose(const OperatorDesk::Context& context,
+  msg::Source choose(const OperatorInputHandler::Context& context,
                      const Situation& situation,
                      const planning::Gains& gains,
                      planning::Reference& tasks,
@@ -56,23 +56,23 @@ class ManualControl {
   void keepOut(const planning::TrackResult& result, safety::RobotVector& velocity) noexcept;
 
   /// For the thread that publishes; after the cycle. @param tasks  of the trajectory, or of `source`; null: none
-  void fill(const OperatorDesk::Context& context,
+  void fill(const OperatorInputHandler::Context& context,
             msg::Source source,
             const planning::Reference* tasks,
-            OperatorMoment& operators,
-            CrtkMoment& crtk) const noexcept;
+            OperatorSnapshot& operators,
+            CrtkSnapshot& crtk) const noexcept;
 
  private:
   CrtkMotion::Scene scene(std::int64_t now) const noexcept {
     return {now, &drives_.setpoints(), tips_known_ ? &tips_ : nullptr};
   }
-  bool operate(const OperatorDesk::Context& context, const Situation& situation) noexcept;
+  bool operate(const OperatorInputHandler::Context& context, const Situation& situation) noexcept;
   void settleCrtk(const Situation& situation, std::int64_t now, CrtkEndings& endings) noexcept;
-  void fillTargets(const planning::Reference& tasks, OperatorMoment& operators) const noexcept;
+  void fillTargets(const planning::Reference& tasks, OperatorSnapshot& operators) const noexcept;
 
   Site site_;
   const DriveExchange& drives_;
-  OperatorDesk operator_;
+  OperatorInputHandler operator_;
   CrtkMotion crtk_;
   bool tips_known_ = false;
   planning::teleoperation::TipPlaces tips_;

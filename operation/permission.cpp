@@ -83,7 +83,7 @@ Reason againstRobot(Action action, const Situation& now) noexcept {
     case Action::kEnable:
     case Action::kResume:
     case Action::kRecover:
-      return now.heard ? Reason::kNone : Reason::kNoState;
+      return now.received ? Reason::kNone : Reason::kNoState;
     case Action::kTeleoperate:
     case Action::kCrtkTip:
       if (now.lock_step)
@@ -223,12 +223,12 @@ Situation situationOf(const config::Robot& robot,
   const auto source = static_cast<msg::Source>(status.source);
   now.lock_step = state.lock_step != 0;
   now.tip_tasks = has(robot, robots::Capability::kTips);
-  now.heard = state.sequence > 0;
+  now.received = state.sequence > 0;
   now.running = phase == planning::Phase::kRunning;
   now.followed = now.running || phase == planning::Phase::kPaused;
   now.operated = source == msg::Source::kTeleoperation || source == msg::Source::kCrtk;
   now.moving = now.operated;
-  now.tips_known = now.heard;
+  now.tips_known = now.received;
   now.arm_count = std::min<int>(status.arm_count, static_cast<int>(robot.arms.size()));
   for (int k = 0; k < now.arm_count; ++k) {
     const auto i = static_cast<std::size_t>(k);

@@ -74,7 +74,7 @@ struct Situation {
   bool lock_step = false;
   bool tip_tasks = true;  ///< the robot has robots::Capability::kTips
   bool mismatch = false;  ///< somebody who knows another robot or deployment commands or measures
-  bool heard = false;     ///< there is an actuation/state
+  bool received = false;  ///< there is an actuation/state
   bool followed = false;  ///< a trajectory is under way, running or paused
   bool running = false;   ///< it runs
   bool operated = false;  ///< an operator or CRTK clients move it

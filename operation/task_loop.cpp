@@ -11,7 +11,7 @@ using planning::TrackStatus;
 TaskLoop::TaskLoop(const Site& site,
                    const DriveExchange& drives,
                    std::unique_ptr<planning::ReferenceTracker> tracker,
-                   FrameControl* frames)
+                   ObjectControl* frames)
     : site_(site),
       drives_(drives),
       tracker_(std::move(tracker)),
@@ -38,7 +38,7 @@ void TaskLoop::begin() noexcept {
 }
 
 bool TaskLoop::findTips(planning::teleoperation::TipPlaces& places) noexcept {
-  if (!drives_.heard() || !tracker_->computeTips(drives_.measured(), result_))
+  if (!drives_.received() || !tracker_->computeTips(drives_.measured(), result_))
     return false;
   for (std::size_t k = 0; k < static_cast<std::size_t>(site_.arms()); ++k) {
     if (sensor_ && !tips_.tips().arm[k].known)
@@ -73,19 +73,19 @@ void TaskLoop::closeLoop(std::int64_t now) noexcept {
 /// That the limits forbid a task is an answer, with a velocity. A solver that gives none, step after step, is broken.
 safety::FaultRecord TaskLoop::judge() noexcept {
   using safety::FaultCause;
-  const bool no_rest = hold_ == HoldReason::kNoRest;
-  unsolved_ = no_rest || result_.status == TrackStatus::kSolver ? unsolved_ + site_.period() : 0.0;
+  const bool no_equilibrium = hold_ == HoldReason::kNoEquilibrium;
+  unsolved_ = no_equilibrium || result_.status == TrackStatus::kSolver ? unsolved_ + site_.period() : 0.0;
   if (result_.status == TrackStatus::kModel)
     return {bit(safety::Fault::kSolver), FaultCause::kModel};
   const double allowed = site_.deployment.budgets.commandAge(site_.period());
   if (unsolved_ <= allowed * (1.0 + 1e-9))
     return {};
-  return {bit(safety::Fault::kSolver), no_rest ? FaultCause::kModel : FaultCause::kNoSolution, idl::kNoJoint,
+  return {bit(safety::Fault::kSolver), no_equilibrium ? FaultCause::kModel : FaultCause::kNoSolution, idl::kNoJoint,
           std::exchange(unsolved_, 0.0), allowed};
 }
 
 void TaskLoop::prepareNext(std::int64_t now) noexcept {
-  if (frames_ != nullptr && drives_.heard())
+  if (frames_ != nullptr && drives_.received())
     frames_->ask(now, drives_.setpoints(), drives_.lastSent(), *tracker_);
 }
 

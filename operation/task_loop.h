@@ -6,7 +6,7 @@
 
 #include "control/conflict.h"
 #include "operation/drive_exchange.h"
-#include "operation/frame_control.h"
+#include "operation/object_control.h"
 #include "operation/tip_feedback.h"
 #include "planning/reference_tracker.h"
 #include "planning/teleoperation/pipeline.h"
@@ -15,14 +15,14 @@
 namespace tandem::operation {
 
 /** Closes it on the model's tips, on measured ones, or on what catheters move. Nothing allocates in a cycle, apart from
- * FrameControl in lock-step. */
+ * ObjectControl in lock-step. */
 class TaskLoop {
  public:
   /// Keeps `drives` and `frames` by reference. @param frames  of catheters; null for tubes
   TaskLoop(const Site& site,
            const DriveExchange& drives,
            std::unique_ptr<planning::ReferenceTracker> tracker,
-           FrameControl* frames);
+           ObjectControl* frames);
 
   void onTips(const msg::TipPoses& tips) noexcept { tips_.take(tips); }
   /// Elastic arms remember their way; there is none to where somebody put them.
@@ -58,7 +58,7 @@ class TaskLoop {
   Site site_;
   const DriveExchange& drives_;
   std::unique_ptr<planning::ReferenceTracker> tracker_;
-  FrameControl* frames_;
+  ObjectControl* frames_;
   bool sensor_;  ///< errors are those of measured tips
   TipFeedback tips_;
   planning::Reference tasks_;

@@ -92,7 +92,7 @@ class Walker {
       stay(targets, q, answer);
     const bool elsewhere = answer.reach == Reach::kReconfiguration;
     if (elsewhere || answer.reach == Reach::kLimits || answer.reach == Reach::kOutsideWorkspace)
-      settle(point, targets, answer);
+      converge(point, targets, answer);
     if (elsewhere && answer.reach != Reach::kReached) {
       answer.reach = Reach::kReconfiguration;
       answer.words = "from the point before, only another configuration of the arms gets there";
@@ -204,10 +204,10 @@ class Walker {
 
   /// A nearest pose among joints near those of the point before may not be one: goes on from it in steps as control
   /// makes them, and says what holds it where these end.
-  void settle(const TrajectoryPoint& point, const std::vector<TipTarget>& targets, IkAnswer& answer) const {
+  void converge(const TrajectoryPoint& point, const std::vector<TipTarget>& targets, IkAnswer& answer) const {
     constexpr double kNearer = 0.99;
     constexpr int kTries = 3;
-    Walk::End end = walk_.settle(point, answer.q, options_.ik.cancelled);
+    Walk::End end = walk_.converge(point, answer.q, options_.ik.cancelled);
     for (int i = 0; i < kTries && end.error < kNearer * answer.largestError() && !cancelled(); ++i) {
       IkAnswer again = near_.solve(targets, end.q, branches_, true);
       if (again.reach == Reach::kReached && !jumps(end.q, again.q)) {
@@ -216,7 +216,7 @@ class Walker {
       }
       if (again.tips.empty() || !(again.largestError() < kNearer * end.error))
         break;
-      const Walk::End further = walk_.settle(point, again.q, options_.ik.cancelled);
+      const Walk::End further = walk_.converge(point, again.q, options_.ik.cancelled);
       if (!(further.error < kNearer * end.error))
         break;
       end = further;

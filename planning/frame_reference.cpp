@@ -3,8 +3,8 @@
 
 namespace tandem::planning {
 
-FrameReference FrameReference::after(double time) const noexcept {
-  FrameReference later = *this;
+ObjectReference ObjectReference::after(double time) const noexcept {
+  ObjectReference later = *this;
   later.position += time * feed_forward.head<3>();
   const Eigen::Vector3d turn = time * feed_forward.tail<3>();
   if (const double angle = turn.norm(); angle > 0.0)

@@ -10,7 +10,7 @@
 namespace tandem::planning {
 
 /// @param away  joints from those of the rest
-void ReferenceTracker::addRestTask(const RestTask& from, const safety::RobotVector& away) noexcept {
+void ReferenceTracker::addEquilibriumTask(const EquilibriumTask& from, const safety::RobotVector& away) noexcept {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   control::Task& task = problem_.task[static_cast<std::size_t>(problem_.task_count++)];
   task.jacobian = Eigen::Map<const Rows>(from.jacobian.data(), from.rows, problem_.joint_count);
@@ -20,9 +20,9 @@ void ReferenceTracker::addRestTask(const RestTask& from, const safety::RobotVect
 }
 
 /// @return by how much what is tracked is off, m
-double ReferenceTracker::addFrame(const Rest& rest,
-                                  const safety::RobotVector& away,
-                                  const FrameReference& reference) noexcept {
+double ReferenceTracker::addObjectTask(const Equilibrium& rest,
+                                       const safety::RobotVector& away,
+                                       const ObjectReference& reference) noexcept {
   const Twist moved = rest.motion() * away;
   const Eigen::Isometry3d pose = displaced(rest.pose(), moved);
   const Twist error = difference(pose, poseOf(reference));
@@ -55,15 +55,15 @@ safety::RobotVector ReferenceTracker::moved(const safety::RobotVector& q,
   return to;
 }
 
-void ReferenceTracker::step(const Rest& rest,
+void ReferenceTracker::step(const Equilibrium& rest,
                             const safety::RobotVector& q,
                             const safety::RobotVector& setpoint,
-                            const FrameReference& reference,
+                            const ObjectReference& reference,
                             TrackResult& result) noexcept {
   clear(result);
   problem_.task_count = 0;
   if (rest.joint_count != problem_.joint_count || q.size() != rest.joint_count || setpoint.size() != q.size()) {
-    result.status = TrackStatus::kRest;
+    result.status = TrackStatus::kNoEquilibrium;
     return;
   }
   constexpr double kRounding = 1e-6;
@@ -79,12 +79,12 @@ void ReferenceTracker::step(const Rest& rest,
   }
   problem_.setPosition(setpoint);
   const safety::RobotVector away = q - rest.q();
-  for (int k = 0; k < rest.above_count; ++k)
-    addRestTask(rest.tasks[static_cast<std::size_t>(k)], away);
+  for (int k = 0; k < rest.higher_count; ++k)
+    addEquilibriumTask(rest.tasks[static_cast<std::size_t>(k)], away);
   result.first_task = problem_.task_count;
-  result.error[0] = addFrame(rest, away, reference);
-  for (int k = rest.above_count; k < rest.above_count + rest.below_count; ++k)
-    addRestTask(rest.tasks[static_cast<std::size_t>(k)], away);
+  result.error[0] = addObjectTask(rest, away, reference);
+  for (int k = rest.higher_count; k < rest.higher_count + rest.lower_count; ++k)
+    addEquilibriumTask(rest.tasks[static_cast<std::size_t>(k)], away);
   problem_.posture = posture_;
   solve(result);
 }

@@ -52,8 +52,8 @@ std::vector<safety::RobotVector> InverseKinematics::starts(const PoseProblem& pr
     const TipTarget* target = nullptr;
     for (const TipTarget& t : problem.targets)
       target = t.arm == arm ? &t : target;
-    const kinematics::RigidModel model(arms_.models[at(arm)]->arm());  // the elastic one is not far from it
-    const Eigen::Isometry3d base = model.arm().base;
+    const kinematics::ArmModel& model = arms_.models[at(arm)]->approximation();
+    const Eigen::Isometry3d& base = model.base();
     const JointSampler& sampler = samplers_[at(arm)];
     const bool turns = sampler.turnsFreely();
     const int n = arms_.size(arm) / 2, batch = std::max(1, options_.candidates / std::max(1, options_.starts));

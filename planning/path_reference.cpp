@@ -14,15 +14,15 @@ Eigen::Isometry3d frameAt(const ObjectPath& path, const Eigen::Isometry3d& start
 
 }  // namespace
 
-Eigen::Isometry3d poseOf(const FrameReference& reference) noexcept {
+Eigen::Isometry3d poseOf(const ObjectReference& reference) noexcept {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = reference.position;
   pose.linear() = reference.orientation.toRotationMatrix();
   return pose;
 }
 
-FrameReference heldReference(const ObjectPath& path, const Eigen::Isometry3d& frame) {
-  FrameReference reference;
+ObjectReference heldReference(const ObjectPath& path, const Eigen::Isometry3d& frame) {
+  ObjectReference reference;
   reference.position = frame.translation();
   reference.orientation = Eigen::Quaterniond(frame.linear()).normalized();
   for (const int k : path.tracked())
@@ -30,9 +30,9 @@ FrameReference heldReference(const ObjectPath& path, const Eigen::Isometry3d& fr
   return reference;
 }
 
-FrameReference pathReference(const ObjectPath& path, const Eigen::Isometry3d& start, double time, double period) {
+ObjectReference pathReference(const ObjectPath& path, const Eigen::Isometry3d& start, double time, double period) {
   const Eigen::Isometry3d now = frameAt(path, start, time);
-  FrameReference reference = heldReference(path, now);
+  ObjectReference reference = heldReference(path, now);
   reference.feed_forward = difference(now, frameAt(path, start, time + period)) / period;
   return reference;
 }

@@ -19,7 +19,7 @@ struct Arms {
   std::vector<const safety::ArmLimits*> limits;
 
   int count() const { return static_cast<int>(models.size()); }
-  int size(int arm) const { return models[static_cast<std::size_t>(arm)]->arm().jointCount(); }
+  int size(int arm) const { return models[static_cast<std::size_t>(arm)]->jointCount(); }
   int offset(int arm) const;  ///< of the arm's first joint in the stacked vector
   int jointCount() const { return offset(count()); }
   static std::string label(int arm);  ///< "arm a"

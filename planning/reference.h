@@ -13,18 +13,18 @@ namespace tandem::planning {
 
 using idl::TaskKind;
 
-/** Where a frame shall be, which arms move together. */
-struct FrameReference {
+/** Desired pose of the common object. */
+struct ObjectReference {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();                              ///< m, robot base frame
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();                 ///< robot base frame <- frame
   Eigen::Matrix<double, 6, 1> feed_forward = Eigen::Matrix<double, 6, 1>::Zero();  ///< m/s, rad/s, robot base frame
   std::array<bool, 6> tracked{};  ///< which of x, y, z and turns about them count
 
-  /// Where it is after a while at its feed-forward, s.
-  FrameReference after(double time) const noexcept;
+  /// The reference after moving for a time with its feed-forward, s.
+  ObjectReference after(double time) const noexcept;
 };
 
-/** One task: where a tip, or the difference of two tips, shall be. */
+/** One task: desired position of a tip, or of one tip relative to another. */
 struct TaskReference {
   TaskKind kind = TaskKind::kNone;
   int arm = 0;
@@ -35,14 +35,12 @@ struct TaskReference {
 
 inline constexpr int kMaxTasks = 4;
 
-/** Tasks of one control step, highest priority first, and where the joints shall be as far as the tasks leave them
- * free.
- */
+/** Tasks of one control step, highest priority first, and the posture for joint motion that the tasks leave free. */
 struct Reference {
   int task_count = 0;
   std::array<TaskReference, kMaxTasks> tasks{};
   safety::RobotVector posture;  ///< q_p of all arms' joints, stacked, m and rad; empty: none
-  FrameReference frame;         ///< of a task of kind kFrame
+  ObjectReference frame;        ///< of a task of kind kObjectPose
 };
 
 }  // namespace tandem::planning

@@ -14,18 +14,18 @@ ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> mode
   if (models.size() != limits.size())
     throw std::invalid_argument("a tracker needs limits for every arm");
   for (std::size_t k = 0; k < models.size(); ++k) {
-    if (limits[k]->jointCount() != models[k]->arm().jointCount()) {
+    if (limits[k]->jointCount() != models[k]->jointCount()) {
       throw std::invalid_argument("limits and model of an arm differ in their number of joints");
     }
   }
   problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
 }
 
-ReferenceTracker ReferenceTracker::ofFrame(const std::vector<const safety::ArmLimits*>& limits,
-                                           const safety::RobotVector& posture,
-                                           control::Method method,
-                                           const control::MethodParameters& parameters,
-                                           Gains gains) {
+ReferenceTracker ReferenceTracker::ofObject(const std::vector<const safety::ArmLimits*>& limits,
+                                            const safety::RobotVector& posture,
+                                            control::Method method,
+                                            const control::MethodParameters& parameters,
+                                            Gains gains) {
   ReferenceTracker tracker(method, parameters, gains);
   tracker.problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
   tracker.posture_ = posture;

@@ -7,9 +7,9 @@
 
 #include "control/resolver.h"
 #include "kinematics/arm_model.h"
+#include "planning/equilibrium.h"
 #include "planning/margins.h"
 #include "planning/reference.h"
-#include "planning/rest.h"
 #include "planning/tips.h"
 #include "safety/limits.h"
 
@@ -23,11 +23,11 @@ struct Gains {
 
 enum class TrackStatus : std::uint8_t {
   kOk = 0,
-  kModel,      ///< a kinematic model cannot answer for these joints
-  kReference,  ///< the reference names an arm that there is not, or holds a number that is not finite
-  kSolver,     ///< see Solution::status
-  kSensor,     ///< the tip of an arm that the reference names has not been measured
-  kRest,       ///< no rest of what the arms move together is known
+  kModel,          ///< a kinematic model cannot answer for these joints
+  kReference,      ///< the reference names an arm that there is not, or holds a number that is not finite
+  kSolver,         ///< see Solution::status
+  kSensor,         ///< the tip of an arm that the reference names has not been measured
+  kNoEquilibrium,  ///< no equilibrium of the common object is known
 };
 
 /** Result of one step. Reused from step to step. */
@@ -55,20 +55,20 @@ class ReferenceTracker {
 
   /// A tracker of the common frame that the arms move together; it has no tips.
   /// @param posture  of all joints: where they go as far as no task asks for anything else
-  static ReferenceTracker ofFrame(const std::vector<const safety::ArmLimits*>& limits,
-                                  const safety::RobotVector& posture,
-                                  control::Method method,
-                                  const control::MethodParameters& parameters,
-                                  Gains gains);
+  static ReferenceTracker ofObject(const std::vector<const safety::ArmLimits*>& limits,
+                                   const safety::RobotVector& posture,
+                                   control::Method method,
+                                   const control::MethodParameters& parameters,
+                                   Gains gains);
 
-  /// Of arms that move one thing together, with the hierarchy: tasks above the motion, the frame, tasks below it, the
-  /// posture. Gains::relative is that of the arms' own tasks, Gains::tip that of the frame.
-  /// @param rest  near q; what it says is taken to q to first order
-  /// @param setpoint  the joints from which the velocities will be integrated: where limits are counted from
-  void step(const Rest& rest,
+  /// Step of the common object, with the hierarchy: tasks of higher priority, the object's pose, tasks of lower
+  /// priority, the posture. Gains::relative applies to the higher- and lower-priority tasks, Gains::tip to the pose.
+  /// @param rest  equilibrium near q, extrapolated to q to first order
+  /// @param setpoint  joints from which the velocities are integrated; limits refer to them
+  void step(const Equilibrium& rest,
             const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
-            const FrameReference& reference,
+            const ObjectReference& reference,
             TrackResult& result) noexcept;
 
   /// Joints displaced, inside their box.
@@ -91,7 +91,7 @@ class ReferenceTracker {
     step(q, setpoint, reference, nullptr, result);
   }
 
-  /// A cycle in which nothing may move, because `reason` stands in the way: tips, limits, no velocity.
+  /// A cycle without motion for a reason: tips and limits, zero velocity.
   void hold(const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
             TrackStatus reason,
@@ -120,8 +120,10 @@ class ReferenceTracker {
   ReferenceTracker(control::Method method, const control::MethodParameters& parameters, Gains gains)
       : margins_({}, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains) {}
   void clear(TrackResult& result) const noexcept;
-  void addRestTask(const RestTask& from, const safety::RobotVector& away) noexcept;
-  double addFrame(const Rest& rest, const safety::RobotVector& away, const FrameReference& reference) noexcept;
+  void addEquilibriumTask(const EquilibriumTask& from, const safety::RobotVector& away) noexcept;
+  double addObjectTask(const Equilibrium& rest,
+                       const safety::RobotVector& away,
+                       const ObjectReference& reference) noexcept;
   void solve(TrackResult& result) noexcept;
   TrackStatus setTask(const TaskReference& wanted,
                       const MeasuredTips* measured,
@@ -134,7 +136,7 @@ class ReferenceTracker {
   std::unique_ptr<control::Resolver> resolver_;
   Gains gains_;
   control::StepProblem problem_;
-  safety::RobotVector posture_;  ///< of arms that move one thing together
+  safety::RobotVector posture_;  ///< of arms that move a common object
 };
 
 }  // namespace tandem::planning

@@ -9,7 +9,7 @@ TipFollower::TipFollower(std::vector<const kinematics::ArmModel*> models) : mode
   if (models_.empty() || models_.size() > safety::kMaxArms)
     throw std::invalid_argument("1 to 8 arms expected");
   for (const kinematics::ArmModel* model : models_)
-    offset_.push_back(offset_.back() + model->arm().jointCount());
+    offset_.push_back(offset_.back() + model->jointCount());
 }
 
 void TipFollower::restart() noexcept {

@@ -58,9 +58,9 @@ Reference Walk::referenceTo(const TrajectoryPoint& point) const {
   return reference;
 }
 
-Walk::End Walk::settle(const TrajectoryPoint& point,
-                       const safety::RobotVector& q,
-                       const std::function<bool()>& cancelled) const {
+Walk::End Walk::converge(const TrajectoryPoint& point,
+                         const safety::RobotVector& q,
+                         const std::function<bool()>& cancelled) const {
   End end;
   end.q = q;
   end.error = approach(point, 0.0, true, end.q, cancelled);

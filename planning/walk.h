@@ -35,7 +35,9 @@ class Walk {
     double error = 0.0;               ///< the larger one of the tip's and the relative position's, m
     std::vector<std::string> limits;  ///< that hold it there, in words, the heaviest first; empty: none does
   };
-  End settle(const TrajectoryPoint& point, const safety::RobotVector& q, const std::function<bool()>& cancelled) const;
+  End converge(const TrajectoryPoint& point,
+               const safety::RobotVector& q,
+               const std::function<bool()>& cancelled) const;
 
  private:
   Reference referenceTo(const TrajectoryPoint& point) const;

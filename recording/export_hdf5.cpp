@@ -81,7 +81,7 @@ void write(hid_t group, const NamedMatrix& member, const Matrix<std::string>& ma
 }  // namespace
 
 void exportHdf5(const ExportSet& set, const std::filesystem::path& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are told by exceptions, not on stderr
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported by exceptions, not on stderr
   const Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path.string());
   for (const auto& [key, value] : set.about)
     setText(file, key, value);

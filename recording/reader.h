@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Reads MCAP files, whole ones by their index, unfinished and damaged ones by streaming what there is.
  *
- * Cut at any byte, a file gives what was whole before. A chunk whose checksum is wrong is left out, and told.
+ * Cut at any byte, a file gives what was whole before. A chunk whose checksum is wrong is left out, and reported.
  */
 #pragma once
 

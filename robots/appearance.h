@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/any_robot.h"
+#include "config/cooperative.h"
 #include "kinematics/concentric_tube.h"
 
 namespace tandem::robots {
@@ -27,17 +27,11 @@ struct JointAppearance {
 };
 
 struct ArmAppearance {
-  std::string type;                   ///< "concentric_tube" or "catheter"
+  std::string type;                   ///< "concentric_tube", "catheter", ...
   std::vector<TubeAppearance> tubes;  ///< innermost first
   std::vector<JointAppearance> joints;
   Eigen::Isometry3d base;  ///< robot base frame <- arm base frame
   Eigen::Isometry3d tool;  ///< end frame of the arm <- tool tip frame
 };
-
-/// @param arm  number in the robot's order
-ArmAppearance appearanceOf(const config::Robot& robot, int arm);
-
-/// The object that the arms hold, with its contacts in the robot's order of arms; null: none.
-const config::HeldObject* heldObject(const config::Robot& robot) noexcept;
 
 }  // namespace tandem::robots

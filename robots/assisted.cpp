@@ -42,7 +42,7 @@ AssistedMechanism::AssistedMechanism(const config::CooperativeRobot& robot)
 
 RobotVector AssistedMechanism::home() const { return robot_.home(); }
 
-std::string AssistedMechanism::settle(const RobotVector& q) {
+std::string AssistedMechanism::solveEquilibrium(const RobotVector& q) {
   assist::Chain chain;
   const assist::Status status = model_.solve(q, branch_, chain);
   if (status != assist::Status::kOk)
@@ -55,7 +55,7 @@ std::string AssistedMechanism::settle(const RobotVector& q) {
   return {};
 }
 
-std::vector<control::Task> AssistedMechanism::below(double gain) const {
+std::vector<control::Task> AssistedMechanism::lowerTasks(double gain) const {
   // The normal's own turning is left to the feedback.
   control::Task task;
   task.jacobian = chain_.contact.linear().col(2).transpose() * chain_.wrench_by_joints.topRows<3>();
@@ -92,7 +92,7 @@ std::vector<std::vector<Eigen::Vector3d>> AssistedMechanism::shapes() const {
   kinematics::cosserat::RodInput input(rod);
   input.base = target.arm.base;
   input.first_length = joints_[0];
-  // The wrench at the contact, told at the rod's end: the base of bending.
+  // The wrench at the contact, given at the rod's end: the base of bending.
   const Eigen::Isometry3d bending_base = chain_.contact * relation_.pair.contact.inverse();
   const Eigen::Vector3d lever = chain_.contact.translation() - bending_base.translation();
   input.tip = chain_.wrench;

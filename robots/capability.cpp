@@ -1,26 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robots/capability.h"
 
-namespace tandem::robots {
+#include "robots/robot_type.h"
 
-bool has(const config::Robot& robot, Capability capability) noexcept {
-  return (capability == Capability::kCommonPath) == (robot.catheters != nullptr);
+namespace tandem::robots {
+namespace {
+
+/// "concentric tubes or catheters": the types that have it.
+std::string typesWith(Capability capability) {
+  std::string types;
+  for (const RobotType* type : robotTypes()) {
+    if (type->has(capability))
+      types += (types.empty() ? "" : " or ") + type->description();
+  }
+  return types;
 }
+
+std::string reason(Capability capability, const std::string& found) {
+  switch (capability) {
+    case Capability::kTips:
+      return found + " move a common object, not each its own tip";
+    case Capability::kCommonPath:
+      return "each tip of " + found + " follows a reference of its own";
+    case Capability::kComputation:
+      return "nothing is planned for " + found + " before they move";
+  }
+  return {};
+}
+
+}  // namespace
+
+bool has(const config::Robot& robot, Capability capability) { return typeOf(robot).has(capability); }
 
 std::string refusal(const config::Robot& robot, Capability capability) {
   if (has(robot, capability))
     return {};
-  const std::string found = "robot: found the " + std::string(robot.catheters ? "catheters" : "concentric tubes") +
-                            " of " + robot.file.string() + ", expected ";
-  switch (capability) {
-    case Capability::kTips:
-      return found + "concentric tubes: catheters move one thing together, not each its tip";
-    case Capability::kCommonPath:
-      return found + "catheters: each tip of concentric tubes follows a trajectory of its own";
-    case Capability::kComputation:
-      return found + "concentric tubes: planning judges a path of catheters when it is started";
-  }
-  return found + "another type";
+  const std::string found = typeOf(robot).description();
+  return "robot: found the " + found + " of " + robot.file.string() + ", expected " + typesWith(capability) + ": " +
+         reason(capability, found);
 }
 
 }  // namespace tandem::robots

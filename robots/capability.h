@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Capabilities of robots: what one type can do and another one cannot. Above `robots` nothing knows types. */
+/** @file Capabilities of robots: functions that one type has and another one lacks. Rooms above `robots` know no types.
+ */
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@ enum class Capability : std::uint8_t {
   kComputation,  ///< inverse kinematics, feasibility, timing and clearance of trajectories: see planning/
 };
 
-bool has(const config::Robot& robot, Capability capability) noexcept;
+bool has(const config::Robot& robot, Capability capability);
 
 /// Why a robot lacks a capability: what was found, what is expected, and what the robot does instead. Empty: it has it.
 std::string refusal(const config::Robot& robot, Capability capability);

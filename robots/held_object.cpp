@@ -27,7 +27,7 @@ std::vector<catheter::ElasticArm> elasticArmsOf(const config::CooperativeRobot& 
 
 }  // namespace
 
-struct HeldObjectMechanism::Parts {
+struct GraspedObjectMechanism::Parts {
   Parts(const config::CooperativeRobot& robot, const config::HeldObject& object)
       : held(object), model(grasp::Grasp(object.contacts, object.size), elasticArmsOf(robot, object)) {
     rest = model.start(object.pose);
@@ -47,12 +47,12 @@ struct HeldObjectMechanism::Parts {
   grasp::ContactLoad loadAt(std::size_t k, const VectorXd& force) const {
     return grasp::loadOf(held.contacts[k], force.segment(grasp().firstRow(static_cast<int>(k)), rows(k)));
   }
-  /// The forces that are to be held at a squeeze.
+  /// Contact forces with a specified squeeze.
   VectorXd wanted(double squeeze) const {
     grasp::Twist left;
     return grasp().contactForces(rest.state, wrench(), squeeze, left);
   }
-  /// Whether contacts neither slip nor pull under forces, and press where they live by friction.
+  /// Whether no contact slips or pulls under these forces, and friction contacts press.
   bool holds(const VectorXd& force) const {
     for (std::size_t k = 0; k < arms.size(); ++k) {
       const grasp::ContactLoad load = loadAt(k, force);
@@ -68,13 +68,13 @@ struct HeldObjectMechanism::Parts {
     return load;
   }
 
-  /// Z^T C (f - wanted f).
+  /// Z^T C (f - f*).
   VectorXd strain() const {
     return rest.state.internal_forces.transpose() * (rest.compliance * (rest.force - wanted(held.squeeze)));
   }
 
-  /// Z^T C d(f - wanted f)/dq: Z^T B J where nothing is loaded. Wanted forces are those of the object's own frame, in
-  /// which the load turns the other way.
+  /// Z^T C d(f - f*)/dq; without loads Z^T B J. The specified forces f* are given in the object frame, in which the
+  /// load turns the other way.
   MatrixXd strainRates() const {
     MatrixXd rates = rest.force_by_joints;
     for (Eigen::Index j = 0; j < rates.cols(); ++j) {
@@ -105,25 +105,25 @@ struct HeldObjectMechanism::Parts {
   MotionJacobian jacobian;
 };
 
-HeldObjectMechanism::HeldObjectMechanism(const config::CooperativeRobot& robot) {
+GraspedObjectMechanism::GraspedObjectMechanism(const config::CooperativeRobot& robot) {
   if (!robot.object)
     throw std::invalid_argument(robot.name + ": found no object, expected one that the arms hold");
   parts_ = std::make_unique<Parts>(robot, *robot.object);
 }
-HeldObjectMechanism::~HeldObjectMechanism() = default;
+GraspedObjectMechanism::~GraspedObjectMechanism() = default;
 
-const std::vector<const safety::ArmLimits*>& HeldObjectMechanism::limits() const { return parts_->limits; }
+const std::vector<const safety::ArmLimits*>& GraspedObjectMechanism::limits() const { return parts_->limits; }
 
-RobotVector HeldObjectMechanism::home() const {
+RobotVector GraspedObjectMechanism::home() const {
   RobotVector q(static_cast<Eigen::Index>(parts_->arms.size()) * catheter::kJoints);
   for (std::size_t k = 0; k < parts_->arms.size(); ++k)
     q.segment(static_cast<Eigen::Index>(k) * catheter::kJoints, catheter::kJoints) = parts_->arms[k]->home;
   return q;
 }
 
-std::string HeldObjectMechanism::settle(const RobotVector& q) {
+std::string GraspedObjectMechanism::solveEquilibrium(const RobotVector& q) {
   Parts& parts = *parts_;
-  const grasp::HoldStatus status = parts.model.settle(q, parts.wrench(), parts.rest);
+  const grasp::HoldStatus status = parts.model.solveEquilibrium(q, parts.wrench(), parts.rest);
   if (status == grasp::HoldStatus::kArm)
     return parts.arms[static_cast<std::size_t>(parts.rest.arm)]->name + ": " +
            std::string(kinematics::describe(parts.rest.arm_status));
@@ -134,11 +134,11 @@ std::string HeldObjectMechanism::settle(const RobotVector& q) {
   return {};
 }
 
-const Eigen::Isometry3d& HeldObjectMechanism::pose() const { return parts_->rest.pose; }
-const MotionJacobian& HeldObjectMechanism::jacobian() const { return parts_->jacobian; }
-double HeldObjectMechanism::length() const { return parts_->grasp().length(); }
+const Eigen::Isometry3d& GraspedObjectMechanism::pose() const { return parts_->rest.pose; }
+const MotionJacobian& GraspedObjectMechanism::jacobian() const { return parts_->jacobian; }
+double GraspedObjectMechanism::length() const { return parts_->grasp().length(); }
 
-std::vector<control::Task> HeldObjectMechanism::above(double gain) const {
+std::vector<control::Task> GraspedObjectMechanism::higherTasks(double gain) const {
   const MatrixXd rates = parts_->strainRates();
   // Only so many combinations of the rows as joints can change: the others are nothing that could be asked for.
   const MatrixXd choice = parts_->choice(rates);
@@ -152,9 +152,11 @@ std::vector<control::Task> HeldObjectMechanism::above(double gain) const {
   return tasks;
 }
 
-double HeldObjectMechanism::drift() const { return (parts_->choice(parts_->strainRates()) * parts_->strain()).norm(); }
+double GraspedObjectMechanism::residual() const {
+  return (parts_->choice(parts_->strainRates()) * parts_->strain()).norm();
+}
 
-std::string HeldObjectMechanism::impossible() const {
+std::string GraspedObjectMechanism::impossible() const {
   const Parts& parts = *parts_;
   if (parts.holds(parts.wanted(parts.held.squeeze)))
     return {};
@@ -182,7 +184,7 @@ std::string HeldObjectMechanism::impossible() const {
   return text;
 }
 
-std::string HeldObjectMechanism::troubleOf(const grasp::Hold& rest) const {
+std::string GraspedObjectMechanism::troubleOf(const grasp::Hold& rest) const {
   const Parts& parts = *parts_;
   std::string text;
   const VectorXd force = rest.force;
@@ -202,7 +204,7 @@ std::string HeldObjectMechanism::troubleOf(const grasp::Hold& rest) const {
   return text;
 }
 
-std::vector<std::pair<std::string, double>> HeldObjectMechanism::facts() const {
+std::vector<std::pair<std::string, double>> GraspedObjectMechanism::facts() const {
   const Parts& parts = *parts_;
   std::vector<std::pair<std::string, double>> facts;
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
@@ -214,14 +216,14 @@ std::vector<std::pair<std::string, double>> HeldObjectMechanism::facts() const {
   return facts;
 }
 
-std::vector<Eigen::Isometry3d> HeldObjectMechanism::tips() const {
+std::vector<Eigen::Isometry3d> GraspedObjectMechanism::tips() const {
   std::vector<Eigen::Isometry3d> tips;
   for (std::size_t k = 0; k < parts_->arms.size(); ++k)
     tips.push_back(parts_->rest.tips[k].pose);
   return tips;
 }
 
-std::vector<std::vector<Eigen::Vector3d>> HeldObjectMechanism::shapes() const {
+std::vector<std::vector<Eigen::Vector3d>> GraspedObjectMechanism::shapes() const {
   const Parts& parts = *parts_;
   std::vector<std::vector<Eigen::Vector3d>> shapes;
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
@@ -238,13 +240,13 @@ std::vector<std::vector<Eigen::Vector3d>> HeldObjectMechanism::shapes() const {
   return shapes;
 }
 
-const grasp::Grasp& HeldObjectMechanism::grasp() const { return parts_->grasp(); }
-const grasp::GraspState& HeldObjectMechanism::state() const { return parts_->rest.state; }
-const grasp::Hold& HeldObjectMechanism::rest() const { return parts_->rest; }
-const grasp::HeldObject& HeldObjectMechanism::model() const { return parts_->model; }
-const RobotVector& HeldObjectMechanism::joints() const { return parts_->joints; }
+const grasp::Grasp& GraspedObjectMechanism::grasp() const { return parts_->grasp(); }
+const grasp::GraspState& GraspedObjectMechanism::state() const { return parts_->rest.state; }
+const grasp::Hold& GraspedObjectMechanism::rest() const { return parts_->rest; }
+const grasp::HeldObject& GraspedObjectMechanism::model() const { return parts_->model; }
+const RobotVector& GraspedObjectMechanism::joints() const { return parts_->joints; }
 
-grasp::Matrix6 HeldObjectMechanism::stiffnessOf(int contact) const {
+grasp::Matrix6 GraspedObjectMechanism::stiffnessOf(int contact) const {
   const Parts& parts = *parts_;
   const Eigen::Index row = parts.grasp().firstRow(contact), count = parts.rows(static_cast<std::size_t>(contact));
   const MatrixXd at_object = parts.rest.state.by_object.middleRows(row, count);
@@ -252,6 +254,6 @@ grasp::Matrix6 HeldObjectMechanism::stiffnessOf(int contact) const {
   return at_object.transpose() * compliance.ldlt().solve(at_object);
 }
 
-grasp::Matrix6 HeldObjectMechanism::stiffness() const { return parts_->rest.stiffness; }
+grasp::Matrix6 GraspedObjectMechanism::stiffness() const { return parts_->rest.stiffness; }
 
 }  // namespace tandem::robots

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Mechanism: interface of robots whose arms move one thing together, for the methods of control/.
+/** @file Mechanism: interface of arms that move a common object, for the methods of control/.
  * docs/own-robot-type.md adds one. */
 #pragma once
 
@@ -17,49 +17,49 @@ using planning::Twist;
 using safety::RobotVector;
 using MotionJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-/** A robot at rest at some joints. settle() is called first, and all else is about the joints that it was called with.
- */
+/** Arms and their common object in equilibrium. solveEquilibrium() computes an equilibrium; all other members describe
+ * the last one. */
 class Mechanism {
  public:
   virtual ~Mechanism() = default;
 
-  /// Of the arms in the order in which their joints stand in joint vectors.
+  /// Limits of the arms, in the order of their joints in joint vectors.
   virtual const std::vector<const safety::ArmLimits*>& limits() const = 0;
   virtual RobotVector home() const = 0;
 
-  /// Comes to rest at joints (m, rad). @return empty, or why there is no rest there; the last rest then stays
-  virtual std::string settle(const RobotVector& q) = 0;
+  /// Computes the equilibrium at joints (m, rad). @return empty, or why there is none; the last one then stays valid
+  virtual std::string solveEquilibrium(const RobotVector& q) = 0;
 
-  /// robot base frame <- frame of what is to be moved: a tip, an object
+  /// robot base frame <- object frame
   virtual const Eigen::Isometry3d& pose() const = 0;
-  /// Twist of that frame by joint velocity, for joint velocities that do what above() wants.
+  /// Twist of the object by joint velocity (linear rows first), for joint velocities that satisfy higherTasks().
   virtual const MotionJacobian& jacobian() const = 0;
-  /// m: makes a radian as large as this many metres where directions are judged.
+  /// Length that weighs a radian against a metre, m.
   virtual double length() const = 0;
 
-  /// What comes before the motion, highest priority first: contacts that may not slip. @param gain  1/s, of errors
-  virtual std::vector<control::Task> above(double gain) const {
+  /// Tasks with a higher priority than the motion, highest first: contact constraints. @param gain  of errors, 1/s
+  virtual std::vector<control::Task> higherTasks(double gain) const {
     static_cast<void>(gain);
     return {};
   }
-  /// What comes after it: forces that shall stay as they are.
-  virtual std::vector<control::Task> below(double gain) const {
+  /// Tasks with a lower priority than the motion: contact forces to keep.
+  virtual std::vector<control::Task> lowerTasks(double gain) const {
     static_cast<void>(gain);
     return {};
   }
 
-  /// Why what above() wants would not do even if it came true, in words: contacts that slip under the forces that they
-  /// are to be held at. Asked before anything moves. Empty: nothing.
+  /// Why the specified contact forces cannot hold the object, for example because contacts would slip; empty: they can.
+  /// Checked before the arms move.
   virtual std::string impossible() const { return {}; }
-  /// What is wrong with this rest although it is one, in words: a contact that slips. Empty: nothing.
+  /// Why this equilibrium cannot be used, for example because a contact slips; empty: it can.
   virtual std::string trouble() const { return {}; }
-  /// By how much what above() wants is not so, m: 0 where it wants nothing.
-  virtual double drift() const { return 0.0; }
-  /// Further numbers of this rest, a name with its unit and a value: columns of the table.
+  /// Residual of higherTasks(), m; 0 without such tasks.
+  virtual double residual() const { return 0.0; }
+  /// Further numbers of this equilibrium: name with unit, and value. They are columns of the table.
   virtual std::vector<std::pair<std::string, double>> facts() const { return {}; }
-  /// Where the tool tips of the arms are, robot base frame; empty where that is not known.
+  /// Poses of the tool tips, robot base frame; empty if unknown.
   virtual std::vector<Eigen::Isometry3d> tips() const { return {}; }
-  /// Points of the arms, for a figure: a list of places, m, robot base frame, for each arm.
+  /// Points along each arm for drawings, m, robot base frame.
   virtual std::vector<std::vector<Eigen::Vector3d>> shapes() const { return {}; }
 };
 

@@ -3,21 +3,13 @@
 
 #include <stdexcept>
 
-#include "robots/catheters.h"
+#include "robots/robot_type.h"
 
 namespace tandem::robots {
 
-std::unique_ptr<Mechanism> makeMechanism(const config::Robot& robot) {
-  if (!robot.catheters)
-    throw std::invalid_argument(robot.name + ": found concentric tubes, expected catheters");
-  if (robot.catheters->object)
-    return std::make_unique<HeldObjectMechanism>(*robot.catheters);
-  return std::make_unique<AssistedMechanism>(*robot.catheters);
-}
-
-RestFollower makeRestFollower(const config::Robot& robot) {
+EquilibriumFollower makeEquilibriumFollower(const config::Robot& robot) {
   try {
-    return RestFollower(makeMechanism(robot));
+    return EquilibriumFollower(typeOf(robot).makeMechanism(robot));
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(robot.file.string() + ": " + error.what());
   }

@@ -21,11 +21,11 @@ std::string millimetres(double value) {
 
 }  // namespace
 
-PathRun::PathRun(const config::Robot& robot, double period) : robot_(robot), follower_(makeRestFollower(robot)) {
+PathRun::PathRun(const config::Robot& robot, double period) : robot_(robot), follower_(makeEquilibriumFollower(robot)) {
   options_.parameters.period = period;
 }
 
-void PathRun::restart() { follower_ = makeRestFollower(robot_); }
+void PathRun::restart() { follower_ = makeEquilibriumFollower(robot_); }
 
 void PathRun::pause() {
   if (progress_.phase == Phase::kRunning)
@@ -37,7 +37,7 @@ void PathRun::resume() {
     progress_.phase = Phase::kRunning;
 }
 
-/// Why the rest that there is now cannot be the start of the path.
+/// Why the path cannot start at the present equilibrium.
 std::string PathRun::refusalHere() const {
   const std::string trouble = follower_.mechanism().trouble();
   return trouble.empty() ? refusal(follower_.mechanism(), path_) : trouble;
@@ -49,12 +49,12 @@ std::string PathRun::start(const std::string& text, const Measured& now, std::ve
   path.check();
   if (now.joints.size() == 0)
     return "no valid actuation/state yet";
-  if (const std::string why = follower_.settle(now.joints); !why.empty())
-    return "no rest at the present joints: " + why;
+  if (const std::string why = follower_.solveEquilibrium(now.joints); !why.empty())
+    return "no equilibrium at the present joints: " + why;
   if (const std::string why = follower_.mechanism().impossible(); !why.empty())
     return why;
   path_ = path;
-  const bool ready = follower_.mechanism().drift() <= kPrepared * options_.most_drift;
+  const bool ready = follower_.mechanism().residual() <= kPrepared * options_.most_drift;
   if (const std::string why = ready ? refusalHere() : ""; !why.empty())
     return why;
   part_ = Part::kBefore;
@@ -67,22 +67,22 @@ std::string PathRun::start(const std::string& text, const Measured& now, std::ve
   return {};
 }
 
-void PathRun::ask(const planning::FrameReference& frame) {
+void PathRun::ask(const planning::ObjectReference& frame) {
   reference_.task_count = 1;
-  reference_.tasks[0].kind = planning::TaskKind::kFrame;
+  reference_.tasks[0].kind = planning::TaskKind::kObjectPose;
   reference_.tasks[0].position = frame.position;
   reference_.frame = frame;
   wanted_ = planning::poseOf(frame.after(options_.parameters.period));
 }
 
-/// What is wrong with the rest along the path.
+/// Why the run cannot go on from the present equilibrium.
 std::string PathRun::judge() const {
   const Mechanism& mechanism = follower_.mechanism();
   std::string why;
   if (std::string trouble = mechanism.trouble(); !trouble.empty())
     why = trouble;
-  else if (mechanism.drift() > options_.most_drift)
-    why = "contacts drift by " + millimetres(mechanism.drift()) + ", more than " + millimetres(options_.most_drift);
+  else if (mechanism.residual() > options_.most_drift)
+    why = "contacts drift by " + millimetres(mechanism.residual()) + ", more than " + millimetres(options_.most_drift);
   else if (progress_.tip_error > options_.most_error)
     why = "the path is left by " + millimetres(progress_.tip_error) + ", more than " + millimetres(options_.most_error);
   else
@@ -91,9 +91,9 @@ std::string PathRun::judge() const {
          " s: " + why;
 }
 
-/// What is moved is held where it was at the start, until the path can begin.
+/// Keeps the object at its start until the path can begin.
 std::string PathRun::before() {
-  if (follower_.mechanism().drift() <= kPrepared * options_.most_drift) {
+  if (follower_.mechanism().residual() <= kPrepared * options_.most_drift) {
     if (std::string why = refusalHere(); !why.empty())
       return why;
     part_ = Part::kAlong;
@@ -102,7 +102,7 @@ std::string PathRun::before() {
     return along();
   }
   if (periods_++ * options_.parameters.period >= options_.patience)
-    return "before the path: " + kUnprepared;
+    return "before the path: " + kContactsNotReady;
   ask(planning::heldReference(path_, start_));
   return {};
 }
@@ -154,10 +154,10 @@ std::string PathRun::update(const Measured& now, planning::Reference& reference)
   return why;
 }
 
-/// @return empty, or why the run is over
+/// @return empty, or why the run failed
 std::string PathRun::goOn(const RobotVector& q) {
-  if (const std::string why = follower_.settle(q); !why.empty())
-    return "no rest at the present joints: " + why;
+  if (const std::string why = follower_.solveEquilibrium(q); !why.empty())
+    return "no equilibrium at the present joints: " + why;
   if (progress_.total_iterations > 0)
     progress_.tip_error = planning::trackedError(path_, follower_.mechanism().pose(), wanted_);
   if (std::string why = part_ == Part::kBefore ? "" : judge(); !why.empty())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Run along a path of what the arms move together. */
+/** @file Run of the common object along a path. */
 #pragma once
 
 #include "robots/mechanisms.h"
@@ -8,20 +8,19 @@
 
 namespace tandem::robots {
 
-/** Walks along a path by time, one update per control period.
+/** Follows a path by time, one update per control period.
  *
- * First what is moved is held where it is, until what comes before the motion is so: forces that the arms shall hold
- * it with (prepare()); Progress::point is 0 as long. Then the path, of which the points are hundredths of
- * its time, in Progress::iteration its periods. A run is finished when its end is reached within the tolerance, failed
- * when it is not after some patience; and as soon as there is something wrong with the rest, or it is off by more than
- * a run may be (TrackOptions). */
+ * The object first stays where it is until the contact forces have their specified values; Progress::point is 0
+ * meanwhile. Then it follows the path: Progress::point counts hundredths of the duration, Progress::iteration periods.
+ * The run is finished when it reaches the end within the tolerance. It fails when it does not do so in time, when the
+ * equilibrium cannot be used (Mechanism::trouble()), or when an error exceeds its limit (TrackOptions). */
 class PathRun final : public Run {
  public:
   static constexpr int kPoints = 100;
-  static constexpr double kTolerance = 1e-4;  ///< m, radians counting as in track.h
+  static constexpr double kTolerance = 1e-4;  ///< m; radians are weighted as in track.h
   static constexpr double kPatience = 2.0;    ///< s, to reach the end
 
-  /// @throw std::invalid_argument as makeRestFollower() does. @param robot  outlives it
+  /// @throw std::invalid_argument as makeEquilibriumFollower() does. @param robot  outlives it
   PathRun(const config::Robot& robot, double period);
 
   void restart() override;
@@ -46,11 +45,11 @@ class PathRun final : public Run {
   std::string before();
   std::string along();
   std::string atEnd();
-  void ask(const planning::FrameReference& frame);
+  void ask(const planning::ObjectReference& frame);
   std::string refusalHere() const;
 
   const config::Robot& robot_;
-  RestFollower follower_;
+  EquilibriumFollower follower_;
   TrackOptions options_;
   planning::ObjectPath path_;
   Part part_ = Part::kBefore;

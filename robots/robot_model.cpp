@@ -4,15 +4,15 @@
 #include <stdexcept>
 
 #include "planning/reference_tracker.h"
+#include "robots/robot_type.h"
 
 namespace tandem::robots {
 
-RobotModel::RobotModel(const config::Robot& robot, const std::string& model)
-    : kind_(robot.catheters ? idl::Model::kElastic : idl::fromName<idl::Model>(model).value_or(idl::Model::kRigid)) {
+RobotModel::RobotModel(const config::Robot& robot, const std::string& model) : kind_(typeOf(robot).model(model)) {
   offset_.push_back(0);
   for (const config::Arm& arm : robot.arms) {
-    if (!robot.catheters)
-      owned_.push_back(kinematics::makeArmModel(model, arm.model));
+    if (has(robot, Capability::kTips))
+      owned_.push_back(typeOf(robot).makeModel(robot, static_cast<int>(owned_.size()), model));
     owned_limits_.push_back(arm.limits);
     offset_.push_back(offset_.back() + arm.jointCount());
   }
@@ -32,7 +32,7 @@ std::unique_ptr<planning::ReferenceTracker> RobotModel::makeTracker(control::Met
   if (!models_.empty())
     return std::make_unique<planning::ReferenceTracker>(models_, limits_, method, parameters, gains);
   return std::make_unique<planning::ReferenceTracker>(
-      planning::ReferenceTracker::ofFrame(limits_, home_, method, parameters, gains));
+      planning::ReferenceTracker::ofObject(limits_, home_, method, parameters, gains));
 }
 
 safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) const {

@@ -19,13 +19,13 @@ namespace tandem::robots {
 /** A robot's models and limits, built once from its file. */
 class RobotModel {
  public:
-  /// @throw std::invalid_argument as kinematics::makeArmModel() does.
+  /// @throw std::invalid_argument as RobotType::makeModel() does.
   explicit RobotModel(const config::Robot& robot, const std::string& model = "rigid");
 
-  /// Empty for catheters, which are no arms of their own: see robots/mechanism.h.
+  /// Empty without Capability::kTips: see robots/mechanism.h.
   const std::vector<const kinematics::ArmModel*>& models() const { return models_; }
   const std::vector<const safety::ArmLimits*>& limits() const { return limits_; }
-  /// What the wire calls it; catheters are elastic.
+  /// What the wire calls it.
   idl::Model kind() const { return kind_; }
   int armCount() const { return static_cast<int>(limits_.size()); }
   int jointCount() const { return offset_.back(); }

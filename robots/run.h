@@ -55,7 +55,7 @@ class Run {
 class RobotModel;
 
 /// The run of a robot with Capability::kTips or kCommonPath. @param robot, model  outlive it
-/// @param period  of control, s  @throw std::invalid_argument as makeRestFollower() does.
+/// @param period  of control, s  @throw std::invalid_argument as makeEquilibriumFollower() does.
 std::unique_ptr<Run> makeRun(const config::Robot& robot, const RobotModel& model, double period);
 
 }  // namespace tandem::robots

@@ -8,7 +8,7 @@
 
 #include "kinematics/grasp/grasp.h"
 #include "planning/path_reference.h"
-#include "robots/mechanism_rest.h"
+#include "robots/mechanism_equilibrium.h"
 
 namespace tandem::robots {
 namespace {
@@ -59,13 +59,13 @@ MatrixXd twistsOf(const MatrixXd& columns, const std::vector<int>& tracked, doub
 }
 
 Spaces motionSpaces(const Mechanism& mechanism, const std::vector<int>& tracked) {
-  MatrixXd above(0, mechanism.jacobian().cols());
-  for (const control::Task& task : mechanism.above(0.0)) {
-    above.conservativeResize(above.rows() + task.jacobian.rows(), Eigen::NoChange);
-    above.bottomRows(task.jacobian.rows()) = task.jacobian;
+  MatrixXd higher(0, mechanism.jacobian().cols());
+  for (const control::Task& task : mechanism.higherTasks(0.0)) {
+    higher.conservativeResize(higher.rows() + task.jacobian.rows(), Eigen::NoChange);
+    higher.bottomRows(task.jacobian.rows()) = task.jacobian;
   }
-  const MatrixXd free = spacesOf(above).null;
-  // What is left of rates beside those that above() forbids is rounding below this part of them.
+  const MatrixXd free = spacesOf(higher).null;
+  // What is left of rates beside those that higherTasks() forbids is rounding below this part of them.
   const MatrixXd rows = rowsOf(mechanism.jacobian(), tracked, mechanism.length());
   return spacesOf(rows * free, kRank * rows.norm());
 }
@@ -78,11 +78,11 @@ std::string listed(const Eigen::Matrix<double, 6, Eigen::Dynamic>& twists, doubl
 }
 
 planning::ReferenceTracker makeTracker(const Mechanism& mechanism, const TrackOptions& options) {
-  return planning::ReferenceTracker::ofFrame(mechanism.limits(), mechanism.home(), options.method, options.parameters,
-                                             {options.gain, options.gain});
+  return planning::ReferenceTracker::ofObject(mechanism.limits(), mechanism.home(), options.method, options.parameters,
+                                              {options.gain, options.gain});
 }
 
-/** One run, and what is noted of it. */
+/** One run and its record. */
 class NotedRun {
  public:
   NotedRun(Mechanism& mechanism, const ObjectPath& path, const TrackOptions& options)
@@ -91,34 +91,37 @@ class NotedRun {
         options_(options),
         tracker_(makeTracker(mechanism, options)),
         joints_(mechanism.home()),
-        settled_(joints_) {}
+        solved_at_(joints_) {}
 
   const RobotVector& joints() const { return joints_; }
 
-  /// Home, then what above() wants, with what is moved held in place. @return empty, or why it does not come true
+  /// Starts at home and satisfies higherTasks() with the object in place. @return empty, or why that fails
   std::string prepare(TrackRecord& record) {
-    if (const std::string why = mechanism_.settle(joints_); !why.empty())
+    if (const std::string why = mechanism_.solveEquilibrium(joints_); !why.empty())
       return "home: " + why;
     for (const auto& [name, value] : mechanism_.facts())
       record.names.push_back(name);
     if (const std::string why = mechanism_.impossible(); !why.empty())
       return why;
     const double period = options_.parameters.period;
-    const planning::FrameReference held = planning::heldReference(path_, mechanism_.pose());
-    for (double left = options_.patience; mechanism_.drift() > kPrepared * options_.most_drift; left -= period) {
+    const planning::ObjectReference held = planning::heldReference(path_, mechanism_.pose());
+    for (double left = options_.patience; mechanism_.residual() > kPrepared * options_.most_drift; left -= period) {
       const std::string why = step(-left, held, record);
       if (!why.empty() || left < period)
-        return "before the path: " + (why.empty() ? kUnprepared : why);
+        return "before the path: " + (why.empty() ? kContactsNotReady : why);
     }
     return mechanism_.trouble();
   }
 
   /// A period of following. @return empty, or why there is none
-  std::string step(double time, const planning::FrameReference& reference, TrackRecord& record) {
+  std::string step(double time, const planning::ObjectReference& reference, TrackRecord& record) {
     const double period = options_.parameters.period;
-    const auto settle = [this](const RobotVector& q) { return q == settled_ ? std::string() : mechanism_.settle(q); };
+    const auto solveEquilibrium = [this](const RobotVector& q) {
+      return q == solved_at_ ? std::string() : mechanism_.solveEquilibrium(q);
+    };
     TrackStep noted = noteStep(mechanism_, joints_, time);
-    const std::string why = stepByMiddle(mechanism_, settle, tracker_, joints_, reference, period, rest_, result_);
+    const std::string why =
+        stepByMiddle(mechanism_, solveEquilibrium, tracker_, joints_, reference, period, rest_, result_);
     noted.error = result_.error[0];
     noted.active_limits = result_.solution.active_count;
     noted.status = result_.solution.status;
@@ -128,8 +131,8 @@ class NotedRun {
     if (result_.status != planning::TrackStatus::kOk)
       return std::string(idl::name(result_.solution.status));
     joints_ = tracker_.moved(joints_, period * result_.solution.velocity);
-    settled_ = joints_;
-    return mechanism_.settle(joints_);
+    solved_at_ = joints_;
+    return mechanism_.solveEquilibrium(joints_);
   }
 
  private:
@@ -137,9 +140,9 @@ class NotedRun {
   const ObjectPath& path_;
   const TrackOptions& options_;
   planning::ReferenceTracker tracker_;
-  planning::Rest rest_;
+  planning::Equilibrium rest_;
   planning::TrackResult result_;
-  RobotVector joints_, settled_;
+  RobotVector joints_, solved_at_;
 };
 
 }  // namespace
@@ -149,7 +152,7 @@ TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double
   step.time = time;
   step.joints = joints;
   step.pose = mechanism.pose();
-  step.drift = mechanism.drift();
+  step.drift = mechanism.residual();
   for (const auto& [name, value] : mechanism.facts())
     step.facts.push_back(value);
   return step;

@@ -33,19 +33,19 @@ class EmergencyReports {
 
   void take(bool pressed, std::int64_t now) noexcept {
     watchdog_.feed(now);
-    heard_ = true;
+    received_ = true;
     pressed_ = pressed;
   }
   bool asked() const noexcept { return asked_; }
-  bool heard() const noexcept { return heard_; }
+  bool received() const noexcept { return received_; }
   bool pressed() const noexcept { return asked_ && pressed_; }
-  bool silent(std::int64_t now) const noexcept { return asked_ && heard_ && watchdog_.expired(now); }
+  bool silent(std::int64_t now) const noexcept { return asked_ && received_ && watchdog_.expired(now); }
   bool active(std::int64_t now) const noexcept { return pressed() || silent(now); }
 
  private:
   Watchdog watchdog_;
   bool asked_;
-  bool heard_ = false;
+  bool received_ = false;
   bool pressed_ = false;
 };
 

@@ -26,7 +26,7 @@ constexpr bool isOfTime(FaultMask faults) noexcept {
                     bit(Fault::kReferenceTimeout) | bit(Fault::kLeaseLost))) != 0;
 }
 
-/// A wake-up that is later than this is told where such a fault is, s.
+/// A wake-up that is later than this is reported with such a fault, s.
 inline constexpr double kLate = 0.02;
 
 /// "command_timeout, drive" or "none".

@@ -12,7 +12,7 @@ constexpr double kSmallestAmount = 1e-12;
 /// A command exactly at a speed limit passes: its speed was computed from a difference of positions.
 constexpr double kSpeedTolerance = 1e-9;
 constexpr double kRounding = 1e-15;
-/// Passes over the rows before their joints are held; neighbouring rows pass a violation on, which settles quickly.
+/// Passes over the rows before their joints are held; neighbouring rows pass a violation on, which converges quickly.
 constexpr int kRowPasses = 64;
 
 /// Clamps a change to [-largest, largest] unless it is within the tolerance. Returns what was taken away.

@@ -89,7 +89,7 @@ class StreamSuccess {
                 static_cast<double>(sequence - first_sequence_);
   }
   double value() const noexcept { return rate_.value(); }
-  /// What was lost until now shall stop nobody: nothing has power. It is still told.
+  /// What was lost until now shall stop nobody: nothing has power. It is still reported.
   void forgive() noexcept { rate_.forgive(); }
   /// Whether more of the last 100 were lost since the last forgive() than allowed() says. @param fault  that this is
   /// @return empty: no. @param lost_samples  of Budgets @param outage  as long as a sample may be old, s

@@ -91,7 +91,7 @@ void Actuation::step(double dt, const ArmVector& reference) noexcept {
   }
 }
 
-bool Actuation::settled() const noexcept {
+bool Actuation::atRest() const noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     if (at(i).end != output_)
       return false;

@@ -40,7 +40,7 @@ class Actuation {
   /// Where intact motors shall be now, m, rad.
   const safety::ArmVector& output() const noexcept { return output_; }
   /// Nothing is on its way.
-  bool settled() const noexcept;
+  bool atRest() const noexcept;
 
  private:
   struct Segment {

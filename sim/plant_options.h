@@ -40,6 +40,8 @@ struct TubeErrors {
   double torsional_stiffness = 0.0;
   double curvature = 0.0;
   double length = 0.0;  ///< all sections alike
+
+  bool operator==(const TubeErrors&) const = default;
 };
 
 /** Errors of one tube that somebody knows. */

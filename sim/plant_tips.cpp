@@ -40,24 +40,16 @@ ConcentricTubeArm withErrors(ConcentricTubeArm tubes, int arm, const PlantOption
   return tubes;
 }
 
-PlantTips::PlantTips(const std::vector<ConcentricTubeArm>& arms, const PlantOptions& options) {
-  const int count = static_cast<int>(arms.size());
-  for (const GivenTubeErrors& given : options.tube_errors) {
-    if (given.arm < 0 || given.arm >= count || given.tube < 0 ||
-        given.tube >= arms[static_cast<std::size_t>(given.arm)].tubeCount())
-      throw std::invalid_argument("plant: errors are given for a tube that there is not");
-  }
-  for (int k = 0; k < count; ++k) {
-    Arm arm;
-    arm.model = kinematics::makeArmModel(options.model, withErrors(arms[static_cast<std::size_t>(k)], k, options));
-    arms_.push_back(std::move(arm));
-  }
+PlantTips::PlantTips(ArmModels models, const PlantOptions& options) {
+  for (auto& model : models)
+    arms_.emplace_back().model = std::move(model);
   for (const TipForce& force : options.tip_forces) {
-    if (force.arm < 0 || force.arm >= count)
+    if (force.arm < 0 || force.arm >= armCount())
       throw std::invalid_argument("plant: a tip force is given for an arm that there is not");
-    if (options.model == "rigid" && !force.force.isZero(0.0))
+    Arm& arm = arms_[static_cast<std::size_t>(force.arm)];
+    if (!force.force.isZero(0.0) && !arm.model->carriesLoad())
       throw std::invalid_argument("plant: a rigid arm carries no tip force; take model: compliant");
-    arms_[static_cast<std::size_t>(force.arm)].wrench.head<3>() = force.force;
+    arm.wrench.head<3>() = force.force;
   }
 }
 

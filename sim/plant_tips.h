@@ -16,16 +16,17 @@ namespace tandem::sim {
  * @param arm index in the robot: every arm and every tube has random numbers of its own */
 kinematics::ConcentricTubeArm withErrors(kinematics::ConcentricTubeArm tubes, int arm, const PlantOptions& options);
 
+/// Models of arms of one type, in the robot's order.
+using ArmModels = std::vector<std::unique_ptr<kinematics::ArmModel>>;
+
 /** Tips of all arms of the plant, followed along the path of the joints.
  *
  * Elastic arms remember by which way they came (kinematics/branch.h); when the equilibrium that an arm is in ends, it
  * snaps into another one, and that is counted. After construction nothing allocates or throws. */
 class PlantTips {
  public:
-  /// @param arms as in the robot file, in its order
-  /// @throw std::invalid_argument for an unknown model, a force on a model that carries none, an arm or tube that there
-  /// is not, or errors that make an arm impossible.
-  PlantTips(const std::vector<kinematics::ConcentricTubeArm>& arms, const PlantOptions& options);
+  /// @throw std::invalid_argument for a force on an arm that there is not, or on a model that carries none.
+  PlantTips(ArmModels models, const PlantOptions& options);
 
   /// The joints are put elsewhere: the next update is a cold start.
   void restart() noexcept;

@@ -22,7 +22,7 @@ enum class AxisFault : std::uint8_t {
   kStuck,    ///< the joint does not move, and only the following error tells
   kGarbage,  ///< the joint moves, its reading is not a number
   kInvalid,  ///< the joint moves, its reading is marked as bad
-  kRunaway,  ///< as long as there is power the joint moves at twice its largest speed, whatever it is told
+  kRunaway,  ///< as long as there is power the joint moves at twice its largest speed, whatever the command
 };
 
 /// "none", "off", "stuck", "garbage", "invalid", "runaway".
@@ -82,7 +82,7 @@ class SimulatedArm {
   safety::ArmVector velocityReading() const noexcept;
   /// All readings are good.
   bool valid(safety::JointMask without = 0) const noexcept;
-  bool standing() const noexcept { return velocity_.isZero(0.0) && actuation_.settled(); }
+  bool standing() const noexcept { return velocity_.isZero(0.0) && actuation_.atRest(); }
   /// Faults that the plant reports by itself: kDrive for a dead drive, kSensor for a bad reading.
   safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
   /// The same, with the joint of the first of them. @param without  joints that do not count

@@ -115,7 +115,7 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
   return verdict.faults == 0;
 }
 
-/// Where the encoders see the joints; where one says nothing, where its joint was told to be.
+/// Where the encoders see the joints; where one says nothing, where its joint was commanded to be.
 ArmVector SimulatedDrives::placesOf(const Arm& arm) noexcept {
   ArmVector q = arm.plant.reading();
   for (Eigen::Index j = 0; j < q.size(); ++j)
@@ -219,7 +219,7 @@ ResetResult SimulatedDrives::reset(const safety::RobotVector& joints) noexcept {
     arms_[a].supervisor.place(q);
     arms_[a].plant.place(q);
   }
-  ++placements_;
+  ++joint_resets_;
   return ResetResult::kDone;
 }
 

@@ -72,7 +72,7 @@ class SimulatedDrives {
   /// Share of the last 100 commands that came, 0 to 1.
   double commandSuccess() const noexcept { return monitor_.success(); }
   /// Times that it did.
-  std::uint32_t placements() const noexcept { return placements_; }
+  std::uint32_t jointResets() const noexcept { return joint_resets_; }
   /// Sets or ends the fault of one axis. False: no such axis.
   bool inject(int arm, int joint, AxisFault fault) noexcept;
 
@@ -120,7 +120,7 @@ class SimulatedDrives {
   safety::GuardCounters guards_;
   std::vector<Arm> arms_;
   bool emergency_stop_ = false;
-  std::uint32_t placements_ = 0;
+  std::uint32_t joint_resets_ = 0;
 };
 
 }  // namespace tandem::sim

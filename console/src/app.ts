@@ -53,7 +53,7 @@ export class App {
     const world = new World(robot, link);
     const pilot = new Pilot(robot, world, link, commander, (held) => place.classList.toggle("held", held));
     this.c = { robot, world, link, commander, pilot, messages };
-    world.taps.status.push((status) => commander.heard(status));
+    world.taps.status.push((status) => commander.received(status));
 
     const place = h("div.view", {
       tabindex: "0",

@@ -29,13 +29,13 @@ test("nothing is held before everything allows it", () => {
 });
 
 test.each(conditions)("losing '%s' releases at once, and does not take up again by itself", (condition) => {
-  const told: boolean[] = [];
-  const gate = open((held) => told.push(held));
+  const reported: boolean[] = [];
+  const gate = open((held) => reported.push(held));
   gate.update("pointer", true);
   gate.allow(condition, false);
   expect(gate.held).toBe(false);
   expect(gate.cut).toBe(kConditions[condition]);
-  expect(told).toEqual([true, false]);
+  expect(reported).toEqual([true, false]);
   gate.allow(condition, true);
   gate.update("pointer", true); // still down: a device that says so again and again
   expect(gate.held).toBe(false);
@@ -45,13 +45,13 @@ test.each(conditions)("losing '%s' releases at once, and does not take up again 
 });
 
 test("a key of the same hand takes over without a gap; another device does not", () => {
-  const told: boolean[] = [];
-  const gate = open((held) => told.push(held));
+  const reported: boolean[] = [];
+  const gate = open((held) => reported.push(held));
   gate.update("KeyW", true);
   gate.update("KeyD", true);
   gate.hand("KeyW", "KeyD");
   expect(gate.source).toBe("KeyD");
-  expect(told).toEqual([true]);
+  expect(reported).toEqual([true]);
   gate.update("gamepad", true);
   gate.update("KeyD", false);
   expect(gate.held).toBe(false);
@@ -59,10 +59,10 @@ test("a key of the same hand takes over without a gap; another device does not",
   expect(gate.held).toBe(false);
 });
 
-test("random events: held means pressed while allowed, and every change is told", () => {
+test("random events: held means pressed while allowed, and every change is reported", () => {
   const random = seeded();
-  let told = false;
-  const gate = open((held) => (told = held));
+  let reported = false;
+  const gate = open((held) => (reported = held));
   let held = 0;
   const bad = new Set<Condition>();
   const down = new Set<string>();
@@ -80,10 +80,10 @@ test("random events: held means pressed while allowed, and every change is told"
       else bad.add(condition);
       gate.allow(condition, good);
     }
-    const right = told === gate.held && (!gate.held || (bad.size === 0 && down.has(gate.source!)));
+    const right = reported === gate.held && (!gate.held || (bad.size === 0 && down.has(gate.source!)));
     if (!right)
       throw new Error(
-        `event ${event}: held ${gate.held}, told ${told}, forbidden by ${[...bad].join()}, down ${[...down].join()}`,
+        `event ${event}: held ${gate.held}, reported ${reported}, forbidden by ${[...bad].join()}, down ${[...down].join()}`,
       );
     held += gate.held ? 1 : 0;
   }

@@ -125,7 +125,7 @@ test("old is old: by five periods, at least half a second", () => {
     expect(isStale(at, at + later, period)).toBe(later > Math.max(500, 5000 * period));
     expect(age(at, at - later)).toBe(0);
   }
-  expect(ageWords(Infinity)).toBe("never heard");
+  expect(ageWords(Infinity)).toBe("never received");
   expect(ageWords(420)).toBe("420 ms old");
   expect(ageWords(3200)).toBe("3.2 s old");
   expect(ageWords(7.3e6)).toBe("2 h old");

@@ -2,7 +2,7 @@
 # part of it: they are reached over DDS and through files.
 include(CMakePackageConfigHelpers)
 include(CheckCXXSymbolExists)
-set(names base safety kinematics control planning hal_can hal_canopen hal_drives hal sim sim_drives config robots experiments)
+set(names base safety kinematics control planning hal_can hal_canopen hal_drives hal sim sim_drives config robots robot_plant experiments)
 target_compile_features(tandem_base INTERFACE cxx_std_20)
 target_include_directories(tandem_base INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/tandem>)
 # Eigen aligns and frees in another way where it is compiled for AVX: what uses the libraries has to be compiled as they are.

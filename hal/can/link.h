@@ -47,7 +47,7 @@ void changeLink(const std::string& name, const LinkChange& change);
 /// Brings a controller back after bus-off. @throw std::system_error, for instance where it is not off.
 void restartLink(const std::string& name);
 
-/** Hears of one interface going up and down. */
+/** Watches one interface going up and down. */
 class LinkMonitor {
  public:
   /// @throw std::system_error where netlink refuses, or there is no such interface.

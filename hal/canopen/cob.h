@@ -47,7 +47,7 @@ enum class NmtState : std::uint8_t {
   kStopped = 4,
   kOperational = 5,
   kPreOperational = 127,
-  kUnknown = 255,  ///< never on the wire: nothing heard yet
+  kUnknown = 255,  ///< never on the wire: nothing received yet
 };
 std::string_view name(NmtState state);  ///< "pre-operational" ...
 

@@ -18,15 +18,15 @@ double listeningTime(double heartbeat_budget) noexcept {
 }
 
 bool MasterWatch::recent(MasterFrame frame, std::int64_t now) const noexcept {
-  const Heard& heard = heard_[static_cast<std::size_t>(frame)];
-  return heard.count != 0 && now - heard.last < silence_;
+  const Received& received = received_[static_cast<std::size_t>(frame)];
+  return received.count != 0 && now - received.last < silence_;
 }
 
 bool MasterWatch::note(MasterFrame frame, std::int64_t now) noexcept {
   const bool first = !recent(frame, now);
-  Heard& heard = heard_[static_cast<std::size_t>(frame)];
-  ++heard.count;
-  heard.last = now;
+  Received& received = received_[static_cast<std::size_t>(frame)];
+  ++received.count;
+  received.last = now;
   return first;
 }
 
@@ -36,13 +36,13 @@ bool MasterWatch::commands(std::int64_t now) const noexcept {
 }
 
 bool MasterWatch::heardAny() const noexcept {
-  return std::ranges::any_of(heard_, [](const Heard& heard) { return heard.count != 0; });
+  return std::ranges::any_of(received_, [](const Received& received) { return received.count != 0; });
 }
 
 std::string MasterWatch::describe() const {
   std::string text;
   for (int k = 0; k < kMasterFrameCount; ++k) {
-    const std::uint64_t count = heard_[static_cast<std::size_t>(k)].count;
+    const std::uint64_t count = received_[static_cast<std::size_t>(k)].count;
     if (count == 0)
       continue;
     text += text.empty() ? "" : ", ";

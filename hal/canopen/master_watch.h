@@ -9,7 +9,8 @@
 
 namespace tandem::hal::canopen {
 
-/** What only the master of a bus sends. No bus hands a party its own frames, so whatever is heard is somebody else's.
+/** What only the master of a bus sends. No bus hands a party its own frames, so whatever is received is somebody
+ * else's.
  */
 enum class MasterFrame : std::uint8_t {
   kSync = 0,
@@ -21,8 +22,8 @@ enum class MasterFrame : std::uint8_t {
 inline constexpr int kMasterFrameCount = 5;
 std::string_view name(MasterFrame frame);  ///< "SYNC", "NMT command" ...
 
-/** How long to listen before the first frame of one's own, and how long a master that was heard is taken to be there,
- * s: three times the drives' patience with their master, between 0.5 and 2 s.
+/** How long to listen before the first frame of one's own, and how long a master that was received is taken to be
+ * there, s: three times the drives' patience with their master, between 0.5 and 2 s.
  *
  * A master that keeps drives in motion sends SYNC in each cycle, and a heartbeat within the drives' patience; one that
  * is silent for longer has lost its drives to their own watchdogs. Three, because frames get lost; 0.5 s, because the
@@ -32,12 +33,12 @@ double listeningTime(double heartbeat_budget) noexcept;
 /** Counts the frames of other masters. Nothing but describe() allocates. Times are ns on the caller's clock. */
 class MasterWatch {
  public:
-  struct Heard {
+  struct Received {
     std::uint64_t count = 0;
     std::int64_t last = 0;  ///< when
   };
 
-  /// @param silence after which a master that was heard is taken to be gone, ns.
+  /// @param silence after which a master that was received is taken to be gone, ns.
   explicit MasterWatch(std::int64_t silence) noexcept : silence_(silence) {}
 
   /// @return the first of its kind, or the first after a silence: something to tell people.
@@ -45,17 +46,17 @@ class MasterWatch {
   /// Somebody else commands the bus: SYNC, NMT, our heartbeat or a command PDO within the silence. SDO requests do not
   /// count.
   bool commands(std::int64_t now) const noexcept;
-  /// Anything was heard at all, SDO requests included.
+  /// Anything was received at all, SDO requests included.
   bool heardAny() const noexcept;
-  const Heard& heard(MasterFrame frame) const noexcept { return heard_[static_cast<std::size_t>(frame)]; }
-  /// "SYNC (125 times), command PDO (750 times)"; empty where nothing was heard.
+  const Received& received(MasterFrame frame) const noexcept { return received_[static_cast<std::size_t>(frame)]; }
+  /// "SYNC (125 times), command PDO (750 times)"; empty where nothing was received.
   std::string describe() const;
 
  private:
   bool recent(MasterFrame frame, std::int64_t now) const noexcept;
 
   std::int64_t silence_;
-  std::array<Heard, kMasterFrameCount> heard_{};
+  std::array<Received, kMasterFrameCount> received_{};
 };
 
 }  // namespace tandem::hal::canopen

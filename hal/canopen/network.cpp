@@ -278,12 +278,12 @@ std::size_t Network::transmit(std::int64_t now, const Transmission& what) noexce
       queue(*request, static_cast<std::int16_t>(k + kSdo));
   }
   const std::size_t taken = outgoing_count_ == 0 ? 0 : bus_.send({outgoing_.data(), outgoing_count_});
-  settle(taken, now);
+  finishSend(taken, now);
   noticePhases(now);
   return taken;
 }
 
-void Network::settle(std::size_t taken, std::int64_t now) noexcept {
+void Network::finishSend(std::size_t taken, std::int64_t now) noexcept {
   std::size_t commands = 0;
   for (std::size_t k = 0; k < taken; ++k) {
     const std::int16_t origin = origin_[k];

@@ -87,7 +87,7 @@ class Network {
   bool all(NodePhase phase) const noexcept;
   bool anyFailed() const noexcept;
 
-  /// Our heartbeat; off at first: the nodes' watch on us begins with the first one they hear.
+  /// Our heartbeat; off at first: the nodes' watch on us begins with the first one they receive.
   void setHeartbeat(bool on, NmtState state = NmtState::kOperational) noexcept;
 
   /// Takes everything that has come, and lets the nodes go on. @return frames.
@@ -104,7 +104,7 @@ class Network {
   std::uint64_t lostEvents() const noexcept { return events_.lost(); }
 
   const NetworkCounters& counters() const noexcept { return counters_; }
-  /// What was heard of other masters, since the beginning.
+  /// What was received from other masters, since the beginning.
   const MasterWatch& masters() const noexcept { return masters_; }
   can::Bus& bus() noexcept { return bus_; }
   const can::Bus& bus() const noexcept { return bus_; }
@@ -133,7 +133,7 @@ class Network {
   void queue(const CanFrame& frame, std::int16_t origin) noexcept;
   void queueNmt() noexcept;
   void queueRpdos() noexcept;
-  void settle(std::size_t taken, std::int64_t now) noexcept;
+  void finishSend(std::size_t taken, std::int64_t now) noexcept;
 
   can::Bus& bus_;
   NetworkOptions options_;

@@ -74,7 +74,7 @@ struct Tpdo {
   std::int64_t getSigned(int slot) const noexcept { return layout.getSigned(word, slot); }
 };
 
-/** A PDO to send, every time Network::transmit() is told to. */
+/** A PDO to send, every time Network::transmit() is commanded to. */
 struct Rpdo {
   PdoLayout layout;
   std::uint32_t id = 0;

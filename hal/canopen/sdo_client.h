@@ -86,13 +86,13 @@ class SdoClient {
   Phase phase_ = Phase::kInitiate;
   bool upload_ = false;
   bool toggle_ = false;
-  bool announced_ = false;  ///< the server told the size
+  bool announced_ = false;  ///< the server reported the size
   ObjectAddress object_;
   SdoAbort abort_ = SdoAbort::kNone;
   std::array<std::uint8_t, kCapacity> buffer_{};
   std::size_t size_ = 0;                ///< of the transfer; of an upload: bytes so far
   std::size_t position_ = 0;            ///< of a download: bytes in segments sent
-  std::size_t expected_ = 0;            ///< of an upload whose size was told
+  std::size_t expected_ = 0;            ///< of an upload whose size was reported
   std::array<CanFrame, 2> outgoing_{};  ///< an abort of the transfer before, and a request
   std::size_t outgoing_count_ = 0;
   std::uint64_t stray_ = 0;

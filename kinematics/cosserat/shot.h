@@ -20,7 +20,7 @@ struct Shot {
   Eigen::Matrix<double, 6, kColumns> twist_by;     ///< by the columns of the sweep
   SweepEnd<kColumns> end;
 
-  /// @param tool  frame of the rod's end <- frame in which it is loaded and told
+  /// @param tool  frame of the rod's end <- frame in which its load and results are given
   bool shoot(const SweepStart& start, const Eigen::Isometry3d& tool) noexcept {
     if (!sweep<kColumns>(start, end))
       return false;

@@ -18,7 +18,7 @@ constexpr double kRankTolerance = 1e-7;
 constexpr int kMaxAll = kMaxColumns + 6;
 using Any = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxAll, kMaxAll>;
 
-/** Singular value decomposition with the rank told: range and null space, pseudoinverse. */
+/** Singular value decomposition with the rank reported: range and null space, pseudoinverse. */
 class Decomposition {
  public:
   explicit Decomposition(const Any& matrix) : rows_(matrix.rows()), columns_(matrix.cols()) {

@@ -169,7 +169,7 @@ void HeldObject::linearise(const Hold& hold, const Wrenches& applied, const Wren
   linear.wrong = std::sqrt(open) / kClosed + std::sqrt(unanswered) / kUnanswered;
 }
 
-HoldStatus HeldObject::settle(const JointsRef& q, const Wrench& load, Hold& hold) const noexcept {
+HoldStatus HeldObject::solveEquilibrium(const JointsRef& q, const Wrench& load, Hold& hold) const noexcept {
   Hold at = hold;
   Linear linear;
   Wrenches applied;

@@ -38,8 +38,9 @@ struct Hold {
   int unstable = 0;
   std::array<int, kMaxContacts> buckled{};
 
-  HoldStatus status = HoldStatus::kNotHeld;  ///< of the last settle(); all else is of the last one that was kOk
-  int arm = 0;                               ///< for kArm
+  HoldStatus status =
+      HoldStatus::kNotHeld;  ///< of the last solveEquilibrium(); all else is of the last one that was kOk
+  int arm = 0;               ///< for kArm
   ModelStatus arm_status = ModelStatus::kOk;
 };
 
@@ -64,7 +65,7 @@ class HeldObject {
 
   /// The rest at joints under a wrench at the object's origin that keeps its direction; `hold` is the last one and
   /// becomes this one, but for its status it stays as it is unless kOk is returned.
-  HoldStatus settle(const JointsRef& q, const Wrench& load, Hold& hold) const noexcept;
+  HoldStatus solveEquilibrium(const JointsRef& q, const Wrench& load, Hold& hold) const noexcept;
 
   /// Wrench that arm k has at its tool tip in a rest.
   Wrench wrenchOn(int arm, const Hold& hold) const;

@@ -13,7 +13,7 @@
 #include "python/bindings/controller.h"
 #include "python/bindings/live_robot.h"
 #include "python/bindings/trajectory.h"
-#include "robots/limit_words.h"
+#include "robots/limit_description.h"
 #include "services/client/arguments.h"
 
 namespace tandem::python {
@@ -243,7 +243,8 @@ void bindClient(py::module_& module) {
       .def(py::init<const std::string&>(), "deployment"_a = "laptop",
            "A preset or file. Joins and waits for nobody: whatever needs others connects first.")
       .def("connect", &Client::connect, "timeout"_a = 10.0,
-           "Waits until sim (or hal), control and planning are heard and hear us, s. ClientError names who is silent.")
+           "Waits until sim (or hal), control and planning are received and receive us, s. ClientError names who is "
+           "silent.")
       .def("close", &Client::close, "Leaves. The robot stays as it is.")
       .def("__enter__",
            [](py::object self) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "services/client/arguments.h"
 #include "services/runtime/process.h"
 
@@ -50,7 +50,7 @@ LiveRobot::LiveRobot(const std::string& deployment)
       robot_(config::loadAnyRobot(deployment_.robot)),
       patience_(2.0 + 3.0 * deployment_.control_period) {
   cli::Client::Taps taps;
-  taps.status = [this](const dds::ControlStatus&) { heard_ = Clock::now().time_since_epoch().count(); };
+  taps.status = [this](const dds::ControlStatus&) { received_ = Clock::now().time_since_epoch().count(); };
   client_ = std::make_unique<cli::Client>(deployment_, std::move(taps));
   client_->interruptBy([this] { return interrupted_ && !calm_; });
   motions_.emplace(
@@ -73,7 +73,7 @@ void LiveRobot::connect(double seconds) {
 Snapshot LiveRobot::snapshot() {
   if (!connected_)
     connect(kConnectTime);
-  if (since(heard_) > patience_)
+  if (since(received_) > patience_)
     throw Failure(cli::kFailure, "control has fallen silent; is `tandem up` still running?");
   return client_->snapshot();
 }
@@ -93,7 +93,7 @@ dds::PoseStamped LiveRobot::measuredTip(std::size_t arm) {
 bool LiveRobot::waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) {
   bool silent = false;
   const bool answer = client_->waitFor(seconds, [&](const Snapshot& s) {
-    silent = since(heard_) > patience_;
+    silent = since(received_) > patience_;
     return silent || condition(s);
   });
   if (silent)

@@ -26,7 +26,7 @@ class LiveRobot {
   const config::Deployment& deployment() const { return deployment_; }
   const config::Robot& robot() const { return robot_; }
 
-  /// Until sim (or hal), control and planning are heard and hear us.
+  /// Until sim (or hal), control and planning are received and receive us.
   void connect(double seconds);
   /// What they said last. @throw cli::Failure where control has fallen silent
   cli::Snapshot snapshot();
@@ -78,7 +78,7 @@ class LiveRobot {
   config::Robot robot_;
   double patience_;  ///< s of control's silence
   std::atomic<bool> interrupted_{false}, calm_{false};
-  std::atomic<std::int64_t> heard_{0};  ///< when control was heard last, ns
+  std::atomic<std::int64_t> received_{0};  ///< when control was received last, ns
   std::atomic<bool> connected_{false};
   std::mutex command_;
   std::vector<std::unique_ptr<Pose>> poses_;

@@ -8,10 +8,9 @@
 #include <random>
 
 #include "config/arm_names.h"
-#include "kinematics/arm_model.h"
 #include "planning/joint_sampler.h"
 #include "python/bindings/bind.h"
-#include "robots/capability.h"
+#include "robots/robot_type.h"
 
 namespace tandem::python {
 namespace {
@@ -29,7 +28,7 @@ class Arm {
       : robot_((robot.tubes(), robot.file)),
         index_(static_cast<std::size_t>(index)),
         name_of_model_(model),
-        model_(kinematics::makeArmModel(model, robot_->arms[index_].model)) {}
+        model_(robots::typeOf(*robot_).makeModel(*robot_, index, model)) {}
 
   const config::Arm& file() const { return robot_->arms[index_]; }
   const std::string& modelName() const { return name_of_model_; }
@@ -256,8 +255,8 @@ void bindArm(py::module_& module) {
            "Whether joints, (2n,) or (N, 2n), are inside boxes and coupled limits, up to a tolerance in m or rad.")
       .def("sample", &Arm::sample, "count"_a, "seed"_a = 1, "Random joints inside all limits, (count, 2n).")
       .def("__repr__", [](const Arm& a) {
-        return "<tandem.Arm " + a.file().name + ": " + std::to_string(a.file().model.tubeCount()) + " tubes, " +
-               a.modelName() + " model>";
+        return "<tandem.Arm " + a.file().name + ": " + std::to_string(a.joints()) + " joints, " + a.modelName() +
+               " model>";
       });
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config.h"
+#include "config/robot_files.h"
 #include "python/bindings/rows.h"
 #include "robots/robot_model.h"
 
@@ -15,12 +15,13 @@ namespace tandem::python {
 /** A robot file. */
 struct Robot {
   explicit Robot(const std::string& name_or_path)
-      : file(std::make_shared<const config::Robot>(config::loadRobot(config::findFile(name_or_path, "robot")))) {}
+      : file(std::make_shared<const config::Robot>(
+            config::loadAnyRobot(config::findFile(name_or_path, config::robotKinds())))) {}
 
   /// Of any kind, already loaded.
   explicit Robot(std::shared_ptr<const config::Robot> loaded) : file(std::move(loaded)) {}
 
-  /// The file. @throw py::value_error where its arms are catheters, which the module's models do not know
+  /// The file. @throw py::value_error without robots::Capability::kTips
   const config::Robot& tubes() const;
   /// Index of an arm by its name, or by what stands behind "arm_" in it. @throw py::key_error
   int indexOf(const std::string& arm) const;

@@ -19,7 +19,7 @@ enum ExitCode : int {
   kUsage = 2,    ///< the command line or a file is wrong
 };
 
-/** A failure to be told to people and to end with `code`. */
+/** A failure with a message for people; the command ends with `code`. */
 class Failure : public std::runtime_error {
  public:
   Failure(int code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -14,10 +14,10 @@ namespace tandem::cli {
 namespace {
 
 /// The participant of a client: who looks for it by its id finds its process.
-dds::BusOptions optionsOf(const config::Deployment& deployment, Client::Hears hears, std::uint64_t id) {
+dds::BusOptions optionsOf(const config::Deployment& deployment, Client::Receives receives, std::uint64_t id) {
   dds::BusOptions options = clientOptions(deployment);
   options.identity.session = id;
-  return hears == Client::Hears::kAnyRobot ? service::ofAnyRobot(options) : options;
+  return receives == Client::Receives::kAnyRobot ? service::ofAnyRobot(options) : options;
 }
 
 constexpr double kAnswerTime = 10.0;  // s
@@ -34,12 +34,12 @@ constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two lo
 
 }  // namespace
 
-Client::Client(const config::Deployment& deployment, Taps taps, Hears hears)
+Client::Client(const config::Deployment& deployment, Taps taps, Receives receives)
     : id_(service::randomIdentity()),
       role_(roleHere(deployment)),
       taps_(std::move(taps)),
       least_patience_(deployment.clock == config::ClockMode::kLockStep ? deployment.budgets.lock_step : 0.0),
-      bus_(optionsOf(deployment, hears, id_)) {
+      bus_(optionsOf(deployment, receives, id_)) {
   if (commands()) {
     control_requests_ = bus_.writer(dds::kControlRequest);
     planning_requests_ = bus_.writer(dds::kPlanningRequest);
@@ -54,8 +54,8 @@ Client::Client(const config::Deployment& deployment, Taps taps, Hears hears)
   hal_replies_ = bus_.reader(dds::kHalReply, reply);
   const auto start = std::chrono::steady_clock::now();
   heard_at_ = {{kDrives, start}, {"control", start}, {"planning", start}};
-  const auto heard = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
-                            const auto& tap) {
+  const auto received = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
+                               const auto& tap) {
     {
       const std::lock_guard lock(mutex_);
       snapshot_.*slot = message;
@@ -70,17 +70,19 @@ Client::Client(const config::Deployment& deployment, Taps taps, Hears hears)
   const dds::ReaderOptions deep{kRecorderDepth};
   states_ = bus_.reader(
       dds::kActuationState,
-      [this, heard](const auto& m) { heard(&Snapshot::state, &Snapshot::states, m, taps_.state); }, deep);
+      [this, received](const auto& m) { received(&Snapshot::state, &Snapshot::states, m, taps_.state); }, deep);
   statuses_ = bus_.reader(
       dds::kControlStatus,
-      [this, heard](const auto& m) { heard(&Snapshot::status, &Snapshot::statuses, m, taps_.status); }, deep);
+      [this, received](const auto& m) { received(&Snapshot::status, &Snapshot::statuses, m, taps_.status); }, deep);
   references_ = bus_.reader(
       dds::kPlanningReference,
-      [this, heard](const auto& m) { heard(&Snapshot::reference, &Snapshot::references, m, taps_.reference); }, deep);
+      [this, received](const auto& m) { received(&Snapshot::reference, &Snapshot::references, m, taps_.reference); },
+      deep);
   hals_ = bus_.reader(
-      dds::kHalStatus, [this, heard](const auto& m) { heard(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); }, deep);
-  clearances_ = bus_.reader(dds::kControlClearance, [heard](const auto& m) {
-    heard(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
+      dds::kHalStatus, [this, received](const auto& m) { received(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); },
+      deep);
+  clearances_ = bus_.reader(dds::kControlClearance, [received](const auto& m) {
+    received(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
   });
   diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
     const std::lock_guard lock(mutex_);
@@ -151,14 +153,14 @@ std::string Client::silent(double seconds) const {
 bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::unique_lock lock(mutex_);
-  auto heard = std::chrono::steady_clock::now();
+  auto received = std::chrono::steady_clock::now();
   std::uint64_t statuses = snapshot_.statuses;
   while (!condition(snapshot_)) {
     const auto now = std::chrono::steady_clock::now();
     if (snapshot_.statuses != statuses)
-      heard = now;
+      received = now;
     statuses = snapshot_.statuses;
-    if (longest_silence_ > 0.0 && now - heard > std::chrono::duration<double>(longest_silence_)) {
+    if (longest_silence_ > 0.0 && now - received > std::chrono::duration<double>(longest_silence_)) {
       throw Failure(kFailure, "control has fallen silent; is `tandem up` still running?");
     }
     if (now >= deadline || (interrupted_ && interrupted_()))
@@ -176,7 +178,7 @@ void Client::connect(double seconds) {
     missing.clear();
     if (s.states == 0 || !findsDrives())
       missing += " sim (or hal)";
-    // Heard is not enough: each must have heard of the one before it, too.
+    // Received is not enough: each must have received from the one before it, too.
     if (s.statuses == 0 || !clocks_->found("control") || s.status.answers_state == 0)
       missing += " control";
     if (s.reference.answers_state == 0 || !clocks_->found("planning") || s.reference.answers_control == 0)
@@ -256,13 +258,13 @@ void Client::say(const std::string& reason) { stops_.write({id_, 1, reason}); }
 
 void Client::stop(const std::string& reason) {
   const dds::Stop stop{id_, 1, reason};
-  stops_.write(stop);  // to whoever is known already, and again to each that is found: a stop may be heard twice
-  int told = 0;
+  stops_.write(stop);  // to whoever is known already, and again to each that is found: a stop may be received twice
+  int reported = 0;
   waitFor(kStopTime, [&](const Snapshot&) {
     const int found = (clocks_->found("control") ? 1 : 0) + (findsDrives() ? 1 : 0);
-    if (found > told)
+    if (found > reported)
       stops_.write(stop);
-    told = found;
+    reported = found;
     return found == 2;
   });
 }

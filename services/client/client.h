@@ -30,7 +30,7 @@ class Refusal : public Failure {
   std::string reason_;
 };
 
-/** What was last heard of each topic. */
+/** What was last received of each topic. */
 struct Snapshot {
   dds::ActuationState state;
   dds::ControlStatus status;
@@ -38,7 +38,7 @@ struct Snapshot {
   dds::HalStatus hal;
   dds::Clearances clearances;
   std::map<std::string, dds::DiagnosticStatus> diagnostics;  ///< by the name of the service
-  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0;  ///< samples heard
+  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0;  ///< samples received
 };
 
 /** One participant of the console's side. While it holds the control lease it keeps it alive from a thread of its own.
@@ -51,13 +51,13 @@ class Client {
     std::function<void(const dds::ControlStatus&)> status;
     std::function<void(const dds::PlanningReference&)> reference;
     std::function<void(const dds::HalStatus&)> hal;
-    std::function<void(const dds::TipPoses&)> sim_tips;  ///< heard only with this tap
+    std::function<void(const dds::TipPoses&)> sim_tips;  ///< received only with this tap
   };
 
-  /// Hears those alone who know the same robot and deployment, unless it is there to stop whatever moves.
-  enum class Hears { kOurRobot, kAnyRobot };
+  /// Receives only processes with the same robot and deployment, unless it is there to stop whatever moves.
+  enum class Receives { kOurRobot, kAnyRobot };
 
-  explicit Client(const config::Deployment& deployment, Taps taps = {}, Hears hears = Hears::kOurRobot);
+  explicit Client(const config::Deployment& deployment, Taps taps = {}, Receives receives = Receives::kOurRobot);
   ~Client();
 
   std::uint64_t id() const { return id_; }
@@ -82,7 +82,7 @@ class Client {
   /// Who has said nothing for so many seconds: "; silent: sim (or hal), planning"; empty where nobody is.
   std::string silent(double seconds = 2.0) const;
 
-  /// Waits until sim (or hal), control and planning are heard and hear us. @throw Failure naming who is silent.
+  /// Waits until sim (or hal), control and planning are received and receive us. @throw Failure naming who is silent.
   void connect(double seconds);
 
   /// Requests; each waits up to 10 s for its answer. @throw Refusal with the service's reason; Failure for a viewer, or

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 
 namespace tandem::cli {
 
@@ -30,23 +30,23 @@ void Clocks::onReply(const dds::ClockReply& reply) {
     return;
   const std::int64_t sent = sent_[reply.request % sent_.size()];
   const auto seconds = [](std::int64_t ns) { return 1e-9 * static_cast<double>(ns); };
-  const ClockOffset heard{reply.host, 0.5 * (seconds(reply.received - sent) + seconds(reply.sent - now)),
-                          0.5 * std::max(0.0, seconds(now - sent) - seconds(reply.sent - reply.received))};
+  const ClockOffset received{reply.host, 0.5 * (seconds(reply.received - sent) + seconds(reply.sent - now)),
+                             0.5 * std::max(0.0, seconds(now - sent) - seconds(reply.sent - reply.received))};
   processes_.insert(reply.process);
-  auto& answers = heard_[reply.host];
-  answers.push_back(heard);
+  auto& answers = received_[reply.host];
+  answers.push_back(received);
   if (answers.size() > kKept)
     answers.pop_front();
 }
 
-bool Clocks::heard(const std::string& process) const {
+bool Clocks::received(const std::string& process) const {
   const std::lock_guard lock(mutex_);
   return processes_.count(process) > 0;
 }
 
 bool Clocks::found(const std::string& process) {
   constexpr auto kAskAgain = std::chrono::milliseconds(100);
-  if (heard(process))
+  if (received(process))
     return true;
   if (const auto now = std::chrono::steady_clock::now(); now - asked_ > kAskAgain) {
     asked_ = now;
@@ -58,7 +58,7 @@ bool Clocks::found(const std::string& process) {
 std::vector<ClockOffset> Clocks::offsets() const {
   const std::lock_guard lock(mutex_);
   std::vector<ClockOffset> best;
-  for (const auto& [host, answers] : heard_) {
+  for (const auto& [host, answers] : received_) {
     best.push_back(*std::min_element(answers.begin(), answers.end(),
                                      [](const ClockOffset& a, const ClockOffset& b) { return a.within < b.within; }));
   }

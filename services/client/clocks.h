@@ -33,7 +33,7 @@ class Clocks {
   void ask();
   /// Whether a service has answered: then it has found all ends that this client made before this object, and this
   /// client has found all of its.
-  bool heard(const std::string& process) const;
+  bool received(const std::string& process) const;
   /// The same; where it has not, asks everybody again, but not more often than every 100 ms. For loops that wait.
   bool found(const std::string& process);
   /// One a host that has answered, in alphabetical order.
@@ -46,8 +46,8 @@ class Clocks {
   std::uint64_t client_;
   mutable std::mutex mutex_;
   std::uint64_t request_ = 0;
-  std::array<std::int64_t, 64> sent_{};                   ///< when, by request modulo its size
-  std::map<std::string, std::deque<ClockOffset>> heard_;  ///< by host
+  std::array<std::int64_t, 64> sent_{};                      ///< when, by request modulo its size
+  std::map<std::string, std::deque<ClockOffset>> received_;  ///< by host
   std::set<std::string> processes_;
   std::chrono::steady_clock::time_point asked_{};
   dds::Writer<dds::ClockRequest> requests_;

@@ -6,8 +6,8 @@
 #include <cstdio>
 
 #include "config/arm_names.h"
-#include "config/cooperative.h"
 #include "config/path.h"
+#include "config/robot_files.h"
 #include "operation/permission.h"
 #include "safety/faults.h"
 #include "safety/joint_motion.h"
@@ -57,7 +57,7 @@ std::uint8_t armIndex(const config::Robot& robot, const std::string& arm) {
 }
 
 int jointIndex(const config::Arm& arm, const std::string& name) {
-  const std::vector<std::string> names = config::jointNames(arm);
+  const std::vector<std::string> names = arm.joint_names;
   std::string known;
   for (std::size_t j = 0; j < names.size(); ++j) {
     // b1 is beta_1.
@@ -69,7 +69,7 @@ int jointIndex(const config::Arm& arm, const std::string& name) {
 }
 
 std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints) {
-  const std::vector<std::string> names = config::jointNames(arm);
+  const std::vector<std::string> names = arm.joint_names;
   std::string text;
   for (std::size_t j = 0; j < names.size(); ++j) {
     if ((joints & safety::jointBit(static_cast<int>(j))) != 0)
@@ -91,12 +91,12 @@ std::string lateWords(const Snapshot& s, safety::FaultMask faults) {
 }
 
 /// While it lives nothing interrupts.
-class Motions::Calm {
+class Motions::Standstill {
  public:
-  explicit Calm(const Motions& motions) : motions_(motions) { motions_.calm_(true); }
-  ~Calm() { motions_.calm_(false); }
-  Calm(const Calm&) = delete;
-  Calm& operator=(const Calm&) = delete;
+  explicit Standstill(const Motions& motions) : motions_(motions) { motions_.calm_(true); }
+  ~Standstill() { motions_.calm_(false); }
+  Standstill(const Standstill&) = delete;
+  Standstill& operator=(const Standstill&) = delete;
 
  private:
   const Motions& motions_;
@@ -123,7 +123,7 @@ void Motions::expectNoFault(const Snapshot& s) const {
 
 /// Pauses where a motion came to no end by itself, and says so.
 void Motions::abandon(const std::string& what, bool trajectory) {
-  const Calm calm(*this);
+  const Standstill calm(*this);
   expectNoFault(client_.snapshot());
   client_.stateCommand("pause");
   if (trajectory) {
@@ -207,7 +207,7 @@ void Motions::withdraw(std::uint8_t arm, const std::function<void(const Snapshot
                                 "; it stands, `tandem robot recover` goes on with what is left");
   if (ended)
     return;
-  const Calm calm(*this);
+  const Standstill calm(*this);
   dds::ControlRequest hold = controlRequest(dds::ControlKind::kHold);  // the other arms go on
   hold.arm = arm;
   client_.control(hold);
@@ -235,11 +235,11 @@ RunState Motions::run(const Run& run) {
   request.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStart);
   request.trajectory = run.trajectory;
   request.planned = run.planned ? 1 : 0;
-  std::uint32_t id = 0, told = 0;
+  std::uint32_t id = 0, reported = 0;
   try {
     id = client_.planning(request).value;
   } catch (const Failure&) {
-    const Calm calm(*this);
+    const Standstill calm(*this);
     if (!had_power)  // what was enabled for nothing
       leaveCommand(client_);
     throw;
@@ -248,8 +248,8 @@ RunState Motions::run(const Run& run) {
     if (faulty(s))
       return true;
     const bool ours = s.reference.trajectory_id == id;
-    if (run.news && ours && s.status.task_count > 0 && s.reference.point != told) {
-      told = s.reference.point;
+    if (run.news && ours && s.status.task_count > 0 && s.reference.point != reported) {
+      reported = s.reference.point;
       run.news(stateOf(s));
     }
     const auto phase = static_cast<planning::Phase>(s.reference.phase);
@@ -269,23 +269,23 @@ RunState Motions::run(const Run& run) {
 }
 
 bool Motions::waitThroughPauses(const Run& run, const std::function<bool(const Snapshot&)>& over) {
-  std::uint64_t told = 0;
+  std::uint64_t reported = 0;
   const auto pauser = [&](const Snapshot& s) { return s.status.paused_by == client_.id() ? 0 : s.status.paused_by; };
   for (;;) {
     const bool woken = wait_(kRunTime, [&](const Snapshot& s) {
-      return over(s) || pauser(s) != told || (told != 0 && run.goes_on && run.goes_on());
+      return over(s) || pauser(s) != reported || (reported != 0 && run.goes_on && run.goes_on());
     });
     const Snapshot now = client_.snapshot();
     if (!woken || over(now))
       return woken;
-    if (const std::uint64_t who = pauser(now); who != told) {
-      told = who;
+    if (const std::uint64_t who = pauser(now); who != reported) {
+      reported = who;
       const auto known = client_.bus().who(who);
       if (who != 0 && run.paused)
         run.paused(known ? service::describe(*known) : "another client");
     } else {
       client_.stateCommand("resume");
-      told = 0;
+      reported = 0;
     }
   }
 }
@@ -332,7 +332,7 @@ void stopAndWait(Client& client, const std::string& reason) {
 }
 
 void Motions::giveLeaseBack() noexcept {
-  const Calm calm(*this);
+  const Standstill calm(*this);
   try {
     client_.releaseLease();
     constexpr double kShown = 0.5;  // s: the answer may be faster than the status that says so

@@ -59,7 +59,7 @@ class Motions {
   void giveLeaseBack() noexcept;
 
  private:
-  class Calm;
+  class Standstill;
   void expectNoFault(const Snapshot& snapshot) const;
   /// Until it is over, through pauses by others. @return false where it was interrupted
   bool waitThroughPauses(const Run& run, const std::function<bool(const Snapshot&)>& over);

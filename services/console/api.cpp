@@ -9,8 +9,8 @@
 #include "config/arm_names.h"
 #include "config/path.h"
 #include "config/values.h"
-#include "robots/appearance.h"
 #include "robots/capability.h"
+#include "robots/robot_type.h"
 #include "safety/faults.h"
 #include "services/runtime/identity.h"
 
@@ -41,7 +41,7 @@ Json describeTube(const robots::TubeAppearance& tube) {
 }
 
 Json describeJoints(const config::Arm& arm, const std::vector<robots::JointAppearance>& appearance) {
-  const std::vector<std::string> names = config::jointNames(arm);
+  const std::vector<std::string> names = arm.joint_names;
   Json joints = Json::array();
   for (std::size_t j = 0; j < names.size(); ++j) {
     const safety::JointLimit& joint = arm.limits.joints[j];
@@ -75,13 +75,13 @@ Json describeArm(const config::Arm& arm, const robots::ArmAppearance& appearance
 Json describeArms(const config::Robot& robot) {
   Json arms = Json::array();
   for (std::size_t k = 0; k < robot.arms.size(); ++k)
-    arms.push_back(describeArm(robot.arms[k], robots::appearanceOf(robot, static_cast<int>(k))));
+    arms.push_back(describeArm(robot.arms[k], robots::typeOf(robot).appearance(robot, static_cast<int>(k))));
   return arms;
 }
 
 /// What the arms hold, and where it touches each of them; null where they hold nothing.
 Json describeObject(const config::Robot& robot) {
-  const config::HeldObject* object = robots::heldObject(robot);
+  const config::HeldObject* object = robots::typeOf(robot).heldObject(robot);
   if (object == nullptr)
     return nullptr;
   Json contacts = Json::array();

@@ -31,7 +31,7 @@ class ClientQueue {
   static constexpr std::size_t kBytes = 8 * 1024 * 1024;  ///< of all that waits
 
   /// Adds a frame. @param channel  any number; text frames have kText @param may_lose  whether the oldest may give way
-  /// @return whether the queue was empty before: somebody has to be told.
+  /// @return whether the queue was empty before: a thread has to be woken.
   bool push(std::uint32_t channel, bool may_lose, Outgoing frame);
   static constexpr std::uint32_t kText = 0xffffffff;
 

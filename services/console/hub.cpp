@@ -6,7 +6,7 @@
 #include <set>
 
 #include "services/dds/definitions.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 
 namespace tandem::console {
 namespace {

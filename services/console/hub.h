@@ -48,13 +48,13 @@ class Client {
 /** All channels. Methods are called on one thread, that of the sockets; samples come on those of DDS.
  *
  * A topic is read as long as a client subscribes to it; answers are always read, since whoever asks at once after
- * subscribing wants to hear them. Writers exist from the beginning, for the same reason. */
+ * subscribing wants to receive them. Writers exist from the beginning, for the same reason. */
 class Hub {
  public:
   /// @param bytes  a bus of its own, of role console @param arms  names of the robot's arms
   Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session);
 
-  /// A client has come: it is told who we are and what there is.
+  /// A client has come: it receives who we are and what there is.
   void join(const std::shared_ptr<Client>& client);
   void leave(const std::shared_ptr<Client>& client);
 

@@ -11,7 +11,7 @@
 #include "services/console/api.h"
 #include "services/console/markers.h"
 #include "services/console/server.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
@@ -161,7 +161,7 @@ class Console {
   dds::Bus bus_, bytes_;
   service::Diagnostics diagnostics_;
   console::Markers markers_;
-  service::ClockDesk clock_;
+  service::ClockRequestHandler clock_;
   console::Hub hub_;
   console::Server server_;
   Load load_;

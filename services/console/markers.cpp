@@ -7,7 +7,7 @@
 
 #include "config/arm_names.h"
 #include "services/console/held_object.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/process.h"
 
 namespace tandem::console {
@@ -85,11 +85,11 @@ dds::MarkerArray markersOf(const config::HeldObject& object,
 
 Markers::Markers(dds::Bus& bus, const config::Robot& robot)
     : bus_(bus), arms_(config::armList(robot)), writer_(bus.writer(dds::kMarkers)) {
-  if (const config::HeldObject* object = robots::heldObject(robot))
+  if (const config::HeldObject* object = robots::typeOf(robot).heldObject(robot))
     object_ = *object;
 }
 
-/// The object follows its arms: told of once in a round of them.
+/// The object follows its arms: published once for each round of them.
 void Markers::moved(std::size_t arm, const dds::PoseStamped& tip) {
   const std::lock_guard lock(mutex_);
   const auto& q = tip.orientation;

@@ -44,7 +44,7 @@ struct ServerReport {
   double bytes_per_second = 0.0;
 };
 
-/** Serves until it is told to end. All methods but run() are called within run()'s callbacks. */
+/** Serves until it is asked to end. All methods but run() are called within run()'s callbacks. */
 class Server {
  public:
   /// What a path below /api answers, as JSON; nothing for one that there is not.

@@ -2,27 +2,27 @@
 #include "services/control/catheter_places.h"
 
 #include "operation/convert.h"
-#include "robots/appearance.h"
+#include "robots/robot_type.h"
 
 namespace tandem::service {
 
 CatheterPlaces::CatheterPlaces(const Setup& setup, const robots::RobotModel& robot)
-    : setup_(setup), robot_(robot), follower_(robots::makeRestFollower(setup.robot)) {
+    : setup_(setup), robot_(robot), follower_(robots::makeEquilibriumFollower(setup.robot)) {
   for (int k = 0; k < robot.armCount(); ++k)
-    radius_.push_back(static_cast<float>(robots::appearanceOf(setup.robot, k).tubes[0].outer_radius));
+    radius_.push_back(static_cast<float>(robots::typeOf(setup.robot).appearance(setup.robot, k).tubes[0].outer_radius));
 }
 
 bool CatheterPlaces::update(const dds::ActuationState& state) {
   safety::RobotVector q;
   if (!dds::measuredJoints(state, robot_.armCount(), robot_.jointCount(), q))
     return false;
-  if (session_ != 0 && (session_ != state.session || placements_ != state.placements))
-    follower_ = robots::makeRestFollower(setup_.robot);
+  if (session_ != 0 && (session_ != state.session || joint_resets_ != state.placements))
+    follower_ = robots::makeEquilibriumFollower(setup_.robot);
   session_ = state.session;
-  placements_ = state.placements;
+  joint_resets_ = state.placements;
   if (!tips_.empty() && q == follower_.joints())
     return true;
-  if (!follower_.settle(q).empty())
+  if (!follower_.solveEquilibrium(q).empty())
     return false;
   tips_ = follower_.mechanism().tips();
   shapes_ = follower_.mechanism().shapes();

@@ -11,13 +11,13 @@
 
 namespace tandem::service {
 
-/** Tips and shapes at measured joints. For a thread that publishes: it settles and allocates. */
+/** Tips and shapes at measured joints. Allocates; for the publishing thread. */
 class CatheterPlaces {
  public:
-  /// @throw std::invalid_argument as robots::makeRestFollower() does.
+  /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
   CatheterPlaces(const Setup& setup, const robots::RobotModel& robot);
 
-  /// Takes in a state. @return whether all arms are measured and at rest there; tips and shapes are of it then.
+  /// @return whether all arms are measured and in equilibrium; tips and shapes are then those of this state.
   bool update(const dds::ActuationState& state);
 
   const Eigen::Isometry3d& tip(int arm) const { return tips_[static_cast<std::size_t>(arm)]; }
@@ -27,9 +27,9 @@ class CatheterPlaces {
  private:
   const Setup& setup_;
   const robots::RobotModel& robot_;
-  robots::RestFollower follower_;
+  robots::EquilibriumFollower follower_;
   std::uint64_t session_ = 0;
-  std::uint32_t placements_ = 0;
+  std::uint32_t joint_resets_ = 0;
   std::vector<Eigen::Isometry3d> tips_;
   std::vector<std::vector<Eigen::Vector3d>> shapes_;
   std::vector<float> radius_;  ///< of each arm, m

@@ -25,7 +25,7 @@ class ClearanceMeter {
   std::vector<kinematics::Branch> branches_;
   std::vector<kinematics::Body> bodies_;
   std::uint64_t session_ = 0, sequence_ = 0;
-  std::uint32_t placements_ = 0;
+  std::uint32_t joint_resets_ = 0;
 };
 
 /** Publishes control/clearance from a thread of its own, which looks at the newest state when it has time: bodies of

@@ -6,7 +6,7 @@
 #include "operation/convert.h"
 #include "robots/capability.h"
 #include "safety/operating_state.h"
-#include "services/control/crtk_desk.h"
+#include "services/control/crtk_command_handler.h"
 #include "services/runtime/periodic_loop.h"
 
 namespace tandem::service {
@@ -50,48 +50,48 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const robots::Ro
   }
 }
 
-void CrtkPublisher::publish(const Moment& moment) {
-  publishDiagnostics(moment);
-  catheters_known_ = catheters_ && catheters_->update(moment.state);
+void CrtkPublisher::publish(const Snapshot& snapshot) {
+  publishDiagnostics(snapshot);
+  catheters_known_ = catheters_ && catheters_->update(snapshot.state);
   for (int k = 0; k < robot_.armCount(); ++k)
-    publishArm(arms_[static_cast<std::size_t>(k)], k, moment);
+    publishArm(arms_[static_cast<std::size_t>(k)], k, snapshot);
   if (pair_)
-    publishPair(moment);
+    publishPair(snapshot);
 }
 
-void CrtkPublisher::publishArm(Arm& arm, int k, const Moment& moment) {
-  publishState(arm.ends, stateOf(k, moment));
-  if (moment.state.sequence == 0)
+void CrtkPublisher::publishArm(Arm& arm, int k, const Snapshot& snapshot) {
+  publishState(arm.ends, stateOf(k, snapshot));
+  if (snapshot.state.sequence == 0)
     return;  // nothing measured yet: say nothing rather than something invalid
   const auto part = [&](const dds::JointArray& all) {
     const safety::ArmVector own = dds::jointsOf(all, k, robot_.size(k));
     return std::vector<double>(own.begin(), own.end());
   };
-  arm.measured = {moment.state.valid[static_cast<std::size_t>(k)] != 0,
-                  part(moment.state.position),
-                  part(moment.state.velocity),
+  arm.measured = {snapshot.state.valid[static_cast<std::size_t>(k)] != 0,
+                  part(snapshot.state.position),
+                  part(snapshot.state.velocity),
                   {}};
-  arm.setpoint = {true, part(moment.state.setpoint), part(moment.commanded), {}};
-  if (arm.session != moment.state.session || arm.placements != moment.state.placements)
+  arm.setpoint = {true, part(snapshot.state.setpoint), part(snapshot.commanded), {}};
+  if (arm.session != snapshot.state.session || arm.joint_resets != snapshot.state.placements)
     arm.branch = {};
-  arm.session = moment.state.session;
-  arm.placements = moment.state.placements;
+  arm.session = snapshot.state.session;
+  arm.joint_resets = snapshot.state.placements;
   if (catheters_known_) {
-    publishCatheter(arm, k, moment.state.stamp);
+    publishCatheter(arm, k, snapshot.state.stamp);
   } else if (arm.measured.valid && !catheters_) {
     arm.measured.place = placeOf(k, arm.measured, arm.branch);
-    publishShape(arm, k, moment.state.stamp, Eigen::VectorXd::Map(arm.measured.position.data(), robot_.size(k)));
+    publishShape(arm, k, snapshot.state.stamp, Eigen::VectorXd::Map(arm.measured.position.data(), robot_.size(k)));
   }
   kinematics::Branch ahead = arm.branch;
   if (!catheters_)
     arm.setpoint.place = placeOf(k, arm.setpoint, ahead);
-  publish(arm.ends, arm.joint_names, arm.measured, arm.setpoint, moment.state.stamp);
-  publishGoals(arm.ends, k, arm.joint_names, moment);
+  publish(arm.ends, arm.joint_names, arm.measured, arm.setpoint, snapshot.state.stamp);
+  publishGoals(arm.ends, k, arm.joint_names, snapshot);
 }
 
 /// x_AB and how it changes, in the axes of the base frame; as orientation that of A's tip in B's.
-void CrtkPublisher::publishPair(const Moment& moment) {
-  const dds::OperatingState a = stateOf(0, moment), b = stateOf(1, moment);
+void CrtkPublisher::publishPair(const Snapshot& snapshot) {
+  const dds::OperatingState a = stateOf(0, snapshot), b = stateOf(1, snapshot);
   const auto rank = [](const std::string& state) {
     return state == "FAULT" ? 0 : state == "DISABLED" ? 1 : state == "PAUSED" ? 2 : 3;
   };
@@ -99,7 +99,7 @@ void CrtkPublisher::publishPair(const Moment& moment) {
   both.is_homed = a.is_homed && b.is_homed;
   both.is_busy = a.is_busy || b.is_busy;
   publishState(*pair_, both);
-  if (moment.state.sequence == 0)
+  if (snapshot.state.sequence == 0)
     return;
   const auto together = [](Joints joined, const Joints& other) {
     joined.valid = joined.valid && other.valid;
@@ -117,8 +117,8 @@ void CrtkPublisher::publishPair(const Moment& moment) {
     return joined;
   };
   publish(*pair_, pair_names_, together(arms_[0].measured, arms_[1].measured),
-          together(arms_[0].setpoint, arms_[1].setpoint), moment.state.stamp);
-  publishGoals(*pair_, operation::kPairGroup, pair_names_, moment);
+          together(arms_[0].setpoint, arms_[1].setpoint), snapshot.state.stamp);
+  publishGoals(*pair_, operation::kPairGroup, pair_names_, snapshot);
 }
 
 CrtkPublisher::Place CrtkPublisher::placeOf(int k, const Joints& joints, kinematics::Branch& branch) const {
@@ -159,11 +159,14 @@ void CrtkPublisher::publish(Ends& ends,
 }
 
 /// Goals while there are any; once, with a stamp of zero, when they end.
-void CrtkPublisher::publishGoals(Ends& ends, int group, const std::vector<std::string>& names, const Moment& moment) {
+void CrtkPublisher::publishGoals(Ends& ends,
+                                 int group,
+                                 const std::vector<std::string>& names,
+                                 const Snapshot& snapshot) {
   const auto i = static_cast<std::size_t>(group);
-  const operation::CrtkMoment& crtk = moment.crtk;
+  const operation::CrtkSnapshot& crtk = snapshot.crtk;
   const auto tell = [&](bool has, bool& had, auto& writer, auto message) {
-    message.stamp = has ? moment.state.stamp : 0;
+    message.stamp = has ? snapshot.state.stamp : 0;
     message.frame = frame_;
     if (has || had)
       writer.write(message);
@@ -186,11 +189,11 @@ void CrtkPublisher::publishGoals(Ends& ends, int group, const std::vector<std::s
   tell(has, ends.has_js, ends.goal_js, joints);
 }
 
-dds::OperatingState CrtkPublisher::stateOf(int k, const Moment& moment) const {
+dds::OperatingState CrtkPublisher::stateOf(int k, const Snapshot& snapshot) const {
   const auto i = static_cast<std::size_t>(k);
-  return {moment.state.stamp, frame_,
-          std::string(safety::name(static_cast<safety::OperatingState>(moment.status.operating_state[i]))),
-          moment.status.homed[i] != 0, moment.status.busy[i] != 0};
+  return {snapshot.state.stamp, frame_,
+          std::string(safety::name(static_cast<safety::OperatingState>(snapshot.status.operating_state[i]))),
+          snapshot.status.homed[i] != 0, snapshot.status.busy[i] != 0};
 }
 
 void CrtkPublisher::publishState(Ends& ends, dds::OperatingState state) {
@@ -202,13 +205,13 @@ void CrtkPublisher::publishState(Ends& ends, dds::OperatingState state) {
   ends.last_state = std::move(state);
 }
 
-void CrtkPublisher::publishDiagnostics(const Moment& moment) {
-  const dds::ControlStatus& status = moment.status;
+void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
+  const dds::ControlStatus& status = snapshot.status;
   std::string states, faults, idle;
   for (int k = 0; k < robot_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    if (moment.faults[i].faults != 0)
-      faults += "; FAULT of " + describe(setup_.robot, {k, moment.faults[i]});
+    if (snapshot.faults[i].faults != 0)
+      faults += "; FAULT of " + describe(setup_.robot, {k, snapshot.faults[i]});
     // The clock of an arm that loses its power is no warning; one that keeps it for ever is.
     if (status.idle[i] > setup_.deployment.idle_power_off && status.idle_left[i] < 0.0)
       idle += fmt::format("; {} has had power for {:.0f} s without a commander", arms_[i].name, status.idle[i]);
@@ -219,7 +222,7 @@ void CrtkPublisher::publishDiagnostics(const Moment& moment) {
   const auto level = !faults.empty()                ? Diagnostics::Level::kError
                      : hold.empty() && idle.empty() ? Diagnostics::Level::kOk
                                                     : Diagnostics::Level::kWarn;
-  diagnostics_.publish(monotonicNow(), moment.state.stamp, level,
+  diagnostics_.publish(monotonicNow(), snapshot.state.stamp, level,
                        states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + idle + faults,
                        {{"model", std::string(idl::name(robot_.kind()))},
                         {"feedback", std::string(planning::name(setup_.deployment.feedback))},
@@ -249,12 +252,16 @@ void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eige
   dds::Shape shape;
   shape.stamp = stamp;
   shape.frame = frame_;
+  kinematics::BodySections sections;
+  const int count = model->sections(q, sections);
+  std::size_t section = 0;
   for (const kinematics::ShapePoint& point : shape_) {
     for (double x : point.pose.translation())
       shape.points.push_back(static_cast<float>(x));
     shape.tubes.push_back(static_cast<std::uint8_t>(point.outermost_tube));
-    const auto tube = static_cast<std::size_t>(std::max(point.outermost_tube, 1) - 1);
-    shape.outer_radius.push_back(static_cast<float>(0.5 * model->arm().tubes[tube].outer_diameter));
+    while (static_cast<int>(section) + 1 < count && point.s > sections[section].end)
+      ++section;
+    shape.outer_radius.push_back(static_cast<float>(sections[section].radius));
   }
   arm.shape.write(shape);
 }

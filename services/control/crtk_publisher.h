@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "operation/crtk_order.h"
-#include "operation/operator_desk.h"
+#include "operation/operator_input_handler.h"
 #include "robots/robot_model.h"
 #include "services/control/catheter_places.h"
 #include "services/runtime/diagnostics.h"
@@ -16,23 +16,23 @@
 
 namespace tandem::service {
 
-/** A moment of the robot, handed over by the periodic thread. */
-struct Moment {
+/** A snapshot of the robot, handed over by the periodic thread. */
+struct Snapshot {
   dds::ActuationState state;
   dds::ControlStatus status;
   dds::ControlPermissions permissions;
   dds::JointArray commanded{};  ///< joint velocities, m/s, rad/s
   std::array<safety::FaultRecord, safety::kMaxArms> faults;
-  operation::OperatorMoment operators;
-  operation::CrtkMoment crtk;
+  operation::OperatorSnapshot operators;
+  operation::CrtkSnapshot crtk;
 };
 
-/** Publishes arm_x/... and control's diagnostics from moments. Runs on a publisher thread: it computes poses and shapes
- * and allocates. */
+/** Publishes arm_x/... and control's diagnostics from snapshots. Runs on a publisher thread: it computes poses and
+ * shapes and allocates. */
 class CrtkPublisher {
  public:
   CrtkPublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot);
-  void publish(const Moment& moment);
+  void publish(const Snapshot& snapshot);
 
  private:
   /** Topics that an arm and the pair both have. */
@@ -43,7 +43,7 @@ class CrtkPublisher {
     dds::Writer<dds::TwistStamped> measured_cv, setpoint_cv, goal_cv;
     dds::Writer<dds::OperatingState> operating_state;
     dds::OperatingState last_state;
-    bool has_js = false, has_cp = false, has_cv = false;  ///< the goal that was told last is valid
+    bool has_js = false, has_cp = false, has_cv = false;  ///< the goal that was reported last is valid
   };
   /** Where a tip is and how it moves, or the relative position of two. */
   struct Place {
@@ -65,21 +65,21 @@ class CrtkPublisher {
     dds::Writer<dds::Shape> shape;
     kinematics::Branch branch;  ///< of the measured joints, which an elastic arm's model follows
     std::uint64_t session = 0;  ///< of the state that was last followed
-    std::uint32_t placements = 0;
+    std::uint32_t joint_resets = 0;
     Joints measured, setpoint;
   };
-  void publishArm(Arm& arm, int k, const Moment& moment);
-  void publishPair(const Moment& moment);
+  void publishArm(Arm& arm, int k, const Snapshot& snapshot);
+  void publishPair(const Snapshot& snapshot);
   void publish(Ends& ends,
                const std::vector<std::string>& names,
                const Joints& measured,
                const Joints& setpoint,
                std::int64_t stamp);
-  void publishGoals(Ends& ends, int group, const std::vector<std::string>& names, const Moment& moment);
+  void publishGoals(Ends& ends, int group, const std::vector<std::string>& names, const Snapshot& snapshot);
   void publishState(Ends& ends, dds::OperatingState state);
   Place placeOf(int k, const Joints& joints, kinematics::Branch& branch) const;
-  dds::OperatingState stateOf(int k, const Moment& moment) const;
-  void publishDiagnostics(const Moment& moment);
+  dds::OperatingState stateOf(int k, const Snapshot& snapshot) const;
+  void publishDiagnostics(const Snapshot& snapshot);
   void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
   void publishCatheter(Arm& arm, int k, std::int64_t stamp);
 
@@ -87,7 +87,7 @@ class CrtkPublisher {
   const robots::RobotModel& robot_;
   std::string frame_;
   std::optional<CatheterPlaces> catheters_;
-  bool catheters_known_ = false;  ///< at the joints of this moment
+  bool catheters_known_ = false;  ///< at the joints of this snapshot
   std::vector<Arm> arms_;
   std::optional<Ends> pair_;
   std::vector<std::string> pair_names_;  ///< of its joints

@@ -40,7 +40,7 @@ class LockStep {
  private:
   static constexpr double kIdle = 0.02;  // s
 
-  // Each returns whether the others should hear of it at once.
+  // Each returns whether the others should learn of it at once.
   bool take(std::monostate) { return true; }
   bool take(const dds::ActuationState& message) {
     state_ = message;
@@ -75,7 +75,7 @@ class LockStep {
     return false;
   }
   bool take(const operation::CrtkOrder& order) {
-    service_.crtk_desk.settle(service_.core.crtk(order, service::monotonicNow()));
+    service_.crtk_command_handler.report(service_.core.crtk(order, service::monotonicNow()));
     return true;
   }
 
@@ -92,8 +92,8 @@ class LockStep {
     if (!advance)
       last_told_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
-      service_.fillMoment(now, state_, output_, moment_);
-      service_.publish(moment_);
+      service_.fillMoment(now, state_, output_, snapshot_);
+      service_.publish(snapshot_);
       service_.clearance.post(state_);
       last_crtk_ = now;
     }
@@ -111,7 +111,7 @@ class LockStep {
       loop_;
   operation::CycleOutput output_;
   dds::ActuationState state_;
-  service::Moment moment_;
+  service::Snapshot snapshot_;
   std::int64_t last_told_ = 0, last_crtk_ = 0;
   service::FaultWatch watch_;
 };
@@ -125,10 +125,10 @@ class RealTime {
         commands_(shell_.outbox().latest<dds::ActuationCommand>([&](const auto& m) { service_.commands.write(m); })),
         statuses_(shell_.outbox().latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(shell_.outbox().latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
-        moments_(shell_.publisher().latest<service::Moment>([&](const auto& m) { service_.publish(m); })),
-        outcomes_(
-            shell_.publisher().queue<operation::CrtkOutcome>(256,
-                                                             [&](const auto& m) { service_.crtk_desk.settle(m); })),
+        snapshots_(shell_.publisher().latest<service::Snapshot>([&](const auto& m) { service_.publish(m); })),
+        outcomes_(shell_.publisher().queue<operation::CrtkOutcome>(
+            256,
+            [&](const auto& m) { service_.crtk_command_handler.report(m); })),
         answers_(shell_.publisher().queue<operation::OrderReply>(256, [&](const auto& m) { service_.answer(m); })),
         idles_(shell_.publisher().queue<service::IdleReport>(32, [&](const auto& m) { service_.logIdle(m); })) {}
 
@@ -176,7 +176,7 @@ class RealTime {
     operation::CrtkOutcome outcome;
     outcome.verb = order.verb;
     outcome.group = order.group;
-    service_.crtk_desk.settle(outcome.refuse("%s", idl::name(operation::Reason::kTooFast).data()));
+    service_.crtk_command_handler.report(outcome.refuse("%s", idl::name(operation::Reason::kTooFast).data()));
   }
 
   void takeOperators(std::int64_t now) noexcept {
@@ -227,8 +227,8 @@ class RealTime {
     limits_.post(output_.limits);
     shell_.close(service_.core, service_.robot.armCount());
     if (shell_.isTold(tick)) {
-      service_.fillMoment(tick.now, states_.value(), output_, moment_);
-      moments_.post(moment_);
+      service_.fillMoment(tick.now, states_.value(), output_, snapshot_);
+      snapshots_.post(snapshot_);
       service_.clearance.post(states_.value());
     }
   }
@@ -238,7 +238,7 @@ class RealTime {
   service::Outbox::Latest<dds::ActuationCommand>& commands_;
   service::Outbox::Latest<dds::ControlStatus>& statuses_;
   service::Outbox::Latest<dds::ActuationLimits>& limits_;
-  service::Outbox::Latest<service::Moment>& moments_;
+  service::Outbox::Latest<service::Snapshot>& snapshots_;
   service::Outbox::Queue<operation::CrtkOutcome>& outcomes_;
   service::Outbox::Queue<operation::OrderReply>& answers_;
   service::Outbox::Queue<service::IdleReport>& idles_;
@@ -252,7 +252,7 @@ class RealTime {
   std::atomic<bool> stop_requested_{false}, mismatch_{false};
   dds::TipPoses measured_;
   dds::TeleopInput input_;
-  service::Moment moment_;
+  service::Snapshot snapshot_;
   operation::CycleOutput output_;
 };
 

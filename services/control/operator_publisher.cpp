@@ -14,23 +14,26 @@ using planning::teleoperation::Stage;
 
 }  // namespace
 
-OperatorPublisher::OperatorPublisher(dds::Bus& bus, const Setup& setup, const CrtkDesk& desk)
-    : setup_(setup), desk_(desk), operators_(bus.writer(dds::kTeleopStatus)), crtk_(bus.writer(dds::kCrtkStatus)) {}
+OperatorPublisher::OperatorPublisher(dds::Bus& bus, const Setup& setup, const CrtkCommandHandler& handler)
+    : setup_(setup),
+      handler_(handler),
+      operators_(bus.writer(dds::kTeleopStatus)),
+      crtk_(bus.writer(dds::kCrtkStatus)) {}
 
 void OperatorPublisher::publish(const dds::ControlStatus& status,
-                                const operation::OperatorMoment& operators,
-                                const operation::CrtkMoment& crtk) {
+                                const operation::OperatorSnapshot& operators,
+                                const operation::CrtkSnapshot& crtk) {
   ++sequence_;
   operators_.write(statusOf(status, operators));
   dds::CrtkStatus message;
   message.session = setup_.session;
   message.sequence = sequence_;
   message.stamp = status.stamp;
-  desk_.fill(crtk, message);
+  handler_.fill(crtk, message);
   crtk_.write(message);
 }
 
-std::string OperatorPublisher::limiterOf(const operation::OperatorMoment::Stage& stage) const {
+std::string OperatorPublisher::limiterOf(const operation::OperatorSnapshot::Stage& stage) const {
   constexpr std::array<const char*, 6> kSides{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
   const auto& guard = setup_.deployment.teleoperation.options.guard;
   const auto index = static_cast<std::size_t>(stage.index);
@@ -72,49 +75,49 @@ std::string OperatorPublisher::jointLimits(const dds::ControlStatus& status) con
 }
 
 dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
-                                              const operation::OperatorMoment& moment) const {
+                                              const operation::OperatorSnapshot& snapshot) const {
   dds::TeleopStatus m;
   m.session = setup_.session;
   m.sequence = sequence_;
   m.answers_state = status.answers_state;
   m.stamp = status.stamp;
-  m.state = static_cast<std::uint8_t>(moment.state);
-  m.reason = operation::operatorWords(moment.reason);
-  m.client = moment.client;
-  m.answers_input = moment.answers_input;
-  m.device = moment.device;
-  m.operator_present = moment.operator_present;
-  m.clutch = moment.clutch;
-  m.mode = moment.mode;
-  m.arm = moment.arm;
-  m.other_arm = moment.other_arm;
-  m.frame = moment.frame;
-  m.scale = moment.scale;
-  m.input_age = moment.input_age;
-  m.latency = moment.latency;
-  m.input_rate = moment.input_rate;
-  m.accepted = moment.accepted;
-  m.refused = moment.refused;
-  m.late = moment.late;
-  m.refused_client = moment.refused_client;
-  m.refusal = operation::operatorWords(moment.refusal);
-  m.tip_target = moment.tip_target;
-  if (moment.client == 0)
+  m.state = static_cast<std::uint8_t>(snapshot.state);
+  m.reason = operation::operatorWords(snapshot.reason);
+  m.client = snapshot.client;
+  m.answers_input = snapshot.answers_input;
+  m.device = snapshot.device;
+  m.operator_present = snapshot.operator_present;
+  m.clutch = snapshot.clutch;
+  m.mode = snapshot.mode;
+  m.arm = snapshot.arm;
+  m.other_arm = snapshot.other_arm;
+  m.frame = snapshot.frame;
+  m.scale = snapshot.scale;
+  m.input_age = snapshot.input_age;
+  m.latency = snapshot.latency;
+  m.input_rate = snapshot.input_rate;
+  m.accepted = snapshot.accepted;
+  m.refused = snapshot.refused;
+  m.late = snapshot.late;
+  m.refused_client = snapshot.refused_client;
+  m.refusal = operation::operatorWords(snapshot.refusal);
+  m.tip_target = snapshot.tip_target;
+  if (snapshot.client == 0)
     return m;
   for (int s = 0; s < planning::teleoperation::kStages; ++s) {
-    const operation::OperatorMoment::Stage& from = moment.stages[static_cast<std::size_t>(s)];
+    const operation::OperatorSnapshot::Stage& from = snapshot.stages[static_cast<std::size_t>(s)];
     m.stages.push_back({std::string(planning::teleoperation::name(static_cast<Stage>(s))),
                         static_cast<std::uint8_t>(from.input != from.output ? 1 : 0), limiterOf(from), from.input,
                         from.output});
   }
-  if (!moment.engaged)
+  if (!snapshot.engaged)
     return m;
-  m.wanted = moment.wanted;
-  m.target = moment.target;
-  m.position = moment.position;
-  // Those that are told by name; a filter and a frame are no limits.
+  m.wanted = snapshot.wanted;
+  m.target = snapshot.target;
+  m.position = snapshot.position;
+  // Those that are reported by name; a filter and a frame are no limits.
   for (const Stage stage : {Stage::kFixture, Stage::kWorkspace, Stage::kRate, Stage::kReach}) {
-    const std::string why = limiterOf(moment.stages[static_cast<std::size_t>(stage)]);
+    const std::string why = limiterOf(snapshot.stages[static_cast<std::size_t>(stage)]);
     if (!why.empty())
       m.limited_by += (m.limited_by.empty() ? "" : "; ") + why;
   }
@@ -122,7 +125,7 @@ dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
   if (!limits.empty())
     m.limited_by += (m.limited_by.empty() ? "" : "; ") + limits;
   m.clamped = m.limited_by.empty() ? 0 : 1;
-  m.tip_latency = moment.lag;
+  m.tip_latency = snapshot.lag;
   return m;
 }
 

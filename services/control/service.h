@@ -13,13 +13,13 @@
 #include "operation/control_core.h"
 #include "robots/capability.h"
 #include "services/control/clearance_publisher.h"
-#include "services/control/crtk_desk.h"
+#include "services/control/control_request_handler.h"
+#include "services/control/crtk_command_handler.h"
 #include "services/control/crtk_publisher.h"
-#include "services/control/frame_loop.h"
+#include "services/control/object_loop.h"
 #include "services/control/operator_publisher.h"
-#include "services/control/order_desk.h"
 #include "services/dds/reply.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/identity.h"
 
 namespace tandem::service {
@@ -31,18 +31,18 @@ struct IdleReport {
   safety::IdlePower::Verdict verdict{};
 };
 
-/** What both ways of running share: the bus, the topics, the desk for requests. */
+/** What both ways of running share: the bus, the topics, the handler for requests. */
 struct Service {
   explicit Service(const Setup& s)
       : setup(s),
         robot(s.robot, s.deployment.model),
-        desk(s, robot),
-        frames(has(s.robot, robots::Capability::kCommonPath) ? std::make_unique<FrameLoop>(s) : nullptr),
-        core(siteOf(s, robot), desk.makeTracker(), frames.get()),
-        crtk_desk(s, robot),
+        handler(s, robot),
+        frames(has(s.robot, robots::Capability::kCommonPath) ? std::make_unique<ObjectLoop>(s) : nullptr),
+        core(siteOf(s, robot), handler.makeTracker(), frames.get()),
+        crtk_command_handler(s, robot),
         bus(busOptions(s.deployment, s.name)),
         crtk(bus, s, robot),
-        operators(bus, s, crtk_desk),
+        operators(bus, s, crtk_command_handler),
         clearance(bus, s, robot) {
     commands = bus.writer(dds::kActuationCommand);
     limits = bus.writer(dds::kActuationLimits);
@@ -77,14 +77,14 @@ struct Service {
     if (!admission.anybody())
       admitted.senders = admission.clients;
     if (!admission.nobody())
-      crtk_desk.listen(bus, on_crtk, admitted, readers);
+      crtk_command_handler.listen(bus, on_crtk, admitted, readers);
     if (setup.deployment.feedback == planning::Feedback::kSensor)
       readers.push_back(bus.reader(dds::kSensingTips, on_tips));
     readers.push_back(bus.reader(dds::kActuationState, on_state));
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
     readers.push_back(bus.reader(dds::kControlRequest, [this, on_order](const dds::ControlRequest& request) {
       dds::Reply refusal;
-      if (const auto order = desk.parse(request, holder.load(std::memory_order_relaxed), refusal)) {
+      if (const auto order = handler.parse(request, holder.load(std::memory_order_relaxed), refusal)) {
         on_order(*order);
       } else {
         spdlog::warn("request refused: {}", refusal.reason);
@@ -103,11 +103,11 @@ struct Service {
     for (const std::string& group : groups) {
       const auto take = [this, group, on_order](const dds::StringStamped& command) {
         std::string refusal;
-        auto order = desk.parse(group, command, refusal);
+        auto order = handler.parse(group, command, refusal);
         if (!order)
           return spdlog::warn("{}", refusal);
         order->control_session = setup.session;
-        order->answers_control = crtk_desk.answered(command.stamp);
+        order->answers_control = crtk_command_handler.answered(command.stamp);
         if (order->arm != dds::kAllArms || robot.armCount() == 2)
           return on_order(*order);
         for (order->arm = 0; order->arm < 2; ++order->arm)  // the pair of a robot with more arms
@@ -144,7 +144,7 @@ struct Service {
   void fillMoment(std::int64_t now,
                   const dds::ActuationState& state,
                   const operation::CycleOutput& output,
-                  Moment& m) const noexcept {
+                  Snapshot& m) const noexcept {
     m.state = state;
     m.status = output.status;
     m.permissions = output.permissions;
@@ -154,15 +154,15 @@ struct Service {
     core.fillMoments(now, m.operators, m.crtk);
   }
 
-  void publish(const Moment& m) {
-    crtk_desk.noteFeedback(m.state.stamp, m.status.sequence);
+  void publish(const Snapshot& m) {
+    crtk_command_handler.noteFeedback(m.state.stamp, m.status.sequence);
     crtk.publish(m);
     permissions.write(m.permissions);
     operators.publish(m.status, m.operators, m.crtk);
   }
 
   void answer(const operation::OrderReply& reply) {
-    dds::Reply message = desk.settle(reply);
+    dds::Reply message = handler.replyTo(reply);
     message.reason += more(reply);
     if (message.accepted == 0 && message.request != 0)
       spdlog::warn("request refused: {}", message.reason);
@@ -188,10 +188,10 @@ struct Service {
 
   const Setup& setup;
   robots::RobotModel robot;
-  OrderDesk desk;
-  std::unique_ptr<FrameLoop> frames;  ///< of catheters
+  ControlRequestHandler handler;
+  std::unique_ptr<ObjectLoop> frames;  ///< of catheters
   operation::ControlCore core;
-  CrtkDesk crtk_desk;
+  CrtkCommandHandler crtk_command_handler;
   dds::Bus bus;
   CrtkPublisher crtk;
   OperatorPublisher operators;
@@ -203,7 +203,7 @@ struct Service {
   dds::Writer<dds::ControlPermissions> permissions;
   std::optional<MismatchDesk> mismatches;
   std::vector<dds::Reader> readers;
-  std::optional<ClockDesk> clock;
+  std::optional<ClockRequestHandler> clock;
   std::atomic<std::uint64_t> holder{0};  ///< of the lease, as control's thread last knew
 };
 

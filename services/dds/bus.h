@@ -45,7 +45,7 @@ struct BusOptions {
   /// Discovery through a server instead of peers. Empty: none.
   std::optional<DiscoveryServer> discovery;
   /// As what this process knows the robot: goes out on topic `identity`, and its fingerprint with every message that
-  /// carries one. With fingerprint 0 nothing is told, messages go out as they are, and those of all are taken.
+  /// carries one. With fingerprint 0 nothing is published, messages go out as they are, and those of all are taken.
   Identity identity;
 };
 
@@ -186,7 +186,7 @@ class Bus {
   /// What its readers, the former ones included, have dropped since its creation. Any thread.
   std::vector<Dropped> dropped() const;
 
-  /// Everybody else who is there and has told who it is. Any thread.
+  /// Everybody else who is there and has published its identity. Any thread.
   std::vector<Identity> others() const;
   /// Who has this session, also of those who have left of late.
   std::optional<Identity> who(std::uint64_t session) const;

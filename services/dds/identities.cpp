@@ -26,16 +26,16 @@ std::vector<Identity> IdentityReader::all() const {
 const char* IdentityReader::deliver(const fast::SampleInfo& info) {
   if (!sample_.decoded)
     return "cannot be decoded";
-  Identity told;
-  fromWire(sample_, told);
-  if (const char* why = malformed(told))
+  Identity reported;
+  fromWire(sample_, reported);
+  if (const char* why = malformed(reported))
     return why;
   countReceived();
-  if (told.session == participant()->options().identity.session)
+  if (reported.session == participant()->options().identity.session)
     return nullptr;
   const std::lock_guard lock(mutex_);
   std::erase_if(known_, [&](const auto& one) { return one.first == info.publication_handle; });
-  known_.emplace_back(info.publication_handle, std::move(told));
+  known_.emplace_back(info.publication_handle, std::move(reported));
   return nullptr;
 }
 

@@ -14,7 +14,7 @@
 
 namespace tandem::dds::detail {
 
-/** Keeps what each other process has told of itself, as long as it is there. */
+/** Keeps what each other process has published about itself, as long as it is there. */
 class IdentityReader final : public ReaderEnd {
  public:
   explicit IdentityReader(const std::shared_ptr<Participant>& participant);

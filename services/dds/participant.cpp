@@ -76,7 +76,7 @@ rtps::Locator_t locator(const std::string& address, int port = 0) {
 /// Servers are known by their prefix; this is the usual one.
 constexpr const char* kServerPrefix = "44.53.00.5f.45.50.52.4f.53.49.4d.41";
 
-/// Participants are told of one another by a server.
+/// A server announces participants to one another.
 void discoverThrough(const DiscoveryServer& server, fast::WireProtocolConfigQos& wire) {
   auto& config = wire.builtin.discovery_config;
   const rtps::Locator_t place = locator(server.address, server.port);

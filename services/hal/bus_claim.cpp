@@ -35,7 +35,7 @@ bool listenFirst(HalCore& core, const StopSignal& stop) {
     const hal::canopen::MasterWatch& masters = robot.network(b).masters();
     const hal::BusConfig& bus = robot.config().buses[static_cast<std::size_t>(b)];
     if (masters.heardAny())
-      throw Occupied(nameOf(bus) + ": somebody else commands it: heard " + masters.describe() +
+      throw Occupied(nameOf(bus) + ": somebody else commands it: received " + masters.describe() +
                      "; stop the other tandem-hal, or whatever it is. Nothing was sent");
   }
   return true;

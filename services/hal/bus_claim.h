@@ -14,7 +14,7 @@ namespace tandem::service {
 std::vector<hal::can::BusLock> lockBuses(const hal::HardwareConfig& hardware);
 
 /** Listens on all buses for HalCore::listeningTime(), against a second HAL elsewhere, and any other master.
- * @return false where a stop was requested. @throw Occupied naming the bus, what was heard, and what to do. */
+ * @return false where a stop was requested. @throw Occupied naming the bus, what was received, and what to do. */
 bool listenFirst(HalCore& core, const StopSignal& stop);
 
 }  // namespace tandem::service

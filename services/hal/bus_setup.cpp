@@ -64,14 +64,14 @@ std::vector<std::unique_ptr<hal::can::Bus>> openBuses(const hal::HardwareConfig&
   const std::int64_t deadline = monotonicNow() + static_cast<std::int64_t>(1e9 * patience);
   for (const hal::BusConfig& bus : hardware.buses) {
     checkLink(bus);
-    for (bool told = false;; told = true) {
+    for (bool reported = false;; reported = true) {
       try {
         buses.push_back(hal::can::openBus(bus.address));
         break;
       } catch (const std::exception& error) {
         if (monotonicNow() > deadline)
           throw std::runtime_error("bus " + bus.name + ": " + error.what());
-        if (!told)
+        if (!reported)
           spdlog::info("bus {}: waiting for {} ({})", bus.name, bus.address, error.what());
       }
       if (stop.waitFor(kRetry))

@@ -35,7 +35,7 @@ class HalCore : public DriveCore<hal::RobotHardware> {
   /// @param buses open, in the order of the hardware file; they outlive the core.
   HalCore(const Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses);
 
-  /// Before start(): hears who else is on the buses, and sends nothing; see RobotHardware::listen().
+  /// Before start(): receives who else is on the buses, and sends nothing; see RobotHardware::listen().
   void listen(std::int64_t now) noexcept { drives_.listen(now); }
   void start(std::int64_t now) noexcept { drives_.start(now); }
   /// @param arrivals  commands that have come so far, with this one; 0: nobody counts

@@ -36,10 +36,10 @@ std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::
 }
 
 std::string describeMaster(hal::canopen::MasterFrame frame) {
-  const std::string heard = ": " + std::string(name(frame)) + " heard that is not ours";
+  const std::string received = ": " + std::string(name(frame)) + " received that is not ours";
   if (frame == hal::canopen::MasterFrame::kSdoRequest)
-    return heard + "; two clients of one node disturb each other's access to parameters";
-  return heard + ": somebody else commands the bus; stop it, then `disable`";
+    return received + "; two clients of one node disturb each other's access to parameters";
+  return received + ": somebody else commands the bus; stop it, then `disable`";
 }
 
 }  // namespace

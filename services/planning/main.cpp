@@ -5,9 +5,9 @@
 #include <optional>
 #include <variant>
 
-#include "services/planning/computation_desk.h"
+#include "services/planning/computation_request_handler.h"
 #include "services/planning/planning_core.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/identity.h"
 #include "services/runtime/mailbox.h"
@@ -28,7 +28,7 @@ class Planner {
         paths_(bus_.writer(dds::kPlanningPath)),
         progress_(bus_.writer(dds::kPlanningProgress)),
         results_(bus_.writer(dds::kPlanningResult)),
-        desk_(setup, [this](const auto& message) { std::visit([this](const auto& m) { this->send(m); }, message); }),
+        handler_(setup, [this](const auto& message) { std::visit([this](const auto& m) { this->send(m); }, message); }),
         core_(setup),
         diagnostics_(bus_, setup.name, setup.robot.name) {}
 
@@ -38,16 +38,16 @@ class Planner {
         bus_, [this](const dds::Reply& reply) { replies_.write(reply); }, [] {});
     const auto states = bus_.reader(dds::kActuationState, [this](const dds::ActuationState& message) {
       loop_.put(message);
-      desk_.onState(message);
+      handler_.onState(message);
     });
     const auto statuses = bus_.reader(dds::kControlStatus, put);
     std::optional<dds::Reader> tips;
     if (setup_.deployment.feedback == planning::Feedback::kSensor)
       tips = bus_.reader(dds::kSensingTips, put);
     const auto requests = bus_.reader(dds::kPlanningRequest, put);
-    const auto computations = bus_.reader(dds::kPlanningCompute,
-                                          [this](const dds::ComputationRequest& request) { desk_.onRequest(request); });
-    const service::ClockDesk clock(bus_, setup_);
+    const auto computations = bus_.reader(
+        dds::kPlanningCompute, [this](const dds::ComputationRequest& request) { handler_.onRequest(request); });
+    const service::ClockRequestHandler clock(bus_, setup_);
     spdlog::info("ready: robot {}, {}", setup_.robot.name, setup_.deployment.name);
     std::int64_t published = 0;
     loop_.run(setup_, stop, kRefresh, [&](auto message) {
@@ -80,7 +80,7 @@ class Planner {
     replies_.write(reply);
   }
 
-  // What the desk of computations has to say; its own thread.
+  // What the handler of computations has to say; its own thread.
   void send(const dds::Reply& reply) { replies_.write(reply); }
   void send(const dds::ComputationProgress& step) { progress_.write(step); }
   void send(const service::Plan& plan) { loop_.put(plan); }
@@ -115,7 +115,7 @@ class Planner {
   dds::Writer<dds::Path> paths_;
   dds::Writer<dds::ComputationProgress> progress_;
   dds::Writer<dds::ComputationResult> results_;
-  service::ComputationDesk desk_;
+  service::ComputationRequestHandler handler_;
   service::PlanningCore core_;
   service::Diagnostics diagnostics_;
 };

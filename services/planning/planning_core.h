@@ -18,8 +18,8 @@ namespace tandem::service {
  * Real time: every control/status that used the last reference asks for the next one, so that one reference is one
  * control cycle; the state that it judges is the latest. Lock-step: every state of a new instant asks for the next one.
  * Where the tips are is what control takes them to be: its model's, or measured ones (`feedback`).
- * While nothing runs, references without tasks echo what has been heard of state and control, so that a client knows
- * when a trajectory may start. */
+ * While nothing runs, references without tasks echo what has been received from state and control, so that a client
+ * knows when a trajectory may start. */
 class PlanningCore {
  public:
   explicit PlanningCore(const Setup& setup);

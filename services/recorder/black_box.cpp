@@ -57,7 +57,7 @@ BlackBox::~BlackBox() {
   thread_.join();
 }
 
-/// Before the first fault is the time to hear of it.
+/// Before the first fault is the time to learn of it.
 void BlackBox::checkDirectory() {
   std::error_code error;
   std::filesystem::create_directories(directory_, error);

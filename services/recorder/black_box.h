@@ -2,7 +2,7 @@
 /** @file The last half minute of a robot, in constant memory, and on disk as soon as something goes wrong.
  *
  * Taking samples never waits for the disk: a thread of its own writes files. Where the disk is full or the folder
- * cannot be written, that is told, and the robot goes on.
+ * cannot be written, that is reported, and the robot goes on.
  */
 #pragma once
 

@@ -18,13 +18,13 @@ std::optional<std::string> FaultTrigger::lookAt(const M& message, Side& side, co
     const bool in_fault = message.operating_state[k] == static_cast<std::uint8_t>(safety::OperatingState::kFault);
     const safety::FaultMask fresh = message.faults[k] & ~side.faults[k];
     // What stood before the first sample is no news.
-    if (side.heard && ((in_fault && !side.in_fault[k]) || fresh != 0))
+    if (side.received && ((in_fault && !side.in_fault[k]) || fresh != 0))
       words += (words.empty() ? "" : "; ") + robot_.arms[k].name + ": " + who +
                " in FAULT: " + safety::describeFaults(message.faults[k]);
     side.in_fault[k] = in_fault;
     side.faults[k] = message.faults[k];
   }
-  side.heard = true;
+  side.received = true;
   return words.empty() ? std::nullopt : std::optional(words);
 }
 

@@ -32,7 +32,7 @@ class FaultTrigger {
  private:
   /// What one side last said of its arms.
   struct Side {
-    bool heard = false;
+    bool received = false;
     std::array<bool, safety::kMaxArms> in_fault{};
     std::array<safety::FaultMask, safety::kMaxArms> faults{};
   };

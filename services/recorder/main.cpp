@@ -8,7 +8,7 @@
 #include "config/arm_names.h"
 #include "services/recorder/black_box.h"
 #include "services/recordings/capture.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
@@ -53,7 +53,7 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
   dds::Bus bytes(
       service::ofAnyRobot(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder)));
   service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
-  const service::ClockDesk clock(bus, setup);
+  const service::ClockRequestHandler clock(bus, setup);
   std::vector<std::string> wanted = setup.deployment.black_box.topics;
   wanted.insert(wanted.end(), service::FaultTrigger::kTopics.begin(), service::FaultTrigger::kTopics.end());
   service::BlackBox box(setup.deployment, setup.robot,

@@ -23,7 +23,7 @@ class HalWatch {
 
   explicit HalWatch(dds::Bus& bus);
 
-  /// What was heard so far; never less than before.
+  /// What was received so far; never less than before.
   Found found() const;
   /// For people.
   std::string describe() const;

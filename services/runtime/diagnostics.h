@@ -41,7 +41,7 @@ class Diagnostics {
   dds::Writer<dds::DiagnosticArray> writer_;
   std::shared_ptr<LogTopic> log_;  ///< as long as this lives
   std::int64_t last_ = 0;
-  std::uint64_t dropped_ = 0;  ///< samples, told of in the log
+  std::uint64_t dropped_ = 0;  ///< samples, reported in the log
   Level last_level_ = Level::kOk;
 };
 

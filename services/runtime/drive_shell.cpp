@@ -4,7 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "operation/convert.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 
 namespace tandem::service {
 
@@ -56,7 +56,7 @@ void DriveShell::run(const std::string& what, const std::function<bool(const Tic
   std::optional<dds::Reader> emergencies;
   if (setup_.deployment.emergency_stop_budget > 0.0)
     emergencies = bus_.reader(dds::kEmergencyStop, [this](const dds::Bool& m) { onEmergencyStop(m.data); });
-  const ClockDesk clock(bus_, setup_);
+  const ClockRequestHandler clock(bus_, setup_);
   RealtimeShell::run(what, cycle);
 }
 

@@ -41,9 +41,9 @@ class DriveShell : public RealtimeShell {
       core.onStop();
     if (mismatch_.exchange(false, std::memory_order_relaxed))
       core.onMismatch();
-    if (const EmergencyReport told = emergency_.exchange(EmergencyReport::kNone, std::memory_order_relaxed);
-        told != EmergencyReport::kNone)
-      core.onEmergencyStop(told == EmergencyReport::kPressed, now);
+    if (const EmergencyReport reported = emergency_.exchange(EmergencyReport::kNone, std::memory_order_relaxed);
+        reported != EmergencyReport::kNone)
+      core.onEmergencyStop(reported == EmergencyReport::kPressed, now);
   }
 
   /// Publishes what the cycle has come to.

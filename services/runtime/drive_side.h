@@ -24,7 +24,7 @@ concept DriveSide = requires(T drives, const T seen, const safety::RobotCommand 
   { seen.armCount() } noexcept -> std::same_as<int>;
   { seen.answersCommand() } noexcept -> std::same_as<std::uint64_t>;
   { seen.commandSuccess() } noexcept -> std::same_as<double>;
-  { seen.placements() } noexcept -> std::same_as<std::uint32_t>;
+  { seen.jointResets() } noexcept -> std::same_as<std::uint32_t>;
   { seen.emergencyStop() } noexcept -> std::same_as<safety::EmergencyStop>;
   { seen.guards() } noexcept -> std::same_as<const safety::GuardCounters&>;
 

@@ -18,14 +18,14 @@ struct FaultReport {
   double late = 0.0;  ///< largest lateness of the process's own loop in the last seconds, s
 };
 
-/** Tells new faults from those that have been told. */
+/** Distinguishes new faults from reported ones. */
 class FaultWatch {
  public:
   /// Whether this record of an arm is a new one. Call it with every record, the empty ones included.
   bool fresh(int arm, const safety::FaultRecord& record) noexcept {
-    safety::FaultMask& told = told_[static_cast<std::size_t>(arm)];
-    const bool is_new = record.faults != 0 && told == 0;
-    told = record.faults;
+    safety::FaultMask& reported = reported_[static_cast<std::size_t>(arm)];
+    const bool is_new = record.faults != 0 && reported == 0;
+    reported = record.faults;
     return is_new;
   }
   /// Calls `tell` with a FaultReport for each arm whose record, `core.faultRecord(arm)`, is a new one.
@@ -38,7 +38,7 @@ class FaultWatch {
   }
 
  private:
-  std::array<safety::FaultMask, safety::kMaxArms> told_{};
+  std::array<safety::FaultMask, safety::kMaxArms> reported_{};
 };
 
 /// "arm_a: drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad"; where something came too late because this

@@ -115,11 +115,11 @@ std::string Heartbeat::words(bool alive) const {
 }
 
 void Heartbeat::run() {
-  std::int64_t look = 0, told = 0;
+  std::int64_t look = 0, reported = 0;
   while (true) {
     const std::int64_t every = !ready_ ? kLookForReady : watchdog_ != 0 ? std::min(watchdog_ / 4, kTell) : kTell;
     const std::int64_t left = std::max<std::int64_t>(0, look + every - monotonicNow());
-    // A stop that has been told needs no second look: it stays readable.
+    // A stop that has been reported needs no second look: it stays readable.
     std::array<pollfd, 2> sources{{{ended_, POLLIN, 0}, {stopping_ ? -1 : stop_.fd(), POLLIN, 0}}};
     poll(sources.data(), sources.size(), static_cast<int>((left + kMillisecond - 1) / kMillisecond));
     if (sources[0].revents != 0)
@@ -138,8 +138,8 @@ void Heartbeat::run() {
     }
     if (alive && watchdog_ != 0)
       send("WATCHDOG=1");
-    if (ready_ && !stopping_ && look - told >= kTell) {
-      told = look;
+    if (ready_ && !stopping_ && look - reported >= kTell) {
+      reported = look;
       send("STATUS=" + words(alive));
     }
   }
@@ -150,7 +150,7 @@ void Heartbeat::send(const std::string& state) const noexcept {
   to.sun_family = AF_UNIX;
   std::memcpy(to.sun_path, address_.data(), address_.size());
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
-  // Nobody to tell when it fails: a manager that hears nothing acts by itself.
+  // Nobody to tell when it fails: a manager that receives nothing acts by itself.
   [[maybe_unused]] const auto sent =
       sendto(socket_, state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), length);
 }

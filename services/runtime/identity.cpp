@@ -10,7 +10,7 @@
 
 #include "config/values.h"
 #include "idl/version.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/process.h"
 
 namespace tandem::service {
@@ -90,13 +90,13 @@ MismatchDesk::~MismatchDesk() { bus_.onMismatch({}); }
 void MismatchDesk::meet(const dds::Mismatch& met) {
   if (met.client == 0)
     stop_();
-  if (met.fingerprint == told_ && met.request == 0)
+  if (met.fingerprint == reported_ && met.request == 0)
     return;
   if (met.client != 0 && isForAnother(met))
     return;
   const std::string words = describe(met);
   spdlog::error("{}: not obeyed: {}", met.topic, words);
-  told_ = met.fingerprint;
+  reported_ = met.fingerprint;
   if (met.request != 0)
     answer_({met.client, met.request, 0, static_cast<std::uint16_t>(dds::ReplyCode::kMismatch), words, 0});
 }

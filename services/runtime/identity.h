@@ -46,7 +46,7 @@ class MismatchDesk {
   dds::Bus& bus_;
   std::function<void(const dds::Reply&)> answer_;
   std::function<void()> stop_;
-  std::uint64_t told_ = 0;  ///< fingerprint
+  std::uint64_t reported_ = 0;  ///< fingerprint
 };
 
 }  // namespace tandem::service

@@ -16,7 +16,7 @@
 #include <regex>
 #include <stdexcept>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "services/dds/host_addresses.h"
 #include "services/runtime/identity.h"
 #include "services/runtime/log.h"

@@ -25,7 +25,7 @@ class RealtimeShell {
   /// What people wait for.
   Outbox& publisher() noexcept { return publisher_; }
   const PeriodicLoop& loop() const noexcept { return loop_; }
-  /// Whether people hear of this cycle: once in a status_period.
+  /// Whether people learn of this cycle: once in a status_period.
   bool isTold(const Tick& tick) const noexcept { return tick.cycle % told_every_ == 0; }
 
   /// Behind what a cycle has posted: the loop lives, and which arms have a new fault. `core` knows faultRecord(arm).

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "robots/capability.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/drive_shell.h"
 #include "services/runtime/mailbox.h"
 #include "services/simulation/catheter_tips.h"
@@ -27,17 +27,17 @@ class SnapLog {
   /// @return what `diagnostics` shall say of it
   service::Details tell(const dds::HalStatus& status) {
     for (std::size_t k = 0; k < status.arm_count; ++k) {
-      if (status.snaps[k] != told_[k])
+      if (status.snaps[k] != reported_[k])
         spdlog::warn("{}: the plant snapped into another equilibrium, {} times so far", robot_.arms[k].name,
                      status.snaps[k]);
     }
-    told_ = status.snaps;
-    return {{"snaps", std::to_string(std::accumulate(told_.begin(), told_.end(), std::uint64_t{0}))}};
+    reported_ = status.snaps;
+    return {{"snaps", std::to_string(std::accumulate(reported_.begin(), reported_.end(), std::uint64_t{0}))}};
   }
 
  private:
   const config::Robot& robot_;
-  dds::PerArm<std::uint32_t> told_{};
+  dds::PerArm<std::uint32_t> reported_{};
 };
 
 std::optional<service::CatheterTips> cathetersOf(const service::Setup& setup) {
@@ -72,9 +72,9 @@ class LockStep {
     const auto commands = bus_.reader(dds::kActuationCommand, put);
     const auto requests = bus_.reader(dds::kSimRequest, put);
     const auto stops = bus_.reader(dds::kStop, put);
-    const service::ClockDesk clock(bus_, setup_);
+    const service::ClockRequestHandler clock(bus_, setup_);
     spdlog::info("ready: robot {}, lock-step", setup_.robot.name);
-    constexpr double kRepeat = 0.1;  // s: whoever came late hears the present state
+    constexpr double kRepeat = 0.1;  // s: whoever came late receives the present state
     loop_.run(setup_, stop, kRepeat, [this](const auto& message) { take(message); });
   }
 
@@ -109,8 +109,8 @@ class LockStep {
     statuses_.write(status_);
     core_.trueTips(tips_);
     if (catheters_) {
-      core_.trueJoints(moment_);
-      tips_ = catheters_->at(moment_);
+      core_.trueJoints(snapshot_);
+      tips_ = catheters_->at(snapshot_);
     }
     true_tips_.write(tips_);
     // Every state has its tips, new ones or not: who needs both waits for both.
@@ -126,7 +126,7 @@ class LockStep {
   const service::Setup& setup_;
   service::SimCore core_;
   std::optional<service::CatheterTips> catheters_;
-  service::CatheterMoment moment_;
+  service::CatheterSnapshot snapshot_;
   service::EventLoop<dds::ActuationCommand, dds::SimRequest, dds::Stop, dds::Mismatch> loop_;
   dds::Bus bus_;
   dds::Writer<dds::ActuationState> states_;
@@ -155,7 +155,7 @@ class RealTime {
         tips_out_(shell_.outbox().latest<dds::TipPoses>([this](const auto& m) { measured_tips_.write(m); })),
         true_tips_out_(shell_.publisher().latest<dds::TipPoses>([this](const auto& m) { true_tips_.write(m); })),
         moment_out_(
-            places_.latest<service::CatheterMoment>([this](const auto& m) { true_tips_.write(catheters_->at(m)); })),
+            places_.latest<service::CatheterSnapshot>([this](const auto& m) { true_tips_.write(catheters_->at(m)); })),
         period_(std::llround(1e9 * setup.deployment.sim_period)) {
     if (core_.tracking())
       measured_tips_ = shell_.bus().writer(dds::kSensingTips);
@@ -213,8 +213,8 @@ class RealTime {
 
   void postTrueTips() noexcept {
     if (catheters_) {
-      core_.trueJoints(moment_);
-      moment_out_.post(moment_);
+      core_.trueJoints(snapshot_);
+      moment_out_.post(snapshot_);
     } else {
       core_.trueTips(tips_);
       true_tips_out_.post(tips_);
@@ -223,7 +223,7 @@ class RealTime {
 
   service::SimCore core_;
   std::optional<service::CatheterTips> catheters_;
-  service::CatheterMoment moment_;
+  service::CatheterSnapshot snapshot_;
   SnapLog snaps_;
   service::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;
@@ -231,7 +231,7 @@ class RealTime {
   service::Outbox places_;  ///< of tips that take long to find
   service::Outbox::Latest<dds::TipPoses>& tips_out_;
   service::Outbox::Latest<dds::TipPoses>& true_tips_out_;
-  service::Outbox::Latest<service::CatheterMoment>& moment_out_;
+  service::Outbox::Latest<service::CatheterSnapshot>& moment_out_;
   std::atomic<bool> serving_{false}, in_cycle_{false};
   std::int64_t period_, start_ = 0;  ///< ns
   std::uint64_t stepped_ = 0;        ///< periods that the drives have gone

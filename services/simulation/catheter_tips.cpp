@@ -5,13 +5,13 @@
 
 namespace tandem::service {
 
-dds::TipPoses CatheterTips::at(const CatheterMoment& moment) {
-  if (moment.placements != placements_)
-    follower_ = robots::makeRestFollower(setup_.robot);
-  placements_ = moment.placements;
-  const safety::RobotVector q = Eigen::VectorXd::Map(moment.joints.data(), moment.joint_count);
-  const bool known = follower_.settle(q).empty();
-  dds::TipPoses message = moment.head;
+dds::TipPoses CatheterTips::at(const CatheterSnapshot& snapshot) {
+  if (snapshot.joint_resets != joint_resets_)
+    follower_ = robots::makeEquilibriumFollower(setup_.robot);
+  joint_resets_ = snapshot.joint_resets;
+  const safety::RobotVector q = Eigen::VectorXd::Map(snapshot.joints.data(), snapshot.joint_count);
+  const bool known = follower_.solveEquilibrium(q).empty();
+  dds::TipPoses message = snapshot.head;
   int k = 0;
   for (const Eigen::Isometry3d& tip : follower_.mechanism().tips())
     dds::setTip(k++, known, tip.translation(), Eigen::Quaterniond(tip.linear()), message);

@@ -8,28 +8,28 @@
 
 namespace tandem::service {
 
-/** The plant's joints, and the message that tells of the tips at them, without these. A plain struct. */
-struct CatheterMoment {
+/** Joints of the plant, and the message with the tips at these joints, yet without the tips. A plain struct. */
+struct CatheterSnapshot {
   dds::TipPoses head;
-  std::uint32_t placements = 0;
+  std::uint32_t joint_resets = 0;
   int joint_count = 0;
   std::array<double, safety::kMaxJoints> joints{};  ///< m, rad
 };
 
-/** Settles where the plant's joints are: the simulated catheters are those of the robot file. Allocates: not for the
+/** Computes the tips at the joints of the plant, which has the catheters of the robot file. Allocates: not for the
  * periodic thread. */
 class CatheterTips {
  public:
-  /// @throw std::invalid_argument as robots::makeRestFollower() does.
-  explicit CatheterTips(const Setup& setup) : setup_(setup), follower_(robots::makeRestFollower(setup.robot)) {}
+  /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
+  explicit CatheterTips(const Setup& setup) : setup_(setup), follower_(robots::makeEquilibriumFollower(setup.robot)) {}
 
-  /// The message with the tips; not valid where there is no rest.
-  dds::TipPoses at(const CatheterMoment& moment);
+  /// The message with the tips; they are invalid where there is no equilibrium.
+  dds::TipPoses at(const CatheterSnapshot& snapshot);
 
  private:
   const Setup& setup_;
-  robots::RestFollower follower_;
-  std::uint32_t placements_ = 0;
+  robots::EquilibriumFollower follower_;
+  std::uint32_t joint_resets_ = 0;
 };
 
 }  // namespace tandem::service

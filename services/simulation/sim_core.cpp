@@ -7,6 +7,7 @@
 
 #include "operation/convert.h"
 #include "robots/capability.h"
+#include "robots/plant/plant.h"
 #include "services/dds/reply.h"
 #include "services/runtime/periodic_loop.h"
 
@@ -38,10 +39,7 @@ sim::SimulatedDrives makeDrives(const Setup& setup) {
 std::optional<sim::PlantTips> makeTips(const Setup& setup) {
   if (!has(setup.robot, robots::Capability::kTips))
     return std::nullopt;
-  std::vector<kinematics::ConcentricTubeArm> arms;
-  for (const config::Arm& arm : setup.robot.arms)
-    arms.push_back(arm.model);
-  return sim::PlantTips(arms, setup.deployment.plant);
+  return robots::makePlantTips(setup.robot, setup.deployment.plant);
 }
 
 }  // namespace
@@ -136,7 +134,7 @@ bool SimCore::measuredTips(dds::TipPoses& tips) noexcept {
     const auto i = static_cast<std::size_t>(k);
     dds::setTip(k, latest.valid[i], latest.position[i], latest.orientation[i], tips);
   }
-  return std::exchange(told_, latest.sequence) != latest.sequence;
+  return std::exchange(reported_, latest.sequence) != latest.sequence;
 }
 
 void SimCore::trueTips(dds::TipPoses& tips) const noexcept {
@@ -150,13 +148,13 @@ void SimCore::trueTips(dds::TipPoses& tips) const noexcept {
   }
 }
 
-void SimCore::trueJoints(CatheterMoment& moment) const noexcept {
-  trueTips(moment.head);
-  moment.placements = drives_.placements();
-  moment.joint_count = 0;
+void SimCore::trueJoints(CatheterSnapshot& snapshot) const noexcept {
+  trueTips(snapshot.head);
+  snapshot.joint_resets = drives_.jointResets();
+  snapshot.joint_count = 0;
   for (int k = 0; k < drives_.armCount(); ++k) {
     for (const double q : drives_.plant(k).tubes())
-      moment.joints[static_cast<std::size_t>(moment.joint_count++)] = q;
+      snapshot.joints[static_cast<std::size_t>(snapshot.joint_count++)] = q;
   }
 }
 

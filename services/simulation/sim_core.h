@@ -43,7 +43,7 @@ class SimCore : public DriveCore<sim::SimulatedDrives> {
   /// Where the plant's tips really are; of catheters trueJoints() tells.
   void trueTips(dds::TipPoses& tips) const noexcept;
   /// Of catheters: what CatheterTips needs to find the tips.
-  void trueJoints(CatheterMoment& moment) const noexcept;
+  void trueJoints(CatheterSnapshot& snapshot) const noexcept;
 
  private:
   void advance() noexcept;  ///< lock-step: one control period
@@ -55,7 +55,7 @@ class SimCore : public DriveCore<sim::SimulatedDrives> {
   bool injected_stop_ = false;          ///< the emergency stop, by a request
   std::optional<sim::PlantTips> tips_;  ///< none of catheters
   std::optional<sim::TipTracker> tracker_;
-  std::uint64_t told_ = 0;                      ///< the last measurement that has been asked for
+  std::uint64_t reported_ = 0;                  ///< the last measurement that has been asked for
   std::int64_t simulated_time_ = 0;             ///< ns, lock-step
   std::uint64_t caught_up_ = 0, left_out_ = 0;  ///< periods
 };

@@ -12,7 +12,7 @@
 namespace tandem::teleop {
 namespace {
 
-/// A key counts as held for so long after the terminal has told of it, s: longer than a terminal repeats (33 ms).
+/// A key counts as held for so long after the terminal has reported it, s: longer than a terminal repeats (33 ms).
 constexpr double kKeyHeld = 0.1;
 
 class Keyboard final : public Device {

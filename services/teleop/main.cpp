@@ -53,7 +53,7 @@ std::uint8_t armIndex(const config::Robot& robot, const std::string& name, std::
   throw Failure(cli::kUsage, "arm '" + name + "', expected one of " + config::armNames(robot));
 }
 
-/** The two messages, and what the other threads hear. */
+/** The two messages, and what the other threads receive. */
 class Session {
  public:
   Session(const Options& options, const config::Deployment& deployment, const config::Robot& robot)
@@ -61,7 +61,7 @@ class Session {
         robot_(robot),
         client_(deployment, taps()),
         inputs_(client_.bus().writer(dds::kTeleopInput)),
-        statuses_(client_.bus().reader(dds::kTeleopStatus, [this](const dds::TeleopStatus& s) { hear(s); })) {
+        statuses_(client_.bus().reader(dds::kTeleopStatus, [this](const dds::TeleopStatus& s) { receive(s); })) {
     input_.client = client_.id();
     input_.arm = armIndex(robot, options.arm, 0);
     input_.other_arm = armIndex(robot, options.other_arm, input_.arm == 0 ? 1 : 0);
@@ -143,15 +143,15 @@ class Session {
       line += "; limited by " + s.limited_by;
     if (const std::string found = fault(); !found.empty())
       line += "; " + found;
-    if (line != told_ && !options_.quiet)
+    if (line != reported_ && !options_.quiet)
       std::cout << line << std::endl;
-    told_ = line;
+    reported_ = line;
   }
 
  private:
   cli::Client::Taps taps() {
     cli::Client::Taps taps;
-    taps.status = [this](const dds::ControlStatus& message) { hear(message); };
+    taps.status = [this](const dds::ControlStatus& message) { receive(message); };
     return taps;
   }
 
@@ -169,12 +169,12 @@ class Session {
     if (reading.stop)
       client_.stop("the operator's device");
   }
-  void hear(const dds::ControlStatus& s) {
+  void receive(const dds::ControlStatus& s) {
     const std::lock_guard lock(mutex_);
     session_ = s.session;
     sequence_ = s.sequence;
   }
-  void hear(const dds::TeleopStatus& s) {
+  void receive(const dds::TeleopStatus& s) {
     const std::lock_guard lock(mutex_);
     status_ = s;
   }
@@ -185,7 +185,7 @@ class Session {
   std::uint64_t session_ = 0, sequence_ = 0;
   dds::TeleopStatus status_;
   dds::TeleopInput input_;
-  std::string told_;
+  std::string reported_;
   cli::Client client_;
   dds::Writer<dds::TeleopInput> inputs_;
   dds::Reader statuses_;

@@ -25,7 +25,7 @@ enum class FaultKind : std::uint8_t {
   kByteFlips,        ///< a bit of a frame from the node flips with this probability per frame [0.1]
   kBusOff,           ///< node 0: the master's controller reports bus-off and the bus is dead until the fault is cleared
   kBabbling,         ///< node sends `value` frames per second of highest priority [2000]
-  kRunaway,          ///< drive: the motor runs at this fraction of its largest speed, whatever it is told [1]
+  kRunaway,          ///< drive: the motor runs at this fraction of its largest speed, whatever the command [1]
   kBrakeFailure,     ///< drive: its brake does not hold
   kEmergencyStop,    ///< drive: STO, and its input falls; node 0: of all drives, as the chain of a real robot does it
   kOverload,         ///< drive: the joint needs `value` per mille of the rated torque more, and still follows [900]

@@ -27,7 +27,7 @@ struct MotorFaults {
   double load = 0.0;          ///< torque beyond what the motion needs, per mille of rated
   bool over_current = false;  ///< a winding draws several times the rated current
   bool over_heated = false;   ///< cooling failed: the winding is 100 K hotter
-  double runaway = 0.0;       ///< not 0: with power it runs at this fraction of its largest speed, whatever it is told
+  double runaway = 0.0;       ///< not 0: with power it runs at this fraction of its largest speed, whatever the command
   bool no_brake = false;      ///< its brake does not hold
 };
 

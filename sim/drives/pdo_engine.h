@@ -29,7 +29,7 @@ class PdoEngine {
   void configure() noexcept;
   static bool isParameter(std::uint16_t index) noexcept { return index >= 0x1400 && index < 0x1C00; }
 
-  /** Takes a frame. Objects of an acyclic RPDO are written at once, others at the next SYNC. Written ones are told
+  /** Takes a frame. Objects of an acyclic RPDO are written at once, others at the next SYNC. Written ones are reported
    * through `written`. */
   RpdoResult receive(const CanFrame& frame, std::int64_t now, std::vector<Entry*>& written) noexcept;
   /// SYNC: writes what waited for it.

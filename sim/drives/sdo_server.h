@@ -52,7 +52,7 @@ class SdoServer {
   ObjectAddress object_;
   bool toggle_ = false;
   std::array<std::uint8_t, kCapacity> buffer_{};
-  std::size_t size_ = 0;      ///< announced size of a download (0: not told), size of an upload
+  std::size_t size_ = 0;      ///< announced size of a download (0: not reported), size of an upload
   std::size_t position_ = 0;  ///< bytes so far
   std::int64_t deadline_ = 0;
 };

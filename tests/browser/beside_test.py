@@ -66,9 +66,9 @@ class Beside(system.SystemTest):
         self.move(running, ways, SECONDS / 3, "without a page")
         page = self.open_page(running.path)
         status = self.move(running, ways, SECONDS, "with the page")
-        told, _ = page.communicate(timeout=60)
+        reported, _ = page.communicate(timeout=60)
         self.assertEqual(page.returncode, 0)
-        seen = json.loads(told.splitlines()[-1])
+        seen = json.loads(reported.splitlines()[-1])
         print(f"  page: frames per second {seen['frames']}; its server: {seen['server_cpu']:.2f} of a core, "
               f"{1e-3 * seen['bytes_per_second']:.0f} kB/s, {seen['dropped']} messages left out", flush=True)
         self.assertEqual([arm["faults"] for arm in status["arms"]], ["none", "none"])

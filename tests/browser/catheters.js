@@ -27,7 +27,10 @@ async function main() {
     const names = await me.page.$$eval(".bar .name", (all) => all.map((name) => name.textContent));
     assert.deepStrictEqual(names, ["insertion", "roll", "bend", "insertion", "roll", "bend"]);
     assert.strictEqual(await me.page.$("#tab-teleoperate"), null, "nobody drives the tip of a catheter that holds on");
-    assert.ok(await me.page.$eval("#clearance", (near) => near.hidden), "distances are told of tubes alone");
+    assert.ok(
+      await me.page.$eval("#clearance", (near) => near.hidden),
+      "distances are computed for concentric tubes only",
+    );
     const choices = await me.page.$$eval("#trajectory option", (all) => all.map((one) => one.value));
     assert.deepStrictEqual(choices, ["lift", "tip-eight"]);
 

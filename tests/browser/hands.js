@@ -67,7 +67,7 @@ module.exports = ({ robot, me, enable, shot }) => {
 
     async "a gamepad moves the tip, and stops it when it is pulled out"() {
       await ready();
-      // Neither Chromium nor this kernel need have a gamepad: the page is told of one as browsers tell.
+      // Neither Chromium nor this kernel need have a gamepad: the page gets the event that browsers send.
       await page().evaluate(() => {
         const buttons = Array.from({ length: 17 }, () => ({ pressed: false, touched: false, value: 0 }));
         window.pad = { index: 0, id: "test", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons };
@@ -110,7 +110,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     async "a hidden tab stops teleoperation"() {
       await hold("ArrowUp");
       const since = monotonic();
-      // Headless Chromium never hides a tab: the page is told what it would be told.
+      // Headless Chromium never hides a tab: the page gets the event that a hidden tab gets.
       await page().evaluate(() => {
         Object.defineProperty(document, "visibilityState", { configurable: true, get: () => "hidden" });
         document.dispatchEvent(new Event("visibilitychange"));
@@ -141,7 +141,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     async "a page that hangs stops teleoperation"() {
       await hold("ArrowUp");
       const since = monotonic();
-      // Nothing runs in the page for two seconds: control hears nothing, and needs no word of it.
+      // Nothing runs in the page for two seconds: control receives nothing, and needs no word of it.
       const hang = page().evaluate(() => {
         const end = performance.now() + 2000;
         while (performance.now() < end);

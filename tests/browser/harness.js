@@ -52,9 +52,9 @@ class Robot {
     this.last = null;
     this.changed = 0; // ms: stamp of the state in which a joint was last elsewhere than before
     this.waiting = new Set();
-    readline.createInterface({ input: this.process.stdout }).on("line", (line) => this.heard(JSON.parse(line)));
+    readline.createInterface({ input: this.process.stdout }).on("line", (line) => this.received(JSON.parse(line)));
   }
-  heard(status) {
+  received(status) {
     const joints = status.arms.flatMap((arm) => arm.joints);
     // Where a loop holds a point its joints go on changing by rounding.
     if (!this.joints?.every((q, k) => Math.abs(q - joints[k]) < kStill)) {

@@ -189,7 +189,7 @@ const scenes = {
     await me.tab("operate");
   },
 
-  async "the robot's silence is told, and commands end"() {
+  async "the robot's silence is reported, and commands end"() {
     process.kill(setting.pids.control, "SIGSTOP");
     try {
       await me.state("#link", "stale");

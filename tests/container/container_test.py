@@ -106,7 +106,7 @@ class Containers(unittest.TestCase):
             host = self.inspect(service)["HostConfig"]
             self.assertTrue(host["ReadonlyRootfs"])
             self.assertEqual((host["CapDrop"], host["CapAdd"]), (["ALL"], None))
-        self.until(lambda: self.states() == ["DISABLED", "DISABLED"], 60, "the console hears the robot")
+        self.until(lambda: self.states() == ["DISABLED", "DISABLED"], 60, "the console receives the robot")
         before = self.status()["arms"][0]["joints"]
         self.inside("console", "robot", "-d", "containers", "enable")
         self.assertEqual(self.states(), ["ENABLED", "ENABLED"])
@@ -123,7 +123,7 @@ class Containers(unittest.TestCase):
         self.until(lambda: self.inspect("robot")["State"]["StartedAt"] != began and
                    self.inspect("robot")["State"]["Health"]["Status"] == "healthy", 120, "the robot's container is back")
         self.until(lambda: self.inside("console", "status", "containers", check=False).returncode == 0, 60,
-                   "the console hears the robot again")
+                   "the console receives the robot again")
         self.assertEqual(self.states(), ["DISABLED", "DISABLED"])
         self.compose("down", "-t", "10")
 
@@ -141,7 +141,7 @@ class Containers(unittest.TestCase):
         (deployments / "containers.yaml").write_text(bare + "security: ../credentials\n")
         self.compose("up", "-d")
         self.until(lambda: self.inside("console", "status", "containers", check=False).returncode == 0, 90,
-                   "the secured console hears the robot")
+                   "the secured console receives the robot")
         self.assertTrue(self.status()["secured"])
         self.inside("console", "robot", "-d", "containers", "enable")
         self.assertEqual(self.states(), ["ENABLED", "ENABLED"], self.compose("logs", "--no-color").stdout[-4000:])

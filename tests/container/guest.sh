@@ -7,9 +7,9 @@ deployment=boot
 show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }
 status() { tandem status $deployment --json | tr -d '\n'; }
 # As the system is now; a virtual machine that its host leaves waiting may need another try.
-hear() {
-  heard=''
-  said() { heard=$(status) && [[ $heard == *operating_state* ]]; }
+receive() {
+  received=''
+  said() { received=$(status) && [[ $received == *operating_state* ]]; }
   until_true 240 said
 }
 # What a service is and what it may do, from outside.
@@ -39,17 +39,17 @@ look sim control planning
 
 # Control hangs while the arms are enabled.
 until_true 240 tandem robot -d boot enable
-hear
-note enabled "$heard"
+receive
+note enabled "$received"
 kill -STOP "$(show control MainPID)"
 restarted() { [[ $(show control NRestarts) == 1 && $(show control ActiveState) == active ]]; }
 until_true 240 restarted
 until_true 120 tandem status boot --check
-hear
-note restarted "$heard"
+receive
+note restarted "$received"
 until_true 240 tandem robot -d boot disable
-hear
-note cleared "$heard"
+receive
+note cleared "$received"
 for name in sim control planning; do note ${name}_restarts "$(show $name NRestarts)"; done
 journalctl -u tandem-control@boot.service | grep -q 'Watchdog timeout' && note watchdog_said yes
 

@@ -16,12 +16,12 @@ PR_SET_PDEATHSIG = 1
 NEEDS = {"mmdebstrap": "mmdebstrap", "unshare": "util-linux", "dpkg": "dpkg"}
 
 
-# A test that is told to end cleans up before it does.
+# A test that is asked to end cleans up before it does.
 signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
 
 
 def start(command, output):
-    """Starts what outlives no test: it is told to end when this process is gone, however that came about."""
+    """Starts what outlives no test: it is asked to end when this process is gone, however that came about."""
     def bind():
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGTERM))
 

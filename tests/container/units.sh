@@ -54,7 +54,7 @@ note greedy "$(show $greedy Result) $(show $greedy ActiveState)"
 note greedy_started "$(journalctl -u $greedy -o cat | grep -c '^Starting ')"
 [[ $(show $console MainPID) == "$survivor" ]] && note survivor "$(show $console ActiveState)"
 
-# Whom a service hears: all, and after `tandem units --restrict` nobody but the deployment's hosts.
+# Whom a service receives: all, and after `tandem units --restrict` nobody but the deployment's hosts.
 insmod /trial/veth.ko
 ip netns add stranger
 ip link add wire type veth peer name wire netns stranger
@@ -64,16 +64,16 @@ ip link set wire up
 ip -n stranger link set wire up
 ip -n stranger link set lo up
 guarded=tandem-sim@guarded.service
-# hears DEPLOYMENT COMMAND...: whether a client that COMMAND starts somewhere hears the service.
-hears() { "${@:2}" tandem status "$1" --check >/dev/null 2>&1 && echo yes || echo no; }
-elsewhere() { hears stranger ip netns exec stranger; }
+# receives DEPLOYMENT COMMAND...: whether a client that COMMAND starts somewhere receives the service.
+receives() { "${@:2}" tandem status "$1" --check >/dev/null 2>&1 && echo yes || echo no; }
+elsewhere() { receives stranger ip netns exec stranger; }
 systemctl start $guarded
-note open_guarded "$(hears guarded)"
+note open_guarded "$(receives guarded)"
 note open_stranger "$(elsewhere)"
 tandem units guarded --restrict
 systemctl daemon-reload
 systemctl restart $guarded
-note shut_guarded "$(hears guarded)"
+note shut_guarded "$(receives guarded)"
 note shut_stranger "$(elsewhere)"
 note shut_deny "$(show $guarded IPAddressDeny)"
 note shut_allow "$(show $guarded IPAddressAllow)"

@@ -213,7 +213,7 @@ class Units(unittest.TestCase):
         self.assertGreaterEqual(int(seen["greedy_started"]), 5)
 
     def judge_addresses(self, seen):
-        """Whom a service hears before `tandem units --restrict`, and after it."""
+        """Whom a service receives before `tandem units --restrict`, and after it."""
         expected = {"open_guarded": "yes", "open_stranger": "yes", "shut_guarded": "yes", "shut_stranger": "no"}
         self.assertEqual(differences(seen, expected), [])
         self.assertEqual(set(seen["shut_deny"].split()), {"::/0", "0.0.0.0/0"})

@@ -121,7 +121,7 @@ class Anywhen(system.SystemTest):
             try:
                 arms = self.parts.status()["arms"]
             except AssertionError:
-                return False  # whoever was started anew is not heard yet
+                return False  # whoever was started anew is not received yet
             return len(arms) == 2 and all(arm["operating_state"] in ("FAULT", "DISABLED", "PAUSED") for arm in arms)
 
         system.until(at_rest, 30, "no arm is ENABLED")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dead, frozen and silent processes during a run in real time.
 
-The robot stands in time, says why, and moves again only when told to."""
+The robot stands in time, says why, and moves again only when commanded to."""
 import os
 import pathlib
 import signal
@@ -103,7 +103,7 @@ class Death(Fault):
     """What was started anew after one death is what dies next."""
 
     def test_one_after_the_other(self):
-        # Control hears of planning's death at its next cycle; the drives end the setpoint that they have.
+        # Control learns of planning's death at its next cycle; the drives end the setpoint that they have.
         for name, budget in (("control", COMMAND_AGE), ("planning", REFERENCE_AGE + 2 * PERIOD), ("sim", None)):
             print(f"  {name}", flush=True)
             self.death(name, budget)

@@ -114,7 +114,7 @@ class TwoHosts(system.SystemTest):
             self.wire.cut = False
             _, errors = run.communicate(timeout=30)
             self.assertEqual(run.returncode, 1, errors)
-            # The link is back, the console hears the robot, and nothing moves.
+            # The link is back, the console receives the robot, and nothing moves.
             self.assertEqual(self.console.status()["arms"][0]["operating_state"], "FAULT")
             self.assertEqual(self.robot.assert_still(self, looks=3), stood, "the arms moved after the link was restored")
             self.assert_ok(self.console.robot("disable"))

@@ -89,12 +89,12 @@ class Running(unittest.TestCase):
             self.client.set("tip_gain", -1)
 
     def test_run(self):
-        """Tips arrive; what is told comes in order; other threads and looks go on meanwhile."""
+        """Tips arrive; what is reported comes in order; other threads and looks go on meanwhile."""
         before = self.client.measured_cp("a")[:3, 3]
-        told, busy, counts, ended = [], [], [0], threading.Event()
+        reported, busy, counts, ended = [], [], [0], threading.Event()
 
         def progress(point, points, errors):
-            told.append((point, points, len(errors)))
+            reported.append((point, points, len(errors)))
             self.client.status()
             if not busy:
                 with self.assertRaisesRegex(tandem.ClientError, "another command"):
@@ -113,10 +113,10 @@ class Running(unittest.TestCase):
             ended.set()
             counter.join()
         self.assertGreater(counts[0], busy[0] + 100, "no other thread could run")
-        points = [point for point, _, _ in told]
+        points = [point for point, _, _ in reported]
         self.assertGreater(len(points), 3)
         self.assertEqual(points, sorted(points))
-        self.assertEqual({(points, errors) for _, points, errors in told}, {(end["points"], 2)})
+        self.assertEqual({(points, errors) for _, points, errors in reported}, {(end["points"], 2)})
         self.assertLess(max(end["errors"]), 1e-3)
         moved = self.client.measured_cp("a")[:3, 3] - before
         np.testing.assert_allclose(moved, [0, 0, 4e-3], atol=1e-3)

@@ -16,7 +16,7 @@ import system  # noqa: E402
 
 PROBE = pathlib.Path(sys.argv.pop(2))  # the library to preload
 SECONDS = float(os.environ.get("TANDEM_SOAK", "60"))
-SETTLED = 10.0        # s, after which memory counts
+WARM_UP = 10.0        # s, after which memory counts
 GROWTH = 10.0         # KiB/s, the median over the runs: ten bytes of each period; that once more memory is needed is no leak
 
 
@@ -42,7 +42,7 @@ class Soak(system.SystemTest):
         while time.monotonic() - began < SECONDS:
             self.assert_ok(running.robot("run", (line, back)[runs % 2]))
             runs += 1
-            if time.monotonic() - began > SETTLED:
+            if time.monotonic() - began > WARM_UP:
                 seen.append((time.monotonic(), {name: resident(pid) for name, pid in running.pids.items()}))
         growth = {name: statistics.median((after[name] - before[name]) / (late - early)
                                           for (early, before), (late, after) in itertools.pairwise(seen))

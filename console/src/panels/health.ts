@@ -85,7 +85,7 @@ export class Health implements Panel {
         [...Object.entries(arrived), ...buses].map(([what, share]) => `${what} ${Math.round(100 * share)}`).join(", "),
       );
     }
-    this.fact(this.loop, "this page hears", `${this.kilobytes.toFixed(0)} kB/s`);
+    this.fact(this.loop, "this page receives", `${this.kilobytes.toFixed(0)} kB/s`);
     if (hal) {
       this.fact(this.loop, "emergency stop", nameOf("EmergencyStop", hal.emergency_stop));
       wordsOf("Guard").forEach(({ name, value: k }) => {

@@ -19,7 +19,7 @@ export class Hud implements Panel {
   /** Where the pointer takes hold of the driven tip. */
   private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
   private readonly names: string[];
-  /** Distances are told of tubes alone. */
+  /** distances are computed for concentric tubes only. */
 
   constructor(
     private readonly c: Context,

@@ -50,7 +50,7 @@ export class MethodPanel implements Panel {
       h(
         "p.fine",
         {},
-        "Values start as configured; those that this page has set are marked. What other clients set is not told.",
+        "Values start as configured; those that this page has set are marked. What other clients set is not reported.",
       ),
     );
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Brings what was heard into the scene, where it has changed. */
+/** Brings what was received into the scene, where it has changed. */
 import * as THREE from "three";
 
 import type { Context } from "../panels/context";

@@ -95,7 +95,7 @@ export class Guides {
     for (const task of tasks) {
       if (task.kind === TaskKind.tipPosition) wanted[task.arm] = Array.from(task.position);
       // Where what the arms move shall be: one place for all of them.
-      if (task.kind === TaskKind.frame) wanted[0] = Array.from(task.position);
+      if (task.kind === TaskKind.objectPose) wanted[0] = Array.from(task.position);
     }
     this.relativeNow.begin();
     this.relativeWanted.begin();

@@ -4,13 +4,13 @@
 /** ms: after so long what was said is no longer shown as if it were so. Five periods, at least half a second. */
 export const staleAfter = (period: number): number => Math.max(500, 5000 * period);
 
-/** ms since `at`; infinite where nothing was ever heard. */
+/** ms since `at`; infinite where nothing was ever received. */
 export const age = (at: number, now: number): number => (at < 0 ? Infinity : Math.max(0, now - at));
 
 export const isStale = (at: number, now: number, period: number): boolean => age(at, now) > staleAfter(period);
 
 export function ageWords(milliseconds: number): string {
-  if (!Number.isFinite(milliseconds)) return "never heard";
+  if (!Number.isFinite(milliseconds)) return "never received";
   if (milliseconds < 1000) return `${Math.round(milliseconds)} ms old`;
   if (milliseconds < 60_000) return `${(milliseconds / 1000).toFixed(1)} s old`;
   if (milliseconds < 3_600_000) return `${Math.floor(milliseconds / 60_000)} min old`;

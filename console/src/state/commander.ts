@@ -18,7 +18,7 @@ export interface Answer {
 
 interface Pending {
   asked: number;
-  settle(answer: Answer): void;
+  resolve(answer: Answer): void;
   timer: ReturnType<typeof setTimeout>;
 }
 
@@ -59,7 +59,7 @@ export class Commander {
     for (const [request, waiting] of [...this.pending]) {
       clearTimeout(waiting.timer);
       this.pending.delete(request);
-      waiting.settle({
+      waiting.resolve({
         accepted: false,
         code: 8,
         reason: "the connection was lost before the answer came",
@@ -72,7 +72,7 @@ export class Commander {
   }
 
   /** What control says of the lease counts, not what we believe. */
-  heard(status: ControlStatus): void {
+  received(status: ControlStatus): void {
     this.seen = status;
     if (
       this.holds &&
@@ -170,8 +170,8 @@ export class Commander {
 
   private ask(topic: string, what: object): Promise<Answer> {
     const request = this.nextRequest++;
-    return new Promise((settle) => {
-      const fail = (reason: string): void => settle({ accepted: false, code: 8, reason, value: 0, took: 0 });
+    return new Promise((resolve) => {
+      const fail = (reason: string): void => resolve({ accepted: false, code: 8, reason, value: 0, took: 0 });
       if (
         !this.link.publish(this.topic(topic), { ...what, fingerprint: this.fingerprint, client: this.client, request })
       ) {
@@ -182,7 +182,7 @@ export class Commander {
         this.pending.delete(request);
         fail(`${topic.split("/")[0]} did not answer within ${kAnswerTime / 1000} s`);
       }, kAnswerTime);
-      this.pending.set(request, { asked: performance.now(), settle, timer });
+      this.pending.set(request, { asked: performance.now(), resolve, timer });
     });
   }
 
@@ -191,7 +191,7 @@ export class Commander {
     if (!waiting) return;
     clearTimeout(waiting.timer);
     this.pending.delete(reply.request);
-    waiting.settle({
+    waiting.resolve({
       accepted: reply.accepted !== 0,
       code: reply.code,
       reason: reply.reason,

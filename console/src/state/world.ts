@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Everything the page hears, topic by topic, and how old it is. */
+/** Everything that the page receives, topic by topic, and how old it is. */
 import type { Link, Slot } from "../wire/link";
 import type {
   ActuationLimits,

@@ -25,7 +25,7 @@ export class InputGate {
   /** Why it was last cut off; empty after a regular release. */
   cut = "";
 
-  /** @param changed told at once whenever holding begins or ends. */
+  /** @param changed reported at once whenever holding begins or ends. */
   constructor(private readonly changed: (held: boolean) => void) {}
 
   get held(): boolean {

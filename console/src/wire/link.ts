@@ -128,7 +128,7 @@ export class Link {
     const watch = setInterval(() => {
       silent = opened && this.heardAt === before ? silent + 1 : 0;
       before = this.heardAt;
-      if (silent >= kSilentLooks) abandon(`nothing was heard for ${(kSilentLooks * kLook) / 1000} s`);
+      if (silent >= kSilentLooks) abandon(`nothing was received for ${(kSilentLooks * kLook) / 1000} s`);
     }, kLook);
     socket.onopen = () => {
       opened = true;
@@ -139,7 +139,7 @@ export class Link {
       this.change("open", "");
     };
     socket.onmessage = (event) => {
-      if (this.socket === socket) this.heard(event.data as string | ArrayBuffer);
+      if (this.socket === socket) this.received(event.data as string | ArrayBuffer);
     };
     socket.onclose = (event) => closed(event.reason || (opened ? "the server has gone" : "the server does not answer"));
   }
@@ -170,7 +170,7 @@ export class Link {
     this.events.state(state, reason);
   }
 
-  private heard(data: string | ArrayBuffer): void {
+  private received(data: string | ArrayBuffer): void {
     this.heardAt = performance.now();
     if (typeof data !== "string") {
       const message = parseBinary(data);

@@ -36,7 +36,7 @@ class CanTool {
   /// Refuses where a master sends SYNC or another node's heartbeat says that it leads: two SDO clients disturb each
   /// other. @throw Failure
   void refuseBesideMaster();
-  /// State of the last heartbeat of a node, kUnknown where none was heard.
+  /// State of the last heartbeat of a node, kUnknown where none was received.
   hal::canopen::NmtState state(int node) const { return states_[static_cast<std::size_t>(node)]; }
 
   /// Reads an object from many nodes at once; `take` gets those that answered.

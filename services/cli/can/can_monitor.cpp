@@ -34,7 +34,7 @@ std::string stateText(const dds::HalStatus& hal, std::size_t i) {
 Json axisJson(const Snapshot& s, const config::Arm& arm, std::size_t k, std::size_t j) {
   const std::size_t i = dds::jointIndex(static_cast<int>(k), static_cast<int>(j));
   Json json{{"arm", arm.name},
-            {"joint", config::jointNames(arm)[j]},
+            {"joint", arm.joint_names[j]},
             {"state", stateText(s.hal, i)},
             {"position", s.state.position[i]},
             {"velocity", s.state.velocity[i]},

@@ -3,7 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "services/cli/deployment/doctor_checks.h"
 #include "services/client/arguments.h"
 #include "services/runtime/process.h"

@@ -151,7 +151,7 @@ std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
     const std::vector<double> times = trip.measure(kTrips);
     if (times.size() < kTrips) {
       findings.push_back({"network", Level::kBad,
-                          fmt::format("two participants on {} do not hear each other", options.interface_address),
+                          fmt::format("two participants on {} do not receive each other", options.interface_address),
                           fmt::format("a firewall? UDP from port {} on must pass", dds::firstPort(options.domain))});
     } else {
       findings.push_back({"network", Level::kGood,

@@ -61,7 +61,7 @@ std::string startText(std::int64_t wall) {
 
 /// Who runs what this host is to run, on this host or another.
 std::string occupant(const config::Deployment& deployment, const std::string& host) {
-  constexpr double kListen = 0.5, kLook = 0.02;  // s; who is there has told after a tenth
+  constexpr double kListen = 0.5, kLook = 0.02;  // s; a process that runs has reported after a tenth
   const dds::Bus bus(clientOptions(deployment));
   const auto start = std::chrono::steady_clock::now();
   while (since(start) < kListen) {

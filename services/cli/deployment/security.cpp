@@ -132,7 +132,7 @@ int runVerify(const SecurityCommand& options) {
         take({{security::Finding::Level::kBad,
                folder + ": another authority or governance than " + folders.front() + ": their processes never meet"}});
     } catch (const security::Error&) {
-      // Told above, with its file.
+      // Reported above, with its file.
     }
   }
   constexpr const char* kLevels[] = {"good", "warning", "bad"};

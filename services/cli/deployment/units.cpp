@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "services/client/arguments.h"
 #include "services/runtime/process.h"
 

@@ -6,7 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "services/cli/deployment/place.h"
 #include "services/cli/deployment/supervisor.h"
 #include "services/cli/robot/console.h"
@@ -51,7 +51,7 @@ void tell(const UpCommand& options,
   }
 }
 
-/// The next death that ends the deployment, if any; others are told, and that is all.
+/// The next death that ends the deployment, if any; others are reported, and that is all.
 std::optional<DeadProcess> fatalDeath(const UpCommand& options, Supervisor& supervisor) {
   std::optional<DeadProcess> dead = supervisor.poll();
   while (dead && !dead->essential) {
@@ -97,8 +97,9 @@ void watchStandstill(const UpCommand& options,
   const auto start = Clock::now();
   const double budget =
       std::max(deployment.budgets.commandAge(deployment.control_period), deployment.budgets.planning_reference) + 1.0;
-  const std::uint64_t heard = client.snapshot().states;
-  const bool stands = client.waitFor(budget, [&](const Snapshot& s) { return s.states > heard && standing(s.state); });
+  const std::uint64_t received = client.snapshot().states;
+  const bool stands =
+      client.waitFor(budget, [&](const Snapshot& s) { return s.states > received && standing(s.state); });
   if (stands) {
     tell(options, "standing", "the robot stands, " + std::to_string(since(start)) + " s later",
          {{"seconds", since(start)}});
@@ -121,7 +122,7 @@ bool meet(const UpCommand& options,
     if (process.host != host)
       elsewhere += (elsewhere.empty() ? "" : ", ") + process.name + " on " + process.host;
   }
-  for (bool told = false;;) {
+  for (bool reported = false;;) {
     try {
       client.connect(elsewhere.empty() ? 15.0 : 5.0);
       return true;
@@ -130,7 +131,7 @@ bool meet(const UpCommand& options,
         return false;
       if (elsewhere.empty())
         throw;
-      if (std::exchange(told, true))
+      if (std::exchange(reported, true))
         continue;
       tell(options, "waiting", "waiting for " + elsewhere + "; start it with `tandem up` there");
       if (!service::mismatches(client.bus()).empty())
@@ -152,9 +153,9 @@ std::string ownUnheard(const Supervisor& supervisor, Client& client) {
     const std::vector<dds::Identity> others = client.bus().others();
     unheard.clear();
     for (const Supervisor::Child& child : supervisor.children()) {
-      const bool told = std::ranges::any_of(
+      const bool reported = std::ranges::any_of(
           others, [&](const dds::Identity& other) { return other.pid == static_cast<std::uint32_t>(child.pid); });
-      if (child.is_service && child.essential && !told)
+      if (child.is_service && child.essential && !reported)
         unheard += ", " + child.name;
     }
     return unheard.empty();
@@ -198,7 +199,7 @@ int runUp(const UpCommand& options) {
     const std::string unheard = ownUnheard(supervisor, client);
     tell(options, "ready",
          "ready after " + std::to_string(since(start)) + " s; Ctrl-C stops everything" +
-             (unheard.empty() ? "" : "; started here, but not heard of" + unheard),
+             (unheard.empty() ? "" : "; started here, but not found" + unheard),
          {{"seconds", since(start)}});
   }
   for (const config::Process& process : deployment.processes) {

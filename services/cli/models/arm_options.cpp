@@ -43,7 +43,7 @@ std::vector<double> poseNumbers(const Eigen::Isometry3d& pose) {
 std::string refusal(const config::Arm& arm, const experiments::CsvRow& row) {
   if (!row.error.empty())
     return row.error;
-  const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), arm.model.jointCount());
+  const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), arm.jointCount());
   const double violation = safety::largestViolation(arm.limits, q);
   if (violation <= experiments::kViolation)
     return "";

@@ -42,12 +42,12 @@ Json mobility(config::CooperativeRobot robot, const std::string& type, const Mob
       contact.type = grasp::contactType(type);
   }
   robot.object->load.setZero();  // what can be moved is asked without it: at home nothing presses yet
-  robots::HeldObjectMechanism mechanism(robot);
+  robots::GraspedObjectMechanism mechanism(robot);
   robots::RobotVector q = mechanism.home();
   if (!options.joints.empty())
     q = numbersOf("--joints", options.joints, static_cast<int>(q.size()));
   Json json{{"contact", type.empty() ? "file" : type}};
-  if (const std::string why = mechanism.settle(q); !why.empty()) {
+  if (const std::string why = mechanism.solveEquilibrium(q); !why.empty()) {
     json["refused"] = why;
     return json;
   }
@@ -84,7 +84,7 @@ std::string listed(const Json& list) {
 void printMobility(const Json& json) {
   std::printf("%s contacts\n", json["contact"].get<std::string>().c_str());
   if (json.contains("refused")) {
-    std::printf("  no rest: %s\n", json["refused"].get<std::string>().c_str());
+    std::printf("  no equilibrium: %s\n", json["refused"].get<std::string>().c_str());
     return;
   }
   std::printf("  rank of B (J - G^T) %d, mobility %d, of the object %d, self-motions %d\n", json["rank"].get<int>(),

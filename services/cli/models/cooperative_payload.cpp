@@ -102,7 +102,7 @@ void printPayload(const Json& json) {
 
 int runPayload(const PayloadCommand& o) {
   config::CooperativeRobot robot = heldRobot(o.held);
-  robots::HeldObjectMechanism mechanism(robot);
+  robots::GraspedObjectMechanism mechanism(robot);
   robots::TrackOptions track;
   track.parameters = robot.parameters;
   robots::RobotVector joints;

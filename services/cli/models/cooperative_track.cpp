@@ -10,7 +10,7 @@
 #include <iostream>
 #include <sstream>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "control/method_names.h"
 #include "robots/catheters.h"
 #include "robots/track.h"
@@ -230,12 +230,12 @@ int runTrack(TrackCommand o) {
       throw Failure(kUsage, robot.file.string() + ": assistance: found none, expected one for this command");
     mechanism = std::make_unique<robots::AssistedMechanism>(robot);
   } else {
-    mechanism = std::make_unique<robots::HeldObjectMechanism>(robot);
+    mechanism = std::make_unique<robots::GraspedObjectMechanism>(robot);
   }
   planning::ObjectPath path{planning::pathShape(o.shape), directionsOf(o.along),   o.size, o.duration,
                             mechanism->length(),          planning::holdOf(o.hold)};
   path.name = o.assist ? "target-assist" : "co-manipulate";
-  if (const std::string why = mechanism->settle(mechanism->home()); !why.empty())
+  if (const std::string why = mechanism->solveEquilibrium(mechanism->home()); !why.empty())
     throw Failure(kFailure, "home: " + why);
   if (o.along.empty())
     path.directions = possible(*mechanism, path);

@@ -8,8 +8,10 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/robot_files.h"
 #include "experiments/comparison.h"
 #include "experiments/csv.h"
+#include "robots/capability.h"
 #include "services/cli/deployment/place.h"
 #include "services/cli/deployment/supervisor.h"
 #include "services/cli/models/experiment_runner.h"
@@ -129,7 +131,9 @@ std::vector<experiments::RunPlan> selected(const ExperimentCommand& options, con
 int runExperiment(ExperimentCommand options) {
   const config::Experiment experiment = config::loadExperiment(config::findFile(options.experiment, "experiment"));
   config::Deployment deployment = service::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadRobot(experiment.robot);
+  const config::Robot robot = config::loadAnyRobot(experiment.robot);
+  if (const std::string why = refusal(robot, robots::Capability::kTips); !why.empty())
+    throw Failure(kUsage, why);
   const robots::RobotModel model(robot, deployment.model);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
   if (!options.figures.empty() && options.csv.empty())

@@ -86,11 +86,11 @@ std::uint32_t ExperimentRunner::placeAtStart(const experiments::RunPlan& plan) {
       reset.joints[dds::jointIndex(k, j)] = plan.start[static_cast<std::size_t>(k)][j];
     }
   }
-  const std::uint32_t placements = client_->snapshot().state.placements;
+  const std::uint32_t joint_resets = client_->snapshot().state.placements;
   client_->sim(reset);
   client_->setMethod(plan.key.method);
   client_->stateCommand("enable");
-  return placements;
+  return joint_resets;
 }
 
 void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
@@ -135,9 +135,9 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
 }
 
 void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
-  std::uint32_t placements = 0;
+  std::uint32_t joint_resets = 0;
   if (lock_step_) {
-    placements = placeAtStart(plan);
+    joint_resets = placeAtStart(plan);
   } else {
     moveToStart(plan);
   }
@@ -145,7 +145,7 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
   const safety::RobotVector wanted = model_.stack(plan.start);
   const Snapshot enabled = client_->snapshot();
   const bool ready = client_->waitFor(client_->patience(kProgress), [&](const Snapshot& s) {
-    const bool there = lock_step_ ? s.state.placements != placements && s.reference.answers_state == s.state.sequence
+    const bool there = lock_step_ ? s.state.placements != joint_resets && s.reference.answers_state == s.state.sequence
                                   : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < safety::kAtRest;
     return there && s.reference.answers_control >= enabled.status.sequence;
   });
@@ -257,7 +257,7 @@ bool ExperimentRunner::closeIteration(experiments::RunRecord& record, std::uint6
   auto status = statuses_.upper_bound(open_->sequence);
   if (status != statuses_.begin())
     addSolution(std::prev(status)->second, facts);
-  // Guards are told of less often than states: the last word before this state counts.
+  // Guards are published less often than states: the last word before this state counts.
   auto actions = gate_actions_.upper_bound(judged_by);
   const std::uint64_t now = actions == gate_actions_.begin() ? gate_actions_before_ : std::prev(actions)->second;
   facts.gate_actions = now - std::min(now, gate_actions_before_);

@@ -31,7 +31,7 @@ class ExperimentRunner {
 
  private:
   void prepare(const experiments::RunPlan& plan);
-  /// Lock-step. @return placements before it.
+  /// Lock-step. @return number of joint resets before it.
   std::uint32_t placeAtStart(const experiments::RunPlan& plan);
   void moveToStart(const experiments::RunPlan& plan);  ///< real time
   void forget();                                       ///< what was collected before the run

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <iostream>
 
-#include "config/cooperative.h"
+#include "config/robot_files.h"
 #include "kinematics/compliant_model.h"
+#include "robots/robot_type.h"
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/fk.h"
 #include "services/cli/models/table.h"
@@ -17,13 +18,16 @@ using kinematics::ModelStatus;
 
 using FkCommand = FkOptions;
 
-void checkFk(const FkCommand& o) {
+void checkFk(const FkCommand& o, bool tubes) {
   const auto refuse = [](bool wrong, const std::string& why) {
     if (wrong)
       throw Failure(kUsage, why);
   };
   refuse(o.model != "rigid" && o.model != "compliant",
          "--model: found '" + o.model + "', expected rigid or compliant for concentric tubes");
+  for (const auto& [given, option] :
+       {std::pair(o.branch, "--branch"), {o.end_angles, "--end-angles"}, {o.shape_details, "--shape-details"}})
+    refuse(given && !tubes, std::string(option) + ": the arm has no tubes; leave it out");
   const bool rigid = o.model == "rigid";
   refuse(o.shape > 0 && o.jacobian, "--jacobian: is that of the tip, and --shape answers points of the backbone");
   refuse(o.shape > 0 && o.compliance, "--compliance: is that of the tip, and --shape answers points of the backbone");
@@ -39,7 +43,8 @@ void checkFk(const FkCommand& o) {
          "--follow and --wrench");
 }
 
-std::vector<std::string> header(const FkCommand& options, int n) {
+std::vector<std::string> header(const FkCommand& options, const config::Arm& arm) {
+  const int n = arm.model.tubeCount();
   std::vector<std::string> names{"x", "y", "z", "qx", "qy", "qz", "qw"};
   if (options.shape > 0) {
     names.insert(names.begin(), {"row", "s"});
@@ -52,7 +57,7 @@ std::vector<std::string> header(const FkCommand& options, int n) {
   }
   names.push_back("stability");
   if (options.jacobian)
-    append(names, numbered("j", 6, 2 * n));
+    append(names, numbered("j", 6, arm.jointCount()));
   if (options.compliance)
     append(names, numbered("c", 6, 6));
   if (options.end_angles)
@@ -68,11 +73,11 @@ std::vector<std::string> header(const FkCommand& options, int n) {
 /** Answers rows; remembers the branch from row to row if asked to follow it. */
 class Answerer {
  public:
-  Answerer(const FkCommand& options, const config::Arm& arm)
+  Answerer(const FkCommand& options, const config::Robot& robot, const config::Arm& arm)
       : options_(options),
         arm_(arm),
         n_(arm.model.tubeCount()),
-        model_(kinematics::makeArmModel(options.model, arm.model)) {
+        model_(robots::typeOf(robot).makeModel(robot, static_cast<int>(&arm - robot.arms.data()), options.model)) {
     if (!options.wrench.empty())
       wrench_ = numbersOf("--wrench", options.wrench, 6);
   }
@@ -83,7 +88,7 @@ class Answerer {
       branch_ = {};
     first_ = !branch_.known;
     if (why.empty()) {
-      const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), 2 * n_);
+      const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), arm_.jointCount());
       why = options_.shape > 0 ? shape(q, index, table) : options_.end_angles ? fromEnds(q, table) : tip(q, table);
     }
     return why;
@@ -110,7 +115,7 @@ class Answerer {
     numbers.push_back(tip.stability);
     if (options_.jacobian) {
       for (int i = 0; i < 6; ++i) {
-        for (int j = 0; j < 2 * n_; ++j)
+        for (int j = 0; j < arm_.jointCount(); ++j)
           numbers.push_back(tip.jacobian(i, j));
       }
     }
@@ -184,17 +189,17 @@ class Answerer {
 };
 
 int runFk(const FkCommand& options) {
-  const std::filesystem::path file = config::findFile(options.robot, "robot|cooperative");
+  const std::filesystem::path file = config::findFile(options.robot, config::robotKinds());
   if (config::kindOf(file) == "cooperative")
     return catheterFk(options, file);
-  checkFk(options);
-  const config::Robot robot = config::loadRobot(file);
+  const config::Robot robot = config::loadAnyRobot(file);
   const config::Arm& arm = armOf(robot, options.arm);
-  Answerer answerer(options, arm);
+  checkFk(options, !arm.model.tubes.empty());
+  Answerer answerer(options, robot, arm);
   const auto input = openInput(options.csv);
-  Table table(std::cout, header(options, arm.model.tubeCount()), options.json);
+  Table table(std::cout, header(options, arm), options.json);
   const bool answered =
-      answerRows(options, *input, arm.model.jointCount(), std::bind_front(&Answerer::answer, &answerer), table);
+      answerRows(options, *input, arm.jointCount(), std::bind_front(&Answerer::answer, &answerer), table);
   return answered && answerer.allOk() ? kOk : kFailure;
 }
 
@@ -237,7 +242,7 @@ void registerFk(CLI::App& app, int& exit_code) {
   fk->add_flag("--branch", options->branch,
                "add where stability is least, conjugate points, windings and end angles: which equilibrium it is");
   fk->add_flag("--follow", options->follow,
-               "rows are one joint path, the equilibrium is followed from row to row; a snap is told in `status`");
+               "rows are one joint path, the equilibrium is followed from row to row; a snap is reported in `status`");
   fk->add_flag(
       "--end-angles", options->end_angles,
       "rows are beta_1..beta_n,theta_1..theta_n: angles of the tubes' ends; adds the motors' alpha_1..alpha_n");

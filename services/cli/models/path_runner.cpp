@@ -67,7 +67,7 @@ std::uint32_t PathRunner::start(const planning::ObjectPath& path, std::string& r
   const std::uint64_t enabled = client_->snapshot().status.sequence;
   if (!client_->waitFor(client_->patience(kPathProgress),
                         [&](const Snapshot& s) { return s.reference.answers_control >= enabled; }))
-    throw Failure(kFailure, "planning does not hear control");
+    throw Failure(kFailure, "planning does not receive control");
   dds::PlanningRequest request;
   request.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStart);
   request.trajectory = config::formatPath(path);
@@ -134,8 +134,8 @@ robots::TrackRecord PathRunner::run(robots::Mechanism& mechanism,
     const Period now = next(id, record.steps.size());
     phase = static_cast<planning::Phase>(now.reference.phase);
     const safety::RobotVector q = joints(now.state, count);
-    if (const std::string why = mechanism.settle(q); !why.empty())
-      throw Failure(kFailure, "no rest at the joints of a state: " + why);
+    if (const std::string why = mechanism.solveEquilibrium(q); !why.empty())
+      throw Failure(kFailure, "no equilibrium at the joints of a state: " + why);
     const bool along = now.reference.iteration > 0;
     if (along && record.first_shape.empty())
       record.first_shape = mechanism.shapes();

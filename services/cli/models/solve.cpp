@@ -3,10 +3,12 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/robot_files.h"
 #include "control/conflict.h"
 #include "control/method_names.h"
 #include "control/resolver.h"
 #include "experiments/csv.h"
+#include "robots/capability.h"
 #include "services/client/arguments.h"
 
 namespace tandem::cli {
@@ -98,7 +100,9 @@ class Stepper {
 };
 
 int runSolve(const SolveCommand& options) {
-  const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
+  const config::Robot robot = config::loadAnyRobot(config::findFile(options.robot, config::robotKinds()));
+  if (const std::string why = refusal(robot, robots::Capability::kTips); !why.empty())
+    throw Failure(kUsage, why);
   Stepper stepper(options, robot);
   const auto input = openInput(options.csv);
   std::vector<std::string> names;

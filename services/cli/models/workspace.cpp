@@ -6,6 +6,7 @@
 #include <iostream>
 #include <map>
 
+#include "kinematics/tube_model.h"
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"

@@ -8,7 +8,7 @@
 namespace tandem::cli {
 namespace {
 
-constexpr double kThere = 10.0;  // s, until planning must be heard of
+constexpr double kThere = 10.0;  // s, until planning must be found
 constexpr double kPlannerSilence =
     30.0;                           // s, of planning: it computes at a low priority, so others may keep it waiting
 constexpr double kKeepAlive = 1.0;  // s
@@ -61,12 +61,12 @@ dds::ComputationResult LivePlanner::compute(dds::ComputationRequest request, con
   request.request = next_++;
   if (!requests_.write(request))
     throw Failure(kUsage, requests_.lastProblem());
-  double heard = now(), kept = now();
+  double received = now(), kept = now();
   bool cancelled = false;
   while (true) {
     const auto event = mailbox_.take(kLook);
     if (event)
-      heard = now();
+      received = now();
     if (interrupted_() && !cancelled) {
       cancelled = true;
       send(dds::ComputationKind::kCancel, request.request);
@@ -75,7 +75,7 @@ dds::ComputationResult LivePlanner::compute(dds::ComputationRequest request, con
       kept = now();
       send(dds::ComputationKind::kKeepAlive, request.request);
     }
-    if (now() - heard > kPlannerSilence)
+    if (now() - received > kPlannerSilence)
       throw Failure(kFailure, "planning has fallen silent; is `tandem up` still running?");
     if (const auto* reply = event ? std::get_if<dds::Reply>(&*event) : nullptr) {
       const bool malformed = reply->code == static_cast<std::uint16_t>(dds::ReplyCode::kMalformed);

@@ -6,8 +6,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "config/robot_files.h"
 #include "services/client/arguments.h"
 #include "services/client/role.h"
 #include "services/recordings/capture.h"
@@ -73,12 +73,12 @@ int runRecord(const RecordCommand& options) {
     const service::Capture capture(bus, topics,
                                    [&](const auto& tag, std::string_view bytes) { recorder.take(tag, bytes); });
     tellRecording(options, "recording", recorder.totals(), 0.0);
-    double told = 0.0;
+    double reported = 0.0;
     while (!stop.waitFor(0.02) && (options.seconds <= 0.0 || since(start) < options.seconds)) {
       recorder.drain();
-      if (const double now = since(start); now - told >= 1.0) {
+      if (const double now = since(start); now - reported >= 1.0) {
         tellRecording(options, "recording", recorder.totals(), now);
-        told = now;
+        reported = now;
       }
     }
     recorder.drain();

@@ -124,7 +124,7 @@ std::string Recording::changes(const recording::Channel& channel) {
 }
 
 std::optional<std::string> Recording::today(const recording::Channel& channel, std::string_view bytes) {
-  if (told_.insert(topicOf(channel)).second) {
+  if (reported_.insert(topicOf(channel)).second) {
     if (const std::string changes = this->changes(channel); !changes.empty())
       std::cerr << topicOf(channel) << ": " << changes << "\n";
   }

@@ -33,12 +33,12 @@ class Recording {
   recording::Selection select(const std::vector<std::string>& patterns) const;
   /// The same topics, with times as s from the first message; `seconds` 0: to the end.
   recording::Selection select(const std::vector<std::string>& patterns, double start, double seconds) const;
-  /// Each topic of the selection as a table. Messages that do not decode are told on stderr.
+  /// Each topic of the selection as a table. Messages that do not decode are reported on stderr.
   std::vector<recording::Table> tables(const recording::Selection& selection);
   /// What has changed of a channel's messages since; empty where nothing has.
   std::string changes(const recording::Channel& channel);
-  /// A message as today's type, and back; what has changed is told on stderr, once a topic. Nothing where the bytes do
-  /// not fit. @throw Failure(kUsage) where that cannot be done.
+  /// A message as today's type, and back; what has changed is reported on stderr, once a topic. Nothing where the bytes
+  /// do not fit. @throw Failure(kUsage) where that cannot be done.
   std::optional<std::string> today(const recording::Channel& channel, std::string_view bytes);
   std::optional<std::string> back(const recording::Channel& channel, std::string_view bytes);
   /// Data of an attachment. @throw Failure(kUsage) where there is none of that name.
@@ -50,7 +50,7 @@ class Recording {
   recording::Reader reader_;
   service::Today today_;
   std::string prefix_;
-  std::set<std::string> told_;  ///< topics
+  std::set<std::string> reported_;  ///< topics
 };
 
 }  // namespace tandem::cli

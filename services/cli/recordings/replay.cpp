@@ -5,8 +5,8 @@
 #include <map>
 #include <memory>
 
-#include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "config/robot_files.h"
 #include "services/cli/recordings/recordings.h"
 #include "services/cli/recordings/resimulation.h"
 #include "services/client/arguments.h"
@@ -27,7 +27,7 @@ struct ReplayCommand {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kListen = 1.0;  // s: a drive side that is there is heard well within
+constexpr double kListen = 1.0;  // s: a drive side that is there is received well within
 constexpr double kMatch = 0.5;   // s: for readers to find our writers
 
 dds::Profile profileOf(const recording::Channel& channel) {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <sstream>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "services/cli/temporary_folder.h"
 #include "services/dds/raw.h"
 #include "services/simulation/sim_core.h"
@@ -89,7 +89,7 @@ class Replica {
     sim_.state(0, state_);
   }
 
-  /// Goes on to the recorded state. @return whether it is the same; nothing where that cannot be told, because what
+  /// Goes on to the recorded state. @return whether it is the same; nothing where that cannot be decided, because what
   /// led there was before the recording, and nothing has moved yet.
   std::optional<bool> follow(const dds::ActuationState& recorded) {
     const bool whole = recorded.sequence == 1 || (recorded.sequence == state_.sequence + 1 && feed(recorded));

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <thread>
 
-#include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "config/robot_files.h"
 #include "services/client/arguments.h"
 #include "services/client/motions.h"
 #include "services/runtime/process.h"

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "config/values.h"
-#include "services/runtime/clock_desk.h"
+#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/identity.h"
 
 namespace tandem::cli {

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "config/robot_files.h"
 #include "control/method_names.h"
 #include "robots/capability.h"
 #include "services/cli/plan/plan_print.h"
@@ -77,7 +77,7 @@ int stateCommand(const RobotCommand& options, const std::string& command) {
 
 int stop(const RobotCommand& options) {
   // Not a Session: a stop waits for nobody, least of all for the one whose silence may be the reason for it.
-  Client client(service::loadDeployment(options.deployment), {}, Client::Hears::kAnyRobot);
+  Client client(service::loadDeployment(options.deployment), {}, Client::Receives::kAnyRobot);
   stopAndWait(client, "tandem robot stop");
   return done(options, "stopped; `tandem robot disable` clears the fault");
 }
@@ -118,14 +118,14 @@ int withdraw(const RobotCommand& options) {
   Session session(options, true);
   const std::uint8_t arm = armIndex(session.robot, options.arm);
   const config::Arm& of = session.robot.arms[arm];
-  const auto told = [&](const Snapshot& s) {
+  const auto reported = [&](const Snapshot& s) {
     std::string text;
     for (int j = 0; j < of.limits.jointCount(); ++j) {
       if (!of.limits.isTranslation(j))
         continue;
       char place[40];
       std::snprintf(place, sizeof place, "%s%s %.1f mm", text.empty() ? "" : ", ",
-                    config::jointNames(of)[static_cast<std::size_t>(j)].c_str(),
+                    of.joint_names[static_cast<std::size_t>(j)].c_str(),
                     1e3 * s.state.position[dds::jointIndex(arm, j)]);
       text += place;
     }
@@ -133,10 +133,10 @@ int withdraw(const RobotCommand& options) {
   };
   session.motions.withdraw(arm, [&](const Snapshot& s) {
     if (isatty(STDERR_FILENO) != 0 && !options.json)
-      std::fprintf(stderr, "\r%s   ", told(s).c_str());
+      std::fprintf(stderr, "\r%s   ", reported(s).c_str());
   });
   session.client.releaseLease();
-  return done(options, of.name + ": nothing more can be retracted; " + told(session.client.snapshot()));
+  return done(options, of.name + ": nothing more can be retracted; " + reported(session.client.snapshot()));
 }
 
 int home(const RobotCommand& options) {
@@ -214,10 +214,10 @@ int runTrajectory(const RobotCommand& options) {
   if (options.check || options.planned)
     checkFirst(session, text, options.method, options.planned);
   Motions::Run run{text, options.planned, options.keep_enabled};
-  bool told = false;
+  bool reported = false;
   if (isatty(STDERR_FILENO) != 0 && !options.json) {
-    run.news = [&told](const RunState& state) {
-      told = true;
+    run.news = [&reported](const RunState& state) {
+      reported = true;
       std::fprintf(stderr, "\rpoint %u of %u, errors", state.point, state.points);
       for (const double error : state.errors)
         std::fprintf(stderr, " %.3f", 1e3 * error);
@@ -233,12 +233,12 @@ int runTrajectory(const RobotCommand& options) {
     try {
       return session.motions.run(run);
     } catch (...) {
-      std::fputs(told ? "\n" : "", stderr);
+      std::fputs(reported ? "\n" : "", stderr);
       throw;
     }
   };
   const RunState last = follow();
-  std::fputs(told ? "\n" : "", stderr);
+  std::fputs(reported ? "\n" : "", stderr);
   client.releaseLease();
   const nlohmann::ordered_json json{{"phase", planning::name(last.phase)},
                                     {"points", last.points},

@@ -8,11 +8,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "control/conflict.h"
 #include "operation/convert.h"
 #include "planning/follower.h"
-#include "robots/limit_words.h"
+#include "robots/limit_description.h"
 #include "safety/operating_state.h"
 #include "services/cli/robot/processes.h"
 #include "services/client/arguments.h"
@@ -245,7 +245,7 @@ class Silence {
   bool allNew(const Snapshot& s) const {
     const auto now = counts(s);
     for (std::size_t k = 0; k < now.size(); ++k) {
-      if (now[k] == heard_[k].count)
+      if (now[k] == received_[k].count)
         return false;
     }
     return true;
@@ -253,14 +253,14 @@ class Silence {
   void note(const Snapshot& s) {
     const auto now = counts(s);
     for (std::size_t k = 0; k < now.size(); ++k) {
-      if (now[k] != heard_[k].count)
-        heard_[k] = {now[k], std::chrono::steady_clock::now()};
+      if (now[k] != received_[k].count)
+        received_[k] = {now[k], std::chrono::steady_clock::now()};
     }
   }
   std::vector<std::string> names() const {
     std::vector<std::string> silent;
-    for (std::size_t k = 0; k < heard_.size(); ++k) {
-      if (std::chrono::steady_clock::now() - heard_[k].at > std::chrono::duration<double>(patience_))
+    for (std::size_t k = 0; k < received_.size(); ++k) {
+      if (std::chrono::steady_clock::now() - received_[k].at > std::chrono::duration<double>(patience_))
         silent.push_back(kNames[k]);
     }
     return silent;
@@ -271,12 +271,12 @@ class Silence {
   static std::array<std::uint64_t, kNames.size()> counts(const Snapshot& s) {
     return {s.states, s.hals, s.statuses, s.references};
   }
-  struct Heard {
+  struct Received {
     std::uint64_t count = 0;
     std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now();
   };
   double patience_;
-  std::array<Heard, kNames.size()> heard_;
+  std::array<Received, kNames.size()> received_;
 };
 
 int run(const std::string& name, bool as_json, bool follow) {
@@ -333,14 +333,14 @@ int runCheck(const std::string& name) {
   const config::Deployment deployment = service::loadDeployment(name);
   const std::string host = service::hostName(deployment);
   Client client(deployment);
-  std::string heard, silent;
+  std::string received, silent;
   const auto look = [&](const Snapshot& s) {
-    heard.clear();
+    received.clear();
     silent.clear();
     for (const config::Process& process : deployment.processes) {
       const auto voice = voices.find(process.executable);
       if (process.host == host && voice != voices.end())
-        (s.*(voice->second) > 0 ? heard : silent) += " " + process.name;
+        (s.*(voice->second) > 0 ? received : silent) += " " + process.name;
     }
     return silent.empty();
   };
@@ -348,8 +348,8 @@ int runCheck(const std::string& name) {
     throw Failure(kFailure, deployment.file.string() + ": no sign of life from" + silent + " within " +
                                 std::to_string(static_cast<int>(kPatience)) + " s");
   }
-  std::cout << deployment.name << (host.empty() ? "" : " on " + host) << ": heard"
-            << (heard.empty() ? ": none of its processes runs here" : heard) << '\n';
+  std::cout << deployment.name << (host.empty() ? "" : " on " + host) << ": received"
+            << (received.empty() ? ": none of its processes runs here" : received) << '\n';
   return kOk;
 }
 
@@ -370,7 +370,7 @@ void registerStatus(CLI::App& app, int& exit_code) {
   status
       ->add_flag(
           "--check", *check,
-          "only whether the processes of this host are heard: ends with 0, or with 1 after 5 s; for health checks")
+          "only whether the processes of this host are received: ends with 0, or with 1 after 5 s; for health checks")
       ->excludes(again);
 }
 

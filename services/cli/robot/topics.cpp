@@ -4,8 +4,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "config/any_robot.h"
 #include "config/arm_names.h"
+#include "config/robot_files.h"
 #include "services/client/arguments.h"
 #include "services/dds/topics.h"
 #include "services/runtime/process.h"

@@ -44,11 +44,11 @@ class PeersTest(unittest.TestCase):
         self.wait_for_recorder()
 
     def wait_for_recorder(self):
-        """candump says nothing when it listens: frames that no node minds are sent until one is heard."""
-        def heard():
+        """candump says nothing when it listens: frames that no node minds are sent until one is received."""
+        def received():
             subprocess.run(["cansend", INTERFACE, "77E#05"], check=True)
             return self.log.stat().st_size > 0
-        until(heard, 20, "candump listens")
+        until(received, 20, "candump listens")
 
     def start(self, command, **streams):
         process = subprocess.Popen(list(map(str, command)), **streams)
@@ -106,21 +106,21 @@ class Slave(PeersTest):
 class CanUtils(PeersTest):
     """Frames by hand, byte for byte."""
 
-    def heard(self):
+    def received(self):
         return re.findall(r" (\w+#\w*)", self.log.read_text())
 
     def exchange(self, sent, answer, seconds=20):
         """Sends a frame; this answer (a regular expression) comes after it."""
-        before = len(self.heard())
+        before = len(self.received())
         subprocess.run(["cansend", INTERFACE, sent], check=True)
 
         def answered():
-            return next((frame for frame in self.heard()[before:] if re.fullmatch(answer, frame)), None)
-        return until(answered, seconds, f"{sent} is answered by {answer}; heard {self.heard()[before:]}")
+            return next((frame for frame in self.received()[before:] if re.fullmatch(answer, frame)), None)
+        return until(answered, seconds, f"{sent} is answered by {answer}; received {self.received()[before:]}")
 
     def test_cansend_and_candump_see_a_canopen_node(self):
         drive = self.drive_sim()
-        until(lambda: "701#00" in self.heard(), 20, "it boots")  # before: a second boot-up is that of the reset
+        until(lambda: "701#00" in self.received(), 20, "it boots")  # before: a second boot-up is that of the reset
         self.exchange("000#8201", "701#00")  # reset communication: boot-up
         self.exchange("601#4000100000000000", "581#4300100092010200")  # device type
         self.exchange("601#4018100400000000", "581#4318100467120000")  # serial number 4711
@@ -130,7 +130,7 @@ class CanUtils(PeersTest):
         self.exchange("601#2B17101400000000", "581#8017101411000906")  # no such sub-index
         self.exchange("601#2317100000000000", "581#8017100012000706")  # too long
         self.exchange("601#2B17100014000000", "581#6017100000000000")  # heartbeat every 20 ms
-        until(lambda: self.heard().count("701#7F") > 3, 20, "heartbeats")
+        until(lambda: self.received().count("701#7F") > 3, 20, "heartbeats")
         self.exchange("601#40FF5F0000000000", "581#80FF5F0000000206")  # no such object
         self.exchange("601#4018100900000000", "581#8018100911000906")  # no such sub-index
         self.exchange("601#2B41600000000000", "581#8041600002000106")  # read-only
@@ -141,14 +141,14 @@ class CanUtils(PeersTest):
         self.exchange("601#6000000000000000", "581#00.{14}")
         self.exchange("601#6000000000000000", "581#8008100000000305")
         self.exchange("000#0101", "701#05")  # operational
-        before = len(self.heard())
+        before = len(self.received())
         self.exchange("080#", "281#5002.{8}")  # SYNC: by default statusword and position in the second TPDO
         subprocess.run(["cansend", INTERFACE, "000#0201"], check=True)
-        until(lambda: "701#04" in self.heard()[before:], 20, "the node says that it is stopped")
-        before = len(self.heard())
+        until(lambda: "701#04" in self.received()[before:], 20, "the node says that it is stopped")
+        before = len(self.received())
         subprocess.run(["cansend", INTERFACE, "601#4000100000000000"], check=True)
-        until(lambda: self.heard()[before:].count("701#04") > 3, 20, "heartbeats go on")
-        self.assertFalse(any(frame.startswith("581") for frame in self.heard()[before:]), "no SDO where stopped")
+        until(lambda: self.received()[before:].count("701#04") > 3, 20, "heartbeats go on")
+        self.assertFalse(any(frame.startswith("581") for frame in self.received()[before:]), "no SDO where stopped")
         self.exchange("000#8001", "701#7F")
         self.exchange("000#8101", "701#00")  # reset node
         # Neither of these may move anything or end anything.

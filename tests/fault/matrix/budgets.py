@@ -4,7 +4,7 @@ import dataclasses
 
 PERIOD_MS = 4
 RAMP_MM_PER_S2 = 100     # stop_deceleration of a translation
-STAND_MS = 80            # from FAULT to standstill: 4 mm/s over the ramp is 40 ms, then the drives' position loops settle, with torque
+STAND_MS = 80            # from FAULT to standstill: 4 mm/s over the ramp is 40 ms, then the drives' position loops converge, with torque
 COAST_MS = 50            # more where a motor coasts: its drive cannot brake, or does not know where it is
 FOLLOWING_MM, FOLLOWING_MS, TOLERANCE_MM, SPEED_MM_PER_S = 0.5, 20, 0.2, 4
 FOLLOWING_DEG, SPEED_DEG_PER_S = 2.865, 17.19
@@ -15,7 +15,7 @@ MARGIN_MS = 3 * PERIOD_MS  # frames of one cycle are judged in the next; the mot
 class Device:
     noticed: object  # None: ridden through
     reason: str
-    lag_mm: float = 0.1   # an axis that is lost may be so far from where it was told to be, in addition
+    lag_mm: float = 0.1   # an axis that is lost may be so far from where it was commanded to be, in addition
     coasts: bool = False  # one motor has no brake any more
     everywhere: bool = False  # the other arm stops, too
     late_ms: float = 0.0  # more, until it stands: where a motor is slower to stop

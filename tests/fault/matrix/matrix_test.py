@@ -168,7 +168,7 @@ class Processes(HalTest):
     def assert_noticed(self, fault, died):
         """Whoever watches has latched, at a tick at which the silence was above its budget by its own clock. That no
         such tick passes without a latch the unit tests show (Budgets.*): here it counts who noticed, and what. Of a
-        process that died `tandem up` may hear sooner, and stop all."""
+        process that died `tandem up` may receive sooner, and stop all."""
         if died and "stop_requested" in self.log.read_text():
             return
         found = re.findall(rf"{fault}[^:\n]*: ([\d.e-]+) s, allowed ([\d.e-]+) s", self.log.read_text())

@@ -99,9 +99,9 @@ class Commanders(system.SystemTest):
         self.assert_refused(system.run("up", self.quicker()), "there is ")
         # An experiment takes a place of its own, and none that is taken.
         experiment = system.short_experiment(self.folder, "nspqp")
-        placements = self.system.joints()
+        before = self.system.joints()
         self.assert_ok(system.run("experiment", experiment, "--only", "rectangle"))
-        self.assertEqual(self.system.joints(), placements)
+        self.assertEqual(self.system.joints(), before)
         place = {"TANDEM_DOMAIN": str(self.key("domain")), "TANDEM_PREFIX": self.key("prefix")}
         self.assert_refused(system.run("experiment", experiment, environment=place), "there is ")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])

@@ -42,15 +42,15 @@ class Secured(ConsoleTest):
         self.assertEqual(refused.exception.status, 401)
         peer = self.client("control/status", "control/reply", "actuation/command", query=f"?token={OPERATOR}")
 
-        def heard(name):
+        def received(name):
             return struct.pack("<BI", 1, peer.channels[f"/{self.prefix}/{name}"])
 
         for name in ("control/status", "actuation/command"):
-            while not peer.frame()[1].startswith(heard(name)):
+            while not peer.frame()[1].startswith(received(name)):
                 pass
         robot = wire.fingerprint(self.port, Authorization=f"Bearer {OPERATOR}")
         peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(robot, 7, 1))
-        while not (frame := peer.frame()[1]).startswith(heard("control/reply")):
+        while not (frame := peer.frame()[1]).startswith(received("control/reply")):
             pass
         client, number, accepted = struct.unpack_from("<QQB", frame, 13 + 4)
         self.assertEqual((client, number, accepted), (7, 1, 1), "the lease")

@@ -67,7 +67,7 @@ class Crowd(ConsoleTest):
         thread = threading.Thread(target=read)
         thread.start()
         self.addCleanup(lambda: (over.set(), thread.join()))
-        system.until(lambda: min(counts) > 100, 20, "all nine hear")
+        system.until(lambda: min(counts) > 100, 20, "all nine receive")
         before, began = list(counts), time.monotonic()
         system.until(lambda: self.stats()["cut_off"] == 1, 60, "who does not read is cut off")
         seconds = time.monotonic() - began

@@ -77,7 +77,7 @@ function fail(error) {
 async function until(condition, what) {
   const end = Date.now() + PATIENCE;
   while (!condition()) {
-    if (Date.now() > end) throw new Error(`not within ${PATIENCE} ms: ${what}; heard ${[...counts.keys()]}`);
+    if (Date.now() > end) throw new Error(`not within ${PATIENCE} ms: ${what}; received ${[...counts.keys()]}`);
     await new Promise((resolve) => {
       wake = resolve;
       setTimeout(resolve, 250);
@@ -114,11 +114,11 @@ async function flood(planning) {
     seconds = (Date.now() - began) / 1000;
   assert.ok(passed >= Math.min(40, 20 * seconds) && passed <= 60 + 25 * seconds, `${passed} lines within ${seconds} s`);
   if (seconds > 2) return; // too slow a machine for a flood
-  const told = () => /lines before this were left out here/.test(last.get("/rosout").msg);
+  const reported = () => /lines before this were left out here/.test(last.get("/rosout").msg);
   const end = Date.now() + PATIENCE;
-  while (!told() && Date.now() < end)
+  while (!reported() && Date.now() < end)
     await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });
-  assert.ok(told(), "what is left out is told");
+  assert.ok(reported(), "what is left out is reported");
 }
 
 async function command() {
@@ -165,7 +165,7 @@ async function main() {
     "diagnostics of every service",
   );
   const found = task === "command" ? await command() : {};
-  console.log(JSON.stringify({ channels: channels.size, heard: counts.size, statuses, ...found }));
+  console.log(JSON.stringify({ channels: channels.size, received: counts.size, statuses, ...found }));
   client.close();
 }
 

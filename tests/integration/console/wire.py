@@ -137,7 +137,7 @@ class WebSocket:
                     return message
 
     def greet(self):
-        """Reads what every client is told first; channels by topic."""
+        """Reads what every client is reported first; channels by topic."""
         info = self.text("serverInfo")
         self.channels = {channel["topic"]: channel["id"] for channel in self.text("advertise")["channels"]}
         return info

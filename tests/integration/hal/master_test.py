@@ -16,14 +16,14 @@ class Master(threading.Thread):
 
     def __init__(self, port):
         super().__init__(daemon=True)
-        self.heard, self._port, self._ending = set(), port, threading.Event()
+        self.received, self._port, self._ending = set(), port, threading.Event()
 
     def run(self):
         while not self._ending.is_set():
             self._port.send(SYNC)
             identifier = self._port.receive(0.01)
             if identifier is not None:
-                self.heard.add(identifier)
+                self.received.add(identifier)
 
     def end(self):
         self._ending.set()
@@ -66,10 +66,10 @@ class OtherMaster(HalTest):
         answer = self.second_hal(self.deployment())
         master.end()
         self.assertEqual(answer.returncode, OCCUPIED, answer.stdout + answer.stderr)
-        for words in (f"bus bus_b ({self.bus('b')})", "heard SYNC (", "stop the other tandem-hal"):
+        for words in (f"bus bus_b ({self.bus('b')})", "received SYNC (", "stop the other tandem-hal"):
             self.assertIn(words, answer.stdout + answer.stderr)
         of_a_hal = {NMT, HEARTBEAT} | {base + node for base in (COMMAND, SDO_REQUEST) for node in range(1, 23)}
-        self.assertEqual(master.heard & of_a_hal, set(), "it has spoken")
+        self.assertEqual(master.received & of_a_hal, set(), "it has spoken")
         # With the other one gone it begins.
         running = self.start_hal()
         self.await_ready(running)

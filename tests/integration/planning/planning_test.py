@@ -132,8 +132,8 @@ class Computations(system.SystemTest):
         near = self.trajectory("near", [0, 2, 0], points=2)
         planned = json.loads(self.assert_ok(self.system.robot("--json", "run", near, "--planned")).stdout)
         self.assertEqual(planned["phase"], "finished")
-        told = json.loads(self.assert_ok(self.system.robot("--json", "run", near, "--check")).stdout)
-        self.assertEqual(told["phase"], "finished")
+        reported = json.loads(self.assert_ok(self.system.robot("--json", "run", near, "--check")).stdout)
+        self.assertEqual(reported["phase"], "finished")
 
 
 class Clearance(system.SystemTest):
@@ -154,18 +154,18 @@ class Clearance(system.SystemTest):
             return status if len(status["clearance"]) == 3 and status["clearance_stamp_ns"] > there else None
 
         status = system.until(current, 20, "clearances")
-        told = {(body["arm"], body["other"]): body for body in status["clearance"]}
+        reported = {(body["arm"], body["other"]): body for body in status["clearance"]}
         # Where the tips are: the joints of these poses next to the present ones are the present ones.
         here = ",".join(repr(x) for arm in status["arms"] for x in arm["joints"])
         tips = [tubes.position(tubes.transform(arm["joints"], name)) for arm, name in zip(status["arms"], "ab")]
         words = [f"--tip={name}={','.join(repr(float(x)) for x in tip)}" for name, tip in zip("ab", tips)]
         local = system.run("plan", "ik", *words, "--joints", here, "--json", timeout=120)
         self.assertEqual(local.returncode, 0, local.stderr)
-        arms = told["arm_a", "arm_b"]
+        arms = reported["arm_a", "arm_b"]
         self.assertAlmostEqual(arms["distance_m"], json.loads(local.stdout)["clearance_m"], delta=1e-5)
         self.assertLess(0, max(map(abs, arms["by_joints"])))
         for arm, base in (("arm_a", 0.005), ("arm_b", -0.005)):
-            port = told[arm, "port"]
+            port = reported[arm, "port"]
             place = port["place_m"]
             self.assertLess(place[2], 0.3)
             # The rim's radius less the way from the axis, less the tube's radius of at most 2 mm.

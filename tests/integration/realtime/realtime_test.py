@@ -74,11 +74,11 @@ class RealTime:
     def run_short(self):
         before = self.tips()
         answer = self.assert_ok(self.system.robot("--json", "run", self.short_line()))
-        told = json.loads(answer.stdout)
-        self.assertEqual((told["phase"], told["points"]), ("finished", 4))
+        reported = json.loads(answer.stdout)
+        self.assertEqual((reported["phase"], reported["points"]), ("finished", 4))
         status = self.status()
         self.assertEqual(status["trajectory"]["phase"], "finished")
-        self.assertEqual(status["trajectory"]["iterations"], told["iterations"])
+        self.assertEqual(status["trajectory"]["iterations"], reported["iterations"])
         self.assertEqual([arm["operating_state"] for arm in status["arms"]], ["DISABLED", "DISABLED"])
         self.assertEqual(status["lease_holder"], 0)
         self.assert_moved(before, self.tips(), [0, 3e-3, 0])
@@ -86,10 +86,10 @@ class RealTime:
     def run_timed(self):
         before = self.tips()
         line = self.short_line("timed", following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=5)
-        told = json.loads(self.assert_ok(self.system.robot("--json", "run", line, "--keep-enabled")).stdout)
-        self.assertEqual(told["phase"], "finished")
+        reported = json.loads(self.assert_ok(self.system.robot("--json", "run", line, "--keep-enabled")).stdout)
+        self.assertEqual(reported["phase"], "finished")
         # 3 mm at 2 mm/s with ramps of 0.4 s take 1.9 s.
-        self.assertGreaterEqual(told["iterations"], 1.9 / self.period - 1)
+        self.assertGreaterEqual(reported["iterations"], 1.9 / self.period - 1)
         self.assertEqual(self.system.states(), ["ENABLED", "ENABLED"])
         self.assert_moved(before, self.tips(), [0, 3e-3, 0])
         self.assert_ok(self.system.robot("disable"))
@@ -180,7 +180,7 @@ class RealTime:
         status = self.status()
         acted = {name for name, count in status["guards"].items() if count}
         if status["control"]["overruns"] > 0:
-            # A busy machine: control may approach a limit without having heard where the drives are by now.
+            # A busy machine: control may approach a limit without having received where the drives are by now.
             acted -= {"fresh", "position", "coupled_row"}
         if status["guards"].get("fresh", 0) <= 3:
             # A command that was delivered late now and then has been refused, which is what the guard is for.

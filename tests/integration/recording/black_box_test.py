@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The black box of a running robot: faults are on disk with what was before, files are few, a bad disk is told, and the
+"""The black box of a running robot: faults are on disk with what was before, files are few, a bad disk is reported, and the
 robot never notices."""
 import json
 import os

@@ -138,14 +138,14 @@ class RealTime(Recording):
     def death(self):
         record = self.record(self.system.path, "killed.mcap")
         record.await_messages(1500)
-        told = record.last["messages"]
+        reported = record.last["messages"]
         record.event()  # a second later
         code, _, _ = record.end(signal.SIGKILL)
         self.assertEqual(code, -signal.SIGKILL)
         answer = system.run("info", record.file, "--json")
         self.assertEqual(answer.returncode, 1)
         self.assertIn("not finished", answer.stderr)
-        self.assertGreaterEqual(json.loads(answer.stdout)["messages"], told)
+        self.assertGreaterEqual(json.loads(answer.stdout)["messages"], reported)
 
     def full_disk(self):
         limit = 150_000
@@ -201,7 +201,7 @@ class RealTime(Recording):
         same = [name for name in was if name.startswith(("header", "name", "position", "velocity"))]
         self.assertGreater(len(same), 10)
         stamps = list(zip(was["header.stamp.sec"], was["header.stamp.nanosec"]))
-        again = []  # in order, and none twice; a busy robot may have told one state twice
+        again = []  # in order, and none twice; a busy robot may have reported one state twice
         for stamp in zip(now["header.stamp.sec"], now["header.stamp.nanosec"]):
             again.append(stamps.index(stamp, again[-1] + 1 if again else 0))
         self.assertGreater(len(again), len(stamps) // 2)  # a busy machine may find the replay late

@@ -111,7 +111,7 @@ const std::vector<std::string> kArms{"arm_a", "arm_b"};
 constexpr std::uint64_t kClient = 0xbadc0de;
 constexpr const char* kFrame = "hostile";
 
-/// What it has written itself, which its own readers hear.
+/// What it has written itself, which its own readers receive.
 template <class M>
 bool isOwn(const M& message) {
   if constexpr (requires { message.client; })
@@ -207,7 +207,7 @@ class Hostile {
     }
   }
 
-  /// What the robot itself goes by, as far as it can be heard.
+  /// What the robot itself goes by, as far as it can be received.
   std::uint64_t fingerprint() {
     const std::lock_guard lock(mutex_);
     return last_.fingerprint;

@@ -147,10 +147,10 @@ class Strangers(system.SystemTest):
 
     def test_a_viewer_sees_and_may_stop_and_cannot_command(self):
         running = self.begin()
-        desk = self.folder / "desk"
-        shutil.copytree(self.authority.folder, desk, ignore=shutil.ignore_patterns("ca", "console-operator"))
+        copy = self.folder / "credentials-of-a-viewer"
+        shutil.copytree(self.authority.folder, copy, ignore=shutil.ignore_patterns("ca", "console-operator"))
         viewer = self.folder / "viewer.yaml"
-        viewer.write_text(running.path.read_text().replace(str(self.authority.folder), str(desk)))
+        viewer.write_text(running.path.read_text().replace(str(self.authority.folder), str(copy)))
         self.assert_ok(running.robot("enable"))
         seen = self.assert_ok(system.run("status", viewer, "--json"))
         self.assertEqual(len(json.loads(seen.stdout)["arms"]), 2)

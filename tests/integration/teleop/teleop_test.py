@@ -82,9 +82,9 @@ class Teleoperation(system.SystemTest):
             tips = self.tips()
             relative = tubes.minus(tubes.minus(tips[0], tips[1]), tubes.minus(before[0], before[1]))
             worst = max(worst, tubes.norm(relative))
-        told = process.communicate()
-        self.assertEqual(process.returncode, 0, told)
-        self.assertIn("following: pair of arm_a", told[0])
+        reported = process.communicate()
+        self.assertEqual(process.returncode, 0, reported)
+        self.assertIn("following: pair of arm_a", reported[0])
         moved = tubes.minus(self.tips()[0], before[0])
         # 8 mm/s less the deadband, halved, for 2 s.
         self.assertAlmostEqual(moved[1], 7.5e-3, delta=1.2e-3)
@@ -124,9 +124,9 @@ class Teleoperation(system.SystemTest):
         self.until_moving(first)
         self.assertEqual(self.system.status()["source"], "teleoperation")
         second = self.teleop(long)
-        told = second.communicate(timeout=60)
-        self.assertEqual(second.returncode, 1, told)
-        self.assertIn("another client holds the control lease", told[1])
+        reported = second.communicate(timeout=60)
+        self.assertEqual(second.returncode, 1, reported)
+        self.assertIn("another client holds the control lease", reported[1])
         self.assert_refused(self.system.robot("run", self.long_line()), "lease")
 
     def test_a_fault_is_told_and_stays(self):
@@ -134,9 +134,9 @@ class Teleoperation(system.SystemTest):
         process = self.teleop(self.trace("long", (0.3, 0, (0, 0, 0)), (20.0, 1, (0, 1, 0))))
         self.until_moving(process)
         self.assert_ok(self.system.robot("stop"))
-        told = process.communicate(timeout=30)
-        self.assertEqual(process.returncode, 1, told)
-        self.assertIn("the trace was not followed to its end: arm_a is in FAULT", told[1])
+        reported = process.communicate(timeout=30)
+        self.assertEqual(process.returncode, 1, reported)
+        self.assertIn("the trace was not followed to its end: arm_a is in FAULT", reported[1])
         self.assertEqual(self.system.states(), ["FAULT", "FAULT"])
 
     def test_a_forbidden_region_is_not_entered(self):
@@ -149,9 +149,9 @@ class Teleoperation(system.SystemTest):
         farthest = -1.0
         while process.poll() is None:
             farthest = max(farthest, self.tips()[0][1])
-        told = process.communicate()
-        self.assertEqual(process.returncode, 0, told)
-        self.assertIn("forbidden region wall", told[0])
+        reported = process.communicate()
+        self.assertEqual(process.returncode, 0, reported)
+        self.assertIn("forbidden region wall", reported[0])
         self.assertLess(farthest, wall)
         self.assertGreater(farthest, wall - 0.0025, "it was tried")
 
@@ -174,14 +174,14 @@ class Teleoperation(system.SystemTest):
         before = self.tips()
         answer = self.crtk_peer()
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)  # it saw that stale commands give no power
-        told = json.loads(answer.stdout)
-        self.assertAlmostEqual(told["asked"], 5e-3, delta=1e-9)
-        self.assertAlmostEqual(told["moved"], 5e-3, delta=0.6e-3)
-        self.assertEqual(told["joint_count"], 6)
-        self.assertGreater(told["cycles_by_crtk"], 50)
-        self.assertGreater(told["status"], 0)
+        reported = json.loads(answer.stdout)
+        self.assertAlmostEqual(reported["asked"], 5e-3, delta=1e-9)
+        self.assertAlmostEqual(reported["moved"], 5e-3, delta=0.6e-3)
+        self.assertEqual(reported["joint_count"], 6)
+        self.assertGreater(reported["cycles_by_crtk"], 50)
+        self.assertGreater(reported["status"], 0)
         # measured_cp is what an independent model says of the joints.
-        self.assertAlmostEqual(self.tips()[0][1] - before[0][1], told["moved"], delta=0.3e-3)
+        self.assertAlmostEqual(self.tips()[0][1] - before[0][1], reported["moved"], delta=0.3e-3)
         self.assertEqual(self.system.status()["lease_holder"], 0)
 
 

@@ -130,9 +130,9 @@ TEST(Bus, OneCommanderIsHeardUntilItFallsSilent) {
   BusOptions options = testOptions();
   options.command_age = 0.03;
   Bus robot(options), first(options), second(options);
-  Watched<std::map<std::uint64_t, int>> heard;
+  Watched<std::map<std::uint64_t, int>> received;
   Reader reader = robot.reader(kActuationCommand, [&](const ActuationCommand& m) {
-    heard.change([&](auto& counts) { ++counts[m.control_session]; });
+    received.change([&](auto& counts) { ++counts[m.control_session]; });
   });
   auto one = first.writer(kActuationCommand), two = second.writer(kActuationCommand);
   ActuationCommand from_one, from_two;
@@ -143,14 +143,14 @@ TEST(Bus, OneCommanderIsHeardUntilItFallsSilent) {
     two.write(from_two);
   };
   const auto count = [&](std::uint64_t session) {
-    const auto counts = heard.get();
+    const auto counts = received.get();
     return counts.count(session) > 0 ? counts.at(session) : 0;
   };
   ASSERT_TRUE(repeatUntil([&] { return reader.matched() == 2 && count(1) + count(2) > 50; }, both));
-  heard.change([](auto& counts) { counts.clear(); });
+  received.change([](auto& counts) { counts.clear(); });
   ASSERT_TRUE(repeatUntil([&] { return count(1) > 50 || count(2) > 50; }, both));
   const std::uint64_t owner = count(1) > count(2) ? 1 : 2;
-  // A hiccup of the machine longer than the 30 ms of grace may change the owner; hearing both throughout may not
+  // A hiccup of the machine longer than the 30 ms of grace may change the owner; receiving both throughout may not
   // happen.
   EXPECT_LT(count(3 - owner), 25);
   ASSERT_TRUE(repeatUntil([&] { return count(3 - owner) > 50; },

@@ -134,7 +134,7 @@ class Floods(system.SystemTest):
         self.assertEqual(others, ["control"], "somebody else was ended with it")
         log = self.log.read_text()
         print(log, flush=True)
-        # Deaf, it had stopped the arms long before.
+        # Without reception it had stopped the arms long before.
         self.assertRegex(log, r"\[control\].* FAULT of arm_a: state_timeout[^\n]*\n(.*\n)*.*\[sim\].* stop: tandem up: control")
         self.assertIn(f"tandem up: control (pid {control}) was killed by signal 6", system.black_box(self.folder / "black-box"))
 
@@ -151,7 +151,7 @@ class Floods(system.SystemTest):
                 text[noise.randrange(len(text))] = noise.randrange(256)
             self.sender.sendto(text[:noise.randrange(8, 65000)], ("127.0.0.1", noise.choice(list(ports))))
         if not self.died(running):
-            # All live, though some may be deaf: whoever commands either is heard, or has lost the arms.
+            # All live, though some may receive nothing: whoever commands either is received, or has lost the arms.
             if running.robot("disable").returncode != 0:
                 system.until(lambda: running.states() == ["FAULT"] * 2, 20, "the arms stop")
             running.assert_still(self, looks=3)

@@ -33,14 +33,14 @@ TEST(Identity, OnlyMessagesOfTheSameRobotCount) {
   request.client = 5;
   request.request = 6;
   request.fingerprint = 1;  // what it says of itself does not count: the bus knows
-  const auto told = [&](auto holds) {
+  const auto reported = [&](auto holds) {
     const auto all = met.get();
     return std::any_of(all.begin(), all.end(), holds);
   };
   EXPECT_TRUE(repeatUntil(
       [&] {
-        return everything > 3 && told([](const Mismatch& m) { return m.client == 0 && m.fingerprint == 2; }) &&
-               told([](const Mismatch& m) { return m.client == 5 && m.request == 6; });
+        return everything > 3 && reported([](const Mismatch& m) { return m.client == 0 && m.fingerprint == 2; }) &&
+               reported([](const Mismatch& m) { return m.client == 5 && m.request == 6; });
       },
       [&] {
         foreign.write({});
@@ -57,7 +57,7 @@ TEST(Identity, WhoIsThereIsKnownAndForgottenWhenItLeaves) {
   EXPECT_TRUE(repeatUntil([&] { return ours.others().size() == 1 && other->others().size() == 1; }, [] {}));
   EXPECT_EQ(ours.others().front().process, "sim");
   Bus late(knowing(3, "cli"));
-  EXPECT_TRUE(repeatUntil([&] { return late.others().size() == 2; }, [] {})) << "who comes later hears of all";
+  EXPECT_TRUE(repeatUntil([&] { return late.others().size() == 2; }, [] {})) << "who comes later learns of all";
   other.reset();
   EXPECT_TRUE(repeatUntil([&] { return late.others().size() == 1 && ours.others().size() == 1; }, [] {}));
   ASSERT_TRUE(ours.who(1002));

@@ -40,7 +40,7 @@ class Malformed(system.SystemTest):
             did = json.loads(answer.stdout)
             print(did, flush=True)
             self.assertEqual(did["mistyped_matched"], 0, "samples of another type are taken")
-            self.assertGreater(did["matched"], 0 if only else len(sum(READ_BY.values(), [])), "it was not heard")
+            self.assertGreater(did["matched"], 0 if only else len(sum(READ_BY.values(), [])), "it was not received")
             self.assertIsNone(running.up.poll(), "a process died")
             self.assertEqual(running.assert_still(self, looks=3), stood, "an arm has moved")
 

@@ -18,17 +18,17 @@ TopicInfo infoOf(const std::string& name) {
   throw std::invalid_argument(name);
 }
 
-struct Heard {
+struct Received {
   std::vector<std::string> bytes;
   std::vector<RawSample> samples;
 };
 
 TEST(RawTopics, BytesAreThoseOfTheMessagesInOrder) {
   Bus typed(testOptions()), raw(testOptions());
-  Watched<Heard> heard;
+  Watched<Received> received;
   Reader reader = rawReader(raw, infoOf("actuation/state"),
                             [&](const RawSample& sample) {
-                              heard.change([&](Heard& h) {
+                              received.change([&](Received& h) {
                                 h.bytes.emplace_back(sample.bytes);
                                 h.samples.push_back(sample);
                               });
@@ -37,9 +37,9 @@ TEST(RawTopics, BytesAreThoseOfTheMessagesInOrder) {
   Writer<ActuationState> writer = typed.writer(kActuationState);
   ASSERT_TRUE(repeatUntil([&] { return reader.matched() == 1 && writer.matched() == 1; }, [] {}));
   std::uint64_t written = 0;
-  ASSERT_TRUE(repeatUntil([&] { return heard.get().bytes.size() >= 20; },
+  ASSERT_TRUE(repeatUntil([&] { return received.get().bytes.size() >= 20; },
                           [&] { EXPECT_TRUE(writer.write(patternState(7, ++written))); }));
-  const Heard all = heard.get();
+  const Received all = received.get();
   for (std::size_t i = 0; i < all.bytes.size(); ++i) {
     const auto message = decode<ActuationState>(all.bytes[i]);
     ASSERT_TRUE(message);
@@ -53,14 +53,15 @@ TEST(RawTopics, BytesAreThoseOfTheMessagesInOrder) {
 
 TEST(RawTopics, WrittenBytesAreMessagesToOthers) {
   Bus typed(testOptions()), raw(testOptions());
-  Watched<std::vector<DiagnosticArray>> heard;
+  Watched<std::vector<DiagnosticArray>> received;
   Reader reader =
-      typed.reader(kDiagnostics, [&](const DiagnosticArray& m) { heard.change([&](auto& h) { h.push_back(m); }); });
+      typed.reader(kDiagnostics, [&](const DiagnosticArray& m) { received.change([&](auto& h) { h.push_back(m); }); });
   RawWriter writer(raw, infoOf("diagnostics"));
   DiagnosticArray message{5, "frame", {{1, "name", "text", "id", {{"key", std::string(20000, 'x')}}}}};
-  ASSERT_TRUE(repeatUntil([&] { return heard.get().size() > 3; }, [&] { EXPECT_TRUE(writer.write(encode(message))); }))
+  ASSERT_TRUE(
+      repeatUntil([&] { return received.get().size() > 3; }, [&] { EXPECT_TRUE(writer.write(encode(message))); }))
       << writer.lastProblem();
-  EXPECT_EQ(encode(heard.get()[0]), encode(message));
+  EXPECT_EQ(encode(received.get()[0]), encode(message));
   EXPECT_FALSE(writer.write("abc"));
   EXPECT_FALSE(writer.write(std::string(5'000'000, 'x')));
   EXPECT_EQ(writer.statistics().refused, 2u);

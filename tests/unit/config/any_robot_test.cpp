@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Robots of every kind as the services take them, and what deployments of catheters cannot have. */
-#include "config/any_robot.h"
+#include "config/cooperative.h"
+#include "config/robot_files.h"
 
 #include <algorithm>
 
@@ -25,7 +26,7 @@ std::string refusalOf(Call call) {
 
 TEST(AnyRobot, TubesAreAsTheyWere) {
   const Robot robot = loadAnyRobot(presets() / "robots/ark2024.yaml");
-  EXPECT_EQ(robot.catheters, nullptr);
+  EXPECT_EQ(robot.type, "robot");
   EXPECT_EQ(robot.arms[0].jointCount(), 6);
   EXPECT_EQ(robot.arms[0].model.tubeCount(), 3);
 }
@@ -35,18 +36,20 @@ TEST(AnyRobot, CathetersHaveTheirArmsInTheOrderOfTheMechanismsJoints) {
   std::string text = replaced(readAll(preset("ablation-pair")), "    - {arm: arm_a, type", "    - {arm: arm_B, type");
   text = replaced(replaced(text, "    - {arm: arm_b, type", "    - {arm: arm_a, type"), "arm: arm_B", "arm: arm_b");
   const Robot robot = loadAnyRobot(folder.write("pair.yaml", text));
-  ASSERT_NE(robot.catheters, nullptr);
+  EXPECT_EQ(robot.type, "cooperative");
+  const auto& file = static_cast<const CooperativeRobot&>(*robot.data);
   ASSERT_EQ(robot.arms.size(), 2u);
   EXPECT_EQ(robot.arms[0].name, "arm_b");
-  EXPECT_EQ(robot.arms[0].home, robot.catheters->arms[1].home);
+  EXPECT_EQ(robot.arms[0].home, file.arms[1].home);
   EXPECT_EQ(robot.arms[0].jointCount(), 3);
   EXPECT_EQ(robot.arms[0].model.tubeCount(), 0);
   EXPECT_EQ(robot.arms[1].limits.joints[0].upper, 0.12);
-  EXPECT_NEAR(robot.catheters->arms[0].outer_diameter, 2.333e-3, 1e-12);
+  EXPECT_NEAR(file.arms[0].outer_diameter, 2.333e-3, 1e-12);
   const Robot assist = loadAnyRobot(preset("ablation-assist"));
-  const Assistance& relation = *assist.catheters->assistance;
-  EXPECT_EQ(assist.arms[0].name, assist.catheters->arms[static_cast<std::size_t>(relation.target)].name);
-  EXPECT_EQ(assist.arms[1].name, assist.catheters->arms[static_cast<std::size_t>(relation.assist)].name);
+  const auto& assist_file = static_cast<const CooperativeRobot&>(*assist.data);
+  const Assistance& relation = *assist_file.assistance;
+  EXPECT_EQ(assist.arms[0].name, assist_file.arms[static_cast<std::size_t>(relation.target)].name);
+  EXPECT_EQ(assist.arms[1].name, assist_file.arms[static_cast<std::size_t>(relation.assist)].name);
 }
 
 TEST(AnyRobot, SaysWhatARunningSystemCannotMove) {
@@ -71,10 +74,10 @@ TEST(AnyRobot, WhatOnlyTubesCanDoNamesTheDeployment) {
   EXPECT_EQ(loadTubes(tubes, "why").name, "ark2024");
   const Deployment catheters = loadDeployment(presets() / "deployments/ablation-pair.yaml");
   const std::string refusal = refusalOf([&] { loadTubes(catheters, "this is why"); });
-  EXPECT_NE(
-      refusal.find("ablation-pair.yaml:0:0: robot: found the catheters of ablation-pair.yaml, expected concentric "
-                   "tubes: this is why"),
-      std::string::npos)
+  EXPECT_NE(refusal.find(
+                "ablation-pair.yaml:0:0: robot: found the cooperative robot of ablation-pair.yaml, expected concentric "
+                "tubes: this is why"),
+            std::string::npos)
       << refusal;
 }
 

@@ -5,13 +5,14 @@
 
 #include <cmath>
 
-#include "config/any_robot.h"
 #include "config/cooperative.h"
 #include "config/exact.h"
 #include "config/path.h"
+#include "config/robot_files.h"
 #include "control/resolver.h"
 #include "hal/node_setups.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/tube_model.h"
+#include "robots/plant/plant.h"
 #include "services/runtime/periodic_loop.h"
 #include "sim/actuation.h"
 #include "sim/plant_tips.h"
@@ -123,7 +124,7 @@ void expectSteps(const Robot& robot) {
 
 void useRobot(const std::filesystem::path& file) { expectSteps(loadRobot(file)); }
 
-void useCatheters(const std::filesystem::path& file) {
+void useAnyRobot(const std::filesystem::path& file) {
   const Robot robot = loadAnyRobot(file);
   for (int m = 0; m < control::kMethodCount; ++m)
     control::makeResolver(static_cast<control::Method>(m), robot.parameters);
@@ -132,11 +133,8 @@ void useCatheters(const std::filesystem::path& file) {
 void useDeployment(const std::filesystem::path& file) {
   const Deployment deployment = loadDeployment(file);
   service::PeriodicLoop control(deployment.control_period), plant(deployment.sim_period);
-  const Robot robot = loadRobot(deployment.robot);
-  std::vector<kinematics::ConcentricTubeArm> arms;
-  for (const Arm& arm : robot.arms)
-    arms.push_back(arm.model);
-  sim::PlantTips tips(arms, deployment.plant);
+  const Robot robot = loadAnyRobot(deployment.robot);
+  sim::PlantTips tips = robots::makePlantTips(robot, deployment.plant);
   for (int k = 0; k < tips.armCount(); ++k)
     tips.update(k, robot.arms[static_cast<std::size_t>(k)].home);
   sim::TipTracker tracker(tips.armCount(), deployment.plant.tracker, deployment.plant.seed);
@@ -164,7 +162,7 @@ void useHardware(const std::filesystem::path& file) {
     const hal::AxisUnits units(axis.gearing);
     EXPECT_GT(units.toCountMagnitude(axis.quick_stop_deceleration), 0u);
     EXPECT_GT(units.toCountMagnitude(axis.velocity), 0u);
-    EXPECT_GE(std::round(1e3 * axis.following_time), 1.0);  // what the drive is told, in ms
+    EXPECT_GE(std::round(1e3 * axis.following_time), 1.0);  // what the drive is reported, in ms
     EXPECT_FALSE(hal::driveSetup(hardware, axis, 0.1).steps.empty());
     EXPECT_LT(1e9 * axis.stopBudget(), 0x1p63);
   }
@@ -255,8 +253,9 @@ INSTANTIATE_TEST_SUITE_P(Presets,
                                               "plant: {model: compliant, tube_errors: [{arm: arm_a, tube: 1}]}\n"
                                               "port: {radius_mm: 20}\n"},
                                          Case{"hardware/ark2024-two-buses.yaml", useHardware},
-                                         Case{"cooperative/ablation-pair.yaml", useCatheters},
-                                         Case{"cooperative/ablation-assist.yaml", useCatheters},
+                                         Case{"cooperative/ablation-pair.yaml", useAnyRobot},
+                                         Case{"cooperative/ablation-assist.yaml", useAnyRobot},
+                                         Case{"planar/planar-pair.yaml", useAnyRobot},
                                          Case{"experiments/table3.yaml", useExperiment},
                                          Case{"trajectories/circle.yaml", useTrajectory},
                                          Case{"paths/tip-eight.yaml", usePath}),

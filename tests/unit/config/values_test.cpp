@@ -84,7 +84,7 @@ TEST_F(Values, WhatNothingThatMovesDependsOnDoesNotChangeThem) {
   const std::string before = of(deployment), text = readAll(deployment), robot_text = readAll(robot);
   EXPECT_EQ(with(deployment, deployment, replaced(text, "domain: 0", "domain: 7   # of our own")), before);
   EXPECT_EQ(with(deployment, deployment, replaced(text, "prefix: tandem", "prefix: other")), before);
-  EXPECT_EQ(with(deployment, deployment, replaced(text, "name: laptop", "name: desk")), before);
+  EXPECT_EQ(with(deployment, deployment, replaced(text, "name: laptop", "name: bench")), before);
   EXPECT_EQ(with(deployment, deployment, replaced(text, "control_period_s: 0.1", "control_period_ms: 100")), before);
   EXPECT_EQ(with(deployment, deployment, replaced(text, "method: nspqp\n", "") + "method: nspqp\n"), before) << "order";
   EXPECT_EQ(with(deployment, deployment, text + "budgets: {lease_s: 1}\nblack_box: {files: 3}\n"), before)

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <random>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "services/console/api.h"
 #include "services/console/held_object.h"
 #include "services/console/markers.h"

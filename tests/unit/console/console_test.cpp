@@ -97,7 +97,7 @@ TEST(Protocol, DamagedTextsAndFramesNeverHarm) {
     const ClientText said = parseText(text);
     if (const auto* why = std::get_if<Misunderstood>(&said)) {
       EXPECT_FALSE(why->why.empty());
-      // What is told back is JSON, whatever came.
+      // What is reported back is JSON, whatever came.
       EXPECT_TRUE(
           nlohmann::json::parse(statusNote(StatusLevel::kError, why->why + text, "x"), nullptr, false).is_object());
     }
@@ -241,7 +241,7 @@ TEST(AccessRules, TokensInEveryPlace) {
     const Verdict verdict = judge({.host = "localhost", .query = "token=" + wrong});
     EXPECT_EQ(verdict.role, std::nullopt) << wrong.substr(0, 40);
     EXPECT_EQ(verdict.status, 401);
-    EXPECT_EQ(verdict.why.find(commands), std::string::npos) << "the token is told to nobody";
+    EXPECT_EQ(verdict.why.find(commands), std::string::npos) << "the token is commanded to nobody";
   }
   EXPECT_EQ(judge({.host = "localhost", .query = "xtoken=" + commands}).status, 401);
 }

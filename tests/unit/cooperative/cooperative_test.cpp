@@ -44,8 +44,8 @@ TEST(HeldObject, MobilityIsThatOfThePaper) {
        {std::pair{ContactType::kRigid, 1}, {ContactType::kSoftFinger, 4}, {ContactType::kPoint, 6}}) {
     config::CooperativeRobot robot = holding(type);
     robot.object->load.setZero();
-    HeldObjectMechanism mechanism(robot);
-    ASSERT_EQ(mechanism.settle(mechanism.home()), "");
+    GraspedObjectMechanism mechanism(robot);
+    ASSERT_EQ(mechanism.solveEquilibrium(mechanism.home()), "");
     EXPECT_EQ(mechanism.state().mobility, mobility) << nameOf(type);
   }
 }
@@ -54,8 +54,8 @@ TEST(HeldObject, RigidContactsMoveAlongTheirCommonAxisAloneAndSayWhatIsMissing) 
   config::CooperativeRobot robot = holding(ContactType::kRigid);
   robot.object->load.setZero();
   robot.object->squeeze = 0.0;
-  HeldObjectMechanism mechanism(robot);
-  ASSERT_EQ(mechanism.settle(mechanism.home()), "");
+  GraspedObjectMechanism mechanism(robot);
+  ASSERT_EQ(mechanism.solveEquilibrium(mechanism.home()), "");
   const ObjectPath up = pathOf(PathShape::kLine, {2}, mechanism);
   const TrackRecord good = track(mechanism, up, optionsOf(robot));
   EXPECT_TRUE(good.good()) << good.refused << good.stopped;
@@ -75,11 +75,11 @@ config::CooperativeRobot pressing(ContactType type) {
 }
 
 /// Presses; grips do so by a bend, as joints bring about no even squeeze of all that they hold.
-RobotVector pressed(HeldObjectMechanism& mechanism, const config::CooperativeRobot& robot) {
+RobotVector pressed(GraspedObjectMechanism& mechanism, const config::CooperativeRobot& robot) {
   RobotVector q = mechanism.home();
   if (robot.object->contacts[0].type == ContactType::kRigid) {
     q[2] += 0.03;
-    EXPECT_EQ(mechanism.settle(q), "");
+    EXPECT_EQ(mechanism.solveEquilibrium(q), "");
   } else {
     EXPECT_EQ(prepare(mechanism, optionsOf(robot), q), "");
   }
@@ -89,7 +89,7 @@ RobotVector pressed(HeldObjectMechanism& mechanism, const config::CooperativeRob
 TEST(HeldObject, SagsUnderALoadAsItsStiffnessSays) {
   for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
     config::CooperativeRobot robot = pressing(type);
-    HeldObjectMechanism mechanism(robot);
+    GraspedObjectMechanism mechanism(robot);
     const RobotVector q = pressed(mechanism, robot);
     const auto rest = mechanism.rest();
     const Eigen::Vector3d load = robot.object->load;
@@ -99,7 +99,7 @@ TEST(HeldObject, SagsUnderALoadAsItsStiffnessSays) {
             auto there = rest;
             kinematics::Wrench wrench = kinematics::Wrench::Zero();
             wrench.head<3>() = load + h * Eigen::Vector3d::Unit(k);
-            EXPECT_EQ(mechanism.model().settle(q, wrench, there), kinematics::grasp::HoldStatus::kOk);
+            EXPECT_EQ(mechanism.model().solveEquilibrium(q, wrench, there), kinematics::grasp::HoldStatus::kOk);
             return difference(rest.pose, there.pose);
           },
           3e-4);
@@ -111,7 +111,7 @@ TEST(HeldObject, SagsUnderALoadAsItsStiffnessSays) {
 TEST(HeldObject, JacobianUnderALoadIsThatOfTheRests) {
   for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
     const config::CooperativeRobot robot = pressing(type);
-    HeldObjectMechanism mechanism(robot);
+    GraspedObjectMechanism mechanism(robot);
     const RobotVector q = pressed(mechanism, robot);
     const auto rest = mechanism.rest();
     EXPECT_GT(rest.force.norm(), robot.object->squeeze);
@@ -121,7 +121,7 @@ TEST(HeldObject, JacobianUnderALoadIsThatOfTheRests) {
             auto there = rest;
             kinematics::Wrench wrench = kinematics::Wrench::Zero();
             wrench.head<3>() = robot.object->load;
-            EXPECT_EQ(mechanism.model().settle(q + h * RobotVector::Unit(q.size(), j), wrench, there),
+            EXPECT_EQ(mechanism.model().solveEquilibrium(q + h * RobotVector::Unit(q.size(), j), wrench, there),
                       kinematics::grasp::HoldStatus::kOk);
             return difference(rest.pose, there.pose);
           },
@@ -138,7 +138,7 @@ TEST(HeldObject, FollowsALissajousWithoutDriftOrSlip) {
   for (const ContactType type : {ContactType::kPoint, ContactType::kSoftFinger}) {
     for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp, control::Method::kHqp}) {
       const config::CooperativeRobot robot = pressing(type);
-      HeldObjectMechanism mechanism(robot);
+      GraspedObjectMechanism mechanism(robot);
       const ObjectPath path{PathShape::kLissajous, {1, 2}, 2e-3, 6.0, mechanism.length(), Hold::kPlaces};
       const TrackRecord record = track(mechanism, path, optionsOf(robot, method));
       SCOPED_TRACE(std::string(nameOf(type)) + ", " + std::string(control::name(method)));
@@ -165,8 +165,8 @@ TEST(HeldObject, WhatCannotBeHeldIsRefusedBeforeAnythingMoves) {
   config::CooperativeRobot robot = pressing(ContactType::kPoint);
   const auto refusal_at = [&](double squeeze) {
     robot.object->squeeze = squeeze;
-    HeldObjectMechanism mechanism(robot);
-    EXPECT_EQ(mechanism.settle(mechanism.home()), "");
+    GraspedObjectMechanism mechanism(robot);
+    EXPECT_EQ(mechanism.solveEquilibrium(mechanism.home()), "");
     return mechanism.impossible();
   };
   const std::string refused = refusal_at(1e-5);
@@ -176,7 +176,7 @@ TEST(HeldObject, WhatCannotBeHeldIsRefusedBeforeAnythingMoves) {
   EXPECT_NE(refusal_at(0.98 * least), "");
   EXPECT_EQ(refusal_at(1.02 * least), "");
   robot.object->squeeze = 1e-5;
-  HeldObjectMechanism mechanism(robot);
+  GraspedObjectMechanism mechanism(robot);
   const TrackRecord record = track(mechanism, pathOf(PathShape::kLissajous, {1, 2}, mechanism), optionsOf(robot));
   EXPECT_EQ(record.refused, refused);
   EXPECT_TRUE(record.steps.empty());
@@ -188,7 +188,7 @@ TEST(HeldObject, WhatCannotBeHeldIsRefusedBeforeAnythingMoves) {
 TEST(HeldObject, ASqueezeThatTipsTheObjectOverIsToldBeforeThePath) {
   config::CooperativeRobot robot = pressing(ContactType::kPoint);
   robot.object->squeeze = 0.03;
-  HeldObjectMechanism mechanism(robot);
+  GraspedObjectMechanism mechanism(robot);
   const TrackRecord record = track(mechanism, pathOf(PathShape::kLissajous, {1, 2}, mechanism), optionsOf(robot));
   EXPECT_NE(record.refused, "");
   for (const TrackStep& step : record.steps)
@@ -198,7 +198,7 @@ TEST(HeldObject, ASqueezeThatTipsTheObjectOverIsToldBeforeThePath) {
 TEST(Payload, IsThatOfTheRestsAndOfTheFrictionThatThereIs) {
   config::CooperativeRobot robot = holding(ContactType::kPoint);
   robot.object->squeeze = 0.002;
-  HeldObjectMechanism mechanism(robot);
+  GraspedObjectMechanism mechanism(robot);
   RobotVector q;
   ASSERT_EQ(prepare(mechanism, optionsOf(robot), q), "");
   const PayloadStudy study(robot, mechanism);
@@ -214,7 +214,7 @@ TEST(Payload, IsThatOfTheRestsAndOfTheFrictionThatThereIs) {
     for (int k = 1; k <= 50 && trouble.empty(); ++k) {
       kinematics::Wrench load = kinematics::Wrench::Zero();
       load.head<3>() = part * k / 50.0 * carried.load * down;
-      trouble = mechanism.model().settle(q, load, hold) == kinematics::grasp::HoldStatus::kOk
+      trouble = mechanism.model().solveEquilibrium(q, load, hold) == kinematics::grasp::HoldStatus::kOk
                     ? mechanism.troubleOf(hold)
                     : "no rest";
       if ((hold.pose.translation() - mechanism.pose().translation()).norm() > 0.02)
@@ -226,7 +226,7 @@ TEST(Payload, IsThatOfTheRestsAndOfTheFrictionThatThereIs) {
 
   // Grips: two arms are stiffer than each of them, and what one gives way by is its compliance.
   config::CooperativeRobot gripping = holding(ContactType::kRigid);
-  HeldObjectMechanism grip(gripping);
+  GraspedObjectMechanism grip(gripping);
   ASSERT_EQ(prepare(grip, optionsOf(gripping), q), "");
   const PayloadStudy grips(gripping, grip);
   for (int k = 0; k < 3; ++k) {
@@ -242,7 +242,7 @@ TEST(Payload, IsThatOfTheRestsAndOfTheFrictionThatThereIs) {
 TEST(Assisted, FollowsACircleWithBothArmsAndHoldsThePush) {
   const config::CooperativeRobot robot = preset("ablation-assist");
   AssistedMechanism mechanism(robot);
-  ASSERT_EQ(mechanism.settle(mechanism.home()), "");
+  ASSERT_EQ(mechanism.solveEquilibrium(mechanism.home()), "");
   const double push = mechanism.chain().push;
   EXPECT_GT(push, 0.0);
   ObjectPath path = pathOf(PathShape::kCircle, {0, 1}, mechanism);
@@ -258,7 +258,7 @@ TEST(Assisted, SaysWhyThereIsNoRest) {
   AssistedMechanism mechanism(robot);
   RobotVector q = mechanism.home();
   q[3] -= 2.0 * robot.assistance->press;  // drawn back
-  EXPECT_EQ(mechanism.settle(q), kinematics::assist::describe(kinematics::assist::Status::kNoContact));
+  EXPECT_EQ(mechanism.solveEquilibrium(q), kinematics::assist::describe(kinematics::assist::Status::kNoContact));
 }
 
 TEST(ObjectPath, RateIsTheDerivativeOfTheFrame) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiments/montecarlo.h"
+#include "robots/plant/plant.h"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +55,7 @@ TEST_F(Ark2024, FeasibleTasksHaveAWitnessInsideAllLimits) {
     ++kinds[static_cast<std::size_t>(t.kind)];
     ASSERT_EQ(t.witness.size(), t.plan.points.size());
     ASSERT_EQ(t.plan.trajectory.point_count, static_cast<int>(t.witness.size()));
-    sim::PlantTips tips({robot.arms[0].model, robot.arms[1].model}, plant.plant);
+    sim::PlantTips tips = robots::makePlantTips(robot, plant.plant);
     Eigen::VectorXd before = model.stack(t.plan.start);
     // Elastic arms remember how they came: from the start, in small steps.
     for (std::size_t k = 0; k < t.witness.size(); ++k) {

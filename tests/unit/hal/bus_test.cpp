@@ -171,7 +171,7 @@ TEST(Seqpacket, EveryPartyHearsAllOthersInOrder) {
     EXPECT_TRUE(sameOnWire(incoming[k], sent[k])) << k;
     EXPECT_GT(incoming[k].time, 0);
   }
-  EXPECT_EQ(a.receive(incoming), 0u) << "nobody hears itself";
+  EXPECT_EQ(a.receive(incoming), 0u) << "no node receives its own frames";
   ASSERT_EQ(hub.send(std::span(sent).last(100)), 100u);
   EXPECT_EQ(a.receive(incoming), 100u);
   EXPECT_EQ(b.receive(incoming), 100u);

@@ -93,7 +93,7 @@ TEST(Fuzz, DrivesSurviveCommandsToo) {
   Attack attack(1);
   test::Random& random = attack.random();
   SCOPED_TRACE(test::trace(test::baseSeed()));
-  std::uint64_t sent = 0, heard = 0;
+  std::uint64_t sent = 0, received = 0;
   for (int k = 0; k < frameCount(); ++k) {
     const CanFrame frame = attack.next();
     sent += attacker.send({&frame, 1});
@@ -107,16 +107,16 @@ TEST(Fuzz, DrivesSurviveCommandsToo) {
     if (k % 32 == 0) {
       now += test::kMillisecond;
       drives.poll(now);
-      heard += drain(attacker);
+      received += drain(attacker);
     }
   }
   drives.poll(now += test::kMillisecond);
-  heard += drain(attacker);
+  received += drain(attacker);
   EXPECT_EQ(drives.record().received, sent);
   EXPECT_EQ(drives.record().sent, wire.drives().counters().sent);
-  EXPECT_LE(heard, wire.drives().counters().sent);
-  EXPECT_EQ(heard + wire.lost(), wire.drives().counters().sent) << "every answer arrives or is counted";
-  EXPECT_GT(heard, 1000u);
+  EXPECT_LE(received, wire.drives().counters().sent);
+  EXPECT_EQ(received + wire.lost(), wire.drives().counters().sent) << "every answer arrives or is counted";
+  EXPECT_GT(received, 1000u);
   for (const auto& drive : drives.drives())
     EXPECT_TRUE(std::isfinite(drive->position()));
 }
@@ -170,7 +170,7 @@ TEST(Fuzz, TheMasterAccountsForEveryFrame) {
   EXPECT_GT(reached, 0) << "nodes get through their configuration between attacks";
 }
 
-/** Drives in operation, led by a master that sends the same cycle again and again, whatever it hears. */
+/** Drives in operation, led by a master that sends the same cycle again and again, whatever it receives. */
 class Operation {
  public:
   /// Boots, starts and enables all drives.

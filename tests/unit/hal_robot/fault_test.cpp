@@ -255,17 +255,17 @@ TEST(Setup, AnAxisWithTheWrongSerialNumberIsNotUsed) {
   EXPECT_EQ(system.robot->arm(0).axis(1).phase(), AxisPhase::kFailed);
   EXPECT_TRUE(system.robot->arm(1).homed());
   ASSERT_FALSE(system.events.empty());
-  bool told = false;
+  bool reported = false;
   for (const HardwareEvent& event : system.events)
-    told = told || (event.kind == HardwareEvent::Kind::kNode && event.encoder && event.joint == 1 &&
-                    event.failure.reason == canopen::NodeFailure::Reason::kMismatch);
-  EXPECT_TRUE(told) << system.story();
+    reported = reported || (event.kind == HardwareEvent::Kind::kNode && event.encoder && event.joint == 1 &&
+                            event.failure.reason == canopen::NodeFailure::Reason::kMismatch);
+  EXPECT_TRUE(reported) << system.story();
 }
 
 TEST(Recovery, OneWishIsEnoughAndWaitsUntilTorqueIsGone) {
   System system;
   ASSERT_TRUE(system.boot());
-  EXPECT_EQ(system.robot->placements(), 12u);
+  EXPECT_EQ(system.robot->jointResets(), 12u);
   ASSERT_TRUE(system.enable());
   ASSERT_TRUE(system.inject(0, FaultKind::kOverCurrent, 2));
   ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
@@ -277,7 +277,7 @@ TEST(Recovery, OneWishIsEnoughAndWaitsUntilTorqueIsGone) {
   EXPECT_TRUE(system.until(8.0, [&] { return system.robot->state(0) == OperatingState::kDisabled; })) << system.story();
   EXPECT_TRUE(system.allHomed());
   EXPECT_EQ(system.robot->faultRecord(0).faults, 0u);
-  EXPECT_EQ(system.robot->placements(), 18u) << "one arm was booted again";
+  EXPECT_EQ(system.robot->jointResets(), 18u) << "one arm was booted again";
 }
 
 TEST(Recovery, ACauseThatStandsStays) {

@@ -65,8 +65,8 @@ class Watch {
   std::array<ArmVector, 2> stood_;
 };
 
-/// The intruder gone, the robot comes back as after any fault, and is enabled. What an arm without torque heard of its
-/// drives shows as a fault when it is enabled, and goes with that.
+/// The intruder gone, the robot comes back as after any fault, and is enabled. What an arm without torque received of
+/// its drives shows as a fault when it is enabled, and goes with that.
 void recover(System& system) {
   for (int attempt = 0; attempt < 2 && !system.all(OperatingState::kEnabled); ++attempt) {
     system.request(DriveRequest::kDisable);

@@ -31,7 +31,7 @@ struct Others {
       ports.push_back(&wire->bus.join("other"));
   }
   void send(int bus, const can::CanFrame& frame) { ports[static_cast<std::size_t>(bus)]->send({&frame, 1}); }
-  /// Nobody looks at what they hear.
+  /// Nobody looks at what they receive.
   void drain() {
     std::array<can::CanFrame, 64> frames;
     for (can::VirtualBus::Port* port : ports) {
@@ -55,7 +55,7 @@ RobotOptions robotOptions() {
   return options;
 }
 
-bool heard(const RobotHardware& robot) {
+bool received(const RobotHardware& robot) {
   for (int b = 0; b < robot.busCount(); ++b) {
     if (robot.network(b).masters().heardAny())
       return true;
@@ -91,14 +91,14 @@ TEST(ForeignMaster, ASecondHalHearsTheFirstAndSendsNothing) {
   listen(system, second);
   for (int b = 0; b < 2; ++b) {
     const canopen::MasterWatch& masters = second.network(b).masters();
-    EXPECT_GE(masters.heard(MasterFrame::kSync).count, 120u);
-    EXPECT_GE(masters.heard(MasterFrame::kHeartbeat).count, 15u);
-    EXPECT_GE(masters.heard(MasterFrame::kCommandPdo).count, 6 * 120u);
+    EXPECT_GE(masters.received(MasterFrame::kSync).count, 120u);
+    EXPECT_GE(masters.received(MasterFrame::kHeartbeat).count, 15u);
+    EXPECT_GE(masters.received(MasterFrame::kCommandPdo).count, 6 * 120u);
     EXPECT_NE(masters.describe().find("SYNC (12"), std::string::npos) << masters.describe();
   }
   EXPECT_EQ(others.sent(), 0u);
   EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
-  EXPECT_FALSE(heard(*system.robot));
+  EXPECT_FALSE(received(*system.robot));
 }
 
 TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
@@ -118,9 +118,9 @@ TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
   talk(can::makeFrame(canopen::cob::kSdoRequest + 99, std::array<std::uint8_t, 8>{0x40}));
   talk(can::makeFrame(canopen::cob::kTime, std::array<std::uint8_t, 6>{}));
   listen(system, second);
-  EXPECT_FALSE(heard(second)) << second.network(0).masters().describe();
+  EXPECT_FALSE(received(second)) << second.network(0).masters().describe();
   EXPECT_GT(second.network(0).counters().received, 0u);
-  // Each of what a master alone sends is heard, one frame of it.
+  // Each of what a master alone sends is received, one frame of it.
   talk(can::makeFrame(canopen::cob::kSdoRequest + 3, std::array<std::uint8_t, 8>{0x40}));
   second.listen(system.now);
   EXPECT_EQ(second.network(0).masters().describe(), "SDO request (once)");
@@ -179,10 +179,10 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     EXPECT_EQ(record.faults, safety::bit(Fault::kDrive));
     EXPECT_EQ(record.cause, safety::FaultCause::kForeignMaster) << safety::describe(record);
     EXPECT_EQ(system.guardCount(HardwareGuard::kForeignMaster), 6u) << "once for each axis of the bus";
-    int told = 0;
+    int reported = 0;
     for (const HardwareEvent& event : system.events)
-      told += event.kind == HardwareEvent::Kind::kMaster && event.bus == 0 && event.master == GetParam().kind;
-    EXPECT_EQ(told, 1) << system.story();
+      reported += event.kind == HardwareEvent::Kind::kMaster && event.bus == 0 && event.master == GetParam().kind;
+    EXPECT_EQ(reported, 1) << system.story();
 
     // The whole arm stands within the ramp and the drives' own lag, and loses its torque; the other one goes on.
     ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
@@ -229,8 +229,8 @@ TEST(ForeignMaster, TwoThatListenAtOnceAndBeginAtOnceStopEachOther) {
     system.robot->listen(system.now);
     second.listen(system.now);
   }
-  ASSERT_FALSE(heard(*system.robot));
-  ASSERT_FALSE(heard(second));
+  ASSERT_FALSE(received(*system.robot));
+  ASSERT_FALSE(received(second));
   system.robot->start(system.now);
   second.start(system.now);
   system.after_period = [&] { second.step(system.now); };
@@ -336,7 +336,7 @@ TEST(ForeignMaster, NothingIsAllocatedForIt) {
     }
   };
   counted(0.2, [&] { system.robot->listen(system.now); });
-  EXPECT_TRUE(heard(*system.robot));
+  EXPECT_TRUE(received(*system.robot));
   system.robot->start(system.now);
   counted(1.0, [&] { system.robot->step(system.now); });
   EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
@@ -356,11 +356,11 @@ TEST(ForeignMaster, ToolsThatReadObjectsAreReportedAndStopNothing) {
     system.run(0.01);
   }
   EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
-  EXPECT_EQ(system.robot->network(0).masters().heard(MasterFrame::kSdoRequest).count, 50u);
-  int told = 0;
+  EXPECT_EQ(system.robot->network(0).masters().received(MasterFrame::kSdoRequest).count, 50u);
+  int reported = 0;
   for (const HardwareEvent& event : system.events)
-    told += event.kind == HardwareEvent::Kind::kMaster && event.master == MasterFrame::kSdoRequest;
-  EXPECT_EQ(told, 1) << "once, not with every request";
+    reported += event.kind == HardwareEvent::Kind::kMaster && event.master == MasterFrame::kSdoRequest;
+  EXPECT_EQ(reported, 1) << "once, not with every request";
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ void withdraw(System& system, int arm, JointMask expected_lost) {
   system.run(0.3);
   system.after_period = nullptr;
   const ArmVector end = system.truth(arm);
-  EXPECT_LE(violation, 0.2e-3) << "joints lag behind what they are told";
+  EXPECT_LE(violation, 0.2e-3) << "joints lag behind what they are reported";
   EXPECT_LE(fastest, 2.0 * safety::kRecoveryTranslation);
   for (int j = 0; j < 6; ++j) {
     if (j >= 3 || (expected_lost & jointBit(j)) != 0)
@@ -263,7 +263,7 @@ TEST(Recovery, LeavesOutWhatItIsToldToLeaveOut) {
 /** Random lives of an arm: nothing ever moves farther in one period than an axis may, least of all after a recovery. */
 TEST(Recovery, NoRandomSequenceOfEnableJogFaultRecoverDisableJumps) {
   // Not a rotor that comes free, nor a drive that says it is elsewhere than it holds itself: such a motor jumps
-  // whatever it is told.
+  // whatever the command.
   constexpr FaultKind kKinds[] = {FaultKind::kOff,          FaultKind::kOverCurrent,     FaultKind::kFrameLoss,
                                   FaultKind::kEncoderAlarm, FaultKind::kOverTemperature, FaultKind::kIntermittent};
   constexpr int kLife = 25;  // sequences of one robot

@@ -274,13 +274,13 @@ TEST(Budgets, NoTickPassesWithASilenceAboveTheBudgetAndNoLatch) {
     ASSERT_TRUE(system.boot() && system.enable());
     const double budget = safety::Budgets{}.commandAge(System::kControlPeriod);
     system.move(0, oneJoint(4e-3));
-    std::int64_t heard = system.now;
+    std::int64_t received = system.now;
     std::uint64_t taken = system.robot->answersCommand();
     system.after_period = [&] {
       if (system.robot->answersCommand() != taken)
-        heard = system.now;
+        received = system.now;
       taken = system.robot->answersCommand();
-      if (1e-9 * static_cast<double>(system.now - heard) > budget) {
+      if (1e-9 * static_cast<double>(system.now - received) > budget) {
         ASSERT_NE(system.robot->state(0), OperatingState::kEnabled) << "a tick too many";
       }
     };

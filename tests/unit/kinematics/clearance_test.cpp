@@ -13,7 +13,7 @@ namespace {
 using namespace kinematics;
 
 /// Smallest distance by brute force: many points of either backbone with the radius of the outermost tube there.
-double bruteForce(const ArmModel& a, const Eigen::VectorXd& qa, const ArmModel& b, const Eigen::VectorXd& qb) {
+double bruteForce(const TubeModel& a, const Eigen::VectorXd& qa, const TubeModel& b, const Eigen::VectorXd& qb) {
   std::vector<ShapePoint> sa, sb;
   EXPECT_EQ(a.shape(qa, 1500, sa), ModelStatus::kOk);
   EXPECT_EQ(b.shape(qb, 1500, sb), ModelStatus::kOk);

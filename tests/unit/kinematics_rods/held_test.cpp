@@ -170,7 +170,7 @@ TEST(HeldObject, ForcesCarryTheLoadWithContactsClosed) {
     const Held scene(random, anyHolding(random), true);
     const HeldObject model = scene.model();
     Hold hold = model.start(scene.object);
-    if (model.settle(scene.q, scene.load, hold) != HoldStatus::kOk)
+    if (model.solveEquilibrium(scene.q, scene.load, hold) != HoldStatus::kOk)
       continue;
     EXPECT_LT(hold.state.drift.norm(), 1e-10);
     // Independently: the arms' own wrenches about the object's origin.
@@ -202,11 +202,11 @@ TEST(HeldObject, DerivativesAreThoseOfTheRest) {
     const Held scene(random, type, true);
     const HeldObject model = scene.model();
     Hold hold = model.start(scene.object);
-    if (model.settle(scene.q, scene.load, hold) != HoldStatus::kOk || hold.unstable > 0)
+    if (model.solveEquilibrium(scene.q, scene.load, hold) != HoldStatus::kOk || hold.unstable > 0)
       continue;
     const auto change = [&](const VectorXd& joints, const Wrench& load) -> VectorXd {
       Hold there = hold;
-      if (model.settle(scene.q + joints, scene.load + load, there) != HoldStatus::kOk)
+      if (model.solveEquilibrium(scene.q + joints, scene.load + load, there) != HoldStatus::kOk)
         return {};
       VectorXd both(6 + hold.force.size());
       both << poseDifference(hold.pose, there.pose), there.force - hold.force;
@@ -244,7 +244,7 @@ TEST(HeldObject, GivesWayReciprocally) {
     const Held scene(random, type, false);
     const HeldObject model = scene.model();
     Hold hold = model.start(scene.object);
-    if (model.settle(scene.q, scene.load, hold) != HoldStatus::kOk || hold.unstable > 0)
+    if (model.solveEquilibrium(scene.q, scene.load, hold) != HoldStatus::kOk || hold.unstable > 0)
       continue;
     Twist scale = Twist::Ones();
     scale.tail<3>().setConstant(1.0 / model.grasp().length());
@@ -275,7 +275,7 @@ TEST(HeldObject, IsTheGraspWithoutALoad) {
         q.segment<3>(segment) += tip.jacobian.colPivHouseholderQr().solve(poseDifference(tip.pose, wanted));
       }
     }
-    ASSERT_EQ(model.settle(q, Wrench::Zero(), hold), HoldStatus::kOk);
+    ASSERT_EQ(model.solveEquilibrium(q, Wrench::Zero(), hold), HoldStatus::kOk);
     EXPECT_LT(hold.force.norm(), 1e-6);
     EXPECT_EQ(hold.unstable, 0);
     std::vector<const kinematics::Tip*> tips;
@@ -304,18 +304,18 @@ TEST(HeldObject, AllocatesNothingAndSaysWhyThereIsNoRest) {
   const HeldObject model = scene.model();
   Hold hold = model.start(scene.object);
   const std::size_t before = allocationCount();
-  ASSERT_EQ(model.settle(scene.q, scene.load, hold), HoldStatus::kOk);
+  ASSERT_EQ(model.solveEquilibrium(scene.q, scene.load, hold), HoldStatus::kOk);
   if (canCountAllocations()) {
     EXPECT_EQ(allocationCount(), before);
   }
   const Isometry3d pose = hold.pose;
   VectorXd q = scene.q;
   q[3] = -0.1;
-  EXPECT_EQ(model.settle(q, scene.load, hold), HoldStatus::kArm);
+  EXPECT_EQ(model.solveEquilibrium(q, scene.load, hold), HoldStatus::kArm);
   EXPECT_EQ(hold.arm, 1);
   EXPECT_EQ(hold.arm_status, kinematics::ModelStatus::kDistalInside);
-  EXPECT_EQ(model.settle(q.head(3), scene.load, hold), HoldStatus::kNotFinite);
-  EXPECT_EQ(model.settle(scene.q, Wrench::Constant(NAN), hold), HoldStatus::kNotFinite);
+  EXPECT_EQ(model.solveEquilibrium(q.head(3), scene.load, hold), HoldStatus::kNotFinite);
+  EXPECT_EQ(model.solveEquilibrium(scene.q, Wrench::Constant(NAN), hold), HoldStatus::kNotFinite);
   EXPECT_LT(poseDifference(pose, hold.pose).norm(), 1e-15);
   EXPECT_THROW(HeldObject(model.grasp(), {scene.arms[0]}), std::invalid_argument);
 }

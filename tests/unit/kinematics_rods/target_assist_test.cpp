@@ -183,7 +183,7 @@ TEST(TargetAssist, GuessesDoNotDecideTheAnswer) {
 }
 
 TEST(TargetAssist, PullingIsNoContact) {
-  int told = 0;
+  int reported = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(40); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
@@ -198,14 +198,14 @@ TEST(TargetAssist, PullingIsNoContact) {
       continue;
     }
     EXPECT_FALSE(branch.known);
-    told += status == Status::kNoContact;
+    reported += status == Status::kNoContact;
     if (status != Status::kNoContact)
       continue;
     EXPECT_LT(chain.push, 0.0);
     meeting.pair.pushes_only = false;
     EXPECT_EQ(TargetAssist(meeting.pair).solve(q, branch, chain), Status::kOk) << "held, it can pull";
   }
-  EXPECT_GT(told, 20);
+  EXPECT_GT(reported, 20);
 }
 
 /// A slender assist arm that pushes head on against a stiff target gives way at Euler's load.

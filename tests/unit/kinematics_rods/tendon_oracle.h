@@ -7,8 +7,8 @@
 namespace tandem::test {
 
 /** Integrates the strains themselves: v' and u' by equations (17) of Rucker and Webster 2011, in which tendons are
- * distributed loads and, where they end, point loads. Begins with the strains told for the clamp; at the end nothing
- * may be left over. */
+ * distributed loads and, where they end, point loads. Begins with the strains reported for the clamp; at the end
+ * nothing may be left over. */
 struct TendonOracle {
   TendonOracle(const kinematics::cosserat::Rod& rod,
                const kinematics::cosserat::RodInput& input,

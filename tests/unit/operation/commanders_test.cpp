@@ -128,7 +128,7 @@ TEST(Commanders, AJogThatALinkHeldBackMovesNothing) {
   const ControlOrder jog = robot.jogOrder(kFirst, 0);
   EXPECT_EQ(robot.give(jog), Reason::kNone);
   robot.run(1.0, kFirst);
-  ASSERT_FALSE(robot.moves(0)) << "it lasts for a moment";
+  ASSERT_FALSE(robot.moves(0)) << "it lasts for a snapshot";
   EXPECT_EQ(robot.give(jog), Reason::kLate);
   ControlOrder foreign = robot.jogOrder(kFirst, 0);
   foreign.control_session += 1;

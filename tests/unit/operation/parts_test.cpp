@@ -62,7 +62,7 @@ TEST(DriveExchange, HearsItsOwnRobotAlone) {
   foreign = drives.state;
   foreign.joint_count[1] = 5;
   EXPECT_FALSE(exchange.take(foreign).ours);
-  EXPECT_FALSE(exchange.heard());
+  EXPECT_FALSE(exchange.received());
   EXPECT_TRUE(exchange.take(drives.state).ours);
   foreign = drives.state;
   ++foreign.placements;

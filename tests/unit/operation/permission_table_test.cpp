@@ -24,7 +24,7 @@ struct Column {
 /// One arm, measured and homed, in this state.
 Situation standing(OperatingState state) {
   Situation now;
-  now.heard = now.tips_known = true;
+  now.received = now.tips_known = true;
   now.arm_count = 1;
   now.arm[0].wanted = now.arm[0].drives = state;
   now.arm[0].valid = now.arm[0].located = now.arm[0].homed = true;

@@ -5,7 +5,7 @@
 #include <deque>
 #include <memory>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "operation/convert.h"
 #include "operation/drive_exchange.h"
 #include "planning/reference_tracker.h"

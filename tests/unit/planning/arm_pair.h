@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinematics/tube_model.h"
 #include "planning/inverse_kinematics.h"
 #include "tests/unit/support/random_tubes.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random numbers whose seed is told where a test fails. */
+/** @file Random numbers whose seed is reported where a test fails. */
 #pragma once
 
 #include <gtest/gtest.h>

@@ -30,7 +30,7 @@ struct FrameTracker : ::testing::Test {
     for (int k = 0; k < 36; ++k)
       rest.jacobian[static_cast<std::size_t>(k)] = std::sin(1.0 + 1.7 * k * k);
     rest.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    rest.above_count = rest.below_count = 1;
+    rest.higher_count = rest.lower_count = 1;
     for (std::size_t t = 0; t < 2; ++t) {
       rest.tasks[t].rows = 1;
       for (int j = 0; j < 6; ++j)
@@ -44,14 +44,14 @@ struct FrameTracker : ::testing::Test {
   planning::ReferenceTracker make(control::Method method = control::Method::kNspqp) {
     control::MethodParameters parameters;
     parameters.translation_step = 1.0;
-    return planning::ReferenceTracker::ofFrame({&limits[0], &limits[1]}, safety::RobotVector::Zero(6), method,
-                                               parameters, {5.0, 4.0});
+    return planning::ReferenceTracker::ofObject({&limits[0], &limits[1]}, safety::RobotVector::Zero(6), method,
+                                                parameters, {5.0, 4.0});
   }
   auto row(std::size_t task) const { return Eigen::RowVectorXd::Map(rest.tasks[task].jacobian.data(), 6); }
 
   std::array<safety::ArmLimits, 2> limits;
-  planning::Rest rest;
-  planning::FrameReference reference;
+  planning::Equilibrium rest;
+  planning::ObjectReference reference;
   safety::RobotVector q = safety::RobotVector::Zero(6);
   planning::TrackResult result;
 };
@@ -89,11 +89,11 @@ TEST_F(FrameTracker, TakesARestToOtherJointsToFirstOrder) {
 
 TEST_F(FrameTracker, SaysWhatItCannotUse) {
   auto tracker = make();
-  const auto status = [&](const planning::Rest& at, const planning::FrameReference& wanted) {
+  const auto status = [&](const planning::Equilibrium& at, const planning::ObjectReference& wanted) {
     tracker.step(at, q, q, wanted, result);
     return result.solution.velocity.isZero(0.0) ? result.status : planning::TrackStatus::kOk;
   };
-  EXPECT_EQ(status({}, reference), planning::TrackStatus::kRest);
+  EXPECT_EQ(status({}, reference), planning::TrackStatus::kNoEquilibrium);
   auto bad = reference;
   bad.position.x() = std::nan("");
   EXPECT_EQ(status(rest, bad), planning::TrackStatus::kReference);
@@ -106,14 +106,14 @@ TEST_F(FrameTracker, SaysWhatItCannotUse) {
   bad = reference;
   bad.tracked = {};
   EXPECT_EQ(status(rest, bad), planning::TrackStatus::kReference);
-  tracker.hold(q, q, planning::TrackStatus::kRest, result);
-  EXPECT_EQ(result.status, planning::TrackStatus::kRest);
+  tracker.hold(q, q, planning::TrackStatus::kNoEquilibrium, result);
+  EXPECT_EQ(result.status, planning::TrackStatus::kNoEquilibrium);
   planning::Reference of_tubes;
   of_tubes.task_count = 1;
   of_tubes.tasks[0].kind = planning::TaskKind::kTipPosition;
   tracker.step(q, q, of_tubes, result);
   EXPECT_EQ(result.status, planning::TrackStatus::kModel) << "there are no tips";
-  EXPECT_THROW((planning::ReferenceTracker::ofFrame({&limits[0]}, q, control::Method::kNspqp, {}, {})),
+  EXPECT_THROW((planning::ReferenceTracker::ofObject({&limits[0]}, q, control::Method::kNspqp, {}, {})),
                std::invalid_argument);
 }
 
@@ -125,7 +125,7 @@ TEST_F(FrameTracker, AllocatesNothing) {
     tracker.step(rest, q, q, reference, result);
     const std::size_t before = allocationCount();
     tracker.step(rest, q, q, reference.after(0.01), result);
-    tracker.hold(q, q, planning::TrackStatus::kRest, result);
+    tracker.hold(q, q, planning::TrackStatus::kNoEquilibrium, result);
     EXPECT_EQ(allocationCount(), before);
   }
 }
@@ -140,9 +140,9 @@ TEST(PathReference, LeadsToWhereThePathIsAPeriodLater) {
   start.translation() << 0.1, 0.0, 0.2;
   constexpr double kStep = 0.01;
   for (double time = 0.0; time < 2.0; time += 0.1) {
-    const planning::FrameReference now = planning::pathReference(path, start, time, kStep);
-    const planning::FrameReference next = planning::pathReference(path, start, time + kStep, kStep);
-    const planning::FrameReference led = now.after(kStep);
+    const planning::ObjectReference now = planning::pathReference(path, start, time, kStep);
+    const planning::ObjectReference next = planning::pathReference(path, start, time + kStep, kStep);
+    const planning::ObjectReference led = now.after(kStep);
     EXPECT_LT((led.position - next.position).norm(), 1e-15);
     EXPECT_LT(led.orientation.angularDistance(next.orientation), 1e-7);
     EXPECT_EQ(now.tracked, (std::array<bool, 6>{true, true, true, false, true, false}));

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "kinematics/tube_model.h"
 #include "tests/unit/kinematics/differences.h"
 #include "tests/unit/planning/arm_pair.h"
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinematics/tube_model.h"
 #include "tests/unit/safety/allocation_counter.h"
 #include "tests/unit/support/random_tubes.h"
 

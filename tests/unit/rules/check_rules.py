@@ -26,6 +26,7 @@ MAY_USE = {
     "sim/drives": ["safety", "kinematics", "hal/can", "hal/canopen"],
     "config": ["safety", "kinematics", "control", "planning", "hal", "sim"],
     "robots": ["safety", "kinematics", "control", "planning", "config"],
+    "robots/plant": ["safety", "kinematics", "control", "planning", "config", "sim"],
     "operation": ["safety", "kinematics", "control", "planning", "config", "robots", "idl"],
     "experiments": ["safety", "kinematics", "control", "planning", "hal", "sim", "config", "robots"],
     "recording": [],
@@ -57,8 +58,12 @@ FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthrea
                        r"|\bsystem_clock\b")
 
 # Types of robots: others ask for a capability (robots/capability.h).
-ROBOT_TYPE = re.compile(r"(?:\.|->)catheters\b")
+ROBOT_TYPE = re.compile(r"\brobot\w*(?:\.|->)(?:type|data)\b")
 KNOWS_TYPES = ["robots", "config", "tests"]
+
+# Words that docs/glossary.md replaces in every sense, comments included.
+REPLACED = re.compile(r"\b(?:hears?|heard|hearing|deaf|told|desks?|settle[sd]?)\b", re.IGNORECASE)
+HAVE_THEM = ["tests/unit/rules"]
 
 MOST_LINES = 400
 CODE = {".h", ".hpp", ".c", ".cc", ".cpp"}
@@ -118,6 +123,10 @@ def check_file(tree, path):
         yield first + 1, f"does not begin with {LICENSE}"
     if len(lines) >= MOST_LINES:
         yield len(lines), f"has {len(lines)} lines, fewer than {MOST_LINES} are allowed"
+    for number, line in enumerate(lines, 1):
+        word = REPLACED.search(line)
+        if word and not within(path, HAVE_THEM):
+            yield number, f"says '{word.group(0)}': docs/glossary.md has the term"
     if suffix not in CODE:
         return
     if suffix in {".h", ".hpp"} and "#pragma once" not in text:

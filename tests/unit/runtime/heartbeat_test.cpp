@@ -57,7 +57,7 @@ class Manager {
     return text;
   }
   /// Whether one that holds these words comes in time; `meanwhile` is called while waiting.
-  bool hears(
+  bool receives(
       const std::string& words,
       const std::function<void()>& meanwhile = [] {}) {
     const std::int64_t end = monotonicNow() + static_cast<std::int64_t>(1e9 * kPatience);
@@ -106,10 +106,10 @@ TEST(Heartbeat, SaysReadyWithTheFirstBeatAndStopsOnce) {
     {
       Heartbeat heartbeat(stop);
       EXPECT_EQ(manager.next(0.1), std::nullopt) << "ready before anything ran";
-      EXPECT_TRUE(manager.hears("READY=1", [&] { heartbeat.beat(); }));
-      EXPECT_TRUE(manager.hears("STATUS=running", [&] { heartbeat.beat(); }));
+      EXPECT_TRUE(manager.receives("READY=1", [&] { heartbeat.beat(); }));
+      EXPECT_TRUE(manager.receives("STATUS=running", [&] { heartbeat.beat(); }));
       stop.request();
-      EXPECT_TRUE(manager.hears("STOPPING=1"));
+      EXPECT_TRUE(manager.receives("STOPPING=1"));
     }
     EXPECT_FALSE([&] {
       while (const auto message = manager.next(0.0)) {
@@ -143,9 +143,9 @@ TEST(Heartbeat, FeedsTheWatchdogOnlyWhileTheLoopRuns) {
       return !end;
     });
   });
-  EXPECT_TRUE(manager.hears("READY=1"));
-  EXPECT_TRUE(manager.hears("WATCHDOG=1"));
-  EXPECT_TRUE(manager.hears("cycles, "));
+  EXPECT_TRUE(manager.receives("READY=1"));
+  EXPECT_TRUE(manager.receives("WATCHDOG=1"));
+  EXPECT_TRUE(manager.receives("cycles, "));
   hang = true;
   while (!hanging)
     std::this_thread::yield();
@@ -170,9 +170,9 @@ TEST(Heartbeat, IsNotFedByALoopThatLeavesOutMoreThanItRuns) {
     s.skipped += share * ran;
     heartbeat.beat(s);
   };
-  EXPECT_TRUE(manager.hears("READY=1", [&] { run(0); }));
-  EXPECT_TRUE(manager.hears("WATCHDOG=1", [&] { run(1); }));
-  EXPECT_TRUE(manager.hears("does not keep its period", [&] { run(2); }));
+  EXPECT_TRUE(manager.receives("READY=1", [&] { run(0); }));
+  EXPECT_TRUE(manager.receives("WATCHDOG=1", [&] { run(1); }));
+  EXPECT_TRUE(manager.receives("does not keep its period", [&] { run(2); }));
   manager.forget();
   EXPECT_FALSE([&] {
     for (int k = 0; k < 100; ++k) {
@@ -183,7 +183,7 @@ TEST(Heartbeat, IsNotFedByALoopThatLeavesOutMoreThanItRuns) {
     }
     return false;
   }());
-  EXPECT_TRUE(manager.hears("WATCHDOG=1", [&] { run(0); }));
+  EXPECT_TRUE(manager.receives("WATCHDOG=1", [&] { run(0); }));
 }
 
 TEST(Heartbeat, LeavesTheWatchdogOfAnotherProcessAlone) {
@@ -191,7 +191,7 @@ TEST(Heartbeat, LeavesTheWatchdogOfAnotherProcessAlone) {
   setenv("WATCHDOG_PID", "1", 1);
   const StopSignal stop;
   Heartbeat heartbeat(stop);
-  EXPECT_TRUE(manager.hears("READY=1", [&] { heartbeat.beat(); }));
+  EXPECT_TRUE(manager.receives("READY=1", [&] { heartbeat.beat(); }));
   for (int k = 0; k < 20; ++k) {
     heartbeat.beat();
     EXPECT_EQ(manager.feeds(5e-3), 0);

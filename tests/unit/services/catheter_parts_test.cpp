@@ -5,9 +5,10 @@
 #include "catheter_system.h"
 #include "operation/convert.h"
 #include "robots/path_run.h"
+#include "robots/robot_type.h"
 #include "services/control/catheter_places.h"
-#include "services/control/frame_loop.h"
-#include "services/planning/computation_desk.h"
+#include "services/control/object_loop.h"
+#include "services/planning/computation_request_handler.h"
 #include "services/simulation/catheter_tips.h"
 
 namespace tandem::test {
@@ -46,7 +47,7 @@ TEST(PathRun, EndsWhatGoesWrongWithWords) {
   away[3] += 2e-3;
   fails_with(away, "the path is left by 2 mm, more than 1 mm");
   begin();
-  fails_with(safety::RobotVector::Constant(6, std::nan("")), "no rest at the present joints: ");
+  fails_with(safety::RobotVector::Constant(6, std::nan("")), "no equilibrium at the present joints: ");
   begin();
   fails_with(safety::RobotVector(), "the measured joints are not valid");
   begin();
@@ -58,41 +59,42 @@ TEST(PathRun, EndsWhatGoesWrongWithWords) {
   EXPECT_EQ(run.progress().iteration, 2);
 }
 
-TEST(RestFollower, WalksToJointsThatAreFar) {
+TEST(EquilibriumFollower, WalksToJointsThatAreFar) {
   const service::Setup setup = makeSetup("ablation-pair");
-  robots::RestFollower jump = robots::makeRestFollower(setup.robot), walk = robots::makeRestFollower(setup.robot);
+  robots::EquilibriumFollower jump = robots::makeEquilibriumFollower(setup.robot),
+                              walk = robots::makeEquilibriumFollower(setup.robot);
   const safety::RobotVector home = jump.joints();
   safety::RobotVector far = home;
   far[0] += 0.02;
   far[3] += 0.02;
-  ASSERT_EQ(jump.settle(far), "");
+  ASSERT_EQ(jump.solveEquilibrium(far), "");
   for (int k = 1; k <= 200; ++k)
-    ASSERT_EQ(walk.settle(home + k / 200.0 * (far - home)), "");
+    ASSERT_EQ(walk.solveEquilibrium(home + k / 200.0 * (far - home)), "");
   EXPECT_LT((jump.mechanism().pose().translation() - walk.mechanism().pose().translation()).norm(), 1e-9);
-  EXPECT_NE(jump.settle(safety::RobotVector::Zero(5)), "");
+  EXPECT_NE(jump.solveEquilibrium(safety::RobotVector::Zero(5)), "");
   EXPECT_EQ(jump.joints(), far) << "the last rest stays";
 }
 
-TEST(FrameLoop, HoldsWithoutAFreshRest) {
+TEST(ObjectLoop, HoldsWithoutAFreshRest) {
   const service::Setup setup = makeSetup("ablation-pair");
   const robots::RobotModel model(setup.robot);
-  const auto tracker = service::OrderDesk(setup, model).makeTracker();
-  service::FrameLoop loop(setup);
+  const auto tracker = service::ControlRequestHandler(setup, model).makeTracker();
+  service::ObjectLoop loop(setup);
   safety::RobotVector home(6), still = safety::RobotVector::Zero(6);
   home << setup.robot.arms[0].home, setup.robot.arms[1].home;
-  const auto mechanism = robots::makeMechanism(setup.robot);
-  ASSERT_EQ(mechanism->settle(home), "");
+  const auto mechanism = robots::typeOf(setup.robot).makeMechanism(setup.robot);
+  ASSERT_EQ(mechanism->solveEquilibrium(home), "");
   planning::Reference tasks;
   tasks.task_count = 1;
-  tasks.tasks[0].kind = planning::TaskKind::kFrame;
+  tasks.tasks[0].kind = planning::TaskKind::kObjectPose;
   tasks.frame.position = mechanism->pose().translation() + Eigen::Vector3d(0.0, 0.0, 1e-4);
   tasks.frame.orientation = Eigen::Quaterniond(mechanism->pose().linear());
   tasks.frame.tracked[2] = true;
   planning::TrackResult result;
   std::int64_t now = 1'000'000'000;
   const auto step = [&] { return loop.step(now, home, still, tasks, *tracker, result); };
-  EXPECT_EQ(step(), dds::HoldReason::kNoRest) << "none yet";
-  EXPECT_EQ(result.status, planning::TrackStatus::kRest);
+  EXPECT_EQ(step(), dds::HoldReason::kNoEquilibrium) << "none yet";
+  EXPECT_EQ(result.status, planning::TrackStatus::kNoEquilibrium);
   EXPECT_TRUE(result.solution.velocity.isZero(0.0));
   loop.ask(now, home, still, *tracker);
   EXPECT_EQ(step(), dds::HoldReason::kNone);
@@ -102,28 +104,28 @@ TEST(FrameLoop, HoldsWithoutAFreshRest) {
   now += 40'000'000;
   EXPECT_EQ(step(), dds::HoldReason::kNone) << "an older one will do";
   now += 400'000'000;
-  EXPECT_EQ(step(), dds::HoldReason::kNoRest) << "too old";
+  EXPECT_EQ(step(), dds::HoldReason::kNoEquilibrium) << "too old";
   loop.ask(now, home, still, *tracker);
   EXPECT_EQ(step(), dds::HoldReason::kNone);
   loop.restart();
-  EXPECT_EQ(step(), dds::HoldReason::kNoRest) << "of joints that have been put elsewhere";
+  EXPECT_EQ(step(), dds::HoldReason::kNoEquilibrium) << "of joints that have been put elsewhere";
   loop.ask(now, home, still, *tracker);
   EXPECT_EQ(step(), dds::HoldReason::kNone);
 }
 
-TEST(Settler, AnswersFromItsThread) {
+TEST(EquilibriumSolver, AnswersFromItsThread) {
   const service::Setup setup = makeSetup("ablation-pair");
-  service::Settler settler(setup);
-  settler.start();
-  service::Settler::Wish wish;
+  service::EquilibriumSolver equilibrium_solver(setup);
+  equilibrium_solver.start();
+  service::EquilibriumSolver::Request wish;
   wish.stamp = 5;
   wish.joint_count = 6;
   Eigen::Vector3d::Map(wish.joints.data()) = setup.robot.arms[0].home;
   Eigen::Vector3d::Map(wish.joints.data() + 3) = setup.robot.arms[1].home;
-  settler.ask(wish);
-  settler.stop();  // after what was asked for
-  service::Settler::Answer answer;
-  ASSERT_TRUE(settler.take(answer));
+  equilibrium_solver.ask(wish);
+  equilibrium_solver.stop();  // after what was asked for
+  service::EquilibriumSolver::Result answer;
+  ASSERT_TRUE(equilibrium_solver.take(answer));
   EXPECT_EQ(answer.stamp, 5);
   EXPECT_EQ(answer.rest.joint_count, 6);
 }
@@ -131,10 +133,10 @@ TEST(Settler, AnswersFromItsThread) {
 TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
   System system("ablation-pair");
   system.run(0.1);
-  service::CatheterMoment moment;
-  system.sim.trueJoints(moment);
-  ASSERT_EQ(moment.joint_count, 6);
-  const dds::TipPoses tips = service::CatheterTips(system.setup).at(moment);
+  service::CatheterSnapshot snapshot;
+  system.sim.trueJoints(snapshot);
+  ASSERT_EQ(snapshot.joint_count, 6);
+  const dds::TipPoses tips = service::CatheterTips(system.setup).at(snapshot);
   service::CatheterPlaces places(system.setup, system.model);
   ASSERT_TRUE(places.update(system.state));
   for (int k = 0; k < 2; ++k) {
@@ -151,16 +153,16 @@ TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
 
 TEST(Catheters, PlanningComputesNothingForThem) {
   const service::Setup setup = makeSetup("ablation-pair");
-  std::vector<dds::Reply> replies;  // of the desk's one sending thread, which ends before they are read
+  std::vector<dds::Reply> replies;  // of the handler's one sending thread, which ends before they are read
   {
-    service::ComputationDesk desk(setup, [&](const service::ComputationDesk::Outgoing& message) {
+    service::ComputationRequestHandler handler(setup, [&](const service::ComputationRequestHandler::Outgoing& message) {
       replies.push_back(std::get<dds::Reply>(message));
     });
     dds::ComputationRequest request;
     request.client = 7;
     request.request = 3;
     request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
-    desk.onRequest(request);
+    handler.onRequest(request);
   }
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_EQ(replies[0].request, 3u);
@@ -171,14 +173,14 @@ TEST(Catheters, PlanningComputesNothingForThem) {
 TEST(Catheters, FramesCrossTheWire) {
   planning::Reference reference;
   reference.task_count = 1;
-  reference.tasks[0].kind = planning::TaskKind::kFrame;
+  reference.tasks[0].kind = planning::TaskKind::kObjectPose;
   reference.frame.position = {0.1, 0.2, 0.3};
   reference.frame.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()));
   reference.frame.feed_forward << 1, 2, 3, 4, 5, 6;
   reference.frame.tracked = {true, false, true, false, false, true};
   dds::PlanningReference message;
   dds::setTasks(reference, message);
-  const planning::FrameReference back = dds::tasksOf(message).frame;
+  const planning::ObjectReference back = dds::tasksOf(message).frame;
   EXPECT_EQ(back.position, reference.frame.position);
   EXPECT_EQ(back.orientation.coeffs(), reference.frame.orientation.coeffs());
   EXPECT_EQ(back.tracked, reference.frame.tracked);

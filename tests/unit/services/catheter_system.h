@@ -29,7 +29,7 @@ struct Stepped : System {
     command(safety::StateCommand::kEnable);
     tell();
     sim.onCommand(output.command, 0);
-    hear();
+    receive();
     tell();
   }
   /// Control's status, without a step.
@@ -37,7 +37,7 @@ struct Stepped : System {
     control.cycle(now, false, output);
     planning.onStatus(output.status);
   }
-  void hear() {
+  void receive() {
     sim.state(0, state);
     control.onState(state);
     planning.onState(state);
@@ -56,7 +56,7 @@ struct Stepped : System {
       control.cycle(now, true, output);
       planning.onStatus(output.status);
       sim.onCommand(output.command, 0);
-      hear();
+      receive();
     }
     return all;
   }

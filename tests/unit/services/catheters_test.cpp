@@ -10,6 +10,7 @@
 #include "config/path.h"
 #include "operation/convert.h"
 #include "robots/catheters.h"
+#include "robots/robot_type.h"
 #include "robots/track.h"
 #include "tests/unit/safety/allocation_counter.h"
 
@@ -45,7 +46,7 @@ void squeezed(config::Deployment& deployment) {
 /// @return how many steps came before the path
 int expectSameAsInOneProcess(const std::string& preset, const std::string& text, Change change = inStep) {
   Stepped system(preset, change);
-  const auto mechanism = robots::makeMechanism(system.setup.robot);
+  const auto mechanism = robots::typeOf(system.setup.robot).makeMechanism(system.setup.robot);
   planning::ObjectPath path = config::parsePath(text, "test");
   path.length = mechanism->length();
   robots::TrackOptions options;
@@ -183,13 +184,15 @@ TEST(Catheters, HoldAndThenFaultWhenTheirRestIsNotKnownAnyMore) {
   EXPECT_EQ(system.output.status.hold, 0);
   EXPECT_EQ(dds::name(static_cast<dds::Model>(system.output.status.model)), "elastic");
   system.frames->start();
-  system.frames->stop();  // nobody settles from here on
-  const auto held = [&] { return static_cast<dds::HoldReason>(system.output.status.hold) == dds::HoldReason::kNoRest; };
+  system.frames->stop();  // no equilibrium is computed from here on
+  const auto held = [&] {
+    return static_cast<dds::HoldReason>(system.output.status.hold) == dds::HoldReason::kNoEquilibrium;
+  };
   const double until = system.until(held, 0.2);
   EXPECT_GE(until, 0.03) << "rests are used up to an age";
   EXPECT_LE(until, 0.08);
   EXPECT_EQ(system.shown(0), OperatingState::kEnabled);
-  EXPECT_NE(dds::name(dds::HoldReason::kNoRest).find("no rest"), std::string_view::npos);
+  EXPECT_NE(dds::name(dds::HoldReason::kNoEquilibrium).find("no equilibrium"), std::string_view::npos);
   const auto faulted = [&] { return system.shown(0) == OperatingState::kFault; };
   EXPECT_GT(system.until(faulted, 0.2), 0.01);
   EXPECT_EQ(system.control.faultRecord(0).faults, bit(safety::Fault::kSolver));
@@ -243,11 +246,11 @@ TEST(Catheters, AreNotDrivenByAnOperator) {
   ASSERT_EQ(system.shown(0), OperatingState::kEnabled);
   const auto before = system.state.position;
   drive(0.3, true);
-  operation::OperatorMoment moment;
-  operation::CrtkMoment crtk;
-  system.control.fillMoments(system.now, moment, crtk);
-  EXPECT_EQ(moment.reason, operation::Reason::kCatheters);
-  EXPECT_NE(std::string(operation::operatorWords(moment.reason)).find("not tip by tip"), std::string::npos);
+  operation::OperatorSnapshot snapshot;
+  operation::CrtkSnapshot crtk;
+  system.control.fillMoments(system.now, snapshot, crtk);
+  EXPECT_EQ(snapshot.reason, operation::Reason::kCatheters);
+  EXPECT_NE(std::string(operation::operatorWords(snapshot.reason)).find("not tip by tip"), std::string::npos);
   EXPECT_EQ(system.state.position, before);
 }
 

@@ -10,7 +10,7 @@
 
 #include "services/computation/reports.h"
 #include "services/dds/validate.h"
-#include "services/planning/computation_desk.h"
+#include "services/planning/computation_request_handler.h"
 #include "services/runtime/periodic_loop.h"
 #include "tests/unit/services/system.h"
 
@@ -19,8 +19,8 @@ namespace {
 
 using dds::ComputationKind;
 using service::Computation;
-using service::ComputationDesk;
 using service::ComputationProblem;
+using service::ComputationRequestHandler;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -220,17 +220,18 @@ TEST(Computation, AStartOutsideItsLimitsIsAnAnswerAndNoRefusal) {
   EXPECT_NE(result.reason.find("outside its limits"), std::string::npos) << result.reason;
 }
 
-/// A desk, and what it has said.
+/// A handler, and what it has said.
 class Listener {
  public:
   explicit Listener(const service::Setup& setup)
-      : desk(std::make_unique<ComputationDesk>(setup, [this](const ComputationDesk::Outgoing& message) {
-          {
-            const std::lock_guard lock(mutex_);
-            heard_.push_back(message);
-          }
-          changed_.notify_all();
-        })) {}
+      : handler(std::make_unique<ComputationRequestHandler>(setup,
+                                                            [this](const ComputationRequestHandler::Outgoing& message) {
+                                                              {
+                                                                const std::lock_guard lock(mutex_);
+                                                                received_.push_back(message);
+                                                              }
+                                                              changed_.notify_all();
+                                                            })) {}
 
   /// The first message of that type and request, waited for.
   template <class M>
@@ -238,7 +239,7 @@ class Listener {
     std::optional<M> found;
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] {
-      for (const auto& message : heard_) {
+      for (const auto& message : received_) {
         const M* m = std::get_if<M>(&message);
         if (!found && m != nullptr && m->request == request)
           found = *m;
@@ -250,7 +251,7 @@ class Listener {
   void send(dds::ComputationRequest request, std::uint64_t number, std::uint64_t client = 5) {
     request.client = client;
     request.request = number;
-    desk->onRequest(request);
+    handler->onRequest(request);
   }
   void send(ComputationKind kind, std::uint64_t number, std::uint64_t computation, std::uint64_t client = 5) {
     dds::ComputationRequest request;
@@ -262,10 +263,10 @@ class Listener {
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<ComputationDesk::Outgoing> heard_;
+  std::vector<ComputationRequestHandler::Outgoing> received_;
 
  public:
-  std::unique_ptr<ComputationDesk> desk;
+  std::unique_ptr<ComputationRequestHandler> handler;
 };
 
 dds::ComputationRequest endless(const Fixture& fixture) {
@@ -279,12 +280,12 @@ dds::ReplyCode codeOf(const std::optional<dds::Reply>& reply) {
   return reply ? static_cast<dds::ReplyCode>(reply->code) : dds::ReplyCode::kFailed;
 }
 
-TEST(ComputationDesk, OneAtATimeWithProgressAndCancelledAtOnce) {
+TEST(ComputationRequestHandler, OneAtATimeWithProgressAndCancelledAtOnce) {
   Fixture fixture;
   Listener listener(fixture.setup);
   listener.send(fixture.request, 1);
   EXPECT_EQ(codeOf(listener.await<dds::Reply>(1)), dds::ReplyCode::kWrongState) << "nobody knows the joints";
-  listener.desk->onState(fixture.state());
+  listener.handler->onState(fixture.state());
   listener.send(endless(fixture), 2);
   EXPECT_EQ(codeOf(listener.await<dds::Reply>(2)), dds::ReplyCode::kOk);
   ASSERT_TRUE(listener.await<dds::ComputationProgress>(2));
@@ -308,10 +309,10 @@ TEST(ComputationDesk, OneAtATimeWithProgressAndCancelledAtOnce) {
   EXPECT_EQ(good->start, service::listOf(fixture.home));
 }
 
-TEST(ComputationDesk, ATimeLimitASilentClientAndTheEndCancel) {
+TEST(ComputationRequestHandler, ATimeLimitASilentClientAndTheEndCancel) {
   Fixture fixture;
   Listener listener(fixture.setup);
-  listener.desk->onState(fixture.state());
+  listener.handler->onState(fixture.state());
   dds::ComputationRequest request = endless(fixture);
   request.time_limit = 0.2;
   listener.send(request, 1);
@@ -322,37 +323,38 @@ TEST(ComputationDesk, ATimeLimitASilentClientAndTheEndCancel) {
   const auto silent = listener.await<dds::ComputationResult>(2);
   ASSERT_TRUE(silent);
   EXPECT_EQ(static_cast<dds::CancelledBy>(silent->cancelled_by), dds::CancelledBy::kSilence);
-  EXPECT_GE(silent->elapsed, ComputationDesk::kSilence);
+  EXPECT_GE(silent->elapsed, ComputationRequestHandler::kSilence);
   listener.send(endless(fixture), 3);
   ASSERT_TRUE(listener.await<dds::ComputationProgress>(3));
-  listener.desk.reset();
+  listener.handler.reset();
   const auto ended = listener.await<dds::ComputationResult>(3, 0.0);
   ASSERT_TRUE(ended);
   EXPECT_EQ(static_cast<dds::CancelledBy>(ended->cancelled_by), dds::CancelledBy::kEnd);
 }
 
-TEST(ComputationDesk, ComputesBelowTheOthersInPriority) {
+TEST(ComputationRequestHandler, ComputesBelowTheOthersInPriority) {
   Fixture fixture;
   Listener listener(fixture.setup);
-  listener.desk->onState(fixture.state());
+  listener.handler->onState(fixture.state());
   listener.send(fixture.request, 1);
   ASSERT_TRUE(listener.await<dds::Reply>(1));
   int low = 0;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task"))
-    low += getpriority(PRIO_PROCESS, static_cast<id_t>(std::stoi(task.path().filename()))) >= ComputationDesk::kNice;
+    low += getpriority(PRIO_PROCESS, static_cast<id_t>(std::stoi(task.path().filename()))) >=
+           ComputationRequestHandler::kNice;
   EXPECT_EQ(low, 1);
   ASSERT_TRUE(listener.await<dds::ComputationResult>(1));
 }
 
-TEST(ComputationDesk, NoiseOfEncodersIsNoStartOutsideTheLimits) {
+TEST(ComputationRequestHandler, NoiseOfEncodersIsNoStartOutsideTheLimits) {
   Fixture fixture;
   Listener listener(fixture.setup);
-  listener.desk->onState(fixture.state(1e-5));
+  listener.handler->onState(fixture.state(1e-5));
   listener.send(fixture.request, 1);
   const auto result = listener.await<dds::ComputationResult>(1);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->report.start, "");
-  listener.desk->onState(fixture.state(0.01));
+  listener.handler->onState(fixture.state(0.01));
   listener.send(fixture.request, 2);
   const auto outside = listener.await<dds::ComputationResult>(2);
   ASSERT_TRUE(outside);

@@ -274,9 +274,9 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   request.kind = static_cast<std::uint8_t>(ControlKind::kSetMethod);
   request.text = "snsqp";
   dds::Reply refusal;
-  auto order = s.desk.parse(request, 7, refusal);
+  auto order = s.handler.parse(request, 7, refusal);
   ASSERT_TRUE(order);
-  EXPECT_EQ(s.desk.settle(s.control.order(*order, s.now)).accepted, 0);
+  EXPECT_EQ(s.handler.replyTo(s.control.order(*order, s.now)).accepted, 0);
   dds::PlanningRequest stop;
   stop.client = 7;
   stop.kind = 4;
@@ -284,17 +284,17 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   s.planning.onRequest(stop, path);
   s.run(0.3);
   s.order(ControlKind::kKeepLease);
-  order = s.desk.parse(request, 7, refusal);
+  order = s.handler.parse(request, 7, refusal);
   ASSERT_TRUE(order);
-  EXPECT_EQ(s.desk.settle(s.control.order(*order, s.now)).accepted, 1);
+  EXPECT_EQ(s.handler.replyTo(s.control.order(*order, s.now)).accepted, 1);
   s.run(0.2);
   EXPECT_EQ(s.output.status.method, static_cast<std::uint8_t>(control::Method::kSnsqp));
   request.text = "newton";
-  EXPECT_FALSE(s.desk.parse(request, 7, refusal));
+  EXPECT_FALSE(s.handler.parse(request, 7, refusal));
   EXPECT_NE(refusal.reason.find("newton"), std::string::npos);
   // Nothing is prepared for others, whatever they ask for.
   for (const std::uint64_t holder : {0, 8}) {
-    EXPECT_FALSE(s.desk.parse(request, holder, refusal));
+    EXPECT_FALSE(s.handler.parse(request, holder, refusal));
     EXPECT_EQ(refusal.code, static_cast<std::uint8_t>(dds::ReplyCode::kNotLeaseHolder));
   }
 }
@@ -349,13 +349,13 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
   for (const auto& [method, word, meaning] : idl::Enumeration<control::Method>::entries) {
     System s("laptop-1khz");
     s.setup.deployment.method = method;
-    service::OrderDesk desk(s.setup, s.model);
-    operation::ControlCore control(service::siteOf(s.setup, s.model), desk.makeTracker());
+    service::ControlRequestHandler handler(s.setup, s.model);
+    operation::ControlCore control(service::siteOf(s.setup, s.model), handler.makeTracker());
     s.getMoving();
     const dds::ActuationState state = s.state;
     dds::PlanningReference reference = s.reference_message;
     ASSERT_GT(reference.task_count, 0);
-    // The same moment for a control of each method: enabled, following.
+    // The same snapshot for a control of each method: enabled, following.
     operation::ControlOrder order;
     order.client = 7;
     order.kind = ControlKind::kAcquireLease;

@@ -11,9 +11,9 @@ namespace tandem::test {
 namespace {
 
 using dds::ControlKind;
-using operation::CrtkMoment;
 using operation::CrtkOrder;
 using operation::CrtkOutcome;
+using operation::CrtkSnapshot;
 using operation::kPairGroup;
 using safety::OperatingState;
 using safety::StateCommand;
@@ -74,7 +74,7 @@ struct Crtk : System {
   void check() {
     for (int k = 0; k < 2; ++k)
       ASSERT_LE(safety::largestViolation(*model.limits()[static_cast<std::size_t>(k)], joints(k)), 1e-9);
-    control.fillMoments(now, moment, crtk);
+    control.fillMoments(now, snapshot, crtk);
   }
   safety::ArmVector joints(int k) { return dds::jointsOf(state.position, k, model.size(k)); }
   Eigen::VectorXd both() {
@@ -94,8 +94,8 @@ struct Crtk : System {
     return reason;
   }
 
-  operation::OperatorMoment moment;
-  CrtkMoment crtk;
+  operation::OperatorSnapshot snapshot;
+  CrtkSnapshot crtk;
 };
 
 Eigen::VectorXd joint(int j, double value) {

@@ -115,7 +115,7 @@ TEST(Faults, AnOrderRightAfterItsOppositeIsNone) {
 }
 
 TEST(Faults, AStopStaysLatchedInDrivesWhoseFaultControlHadNotSeen) {
-  // Both hear of the stop at once; what control then asks for comes from a state in which the drives were ENABLED.
+  // Both learn of the stop at once; what control then asks for comes from a state in which the drives were ENABLED.
   for (int delay = 1; delay < 60; delay += 7) {
     SCOPED_TRACE(delay);
     System s;

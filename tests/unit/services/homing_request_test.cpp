@@ -74,8 +74,8 @@ class HomingSystem {
   std::vector<hal::can::Bus*> buses_;
   std::optional<service::HalCore> hal_;
   robots::RobotModel model_{of_control_.robot};
-  service::OrderDesk desk_{of_control_, model_};
-  operation::ControlCore control_{service::siteOf(of_control_, model_), desk_.makeTracker()};
+  service::ControlRequestHandler handler_{of_control_, model_};
+  operation::ControlCore control_{service::siteOf(of_control_, model_), handler_.makeTracker()};
   operation::CycleOutput output_;
   dds::ActuationState state_;
   std::int64_t now_ = 1'000'000'000;

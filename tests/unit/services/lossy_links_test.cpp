@@ -164,7 +164,7 @@ TEST(LossyLinks, StopAnArmWhoseCommandsAreLostNowAndThen) {
     s.command(safety::StateCommand::kEnable);
     s.run(0.2);
     EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << safety::describe(s.sim.faultRecord(0));
-    EXPECT_LT(s.hal.command_success, 1.0) << "it is still told";
+    EXPECT_LT(s.hal.command_success, 1.0) << "it is still reported";
   }
 }
 

@@ -46,7 +46,7 @@ struct Operated : System {
     if (ticks % 200 == 0)
       order(ControlKind::kKeepLease, kOperator);
     tick();
-    control.fillMoments(now, moment, crtk_moment);
+    control.fillMoments(now, snapshot, crtk_moment);
   }
   void go(double seconds) {
     for (int i = 0; i < std::lround(1000 * seconds); ++i)
@@ -81,12 +81,12 @@ struct Operated : System {
     return found.pose.translation();
   }
   Eigen::Vector3d relative() { return tip(0) - tip(1); }
-  State operatorState() const { return moment.state; }
+  State operatorState() const { return snapshot.state; }
   dds::Source source() const { return static_cast<dds::Source>(output.status.source); }
 
   dds::TeleopInput input;
-  operation::OperatorMoment moment;
-  operation::CrtkMoment crtk_moment;
+  operation::OperatorSnapshot snapshot;
+  operation::CrtkSnapshot crtk_moment;
   bool sending = true;
 };
 
@@ -147,7 +147,7 @@ TEST(Operator, StopsWithinTheBudgetWhenTheStreamFallsSilent) {
   const double seconds = s.goUntil([&] { return s.standing(); }, 1.0);
   EXPECT_GE(seconds, 0.0);
   EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
-  EXPECT_EQ(s.moment.reason, operation::Reason::kSilent);
+  EXPECT_EQ(s.snapshot.reason, operation::Reason::kSilent);
   // It comes back with the switch held all the time: nothing moves until it is released and held again.
   const auto there = s.state.position;
   s.sending = true;
@@ -177,7 +177,7 @@ TEST(Operator, OldInputsDoNotCountHoweverManyCome) {
       1.0);
   EXPECT_GE(seconds, 0.0);
   EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
-  EXPECT_GT(s.moment.late, 0u);
+  EXPECT_GT(s.snapshot.late, 0u);
 }
 
 TEST(Operator, OneCommander) {
@@ -195,8 +195,8 @@ TEST(Operator, OneCommander) {
   }
   EXPECT_GT(s.tip(0).y(), before);
   EXPECT_EQ(s.operatorState(), State::kFollowing);
-  EXPECT_EQ(s.moment.refused_client, 8u);
-  EXPECT_EQ(s.moment.refusal, operation::Reason::kNotCommander);
+  EXPECT_EQ(s.snapshot.refused_client, 8u);
+  EXPECT_EQ(s.snapshot.refusal, operation::Reason::kNotCommander);
 }
 
 TEST(Operator, ASwitchThatIsHeldFromTheStartDoesNotCount) {
@@ -218,7 +218,7 @@ TEST(Operator, NothingMovesByEnablingWhileTheSwitchIsHeld) {
   s.input.operator_present = 1;
   s.input.linear = {0.0, 0.01, 0.0};
   s.go(0.2);
-  EXPECT_EQ(s.moment.reason, operation::Reason::kNotEnabled);
+  EXPECT_EQ(s.snapshot.reason, operation::Reason::kNotEnabled);
   s.command(StateCommand::kEnable, kOperator);
   const auto there = s.state.position;
   s.go(0.5);
@@ -240,7 +240,7 @@ TEST(Operator, HandsOverFromAndToPlanningWithoutAJump) {
   s.input.linear = {0.0, 0.0, 0.0};
   s.go(0.2);
   EXPECT_EQ(s.source(), dds::Source::kPlanning);
-  EXPECT_EQ(s.moment.reason, operation::Reason::kTrajectory);
+  EXPECT_EQ(s.snapshot.reason, operation::Reason::kTrajectory);
   s.input.operator_present = 0;
   dds::PlanningRequest pause;
   pause.client = kOperator;
@@ -298,7 +298,7 @@ TEST(Operator, AForbiddenRegionIsNeverEnteredAndIsNamed) {
     }
     s.step();
     nearest = std::min({nearest, distance(region, s.tip(0)), distance(region, s.tip(1))});
-    named = named || s.moment.stages[static_cast<std::size_t>(planning::teleoperation::Stage::kFixture)].limiter ==
+    named = named || s.snapshot.stages[static_cast<std::size_t>(planning::teleoperation::Stage::kFixture)].limiter ==
                          planning::teleoperation::Limiter::kForbiddenRegion;
   }
   EXPECT_GT(nearest, 0.0);
@@ -316,7 +316,7 @@ TEST(Operator, LimitsHoldTargetsBackAndAreNamed) {
   }
   EXPECT_NE(s.output.status.limited, 0);
   EXPECT_GT(s.output.status.limit_count, 0);
-  const Eigen::Vector3d target = Eigen::Vector3d::Map(s.moment.target.data());
+  const Eigen::Vector3d target = Eigen::Vector3d::Map(s.snapshot.target.data());
   EXPECT_LE((target - s.tip(0)).norm(), 2e-3) << "the target does not run away";
   EXPECT_EQ(s.guardActions(), 0u);
   // The way back begins at once.
@@ -335,11 +335,11 @@ TEST(Operator, BadInputsAreNamedAndNeverObeyed) {
     bad.sequence = s.input.sequence + 1;
     bad.linear = {0.0, 1.0, 0.0};
     change(bad);
-    const std::uint64_t before = s.moment.accepted;
+    const std::uint64_t before = s.snapshot.accepted;
     s.control.onInput(bad, s.now);
-    s.control.fillMoments(s.now, s.moment, s.crtk_moment);
-    EXPECT_EQ(s.moment.accepted, before);
-    return s.moment.refusal;
+    s.control.fillMoments(s.now, s.snapshot, s.crtk_moment);
+    EXPECT_EQ(s.snapshot.accepted, before);
+    return s.snapshot.refusal;
   };
   using Reason = operation::Reason;
   EXPECT_EQ(refused([](auto& m) { m.linear[1] = std::nan(""); }), Reason::kNotFinite);
@@ -377,7 +377,7 @@ TEST(Operator, TheOperatorsCycleAllocatesNothing) {
     const std::size_t before = allocationCount();
     s.control.onInput(input, s.now);
     s.control.cycle(s.now, false, s.output);
-    s.control.fillMoments(s.now, s.moment, s.crtk_moment);
+    s.control.fillMoments(s.now, s.snapshot, s.crtk_moment);
     allocated += allocationCount() - before;
   }
   if (canCountAllocations()) {

@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "idl/version.h"
 #include "safety/operating_state.h"
 #include "services/dds/raw.h"

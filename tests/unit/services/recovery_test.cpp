@@ -182,7 +182,7 @@ TEST(Recover, PowerThatDoesNotComeIsNotWaitedForForEver) {
   s.control_runs = s.state_link = false;
   s.command(StateCommand::kEnable);
   // Drives that take every command, and stay DISABLED.
-  dds::ActuationState deaf = s.state;
+  dds::ActuationState unanswered = s.state;
   const auto asks_for_power = [&] {
     return s.output.command.request[0] == static_cast<std::uint8_t>(safety::DriveRequest::kEnable);
   };
@@ -191,9 +191,9 @@ TEST(Recover, PowerThatDoesNotComeIsNotWaitedForForEver) {
     s.now += 100'000'000;
     s.order(ControlKind::kKeepLease);
     s.control.cycle(s.now, false, s.output);
-    ++deaf.sequence;
-    deaf.answers_command = s.output.command.sequence;
-    s.control.onState(deaf);
+    ++unanswered.sequence;
+    unanswered.answers_command = s.output.command.sequence;
+    s.control.onState(unanswered);
   }
   EXPECT_GT(waited, 5.0) << "drives take their time";
   EXPECT_LT(waited, 10.0) << "power would come because somebody once asked";

@@ -130,7 +130,7 @@ TEST(SimCore, PressesAndReleasesTheEmergencyStopOnRequest) {
 TEST(SimCore, ReportsOfTheEmergencyStopCountAndSoDoesTheirSilence) {
   System s("laptop", [](config::Deployment& deployment) { deployment.emergency_stop_budget = 0.2; });
   s.getMoving();
-  EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << "nobody has ever told";
+  EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << "nobody has ever reported";
   s.sim.onEmergencyStop(false, s.now);
   s.run(0.15);
   EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled);

@@ -6,11 +6,11 @@
 #include <deque>
 #include <numeric>
 
-#include "config/any_robot.h"
+#include "config/robot_files.h"
 #include "operation/control_core.h"
 #include "robots/capability.h"
-#include "services/control/frame_loop.h"
-#include "services/control/order_desk.h"
+#include "services/control/control_request_handler.h"
+#include "services/control/object_loop.h"
 #include "services/planning/planning_core.h"
 #include "services/simulation/sim_core.h"
 
@@ -33,11 +33,11 @@ struct System {
   explicit System(const std::string& deployment = "laptop", Change change = nullptr)
       : setup(makeSetup(deployment, change)),
         model(setup.robot, setup.deployment.model),
-        desk(setup, model),
+        handler(setup, model),
         sim(setup),
-        frames(has(setup.robot, robots::Capability::kCommonPath) ? std::make_unique<service::FrameLoop>(setup)
+        frames(has(setup.robot, robots::Capability::kCommonPath) ? std::make_unique<service::ObjectLoop>(setup)
                                                                  : nullptr),
-        control(service::siteOf(setup, model), desk.makeTracker(), frames.get()),
+        control(service::siteOf(setup, model), handler.makeTracker(), frames.get()),
         planning(setup) {
     control_every = std::lround(setup.deployment.control_period / setup.deployment.sim_period);
   }
@@ -160,9 +160,9 @@ struct System {
 
   service::Setup setup;
   robots::RobotModel model;
-  service::OrderDesk desk;
+  service::ControlRequestHandler handler;
   service::SimCore sim;
-  std::unique_ptr<service::FrameLoop> frames;
+  std::unique_ptr<service::ObjectLoop> frames;
   operation::ControlCore control;
   service::PlanningCore planning;
   dds::ActuationState state;

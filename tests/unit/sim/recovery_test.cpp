@@ -36,7 +36,7 @@ TEST_F(Overspeed, ARunawayStopsWithinATickOfBeingMeasured) {
 class RandomLife : public DrivesFixture {
  public:
   void sequence(Random& random) {
-    // Not a joint that comes free: it catches up with what it was told, within the window of the following error.
+    // Not a joint that comes free: it catches up with what it was reported, within the window of the following error.
     constexpr AxisFault kFaults[] = {AxisFault::kOff, AxisFault::kGarbage, AxisFault::kInvalid};
     give(random.chance(0.4) ? DriveRequest::kRecover : DriveRequest::kEnable,
          random.chance(0.3) ? safety::jointBit(random.integer(0, 3)) : safety::JointMask{0});

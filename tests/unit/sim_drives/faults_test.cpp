@@ -120,15 +120,15 @@ TEST_F(Faults, Delayed) {
 
 TEST_F(Faults, Intermittent) {
   ASSERT_TRUE(inject(FaultKind::kIntermittent, 17, 40));
-  int silent = 0, heard = 0;
+  int silent = 0, received = 0;
   std::uint64_t last = rig.feedback(kEncoder).count;
   for (int k = 0; k < 100; ++k) {
     rig.cycle();
-    (rig.feedback(kEncoder).count == last ? silent : heard) += 1;
+    (rig.feedback(kEncoder).count == last ? silent : received) += 1;
     last = rig.feedback(kEncoder).count;
   }
   EXPECT_GT(silent, 30);
-  EXPECT_GT(heard, 30);
+  EXPECT_GT(received, 30);
 }
 
 TEST_F(Faults, OverCurrent) {

@@ -87,7 +87,7 @@ inline void spoilDownload(CanFrame& frame, Random& random) {
     frame.length = static_cast<std::uint8_t>(random.integer(0, 7));
 }
 
-/// Bus-off is no garbage: who hears of it falls silent. Other error frames stay, with the error's class, without which
+/// Bus-off is no garbage: who learns of it falls silent. Other error frames stay, with the error's class, without which
 /// the kernel hands them to nobody.
 inline void spoilBusOff(CanFrame& frame) {
   constexpr std::uint32_t kHarmless = 0x7u, kLostArbitration = 0x2u;

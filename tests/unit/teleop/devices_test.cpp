@@ -107,7 +107,7 @@ TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
   EXPECT_TRUE(reading.clutch);
   EXPECT_TRUE(reading.next_mode);
   EXPECT_NEAR((reading.linear - Vector3d(0.02, -0.02, 0.0)).norm(), 0.0, 1e-6);
-  EXPECT_FALSE(pad->read(0.0).next_mode) << "a wish is told once";
+  EXPECT_FALSE(pad->read(0.0).next_mode) << "a wish is reported once";
   SDL_JoystickDetachVirtual(index);
   EXPECT_THROW(pad->read(0.0), DeviceError);
   SDL_JoystickClose(joystick);

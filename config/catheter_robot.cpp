@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "config/cooperative.h"
+#include "config/file_tables.h"
+#include "config/loaders.h"
+
+namespace tandem::config {
+namespace {
+
+/// What the services do not run although the file is good.
+void check(const CooperativeRobot& robot, const std::filesystem::path& file) {
+  Document document(file.string(), readFile(file));
+  const Map map = document.check(cooperativeTable());
+  if (robot.object && robot.assistance)
+    map.fail("assistance", "found beside an object, expected one of them: a running system moves one thing");
+  if (!robot.object && !robot.assistance)
+    map.fail("object", "found neither object nor assistance, expected one of them: what a running system moves");
+  const std::vector<int> order = armsInOrder(robot);
+  const std::vector<Map> arms = map.maps("arms");
+  for (std::size_t k = 0; k < arms.size(); ++k) {
+    if (std::ranges::find(order, static_cast<int>(k)) == order.end())
+      arms[k].fail("name", "found '" + robot.arms[k].name + "', which takes no part, expected it in " +
+                               (robot.object ? "object.contacts" : "assistance") + ", or not at all");
+  }
+  const Map control = map.map("control");
+  for (const char* key : {"least_stability", "least_distance"}) {
+    if (control.number(key) > 0.0)
+      control.fail(key, "found " + control.inUnit(key, control.number(key)) +
+                            ", expected 0: margins are kept of concentric tubes alone");
+  }
+}
+
+}  // namespace
+
+std::vector<int> armsInOrder(const CooperativeRobot& robot) {
+  if (robot.object)
+    return robot.object->arms;
+  if (robot.assistance)
+    return {robot.assistance->target, robot.assistance->assist};
+  return {};
+}
+
+Robot loadCatheterRobot(const std::filesystem::path& file) {
+  auto catheters = std::make_shared<const CooperativeRobot>(loadCooperative(file));
+  check(*catheters, file);
+  Robot robot;
+  robot.name = catheters->name;
+  robot.type = "cooperative";
+  robot.parameters = catheters->parameters;
+  robot.warnings = catheters->warnings;
+  robot.file = file;
+  for (const int k : armsInOrder(*catheters)) {
+    const CatheterArm& from = catheters->arms[static_cast<std::size_t>(k)];
+    robot.arms.push_back({from.name, {"insertion", "roll", "bend"}, {}, from.limits, from.home});
+  }
+  robot.data = std::move(catheters);
+  return robot;
+}
+
+void checkCatheterDeployment(const Map& map, const Deployment& deployment) {
+  const auto refuse = [&](const char* key, const std::string& found, const std::string& expected) {
+    map.fail(key, "found " + found + " for the catheters of " + deployment.robot.filename().string() + ", expected " +
+                      expected);
+  };
+  if (map.has("hardware"))
+    refuse("hardware", "drives", "none: catheters are simulated");
+  if (map.has("port"))
+    refuse("port", "a port", "none: distances are kept of concentric tubes alone");
+  if (map.has("plant"))
+    refuse("plant", "a plant that differs", "none: the simulated catheters are those of the robot file");
+  if (deployment.model != "rigid")
+    refuse("model", "'" + deployment.model + "'", "no such key: they have one model, which gives way");
+  if (deployment.feedback != planning::Feedback::kModel)
+    refuse("feedback", "'" + map.text("feedback") + "'", "model: no tracker sees what they move");
+}
+
+}  // namespace tandem::config

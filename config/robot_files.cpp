@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/robot_files.h"
+
+#include <algorithm>
+
+#include "config/cooperative.h"
+#include "config/file_tables.h"
+#include "config/loaders.h"
+#include "config/planar.h"
+
+namespace tandem::config {
+namespace {
+
+void checkNothing(const Map&, const Deployment&) {}
+
+}  // namespace
+
+const std::vector<RobotFile>& robotFiles() {
+  static const std::vector<RobotFile> all{
+      {"robot", "robots", robotTable, loadRobot, checkNothing},
+      {"cooperative", "cooperative", cooperativeTable, loadCatheterRobot, checkCatheterDeployment},
+      {"planar", "planar", planarTable, loadPlanarRobot, checkPlanarDeployment},
+  };
+  return all;
+}
+
+std::string robotKinds() {
+  std::string kinds;
+  for (const RobotFile& type : robotFiles())
+    kinds += (kinds.empty() ? "" : "|") + type.kind;
+  return kinds;
+}
+
+std::string kindOf(const std::filesystem::path& file) { return Document(file.string(), readFile(file)).kind(); }
+
+const RobotFile& robotFileOf(const std::filesystem::path& file) {
+  Document document(file.string(), readFile(file));
+  const auto found = std::ranges::find(robotFiles(), document.kind(), &RobotFile::kind);
+  if (found == robotFiles().end())
+    document.check(robotTable());
+  return *found;
+}
+
+Robot loadAnyRobot(const std::filesystem::path& file) { return robotFileOf(file).load(file); }
+
+}  // namespace tandem::config

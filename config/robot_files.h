@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Table of robot types: key table and loader of the files of each type. */
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "config/key_table.h"
+
+namespace tandem::config {
+
+class Map;
+
+/** How the files of one robot type are written and loaded. */
+struct RobotFile {
+  std::string kind;     ///< the first key of a file is `tandem: KIND/1`
+  std::string presets;  ///< folder of the presets
+  const Mapping& (*table)();
+  Robot (*load)(const std::filesystem::path& file);  ///< @throw Error
+  /// Refuses values of a deployment that robots of this type cannot have. @throw Error at the key
+  void (*checkDeployment)(const Map& map, const Deployment& deployment);
+};
+
+/// All robot types. docs/own-robot-type.md adds one.
+const std::vector<RobotFile>& robotFiles();
+
+/// "robot|cooperative|...", for findFile().
+std::string robotKinds();
+
+/// "robot" where the first key is `tandem: robot/1`. @throw Error where a file has no known kind.
+std::string kindOf(const std::filesystem::path& file);
+
+/// The type of a robot file. @throw Error for a file of another kind.
+const RobotFile& robotFileOf(const std::filesystem::path& file);
+
+/// Loads a robot of any type. @throw Error as the type's loader does.
+Robot loadAnyRobot(const std::filesystem::path& file);
+
+}  // namespace tandem::config

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Equilibrium of a mechanism as input of a control step. */
+#pragma once
+
+#include <memory>
+
+#include "planning/reference_tracker.h"
+#include "robots/mechanism.h"
+
+namespace tandem::robots {
+
+/// Writes the equilibrium of a mechanism. @param q  its joints, m and rad
+/// @throw std::invalid_argument for more tasks or rows than control/ takes.
+void writeEquilibrium(const Mechanism& mechanism, const RobotVector& q, planning::Equilibrium& rest);
+
+/** A mechanism that follows moving joints. It walks in small steps where they have moved far, so that it stays on its
+ * branch of equilibria. Allocates. */
+class EquilibriumFollower {
+ public:
+  /// Starts in the equilibrium at home. @throw std::invalid_argument with the reason where there is none.
+  explicit EquilibriumFollower(std::unique_ptr<Mechanism> mechanism);
+
+  /// Moves to joints, m and rad. @return empty, or why there is no equilibrium on the way; the last one then stays
+  std::string solveEquilibrium(const RobotVector& q);
+  const RobotVector& joints() const { return joints_; }  ///< of the last equilibrium
+  const Mechanism& mechanism() const { return *mechanism_; }
+
+ private:
+  std::unique_ptr<Mechanism> mechanism_;
+  RobotVector joints_;
+};
+
+/** One control period with the joint velocities of its middle (midpoint rule, second order). With those of its
+ * beginning the arms would open the contacts, because their orientation changes much in one period.
+ *
+ * Solves at the joints, then at the predicted joints of the middle. `result` is that of the middle, except for the
+ * error, which is that of the beginning.
+ * @param solveEquilibrium  computes the equilibrium at joints, as Mechanism::solveEquilibrium()  @param q  joints;
+ * limits refer to them
+ * @return empty, or why there is no equilibrium; see also result.status */
+template <class SolveEquilibrium>
+std::string stepByMiddle(const Mechanism& mechanism,
+                         const SolveEquilibrium& solveEquilibrium,
+                         planning::ReferenceTracker& tracker,
+                         const RobotVector& q,
+                         const planning::ObjectReference& reference,
+                         double period,
+                         planning::Equilibrium& rest,
+                         planning::TrackResult& result) {
+  if (std::string why = solveEquilibrium(q); !why.empty())
+    return why;
+  writeEquilibrium(mechanism, q, rest);
+  tracker.step(rest, q, q, reference, result);
+  if (result.status != planning::TrackStatus::kOk)
+    return {};
+  const double error = result.error[0];
+  const RobotVector middle = tracker.moved(q, 0.5 * period * result.solution.velocity);
+  if (std::string why = solveEquilibrium(middle); !why.empty())
+    return why;
+  writeEquilibrium(mechanism, middle, rest);
+  tracker.step(rest, middle, q, reference.after(0.5 * period), result);
+  result.error[0] = error;
+  return {};
+}
+
+}  // namespace tandem::robots

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robots/plant/plant.h"
+
+#include <stdexcept>
+
+#include "robots/robot_type.h"
+
+namespace tandem::robots {
+namespace {
+
+void checkTubes(const config::Robot& robot, const sim::PlantOptions& options) {
+  for (const config::Arm& arm : robot.arms) {
+    if (arm.model.tubes.empty() && options.tube_deviation != sim::TubeErrors{})
+      throw std::invalid_argument("plant: found errors of tubes for " + arm.name + ", which has no tubes");
+  }
+  const int count = static_cast<int>(robot.arms.size());
+  for (const sim::GivenTubeErrors& given : options.tube_errors) {
+    if (given.arm < 0 || given.arm >= count || given.tube < 0 ||
+        given.tube >= robot.arms[static_cast<std::size_t>(given.arm)].model.tubeCount())
+      throw std::invalid_argument("plant: errors are given for a tube that there is not");
+  }
+}
+
+}  // namespace
+
+sim::PlantTips makePlantTips(const config::Robot& robot, const sim::PlantOptions& options) {
+  checkTubes(robot, options);
+  config::Robot plant = robot;
+  sim::ArmModels models;
+  for (std::size_t k = 0; k < plant.arms.size(); ++k) {
+    const int arm = static_cast<int>(k);
+    plant.arms[k].model = sim::withErrors(plant.arms[k].model, arm, options);
+    models.push_back(typeOf(plant).makeModel(plant, arm, options.model));
+  }
+  return {std::move(models), options};
+}
+
+}  // namespace tandem::robots

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Robot type: interface of all that differs between the types of robots. docs/own-robot-type.md adds one. */
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "kinematics/arm_model.h"
+#include "robots/appearance.h"
+#include "robots/capability.h"
+
+namespace tandem::robots {
+
+class Mechanism;
+
+/** One type of robots. Without state: all functions take the robot. A function that belongs to a capability is called
+ * only for robots that have it. */
+class RobotType {
+ public:
+  virtual ~RobotType() = default;
+
+  /// In the plural, for messages: "concentric tubes".
+  virtual std::string description() const = 0;
+  virtual bool has(Capability capability) const noexcept = 0;
+  /// @param arm  number in the robot's order
+  virtual ArmAppearance appearance(const config::Robot& robot, int arm) const = 0;
+
+  /// What the wire calls the model that a deployment names.
+  virtual idl::Model model(const std::string& name) const;
+  /// Model of one arm. Capability::kTips. @param name  as deployments write it: "rigid"
+  /// @throw std::invalid_argument for a model that the type does not have.
+  virtual std::unique_ptr<kinematics::ArmModel> makeModel(const config::Robot& robot,
+                                                          int arm,
+                                                          const std::string& name) const;
+  /// Capability::kCommonPath. @param robot  outlives the mechanism
+  virtual std::unique_ptr<Mechanism> makeMechanism(const config::Robot& robot) const;
+  /// The object that the arms hold; null: none.
+  virtual const config::HeldObject* heldObject(const config::Robot& robot) const noexcept;
+};
+
+/// The type of a robot. @throw std::invalid_argument for a robot whose type is not listed.
+const RobotType& typeOf(const config::Robot& robot);
+/// All types.
+const std::vector<const RobotType*>& robotTypes();
+
+}  // namespace tandem::robots

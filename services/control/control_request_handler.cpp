@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/control/control_request_handler.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "config/arm_names.h"
+#include "control/method_names.h"
+#include "services/dds/reply.h"
+
+namespace tandem::service {
+namespace {
+
+double positiveNumber(const std::string& name, const std::string& text) {
+  double value = 0.0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc() || end != text.data() + text.size() || !std::isfinite(value) || value <= 0.0) {
+    throw std::invalid_argument(name + ": found '" + text + "', expected a finite number above zero");
+  }
+  return value;
+}
+
+}  // namespace
+
+ControlRequestHandler::ControlRequestHandler(const Setup& setup, const robots::RobotModel& robot)
+    : file_(setup.robot), robot_(robot), arm_names_(config::armList(setup.robot)) {
+  settings_.method = setup.deployment.method;
+  settings_.parameters = setup.robot.parameters;
+  settings_.parameters.period = setup.deployment.control_period;
+  settings_.gains = {setup.deployment.relative_gain, setup.deployment.tip_gain};
+  proposed_ = settings_;
+}
+
+std::unique_ptr<planning::ReferenceTracker> ControlRequestHandler::makeTracker(const Settings& s) const {
+  return robot_.makeTracker(s.method, s.parameters, s.gains);
+}
+
+std::unique_ptr<planning::ReferenceTracker> ControlRequestHandler::makeTracker() const {
+  const std::lock_guard lock(mutex_);
+  return makeTracker(settings_);
+}
+
+ControlRequestHandler::Settings ControlRequestHandler::changed(const dds::ControlRequest& request) const {
+  const std::lock_guard lock(mutex_);
+  Settings s = settings_;
+  if (static_cast<dds::ControlKind>(request.kind) == dds::ControlKind::kSetMethod) {
+    const auto method = idl::fromName<control::Method>(request.text);
+    if (!method) {
+      throw std::invalid_argument("method: found '" + request.text + "', expected " + control::methodList());
+    }
+    s.method = *method;
+    return s;
+  }
+  const std::string& name = request.text;
+  if (name == "bounds") {
+    const auto bounds = idl::fromName<control::BoundsKind>(request.value);
+    if (!bounds)
+      throw std::invalid_argument("bounds: found '" + request.value + "', expected coupled or frozen");
+    s.parameters.bounds = *bounds;
+    return s;
+  }
+  // The Ipopt backend allocates and waits; it has no place on the periodic path.
+  std::string names = "bounds";
+  const auto set = [&](const char* known, double& value) {
+    names += std::string(", ") + known;
+    if (name == known)
+      value = positiveNumber(name, request.value);
+    return name == known;
+  };
+  if (set("relative_gain", s.gains.relative) || set("tip_gain", s.gains.tip))
+    return s;
+  for (const control::Tunable& tunable : control::kTunables) {
+    if (set(tunable.name, s.parameters.*tunable.member))
+      return s;
+  }
+  throw std::invalid_argument("found parameter '" + name + "', expected one of: " + names);
+}
+
+std::optional<operation::ControlOrder> ControlRequestHandler::parse(const dds::ControlRequest& request,
+                                                                    std::uint64_t holder,
+                                                                    dds::Reply& refusal) {
+  operation::ControlOrder order;
+  order.client = request.client;
+  order.request = request.request;
+  order.kind = static_cast<dds::ControlKind>(request.kind);
+  order.control_session = request.control_session;
+  order.answers_control = request.answers_control;
+  const auto refused = [&](dds::ReplyCode code, std::string reason) {
+    refusal = dds::replyTo(request, code, std::move(reason));
+    return std::nullopt;
+  };
+  if (request.client == 0)
+    return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
+  if (request.client == dds::kCrtkClient)
+    return refused(dds::ReplyCode::kMalformed, "client: found 2^64 - 1, which stands for CRTK clients");
+  if (request.arm != dds::kAllArms) {
+    if (request.arm >= arm_names_.size()) {
+      return refused(dds::ReplyCode::kMalformed, "arm: found " + std::to_string(request.arm) + ", expected below " +
+                                                     std::to_string(arm_names_.size()) + " or 255 for all");
+    }
+    order.arm = request.arm;
+  }
+  switch (order.kind) {
+    case dds::ControlKind::kAcquireLease:
+    case dds::ControlKind::kReleaseLease:
+    case dds::ControlKind::kKeepLease:
+    case dds::ControlKind::kHome:
+    case dds::ControlKind::kHold:
+      return order;
+    case dds::ControlKind::kStateCommand: {
+      const auto command = idl::fromName<safety::StateCommand>(request.value);
+      if (!command) {
+        return refused(dds::ReplyCode::kMalformed,
+                       "state command: found '" + request.value +
+                           "', expected enable, disable, pause, resume, home, unhome or recover");
+      }
+      order.command = *command;
+      if (order.command != safety::StateCommand::kRecover)
+        return order;
+      if (order.arm == dds::kAllArms)
+        return refused(dds::ReplyCode::kMalformed, "arm: expected one arm to recover, not all");
+      if (request.joint_count != 0 && request.joint_count != robot_.size(order.arm))
+        return refused(dds::ReplyCode::kMalformed, "joints: found " + std::to_string(request.joint_count) +
+                                                       ", expected 0 or " + std::to_string(robot_.size(order.arm)));
+      order.joint_count = request.joint_count;
+      order.joints = request.joints;
+      return order;
+    }
+    case dds::ControlKind::kWithdraw:
+      if (order.arm == dds::kAllArms)
+        return refused(dds::ReplyCode::kMalformed, "arm: expected one arm to withdraw, not all");
+      return order;
+    case dds::ControlKind::kMoveJp:
+    case dds::ControlKind::kJog: {
+      if (order.arm == dds::kAllArms)
+        return refused(dds::ReplyCode::kMalformed, "arm: expected one arm, not all");
+      const int expected = robot_.size(order.arm);
+      if (request.joint_count != expected) {
+        return refused(dds::ReplyCode::kMalformed, "joints: found " + std::to_string(request.joint_count) +
+                                                       ", expected " + std::to_string(expected));
+      }
+      order.joint_count = expected;
+      order.joints = request.joints;
+      for (int j = 0; j < expected; ++j) {
+        if (!std::isfinite(request.joints[static_cast<std::size_t>(j)])) {
+          return refused(dds::ReplyCode::kMalformed, "joint " + std::to_string(j + 1) + " is not a finite number");
+        }
+      }
+      return order;
+    }
+    case dds::ControlKind::kSetMethod:
+    case dds::ControlKind::kSetParameter:
+      // This takes long: others could keep the thread busy with it that receives stops.
+      if (request.client != holder) {
+        const auto reason = holder == 0 ? operation::Reason::kNoLease : operation::Reason::kOtherLease;
+        return refused(dds::ReplyCode::kNotLeaseHolder, std::string(idl::name(reason)));
+      }
+      try {
+        const Settings settings = changed(request);
+        order.tracker = makeTracker(settings).release();
+        const std::lock_guard lock(mutex_);
+        proposed_ = settings;
+        return order;
+      } catch (const std::invalid_argument& error) {
+        return refused(dds::ReplyCode::kMalformed, error.what());
+      }
+  }
+  return refused(dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
+}
+
+std::optional<operation::ControlOrder> ControlRequestHandler::parse(const std::string& arm,
+                                                                    const dds::StringStamped& command,
+                                                                    std::string& refusal) const {
+  operation::ControlOrder order;
+  order.kind = dds::ControlKind::kStateCommand;
+  order.from_topic = true;
+  for (std::size_t k = 0; k < arm_names_.size(); ++k) {
+    if (arm_names_[k] == arm)
+      order.arm = static_cast<int>(k);
+  }
+  const auto parsed = idl::fromName<safety::StateCommand>(command.string);
+  if (!parsed || *parsed == safety::StateCommand::kRecover) {  // a deliberate act, under the lease
+    refusal = arm + "/state_command: found '" + command.string.substr(0, 40) +
+              "', expected enable, disable, pause, resume, home or unhome";
+    return std::nullopt;
+  }
+  order.command = *parsed;
+  return order;
+}
+
+dds::Reply ControlRequestHandler::replyTo(const operation::OrderReply& from) {
+  delete from.retired;
+  if (from.method_accepted) {
+    const std::lock_guard lock(mutex_);
+    settings_ = proposed_;
+  }
+  return dds::replyTo(from, from.refusal.code(), describe(from.refusal, file_),
+                      static_cast<std::uint32_t>(from.status));
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/control/crtk_command_handler.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/arm_names.h"
+#include "services/runtime/clock_request_handler.h"
+#include "services/runtime/periodic_loop.h"
+
+namespace tandem::service {
+namespace {
+
+constexpr double kForgotten = 10.0;  ///< silence after which a stream is another one, s
+constexpr double kLeak = 1e-3;       ///< by which clocks may drift, s per s
+
+std::string milliseconds(double seconds) { return fmt::format("{:.1f} ms", 1e3 * seconds); }
+
+int verbNamed(std::string_view name) {
+  for (std::size_t i = 0; i < operation::kCrtkVerbs.size(); ++i) {
+    if (operation::kCrtkVerbs[i].name == name)
+      return static_cast<int>(i);
+  }
+  return -1;
+}
+
+template <class List>
+bool allFinite(const List& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+}
+
+}  // namespace
+
+std::vector<std::string> jointNames(const config::Arm& arm) {
+  std::vector<std::string> names = arm.joint_names;
+  for (std::string& name : names)
+    name = arm.name + "_" + name;
+  return names;
+}
+
+std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_t arrival) {
+  if (stamp == 0)
+    return "stamp: found 0, which marks what is not valid";
+  const double silence = 1e-9 * static_cast<double>(arrival - last_arrival_);
+  const bool first = !known_ || silence > kForgotten;
+  if (!first && stamp <= last_stamp_)
+    return "stamp: not above the one before";
+  const double offset = 1e-9 * static_cast<double>(arrival - stamp);
+  quickest_ = first ? offset : std::min(offset, quickest_ + kLeak * silence);
+  known_ = true;
+  last_stamp_ = stamp;
+  last_arrival_ = arrival;
+  const double age = 1e-9 * static_cast<double>(wall - stamp);
+  const bool fresh = std::abs(age) <= budget_;
+  if (by_arrival_) {
+    if (first && !fresh)
+      return "the first one of a stream only opens it where clocks differ, since its age is not known; send it again";
+    if (offset - quickest_ > budget_)
+      return "comes " + milliseconds(offset - quickest_) + " later than the quickest of its stream, at most " +
+             milliseconds(budget_);
+    return "";
+  }
+  if (!fresh)
+    return "stamp: " + milliseconds(age) + " old by this clock, at most " + milliseconds(budget_) +
+           "; where wall clocks differ leave out teleoperation.crtk.stamps: wall";
+  return "";
+}
+
+void FeedbackStamps::record(std::int64_t stamp, std::uint64_t status) {
+  const std::lock_guard lock(mutex_);
+  entries_[next_++ % entries_.size()] = {stamp, status};
+}
+
+std::uint64_t FeedbackStamps::statusOf(std::int64_t stamp) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find(entries_, stamp, &Entry::stamp);
+  return stamp == 0 || found == entries_.end() ? 0 : found->status;
+}
+
+std::uint64_t FeedbackStamps::last() const {
+  const std::lock_guard lock(mutex_);
+  return next_ == 0 ? 0 : entries_[(next_ - 1) % entries_.size()].status;
+}
+
+std::uint64_t CrtkCommandHandler::answered(std::int64_t stamp) const {
+  if (const std::uint64_t status = feedback_.statusOf(stamp); status != 0)
+    return status;
+  const double age = 1e-9 * static_cast<double>(wallNow() - stamp);
+  const bool by_clock = !setup_.deployment.teleoperation.crtk.by_arrival;
+  return by_clock && std::abs(age) <= setup_.deployment.budgets.planning_reference ? feedback_.last() : 0;
+}
+
+CrtkCommandHandler::CrtkCommandHandler(const Setup& setup, const robots::RobotModel& robot)
+    : setup_(setup), robot_(robot), frame_(setup.deployment.prefix + "_base") {}
+
+std::string CrtkCommandHandler::groupName(int group) const {
+  return group == operation::kPairGroup ? dds::kPair : setup_.robot.arms[static_cast<std::size_t>(group)].name;
+}
+
+std::vector<int> CrtkCommandHandler::armsOf(int group) const {
+  return group == operation::kPairGroup ? std::vector<int>{0, 1} : std::vector<int>{group};
+}
+
+CrtkCommandHandler::Entry& CrtkCommandHandler::entry(int group, int verb) {
+  const safety::Budgets& budgets = setup_.deployment.budgets;
+  const double budget = operation::verbOf(verb).level == operation::CrtkLevel::kServo ? budgets.teleoperation
+                                                                                      : budgets.planning_reference;
+  return entries_.try_emplace({group, verb}, Entry{CrtkStream(setup_.deployment.teleoperation.crtk.by_arrival, budget)})
+      .first->second;
+}
+
+void CrtkCommandHandler::listen(dds::Bus& bus,
+                                OnOrder on_order,
+                                const dds::ReaderOptions& admitted,
+                                std::vector<dds::Reader>& readers) {
+  std::vector<int> groups(static_cast<std::size_t>(robot_.armCount()));
+  for (std::size_t k = 0; k < groups.size(); ++k)
+    groups[k] = static_cast<int>(k);
+  if (groups.size() >= 2)
+    groups.push_back(operation::kPairGroup);
+  dds::forEachTopic([&](const auto& topic) {
+    using M = typename std::decay_t<decltype(topic)>::Message;
+    const int verb = verbNamed(topic.name);
+    if constexpr (requires(operation::CrtkOrder order) { this->parse(M(), order); }) {
+      for (const int group : verb < 0 ? std::vector<int>{} : groups) {
+        {
+          const std::lock_guard lock(mutex_);
+          entry(group, verb);
+        }
+        operation::CrtkOrder order;
+        order.verb = verb;
+        order.group = group;
+        readers.push_back(bus.reader(
+            topic, groupName(group), [this, order, on_order](const M& message) { take(message, order, on_order); },
+            admitted));
+      }
+    }
+  });
+}
+
+template <class M>
+void CrtkCommandHandler::take(const M& message, operation::CrtkOrder order, const OnOrder& on_order) {
+  std::string refusal = parse(message, order);
+  if constexpr (requires { message.stamp; }) {
+    const std::lock_guard lock(mutex_);
+    const std::string late = entry(order.group, order.verb).stream.judge(message.stamp, wallNow(), monotonicNow());
+    refusal = late.empty() ? refusal : late;
+  }
+  if (refusal.empty()) {
+    on_order(order);
+  } else {
+    note(order, refusal);
+  }
+}
+
+void CrtkCommandHandler::note(const operation::CrtkOrder& order, const std::string& refusal) {
+  const std::lock_guard lock(mutex_);
+  Entry& of = entry(order.group, order.verb);
+  ++of.refused;
+  if (of.refusal != refusal && of.refusal.substr(0, 12) != refusal.substr(0, 12))
+    spdlog::warn("{}/{} refused: {}", groupName(order.group), operation::verbOf(order.verb).name, refusal);
+  of.refusal = refusal;
+}
+
+std::string CrtkCommandHandler::badFrame(const std::string& frame) const {
+  if (frame.empty() || frame == frame_)
+    return "";
+  return "frame_id: found '" + frame.substr(0, 60) + "', expected " + frame_ + " or nothing";
+}
+
+std::string CrtkCommandHandler::parse(const dds::JointState& message, operation::CrtkOrder& order) const {
+  std::vector<std::string> names;
+  for (const int k : armsOf(order.group)) {
+    for (const std::string& name : service::jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
+      names.push_back(name);
+  }
+  const bool velocity = operation::verbOf(order.verb).kind == operation::CrtkKind::kVelocity;
+  const std::vector<double>& values = velocity ? message.velocity : message.position;
+  const char* member = velocity ? "velocity" : "position";
+  if (values.size() != names.size())
+    return fmt::format("{}: found {} numbers, expected {}", member, values.size(), names.size());
+  if (!allFinite(values))
+    return fmt::format("{}: a number is not finite", member);
+  if (!message.name.empty() && message.name != names)
+    return "name: expected the joints in their order, " + names.front() + " to " + names.back() + ", or nothing";
+  order.count = static_cast<int>(values.size());
+  std::copy(values.begin(), values.end(), order.values.begin());
+  return "";
+}
+
+std::string CrtkCommandHandler::parse(const dds::PoseStamped& message, operation::CrtkOrder& order) const {
+  const auto& q = message.orientation;
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!allFinite(message.position))
+    return "position: a number is not finite";
+  if (!(std::abs(norm - 1.0) <= 1e-2))
+    return "orientation: expected a unit quaternion";
+  order.count = 3;
+  std::copy(message.position.begin(), message.position.end(), order.values.begin());
+  return badFrame(message.frame);
+}
+
+std::string CrtkCommandHandler::parse(const dds::TwistStamped& message, operation::CrtkOrder& order) const {
+  if (!allFinite(message.linear) || !allFinite(message.angular))
+    return "twist: a number is not finite";
+  order.count = 3;
+  std::copy(message.linear.begin(), message.linear.end(), order.values.begin());
+  return badFrame(message.frame);
+}
+
+std::string CrtkCommandHandler::parse(const dds::Empty&, operation::CrtkOrder& order) const {
+  order.count = 0;
+  return "";
+}
+
+void CrtkCommandHandler::report(const operation::CrtkOutcome& outcome) {
+  operation::CrtkOrder order;
+  order.verb = outcome.verb;
+  order.group = outcome.group;
+  if (!outcome.accepted && outcome.counts)
+    return note(order, outcome.reason.data());
+  const std::lock_guard lock(mutex_);
+  Entry& of = entry(order.group, order.verb);
+  of.accepted += outcome.accepted ? 1 : 0;
+  if (!outcome.accepted)
+    of.refusal = outcome.reason.data();
+}
+
+void CrtkCommandHandler::fill(const operation::CrtkSnapshot& snapshot, dds::CrtkStatus& status) const {
+  status.commanding = snapshot.commanding ? 1 : 0;
+  status.stamps = setup_.deployment.teleoperation.crtk.by_arrival ? "arrival" : "wall";
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, entry] : entries_) {
+    const auto& [group, verb] = key;
+    const bool active = snapshot.active[static_cast<std::size_t>(group)] == verb;
+    status.commands.push_back({groupName(group) + "/" + std::string(operation::verbOf(verb).name),
+                               static_cast<std::uint8_t>(active ? 1 : 0), entry.accepted, entry.refused,
+                               entry.refusal});
+  }
+}
+
+}  // namespace tandem::service

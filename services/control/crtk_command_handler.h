@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file CRTK commands off the wire: which of them are valid, what became of them. Runs on DDS threads and the
+ * publisher thread, never on the periodic one. */
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "operation/crtk_order.h"
+#include "robots/robot_model.h"
+#include "services/dds/bus.h"
+#include "services/runtime/process.h"
+
+namespace tandem::service {
+
+/** How old the samples of one stream are, from writers that know nothing of control's clock. */
+class CrtkStream {
+ public:
+  /** @param by_arrival  age: by how much later than the quickest sample of the stream this one comes; the first one of
+   * a stream, or after a silence, counts where wall clocks agree and only opens it otherwise. Else by the stamp, which
+   * is then of a wall clock that agrees with ours.
+   * @param budget  largest age, s */
+  CrtkStream(bool by_arrival, double budget) : by_arrival_(by_arrival), budget_(budget) {}
+
+  /// Judges a sample. @param stamp  of its header, ns; @param wall, arrival  now, ns since 1970 and on a steady clock
+  /// @return why it does not count; empty: it does.
+  std::string judge(std::int64_t stamp, std::int64_t wall, std::int64_t arrival);
+
+ private:
+  bool by_arrival_;
+  double budget_;
+  bool known_ = false;
+  std::int64_t last_stamp_ = 0, last_arrival_ = 0;
+  double quickest_ = 0.0;  ///< arrival minus stamp of the quickest sample, s; forgets slowly
+};
+
+/** Which control/status went with the feedback of which stamp: a state_command that repeats the stamp of the feedback
+ * that its sender saw last answers that status, whatever the clocks say. Any thread. */
+class FeedbackStamps {
+ public:
+  void record(std::int64_t stamp, std::uint64_t status);
+  /// @return the sequence of the status; 0: no feedback of late had this stamp
+  std::uint64_t statusOf(std::int64_t stamp) const;
+  /// Of the last feedback.
+  std::uint64_t last() const;
+
+ private:
+  struct Entry {
+    std::int64_t stamp = 0;
+    std::uint64_t status = 0;
+  };
+  mutable std::mutex mutex_;
+  std::array<Entry, 256> entries_{};
+  std::size_t next_ = 0;
+};
+
+/** All command topics of all arms and of the pair. */
+class CrtkCommandHandler {
+ public:
+  using OnOrder = std::function<void(const operation::CrtkOrder&)>;
+  CrtkCommandHandler(const Setup& setup, const robots::RobotModel& robot);
+
+  /// Readers of all topics that the robot has.
+  /// @param admitted  whose commands count
+  void listen(dds::Bus& bus, OnOrder on_order, const dds::ReaderOptions& admitted, std::vector<dds::Reader>& readers);
+
+  /// Turns a message into an order. @return why it is none; empty: it is one.
+  std::string parse(const dds::JointState& message, operation::CrtkOrder& order) const;
+  std::string parse(const dds::PoseStamped& message, operation::CrtkOrder& order) const;
+  std::string parse(const dds::TwistStamped& message, operation::CrtkOrder& order) const;
+  std::string parse(const dds::Empty& message, operation::CrtkOrder& order) const;
+
+  /// The status that a state_command answers: see FeedbackStamps. 0: none.
+  std::uint64_t answered(std::int64_t stamp) const;
+  /// Feedback that goes out now.
+  void noteFeedback(std::int64_t stamp, std::uint64_t status) { feedback_.record(stamp, status); }
+
+  /// What became of an order.
+  void report(const operation::CrtkOutcome& outcome);
+  void fill(const operation::CrtkSnapshot& snapshot, dds::CrtkStatus& status) const;
+
+ private:
+  struct Entry {
+    CrtkStream stream;
+    std::uint64_t accepted = 0, refused = 0;
+    std::string refusal{};
+  };
+  template <class M>
+  void take(const M& message, operation::CrtkOrder order, const OnOrder& on_order);
+  void note(const operation::CrtkOrder& order, const std::string& refusal);
+  std::string groupName(int group) const;
+  std::vector<int> armsOf(int group) const;
+  std::string badFrame(const std::string& frame) const;
+  Entry& entry(int group, int verb);
+
+  const Setup& setup_;
+  const robots::RobotModel& robot_;
+  std::string frame_;
+  FeedbackStamps feedback_;
+  mutable std::mutex mutex_;
+  std::map<std::pair<int, int>, Entry> entries_;  ///< by group and verb
+};
+
+/// "arm_a_beta_1" ...: config::Arm::joint_names behind the arm's name, as in measured_js.
+std::vector<std::string> jointNames(const config::Arm& arm);
+
+}  // namespace tandem::service

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/control/equilibrium_solver.h"
+
+#include <spdlog/spdlog.h>
+
+namespace tandem::service {
+
+EquilibriumSolver::EquilibriumSolver(const Setup& setup)
+    : setup_(setup),
+      follower_(robots::makeEquilibriumFollower(setup.robot)),
+      requests_(outbox_.latest<Request>([this](const Request& request) { solveEquilibrium(request); })) {}
+
+void EquilibriumSolver::start() {
+  started_ = true;
+  outbox_.start();
+}
+
+void EquilibriumSolver::ask(const Request& request) noexcept {
+  if (started_)
+    requests_.post(request);
+  else
+    solveEquilibrium(request);
+}
+
+void EquilibriumSolver::solveEquilibrium(const Request& request) {
+  if (request.joint_resets != joint_resets_)
+    follower_.emplace(robots::makeEquilibriumFollower(setup_.robot));
+  joint_resets_ = request.joint_resets;
+  const safety::RobotVector q = Eigen::VectorXd::Map(request.joints.data(), request.joint_count);
+  const bool moved = !result_.rest.known() || q != result_.rest.q();
+  const std::string why = follower_->solveEquilibrium(q);
+  if (!why.empty() && why != last_reason_)
+    spdlog::warn("no equilibrium at the present joints: {}", why);
+  last_reason_ = why;
+  if (!why.empty())
+    return;
+  if (moved)
+    robots::writeEquilibrium(follower_->mechanism(), q, result_.rest);
+  result_.stamp = request.stamp;
+  result_.joint_resets = request.joint_resets;
+  results_.store(result_);
+}
+
+}  // namespace tandem::service

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Background thread that computes equilibria of the common object: this takes long and allocates. */
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "robots/mechanisms.h"
+#include "services/runtime/latest_value.h"
+#include "services/runtime/outbox.h"
+#include "services/runtime/process.h"
+
+namespace tandem::service {
+
+/** Computes equilibria at requested joints. The newest request replaces older ones. */
+class EquilibriumSolver {
+ public:
+  /** A request. A plain struct. */
+  struct Request {
+    std::int64_t stamp = 0;          ///< ns
+    std::uint32_t joint_resets = 0;  ///< number of resets of the joints
+    int joint_count = 0;
+    std::array<double, safety::kMaxJoints> joints{};  ///< m, rad
+  };
+  struct Result {
+    std::int64_t stamp = 0;  ///< of the request
+    std::uint32_t joint_resets = 0;
+    planning::Equilibrium rest;
+  };
+
+  /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
+  explicit EquilibriumSolver(const Setup& setup);
+
+  /// Before enterRealtime(): the thread inherits the scheduling of the caller. Without the thread ask() computes the
+  /// equilibrium itself and allocates.
+  void start();
+  void stop() { outbox_.stop(); }
+
+  /// Wait-free; from one thread.
+  void ask(const Request& request) noexcept;
+  /// Wait-free; from one thread. @return whether there is a new equilibrium.
+  bool take(Result& answer) noexcept { return results_.take(answer); }
+
+ private:
+  void solveEquilibrium(const Request& request);
+
+  const Setup& setup_;
+  std::optional<robots::EquilibriumFollower> follower_;
+  std::uint32_t joint_resets_ = 0;
+  std::string last_reason_;  ///< why there was no equilibrium, at the last failure
+  Result result_;
+  LatestValue<Result> results_;
+  bool started_ = false;
+  Outbox outbox_;
+  Outbox::Latest<Request>& requests_;
+};
+
+}  // namespace tandem::service
