@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tip poses of many joint vectors in plain C++: what batch.py compares Python with.
+/** @file Batch forward kinematics in C++: baseline for bench/batch.py, which measures the Python module.
  *
  *     bench_batch FILE MODEL THREADS REPETITIONS    rows of six doubles of arm a of ark2024; prints the best time, s,
  * and the sum of all answers' numbers */

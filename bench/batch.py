@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tip poses in batches: Python beside C++ in the same run, on one core and on all.
+"""Batch forward kinematics: Python compared with C++ in the same run, on one core and on all.
 
-    batch.py BIN --output FILE    BIN: folder of a build tree's executables; the module lies beside it in python/
+    batch.py BIN --output FILE    BIN: folder of a build tree's executables; the Python module is in python/ beside it
 
-The two take turns, and of each the best time counts: both meet the same machine. On one thread processor time counts where
-another process had the processor in between."""
+The two run alternately, and the best time of each counts, so that both run under the same conditions. On one thread processor time
+counts if another process had the processor in between."""
 import argparse
 import json
 import os

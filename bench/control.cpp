@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Time of one quadratic programme and of one control step, with our backend and with Ipopt. */
+/** @file Benchmark of one quadratic programme and of one control step: own active-set solver against Ipopt. */
 #include <benchmark/benchmark.h>
 
 #include <random>

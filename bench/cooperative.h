@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Time of the models of cooperating catheters. */
+/** @file Benchmark of the models of cooperating catheters. */
 #pragma once
 
 namespace tandem::bench {

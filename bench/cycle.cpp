@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Time of control's whole cycle, models included: from joints and references to joint velocities; and how times
- * grow with tubes and arms. */
+/** @file Benchmark of the complete control cycle, models included, for growing numbers of tubes and arms. */
 #include <benchmark/benchmark.h>
 
 #include <memory>

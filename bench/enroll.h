@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Registration of a file of benchmarks with the program. */
+/** @file Registration of the benchmarks of one source file with the benchmark program. */
 #pragma once
 
 #include <benchmark/benchmark.h>

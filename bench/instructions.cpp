@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Workload for instructions.py: calls of one kind, marked for callgrind. Counts do not depend on what else the
- * machine does. */
+/** @file Workload for instructions.py: repeated calls of one function, delimited for callgrind, which counts
+ * instructions independently of machine load. */
 #include <cstdlib>
 #include <functional>
 #include <iostream>

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instructions per call of the models and the methods, by callgrind, against the counts that are in the tree.
+"""Instructions per call of the models and the methods, counted by callgrind, compared with the recorded counts.
 
     instructions.py BENCH_INSTRUCTIONS [--baseline FILE] [--output FILE] [--update]
 
-Ends with 1 where a count is more than 5 % above its baseline; --update writes the baseline anew. Times say what a machine does,
-counts what the code does: they are the same on a busy machine. The C library is commanded to leave out the instructions that not
-all processors have, so that they are the same on another one, too."""
+Exit code 1: a count is more than 5 % above its baseline; --update writes the baseline again. In contrast to times, counts do not
+depend on the load of the machine. The C library is configured to use only instructions that all processors have, so that counts
+are the same on another processor, too."""
 import argparse
 import json
 import os

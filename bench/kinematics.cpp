@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Time of forward kinematics with its Jacobian: rigid and compliant model, and a textbook solution beside them.
- */
+/** @file Benchmark of forward kinematics with Jacobian: rigid model, compliant model, textbook shooting method as
+ * baseline. */
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

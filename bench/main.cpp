@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The program around one file of benchmarks. */
+/** @file Common main() of all benchmark programs. */
 #include "bench/enroll.h"
 
 namespace tandem::bench {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The peer of Tandem's round trip: bare Fast DDS between two processes. */
+/** @file Message ping-pong between two processes over plain Fast DDS: baseline for Tandem's round trip. */
 #pragma once
 
 #include <cstddef>

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One table of everything that deploy/bench.sh has measured.
+"""Table of all results of deploy/bench.sh.
 
     report.py FOLDER [--markdown] [--figures FOLDER]
 
-FOLDER holds the results; bench.json in it becomes all of them with the machine. Times are in us."""
+FOLDER contains the results; the script writes all of them, with the machine, to bench.json in it. Times are in us."""
 import argparse
 import json
 import os

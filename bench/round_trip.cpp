@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Round trip state -> control -> command: simulator and planning in this process, tandem-control in its own,
- * over DDS in lock-step while a trajectory runs; beside it a bare Fast DDS ping-pong of messages of the same size. */
+/** @file Benchmark of the round trip state -> control -> command over DDS in lock-step, compared with a plain Fast
+ * DDS ping-pong of equal message size. */
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -75,8 +75,8 @@ class DeploymentFile {
 /** Everything but control. */
 class Robot {
  public:
-  explicit Robot(const service::Setup& setup)
-      : sim_(setup), planning_(setup), bus_(service::busOptions(setup.deployment, "sim")) {
+  explicit Robot(const runtime::Setup& setup)
+      : sim_(setup), planning_(setup), bus_(runtime::busOptions(setup.deployment, "sim")) {
     states_ = bus_.writer(dds::kActuationState);
     references_ = bus_.writer(dds::kPlanningReference);
     requests_ = bus_.writer(dds::kControlRequest);
@@ -127,8 +127,8 @@ class Robot {
       if (command.answers_state != state_.sequence)
         continue;
       const double time = 1e6 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-      if (sim_.onCommand(command, service::monotonicNow()))
-        sim_.state(service::monotonicNow(), state_);
+      if (sim_.onCommand(command, runtime::monotonicNow()))
+        sim_.state(runtime::monotonicNow(), state_);
       return time;
     }
   }
@@ -152,7 +152,7 @@ class Robot {
   /// Shows the state again and again, as an idle simulator does.
   template <class Condition, class Do>
   void until(Condition condition, Do act) {
-    sim_.state(service::monotonicNow(), state_);
+    sim_.state(runtime::monotonicNow(), state_);
     for (int i = 0; i < 400; ++i) {
       if (i % 10 == 0)
         act();
@@ -163,8 +163,8 @@ class Robot {
       while (const auto event = mailbox_.take(0.02)) {
         if (const auto* status = std::get_if<dds::ControlStatus>(&*event))
           take(*status);
-        else if (sim_.onCommand(std::get<dds::ActuationCommand>(*event), service::monotonicNow()))
-          sim_.state(service::monotonicNow(), state_);
+        else if (sim_.onCommand(std::get<dds::ActuationCommand>(*event), runtime::monotonicNow()))
+          sim_.state(runtime::monotonicNow(), state_);
         if (condition())
           return;
         break;
@@ -173,9 +173,9 @@ class Robot {
     throw std::runtime_error("control does not come up");
   }
 
-  service::SimCore sim_;
-  service::PlanningCore planning_;
-  service::Mailbox<std::variant<dds::ActuationCommand, dds::ControlStatus>> mailbox_;
+  simulation::SimCore sim_;
+  planning_service::PlanningCore planning_;
+  runtime::Mailbox<std::variant<dds::ActuationCommand, dds::ControlStatus>> mailbox_;
   dds::Bus bus_;
   dds::Writer<dds::ActuationState> states_;
   dds::Writer<dds::PlanningReference> references_;
@@ -188,11 +188,11 @@ class Robot {
 
 std::vector<double> throughControl() {
   const DeploymentFile file;
-  service::Setup setup;
+  runtime::Setup setup;
   setup.name = "sim";
   setup.deployment = config::loadDeployment(file.path());
   setup.robot = config::loadRobot(setup.deployment.robot);
-  setup.session = service::randomIdentity();
+  setup.session = runtime::randomIdentity();
   const Program control(std::filesystem::read_symlink("/proc/self/exe").parent_path() / "tandem-control", file.path());
   Robot robot(setup);
   robot.begin();

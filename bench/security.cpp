@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Cost of DDS Security: state -> control -> command and back between two participants over loopback, plain
- * and secured in the same run; `ratio` is secured over plain, of the medians. */
+/** @file Benchmark of DDS Security: round trip between two participants over loopback, plain and secured; `ratio` is
+ * the ratio of the medians. */
 #include <benchmark/benchmark.h>
 #include <stdlib.h>
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's experiment in lock-step: control periods a second in one process and over DDS, and what each method achieves in it; tasks a
-second of Monte Carlo, on one core and on all.
+"""The paper's experiment in lock-step: control periods per second in one process and over DDS, and the results of each method; Monte
+Carlo tasks per second, on one core and on all.
 
-    simulation.py TANDEM --output FILE    starts and ends of processes are part of the time"""
+    simulation.py TANDEM --output FILE    times include start and end of the processes"""
 import argparse
 import csv
 import json

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Names of arms, for all robot types. */
+/** @file Finds arms by name and lists the names of all arms. */
 #pragma once
 
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
 
-#include "config/loaders.h"
+#include "config/detail/loaders.h"
 
 namespace tandem::config {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/arm_tables.h"
+#include "config/detail/arm_tables.h"
 
-#include "config/bind.h"
+#include "config/detail/bind.h"
 #include "control/parameters.h"
 #include "safety/limits.h"
 
@@ -12,13 +12,13 @@ using enum Quantity;
 Field armName() {
   return text("name", "topic name, unique in the file")
       .required()
-      .matching("^[a-z][a-z0-9_]*$", "a name of small letters, digits and _, a letter first");
+      .matching("^[a-z][a-z0-9_]*$", "a name of lower-case letters, digits and _, starting with a letter");
 }
 
 const Mapping& poseTable() {
   static const Mapping table{
       "pose",
-      "A frame in its parent.",
+      "Pose of a frame in its parent frame.",
       {
           number("position", kLength, "[x, y, z]").vector3().defaultsTo(0.0),
           number("rpy", kAngle, "[roll, pitch, yaw]: R = Rz(yaw) Ry(pitch) Rx(roll)").vector3().defaultsTo(0.0),
@@ -41,7 +41,7 @@ std::vector<Field> motionLimits(bool angle) {
       positive("stop_deceleration", change, "deceleration of the stop ramp", &JointLimit::stop_deceleration)
           .defaultsTo(angle ? 20.0 : 0.1),
       positive("max_step", angle ? kAngle : kLength,
-               "a setpoint farther than this from the last one is an integrity fault", &JointLimit::max_step)
+               "largest distance between consecutive setpoints; more is an integrity fault", &JointLimit::max_step)
           .orUnlimited(),
   };
 }
@@ -56,7 +56,7 @@ const Mapping& controlTable() {
       {
           positive("period", kTime, "T, control sampling time", &P::period),
           text("bounds", "how equation (1) becomes bounds on velocities", allOf<BoundsKind>(), &P::bounds),
-          text("backend", "who solves the quadratic programmes", allOf<Backend>(), &P::backend),
+          text("backend", "QP solver", allOf<Backend>(), &P::backend),
           positive("nsp_damping", kLength, "damping of the pseudoinverses of (3)", &P::nsp_damping),
           positive("track_weight", kNone, "W_track of (4)", &P::track_weight),
           positive("translation_weight", kNone, "lambda_t", &P::translation_weight),
@@ -70,21 +70,23 @@ const Mapping& controlTable() {
           positive("translation_step", kLength, "bound on every translation in one period in the QP methods",
                    &P::translation_step),
           positive("singular_lever", kLength,
-                   "per rad: a direction in which the rotations move a tip by less is singular to nsp and "
-                   "nspwln-joint",
+                   "singular threshold: directions in which rotations move the tip by less than this per rad are "
+                   "damped (nsp, nspwln-joint)",
                    &P::singular_lever),
           positive("posture_gain", kGain, "k_p: how fast joints go to the posture of a reference", &P::posture_gain),
-          positive("hqp_zeta", kNone, "zeta of hqp: what velocities cost against the share of a task that is done",
-                   &P::hqp_zeta),
-          positive("spread_distance", kLength, "hqp leads tubes away from limits and neighbours that are nearer",
+          positive("hqp_zeta", kNone,
+                   "regularisation of hqp (zeta): weight of joint velocities relative to the task scale", &P::hqp_zeta),
+          positive("spread_distance", kLength,
+                   "distance to limits and neighbouring tubes below which hqp moves tubes away (d)",
                    &P::spread_distance),
-          positive("spread_gain", kGain, "and so fast", &P::spread_gain),
+          positive("spread_gain", kGain, "gain of that motion away from limits and neighbours (k_s)", &P::spread_gain),
           positive("barrier_gain", kGain, "largest rate at which hqp lets a margin go to its least value",
                    &P::barrier_gain),
-          number("least_stability", kNone, "elastic stability that hqp keeps; 0: it does not look", &P::least_stability)
+          number("least_stability", kNone, "minimum elastic stability enforced by hqp; 0: off", &P::least_stability)
               .within(0, 1),
           notNegative("least_distance", kLength,
-                      "between the arms of a relative task that hqp keeps; 0: it does not look", &P::least_distance),
+                      "minimum distance between the arms of a relative task, enforced by hqp; 0: off",
+                      &P::least_distance),
       }};
   return table;
 }

@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "config/cooperative.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
@@ -13,21 +13,23 @@ void check(const CooperativeRobot& robot, const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(cooperativeTable());
   if (robot.object && robot.assistance)
-    map.fail("assistance", "found beside an object, expected one of them: a running system moves one thing");
+    map.fail("assistance",
+             "found both `object` and `assistance`, expected exactly one: a running system controls one common object");
   if (!robot.object && !robot.assistance)
-    map.fail("object", "found neither object nor assistance, expected one of them: what a running system moves");
+    map.fail("object",
+             "found neither `object` nor `assistance`, expected one of them: the common object of a running system");
   const std::vector<int> order = armsInOrder(robot);
   const std::vector<Map> arms = map.maps("arms");
   for (std::size_t k = 0; k < arms.size(); ++k) {
     if (std::ranges::find(order, static_cast<int>(k)) == order.end())
-      arms[k].fail("name", "found '" + robot.arms[k].name + "', which takes no part, expected it in " +
-                               (robot.object ? "object.contacts" : "assistance") + ", or not at all");
+      arms[k].fail("name", "found '" + robot.arms[k].name + "', which takes no part in the motion; add it to " +
+                               (robot.object ? "object.contacts" : "assistance") + " or remove it");
   }
   const Map control = map.map("control");
   for (const char* key : {"least_stability", "least_distance"}) {
     if (control.number(key) > 0.0)
       control.fail(key, "found " + control.inUnit(key, control.number(key)) +
-                            ", expected 0: margins are kept of concentric tubes alone");
+                            ", expected 0: margins are available for concentric tubes only");
   }
 }
 
@@ -52,7 +54,7 @@ Robot loadCatheterRobot(const std::filesystem::path& file) {
   robot.file = file;
   for (const int k : armsInOrder(*catheters)) {
     const CatheterArm& from = catheters->arms[static_cast<std::size_t>(k)];
-    robot.arms.push_back({from.name, {"insertion", "roll", "bend"}, {}, from.limits, from.home});
+    robot.arms.push_back({from.name, {kCatheterJoints.begin(), kCatheterJoints.end()}, {}, from.limits, from.home});
   }
   robot.data = std::move(catheters);
   return robot;
@@ -66,13 +68,13 @@ void checkCatheterDeployment(const Map& map, const Deployment& deployment) {
   if (map.has("hardware"))
     refuse("hardware", "drives", "none: catheters are simulated");
   if (map.has("port"))
-    refuse("port", "a port", "none: distances are kept of concentric tubes alone");
+    refuse("port", "a port", "none: distances to the port are computed for concentric tubes only");
   if (map.has("plant"))
     refuse("plant", "a plant that differs", "none: the simulated catheters are those of the robot file");
   if (deployment.model != "rigid")
-    refuse("model", "'" + deployment.model + "'", "no such key: they have one model, which gives way");
+    refuse("model", "'" + deployment.model + "'", "no such key: catheters have a single, elastic model");
   if (deployment.feedback != planning::Feedback::kModel)
-    refuse("feedback", "'" + map.text("feedback") + "'", "model: no tracker sees what they move");
+    refuse("feedback", "'" + map.text("feedback") + "'", "model: a tip tracker is not supported for a common object");
 }
 
 }  // namespace tandem::config

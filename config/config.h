@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot, experiment, deployment and hardware files: the structs they become, and their loaders.
+/** @file Structs and loaders of robot, experiment, deployment and hardware files.
  *
  * Files are YAML; every number that has a unit has it in its key (`outer_diameter_mm`), and this room is the only place
  * where units are converted. Every error is a config::Error that names file, line, column and key, what was found and
@@ -102,8 +102,9 @@ struct Experiment {
   std::vector<Configuration> configurations;
   std::vector<ExperimentTrajectory> trajectories;
   std::vector<control::Method> methods;
-  double relative_gain = 5.0;  ///< lambda_AB, 1/s
-  double tip_gain = 3.0;       ///< lambda_A, 1/s
+  std::filesystem::path method_library;  ///< of Method::kForeign, resolved likewise; empty: none
+  double relative_gain = 5.0;            ///< lambda_AB, 1/s
+  double tip_gain = 3.0;                 ///< lambda_A, 1/s
   std::vector<PublishedRow> published;
   std::filesystem::path file;
 };
@@ -164,8 +165,8 @@ struct Crtk {
   double rotation_step = 0.05;     ///< likewise, rad
   double acceleration = 20e-3;     ///< of targets by interpolate and move, m/s^2
 
-  bool anybody() const { return std::ranges::find(clients, "*") != clients.end(); }
-  bool nobody() const { return !commands || clients.empty(); }
+  bool admitsAll() const { return std::ranges::find(clients, "*") != clients.end(); }
+  bool admitsNone() const { return !commands || clients.empty(); }
 };
 
 /** How operators and CRTK clients move tips. */
@@ -204,9 +205,10 @@ struct Deployment {
   int memory_limit = 2048;  ///< of each service, MB; 0: none
   safety::Budgets budgets;
   control::Method method = control::Method::kNspqp;
-  double relative_gain = 5.0;   ///< lambda_AB, 1/s
-  double tip_gain = 3.0;        ///< lambda_A, 1/s
-  std::string model = "rigid";  ///< kinematic model of control and planning: "rigid" or "compliant"
+  std::filesystem::path method_library;  ///< of Method::kForeign, resolved likewise; empty: none
+  double relative_gain = 5.0;            ///< lambda_AB, 1/s
+  double tip_gain = 3.0;                 ///< lambda_A, 1/s
+  std::string model = "rigid";           ///< kinematic model of control and planning: "rigid" or "compliant"
   planning::Feedback feedback = planning::Feedback::kModel;
   std::optional<kinematics::Port> port;  ///< that the arms come through; its distance is published and kept by plans
   sim::PlantOptions plant;               ///< of the simulated robot
@@ -228,7 +230,8 @@ Deployment loadDeployment(const std::filesystem::path& file);
 const Host* hostAmong(const Deployment& deployment, const std::set<std::string>& addresses);
 
 /** A hardware file, checked against its robot and against the load limits of its buses.
- * @param heartbeat_budget the drives' patience with the HAL (Budgets::drive_heartbeat), s: part of the bus load
+ * @param heartbeat_budget time-out of the drives for the HAL's heartbeat (Budgets::drive_heartbeat), s: part of the bus
+ * load
  * @param refuse_overload false: a bus beyond its load limit is let through, for the calculator. */
 hal::HardwareConfig loadHardware(const std::filesystem::path& file,
                                  double heartbeat_budget = safety::Budgets{}.drive_heartbeat,

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
@@ -16,8 +16,6 @@ using Eigen::Vector3d;
 using kinematics::grasp::Contact;
 namespace assist = kinematics::assist;
 namespace cosserat = kinematics::cosserat;
-
-constexpr const char* kJointKeys[] = {"insertion", "roll", "bend"};
 
 cosserat::Section readWall(const Map& map) {
   const double outer = map.number("outer_diameter"), inner = map.number("inner_diameter");
@@ -34,10 +32,10 @@ cosserat::Section readWall(const Map& map) {
 
 safety::ArmLimits readCatheterLimits(const Map& limits) {
   safety::ArmLimits arm;
-  for (const char* key : kJointKeys) {
+  for (const char* key : kCatheterJoints) {
     const Map map = limits.map(key);
     auto limit = map.read<safety::JointLimit>();
-    const bool insertion = key == kJointKeys[0];
+    const bool insertion = key == kCatheterJoints[0];
     limit.kind = insertion ? safety::JointKind::kTranslation : safety::JointKind::kRotation;
     map.expectBelow("lower", "upper");
     if (insertion && limit.lower < 0.0)
@@ -50,7 +48,7 @@ safety::ArmLimits readCatheterLimits(const Map& limits) {
 Eigen::VectorXd readHome(const Map& map, const safety::ArmLimits& limits) {
   Eigen::VectorXd q(kinematics::catheter::kJoints);
   for (int j = 0; j < q.size(); ++j) {
-    const char* key = kJointKeys[j];
+    const char* key = kCatheterJoints[j];
     const safety::JointLimit& limit = limits.joints[static_cast<std::size_t>(j)];
     q[j] = map.number(key);
     if (q[j] < limit.lower || q[j] > limit.upper) {
@@ -98,16 +96,17 @@ Contact readContact(const Map& map, const Isometry3d& object, const Isometry3d& 
   const Vector3d place = object.inverse() * tip.translation();
   const Vector3d normal = map.has("normal") ? map.vector3("normal") : Vector3d(-place);
   if (normal.norm() < 1e-9) {
-    map.fail("normal", std::string(map.has("normal") ? "found a vector of no length" : "found none") +
-                           ", expected one: the tip is at the object's origin, or the vector has to have a length");
+    map.fail("normal",
+             std::string(map.has("normal") ? "found a zero vector" : "found none") +
+                 ", expected a vector other than zero; it is required where the tip is at the object's origin");
   }
   contact.frame = Eigen::Translation3d(place) * Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal);
   contact.hand = tip.inverse() * object * contact.frame;
   return contact;
 }
 
-HeldObject readObject(const Map& map, const CooperativeRobot& robot) {
-  auto object = map.read<HeldObject>();
+GraspedObject readObject(const Map& map, const CooperativeRobot& robot) {
+  auto object = map.read<GraspedObject>();
   Vector3d middle = Vector3d::Zero();
   const std::vector<Map> contacts = map.maps("contacts");
   for (const Map& contact : contacts) {
@@ -139,8 +138,9 @@ Assistance readAssistance(const Map& map, const CooperativeRobot& robot) {
   touching << target.home, pusher.home;
   touching[3] -= relation.press;
   if (touching[3] < 0.0 || touching[0] <= 0.0) {
-    map.fail("press", "found " + map.inUnit("press", relation.press) +
-                          ", expected less than the assist arm's insertion at home, and the target inserted");
+    map.fail("press", "found " + map.inUnit("press", relation.press) + ", expected at most " +
+                          map.inUnit("press", pusher.home[0]) +
+                          " (insertion of the assist arm at home), and a target whose insertion is above zero");
   }
   relation.pair.contact = assist::TargetAssist::touching(relation.pair, touching);
   const double off = relation.pair.contact.translation().norm(), tolerance = map.number("tolerance");
@@ -152,7 +152,7 @@ Assistance readAssistance(const Map& map, const CooperativeRobot& robot) {
   try {
     assist::TargetAssist checked(relation.pair);
   } catch (const std::invalid_argument& error) {
-    map.fail("contact", "found a pair that cannot be solved: " + std::string(error.what()));
+    map.fail("contact", "found a pair that the model does not support: " + std::string(error.what()));
   }
   return relation;
 }
@@ -191,7 +191,7 @@ CooperativeRobot loadCooperative(const std::filesystem::path& file) {
     try {
       kinematics::catheter::ElasticCatheter checked(robot.arms.back().model);
     } catch (const std::invalid_argument& error) {
-      arm.fail("name", "found an arm that no model can answer for: " + std::string(error.what()));
+      arm.fail("name", "found an arm that the model does not support: " + std::string(error.what()));
     }
   }
   if (map.has("object"))

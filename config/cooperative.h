@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot files of catheters that hold an object together or push one another. */
+/** @file Robot files of cooperating catheters: a jointly grasped object, or a target catheter pushed by an assist
+ * catheter. */
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,7 +17,10 @@ namespace tandem::config {
 
 class Map;
 
-/** One catheter. Joints: insertion (m), roll, bend (rad). */
+/// Joints of a catheter: m, rad, rad.
+inline constexpr std::array kCatheterJoints{"insertion", "roll", "bend"};
+
+/** One catheter. Joints: kCatheterJoints. */
 struct CatheterArm {
   std::string name;
   kinematics::catheter::ElasticArm model;
@@ -26,7 +31,7 @@ struct CatheterArm {
 };
 
 /** What the arms hold at home. Their tips touch it there without a force. */
-struct HeldObject {
+struct GraspedObject {
   double size = 0.0;                                       ///< m; makes a radian comparable to a metre
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< robot base frame <- object frame, at home
   std::vector<int> arms;                                   ///< of the contacts
@@ -47,7 +52,7 @@ struct Assistance {
 struct CooperativeRobot : TypeData {
   std::string name;
   std::vector<CatheterArm> arms;
-  std::optional<HeldObject> object;
+  std::optional<GraspedObject> object;
   std::optional<Assistance> assistance;
   control::MethodParameters parameters;
   std::vector<std::string> warnings;

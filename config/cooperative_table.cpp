@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/arm_tables.h"
-#include "config/bind.h"
 #include "config/cooperative.h"
+#include "config/detail/arm_tables.h"
+#include "config/detail/bind.h"
 #include "config/file_tables.h"
 #include "kinematics/grasp/contact.h"
 
@@ -19,8 +19,7 @@ const Mapping kWallTable{
     "or is given as measured; shear, extension and torsion follow from it.",
     {
         positive("outer_diameter", kLength, "outer diameter").required(),
-        notNegative("inner_diameter", kLength, "of the lumen that the wall encloses, smaller than the outer one")
-            .required(),
+        notNegative("inner_diameter", kLength, "diameter of the lumen, smaller than the outer diameter").required(),
         positive("youngs_modulus", kModulus, "E").defaultNote("`bending_stiffness`"),
         positive("bending_stiffness", kStiffness, "E I").defaultNote("`youngs_modulus`"),
         number("poisson_ratio", kNone, "nu, in G = E / (2 (1 + nu))").within(0.0, 0.5).defaultsTo(0.4),
@@ -50,7 +49,7 @@ const Mapping& catheterLimitsTable() {
   static const Mapping turn = motionTable("turn_limits", "Limits of a roll or a bend.", true);
   static const Mapping table{
       "catheter_limits",
-      "What each joint may do.",
+      "Joint limits of a catheter.",
       {
           mapping("insertion", insertion, "limits of the insertion").required(),
           mapping("roll", turn, "limits of the roll").required(),
@@ -75,7 +74,7 @@ const Mapping kCatheterTable{
         bound(armName(), &CatheterArm::name),
         text("type", "kind of arm").required().oneOf({"catheter"}),
         mapping("base", poseTable(), "arm base (entry point, z into the body) in the robot base frame"),
-        mapping("tool", poseTable(), "tool tip in the frame of the bending end's tip: what does not bend there"),
+        mapping("tool", poseTable(), "pose of the tool tip in the frame of the distal end's tip (rigid tip part)"),
         positive("bending_length",
                  kLength,
                  "L, of the distal end",
@@ -96,36 +95,43 @@ const Mapping kCatheterTable{
 
 const Mapping kContactTable{
     "contact",
-    "Where an arm's tip holds the object: at the place where the tip is at home.",
+    "Contact of an arm with the object, at the tip's home position.",
     {
         text("arm", "name of an arm; each at most once").required(),
         text("type",
-             "what is passed on: a force along the normal; a force; that and a moment about the normal; all",
+             "components transmitted: frictionless: normal force; point: force; soft_finger: force and moment about "
+             "the normal; rigid: all",
              named({ContactType::kFrictionless, ContactType::kPoint, ContactType::kSoftFinger, ContactType::kRigid}),
              &Contact::type)
             .required(),
-        number("normal", kNone, "into the object, object frame; of any length")
+        number("normal", kNone, "contact normal into the object, object frame; of any length")
             .vector3()
             .defaultNote("from the tip at home to the object's origin"),
         positive("friction", kNone, "coefficient", &Contact::friction),
         positive("spin_radius",
                  kLength,
-                 "radius at which a moment uses up friction as a force does; of soft_finger",
+                 "equivalent friction radius of a soft finger: torsional moment / radius counts as tangential force",
                  &Contact::spin_radius),
     }};
 
 const Mapping kObjectTable{
     "object",
-    "An object that arms hold together: co-manipulation.",
+    "Object grasped by several arms (co-manipulation).",
     {
-        positive("size", kLength, "of the object: makes lengths comparable to angles", &HeldObject::size).required(),
-        number("position", kLength, "[x, y, z] of its origin at home, robot base frame")
+        positive("size", kLength, "size of the object: makes lengths comparable to angles", &GraspedObject::size)
+            .required(),
+        number("position", kLength, "[x, y, z] of the object's origin at home, robot base frame")
             .vector3()
             .defaultNote("the middle of the tips"),
-        mapping("contacts", kContactTable, "one an arm").required().list(1, kinematics::grasp::kMaxContacts),
-        number("load", kForce, "[x, y, z] on the object at its origin, robot base frame: its weight", &HeldObject::load)
+        mapping("contacts", kContactTable, "contacts of the arms with the object, one per arm")
+            .required()
+            .list(1, kinematics::grasp::kMaxContacts),
+        number("load",
+               kForce,
+               "force [x, y, z] on the object at its origin, robot base frame: its weight",
+               &GraspedObject::load)
             .vector3(),
-        notNegative("squeeze", kForce, "normal force to be held at each contact", &HeldObject::squeeze),
+        notNegative("squeeze", kForce, "normal force to maintain at each contact", &GraspedObject::squeeze),
     }};
 
 const Mapping kAssistanceTable{
@@ -135,14 +141,18 @@ const Mapping kAssistanceTable{
         text("target", "name of the arm that is pushed").required(),
         text("assist", "name of the arm that pushes").required(),
         text("contact",
-             "rigid: place and orientation agree; point: the place does, and no moment is passed on",
+             "rigid: position and orientation agree; point: position agrees, no moment is transmitted",
              named({ContactType::kRigid, ContactType::kPoint}),
              &Assistance::pair,
              &kinematics::assist::Pair::type),
-        notNegative("press", kLength, "by which the assist arm's home is inserted beyond touching", &Assistance::press),
-        positive("push", kForce, "force along the contact's normal to be held", &Assistance::push)
-            .defaultNote("that of home"),
-        positive("tolerance", kLength, "by which the touching tip may be off the target's base of bending")
+        notNegative("press",
+                    kLength,
+                    "additional insertion of the assist arm at home beyond first contact",
+                    &Assistance::press),
+        positive("push", kForce, "normal contact force to maintain", &Assistance::push).defaultNote("that of home"),
+        positive("tolerance",
+                 kLength,
+                 "permitted position error of the assist tip relative to the target's base of bending at home")
             .defaultsTo(3e-3),
     }};
 
@@ -151,13 +161,13 @@ const Mapping kAssistanceTable{
 const Mapping& cooperativeTable() {
   static const Mapping table{
       "cooperative",
-      "A robot of catheters that hold an object together, or of which one pushes the other.",
+      "A robot of catheters that grasp a common object, or of which one pushes the other.",
       {
           kindField("cooperative"),
           text("name", "name of the robot", &CooperativeRobot::name).required(),
           mapping("arms", kCatheterTable, "the arms").required().list(1, kinematics::grasp::kMaxContacts),
-          mapping("object", kObjectTable, "what the arms hold").defaultNote("none"),
-          mapping("assistance", kAssistanceTable, "which arm pushes which").defaultNote("none"),
+          mapping("object", kObjectTable, "grasped object").defaultNote("none"),
+          mapping("assistance", kAssistanceTable, "target arm, assist arm and their contact").defaultNote("none"),
           mapping("control", controlTable(), "default parameters of the methods", &CooperativeRobot::parameters),
       }};
   return table;

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 #include "config/robot_files.h"
 #include "config/values.h"
 
@@ -23,7 +23,7 @@ void warnOfBudgets(const Map& map) {
 void checkHosts(const Map& map, const std::vector<Host>& hosts) {
   for (const char* key : {"interface_address", "peers"}) {
     if (!hosts.empty() && map.has(key))
-      map.fail(key, "found beside hosts, which say the same; expected one of them");
+      map.fail(key, "found together with `hosts`; expected either `hosts` or `interface_address` and `peers`");
   }
   map.expectDistinct("hosts", "name");
   const std::vector<Map> entries = map.maps("hosts");
@@ -68,9 +68,10 @@ void resolveDiscovery(const Map& map, Deployment& deployment) {
   if (!deployment.discovery)
     return;
   if (!deployment.security.empty())
-    map.fail("discovery",
-             "found beside security, which a discovery server of Fast DDS 2.9 does not survive; expected one of "
-             "them: peers or hosts need no server");
+    map.fail(
+        "discovery",
+        "found both `security` and `discovery`: discovery servers of Fast DDS 2.9 crash with secured participants; "
+        "expected one of them. Without `discovery`, use `peers` or `hosts`");
   std::string& address = deployment.discovery->address;
   const auto host = std::ranges::find(deployment.hosts, address, &Host::name);
   if (host != deployment.hosts.end())
@@ -100,9 +101,9 @@ void checkProcesses(const Map& map, const std::vector<Host>& hosts) {
 /// The files are not looked at here: only the host that the console runs on needs them.
 void checkConsole(const Map& map, const Console& console) {
   if (map.has("certificate") != map.has("key"))
-    map.fail(map.has("key") ? "key" : "certificate", "found one of certificate and key; expected both, or none");
+    map.fail(map.has("key") ? "key" : "certificate", "found only one of certificate and key; expected both, or none");
   if (!console.viewer_token.empty() && console.operator_token.empty())
-    map.fail("viewer_token", "found without operator_token, by which everybody commands; expected both");
+    map.fail("viewer_token", "found without operator_token, so that every client could command; expected both");
   if (console.loopback())
     return;
   const std::string who = "found " + console.address + ", which other machines reach, ";
@@ -122,7 +123,8 @@ void checkMemory(const Map& map, const Deployment& deployment) {
 
 void checkTiming(const Map& map, const Deployment& deployment) {
   if (deployment.emergency_stop_budget > 0.0 && deployment.clock == ClockMode::kLockStep)
-    map.fail("emergency_stop_topic", "found in lock-step, where nobody waits for reports; expected clock: real_time");
+    map.fail("emergency_stop_topic",
+             "found in lock-step, which does not monitor this topic; expected clock: real_time");
   if (deployment.sim_period > deployment.control_period) {
     map.fail(map.has("sim_period") ? "sim_period" : "control_period",
              "found a sim_period of " + formatNumber(deployment.sim_period) + " s and a control_period of " +
@@ -135,9 +137,7 @@ void readFeedback(const Map& map, Deployment& deployment) {
   const bool needs_tracker =
       deployment.clock == ClockMode::kLockStep && deployment.feedback == planning::Feedback::kSensor;
   if (needs_tracker && !deployment.plant.tracker.present) {
-    map.fail(
-        "feedback",
-        "found feedback: sensor in lock-step, where only the simulated tracker is in step; expected plant.tracker");
+    map.fail("feedback", "found feedback: sensor in lock-step without a simulated tracker; expected plant.tracker");
   }
 }
 
@@ -157,6 +157,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   deployment.robot = companionPath(map, "robot", file, robotKinds());
   if (map.has("hardware"))
     deployment.hardware = companionPath(map, "hardware", file);
+  deployment.method_library = methodLibrary(map, file, deployment.method == control::Method::kForeign, "method");
   checkTiming(map, deployment);
   checkMemory(map, deployment);
   warnOfBudgets(map.map("budgets"));

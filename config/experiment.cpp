@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "config/arm_names.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 #include "config/robot_files.h"
 
 namespace tandem::config {
@@ -104,6 +104,9 @@ Experiment loadExperiment(const std::filesystem::path& file) {
   auto experiment = map.read<Experiment>();
   experiment.file = file;
   experiment.robot = robotPath(map, file);
+  experiment.method_library = methodLibrary(
+      map, file, std::ranges::find(experiment.methods, control::Method::kForeign) != experiment.methods.end(),
+      "methods");
   const Robot robot = loadAnyRobot(experiment.robot);
   for (const Map& entry : map.maps("configurations"))
     experiment.configurations.push_back(readConfiguration(entry, robot));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Key tables of all kinds of files, and the texts generated from them. */
+/** @file Key tables of all file kinds, and generators of JSON Schemas and documentation from them. */
 #pragma once
 
 #include <string>

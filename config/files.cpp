@@ -7,8 +7,8 @@
 #include <iterator>
 #include <map>
 
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 #include "config/robot_files.h"
 
 namespace tandem::config {
@@ -178,6 +178,14 @@ fs::path findShared(const std::string& installed, const std::vector<std::string>
 }
 
 fs::path robotPath(const Map& map, const fs::path& file) { return companionPath(map, "robot", file); }
+
+fs::path methodLibrary(const Map& map, const fs::path& file, bool needed, const std::string& key) {
+  if (map.has("method_library"))
+    return fs::absolute(file.parent_path() / map.text("method_library")).lexically_normal();
+  if (needed)
+    map.fail(key, "found foreign without a method_library, expected the library of that method (docs/own-method.md)");
+  return {};
+}
 
 fs::path companionPath(const Map& map, const std::string& key, const fs::path& file, const std::string& presets_of) {
   const std::string name = map.text(key), kind = presets_of.empty() ? key : presets_of;

@@ -7,10 +7,10 @@
 #include <set>
 #include <stdexcept>
 
-#include "config/exact.h"
+#include "config/detail/exact.h"
+#include "config/detail/hardware_guards.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/hardware_guards.h"
-#include "config/loaders.h"
 #include "config/robot_files.h"
 
 namespace tandem::config {
@@ -29,18 +29,19 @@ void checkHomingRun(const Map& drive, const AxisConfig& axis) {
   const bool wanted = axis.reference == hal::PositionReference::kHoming;
   if (!drive.has("homing")) {
     if (wanted)
-      drive.fail("reference", "found homing, expected a `homing` mapping beside it");
+      drive.fail("reference", "found homing, expected a `homing` mapping together with it");
     return;
   }
   if (!wanted)
-    drive.fail("homing", "found a homing run, expected `reference: homing` beside it");
+    drive.fail("homing", "found a homing run, expected `reference: homing` together with it");
   const Map map = drive.map("homing");
   for (const char* key : {"fast", "slow"}) {
     if (const double speed = map.number(key); speed > axis.velocity)
-      map.fail(key,
-               "found " + exact(speed / axis.velocity) +
-                   " times `velocity` of the drive, expected at most that: since 22 November 2026 homing runs go no "
-                   "faster than the axis. Write `velocity` or less, or raise `velocity` to what the axis can do");
+      map.fail(
+          key,
+          "found " + exact(speed / axis.velocity) +
+              " times `velocity` of the drive, expected at most `velocity`: since 22 November 2026 homing runs go no "
+              "faster than the axis. Lower this speed, or raise `velocity` to what the axis can do");
   }
 }
 
@@ -126,8 +127,9 @@ class AxisReader {
 
   void claimNode(const Map& map, const std::string& key, int bus, int node) {
     if (!nodes_.insert({bus, node}).second) {
-      map.fail(key, "found " + std::to_string(node) + " a second time on " +
-                        buses_[static_cast<std::size_t>(bus)].name + " (the HAL's own id counts), expected another id");
+      map.fail(key, "found node id " + std::to_string(node) + " a second time on " +
+                        buses_[static_cast<std::size_t>(bus)].name +
+                        " (the HAL's own id included), expected unique ids");
     }
   }
 
@@ -197,8 +199,8 @@ void checkHoming(const Map& map, const hal::HardwareConfig& hardware) {
           (homes && (axis.homing.order != first->homing.order || axis.homing.fast != first->homing.fast ||
                      axis.homing.acceleration != first->homing.acceleration))) {
         map.fail("translations", "found linear stages of " + hardware.arms[a].name +
-                                     " that would not home together, expected one reference, order, speed and "
-                                     "acceleration: equation (1) couples them");
+                                     " with different homing settings, expected equal reference, order, speed "
+                                     "and acceleration: equation (1) couples them");
       }
     }
     if (first == nullptr || first->reference != hal::PositionReference::kHoming)

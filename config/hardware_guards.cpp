@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/hardware_guards.h"
+#include "config/detail/hardware_guards.h"
 
 namespace tandem::config {
 

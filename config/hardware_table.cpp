@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/bind.h"
+#include "config/detail/bind.h"
 #include "config/file_tables.h"
 #include "hal/hardware.h"
 
@@ -52,16 +52,17 @@ const Mapping& busTable() {
       {
           text("name", "unique in the file", &B::name)
               .required()
-              .matching("^[a-z][a-z0-9_]*$", "a name of small letters, digits and _, a letter first"),
+              .matching("^[a-z][a-z0-9_]*$", "a name of lower-case letters, digits and _, starting with a letter"),
           text("interface", "can:INTERFACE of Linux, or unix:SOCKET of a simulated bus", &B::address)
               .required()
               .matching("^(can:[A-Za-z0-9_.-]{1,15}|unix:[^ ]{1,100})$", "can:INTERFACE or unix:SOCKET"),
-          number("bit_rate", kBitRate, "of the bus; CANopen knows no more than 1000 kbit/s", &B::bit_rate)
+          number("bit_rate", kBitRate, "bit rate; CANopen specifies at most 1000 kbit/s", &B::bit_rate)
               .within(1e4, 1e6),
-          number("load_limit", kNone, "share of the bit rate that the HAL may plan for; more is refused",
+          number("load_limit", kNone,
+                 "largest permitted bus load, as share of the bit rate; a higher computed load is refused",
                  &B::load_limit)
               .within(0.05, 0.95),
-          nodeId("node_id", "under which the HAL sends its heartbeat", &B::node_id),
+          nodeId("node_id", "node id of the HAL", &B::node_id),
       }};
   return table;
 }
@@ -72,14 +73,17 @@ Mapping homingMapping(Kind kind) {
       kind.prefixed("homing"),
       "The homing run of a drive, CiA 402.",
       {
-          integer("method", "object 0x6098: 17 and 18 limit switches, 33 and 34 index, 37 present position", &H::method)
+          integer("method",
+                  "homing method, object 0x6098: 17 and 18 limit switches, 33 and 34 index, 37 present position",
+                  &H::method)
               .required()
               .within(-128, 127),
-          positive("fast", kind.speed(), "towards the switch; at most `velocity`", &H::fast).required(),
-          positive("slow", kind.speed(), "off the switch, or to the index; at most `velocity`", &H::slow).required(),
-          positive("acceleration", kind.acceleration(), "of the run", &H::acceleration).required(),
+          positive("fast", kind.speed(), "speed towards the switch; at most `velocity`", &H::fast).required(),
+          positive("slow", kind.speed(), "speed off the switch, or to the index; at most `velocity`", &H::slow)
+              .required(),
+          positive("acceleration", kind.acceleration(), "acceleration of the homing run", &H::acceleration).required(),
           integer("order", "axes with the same number run together, smaller numbers first", &H::order).within(0, 64),
-          positive("budget", kTime, "the run has to end within it", &H::budget).atMost(kLongestRun),
+          positive("budget", kTime, "longest duration of the homing run", &H::budget).atMost(kLongestRun),
       }};
 }
 
@@ -90,12 +94,12 @@ Mapping brakeMapping(Kind kind) {
       "A holding brake at a digital output of the drive, object 0x60FE. The HAL opens it once torque holds the joint, "
       "and takes torque away once it is closed. A brake that the drive moves by itself needs no entry.",
       {
-          integer("output_bit", "of 0x60FE:1", &B::output_bit).within(0, 31),
-          integer("closed_level", "of that output while the brake is closed", &B::closed_level).within(0, 1),
-          positive("closing_time", kTime, "until it holds", &B::closing_time).atMost(kLongestBrake),
-          positive("opening_time", kTime, "until it lets go", &B::opening_time).atMost(kLongestBrake),
-          positive("slip", kind.position(), "what a joint may move behind it; more is a brake that does not hold",
-                   &B::slip)
+          integer("output_bit", "bit of the digital outputs, object 0x60FE:1", &B::output_bit).within(0, 31),
+          integer("closed_level", "level of the output while the brake is closed", &B::closed_level).within(0, 1),
+          positive("closing_time", kTime, "time until the brake is closed", &B::closing_time).atMost(kLongestBrake),
+          positive("opening_time", kTime, "time until the brake is open", &B::opening_time).atMost(kLongestBrake),
+          positive("slip", kind.position(),
+                   "permitted motion of a joint with closed brake; more triggers the guard `brake`", &B::slip)
               .required(),
       }};
 }
@@ -104,12 +108,12 @@ template <class Owner>
 std::vector<Field> gearingFields(Kind kind) {
   using hal::Gearing;
   std::vector<Field> fields{
-      positive("counts_per_revolution", kNone, "of the shaft that it sits on", &Owner::gearing,
-               &Gearing::counts_per_revolution)
+      positive("counts_per_revolution", kNone, "counts per revolution of the motor's or encoder's shaft",
+               &Owner::gearing, &Gearing::counts_per_revolution)
           .required(),
       positive("gear_ratio", kNone,
-               kind.translation ? "revolutions of that shaft per revolution of the lead screw"
-                                : "revolutions of that shaft per revolution of the tube",
+               kind.translation ? "revolutions of the motor's or encoder's shaft per revolution of the lead screw"
+                                : "revolutions of the motor's or encoder's shaft per revolution of the tube",
                &Owner::gearing, &Gearing::gear_ratio),
   };
   if (kind.translation)
@@ -122,9 +126,9 @@ std::vector<Field> gearingFields(Kind kind) {
 template <class Owner>
 std::vector<Field> identityFields() {
   return {
-      identityNumber<Owner>("vendor", "object 0x1018:1", &DeviceIdentity::vendor),
-      identityNumber<Owner>("product", "object 0x1018:2", &DeviceIdentity::product),
-      identityNumber<Owner>("revision", "object 0x1018:3", &DeviceIdentity::revision),
+      identityNumber<Owner>("vendor", "vendor id, object 0x1018:1", &DeviceIdentity::vendor),
+      identityNumber<Owner>("product", "product code, object 0x1018:2", &DeviceIdentity::product),
+      identityNumber<Owner>("revision", "revision number, object 0x1018:3", &DeviceIdentity::revision),
   };
 }
 
@@ -136,22 +140,23 @@ const Mapping& torqueTable() {
   using T = hal::TorqueLimit;
   static const Mapping table{
       "torque_limit",
-      "How much torque an axis may need in operation; beyond it the arm stops and latches.",
+      "Torque limit of an axis: exceeding it stops the arm and latches a fault.",
       {
-          text("object", "what is watched: torque, object 0x6077, or current, object 0x6078",
+          text("object", "monitored quantity: torque, object 0x6077, or current, object 0x6078",
                {{"torque", 0x6077}, {"current", 0x6078}}, &T::object)
               .defaultsTo("torque"),
-          number("limit_per_mille", kNone, "of the rated torque (0x6076) or current (0x6075)")
+          number("limit_per_mille", kNone, "limit in thousandths of the rated torque (0x6076) or current (0x6075)")
               .required()
               .within(1, 32767),
-          notNegative("time", kTime, "for which it may be beyond: speeding up takes more", &T::time),
+          notNegative("time", kTime, "time for which the limit may be exceeded (acceleration needs more torque)",
+                      &T::time),
       }};
   return table;
 }
 
 Mapping driveMapping(Kind kind) {
+  using hal::HoldingMeans;
   using hal::PositionReference;
-  using hal::PowerlessHold;
   Mapping table{kind.prefixed("drive"), "What the drives of a group have in common, CiA 402.",
                 gearingFields<AxisConfig>(kind)};
   append(
@@ -159,45 +164,46 @@ Mapping driveMapping(Kind kind) {
       {
           text("mode", "cyclic synchronous position, or velocity with the position loop in the HAL",
                {{"csp", hal::DriveMode::kCyclicPosition}, {"csv", hal::DriveMode::kCyclicVelocity}}, &AxisConfig::mode),
-          positive("velocity_gain", kGain, "of the position loop in mode csv", &AxisConfig::velocity_gain),
-          positive("velocity", kind.speed(), "the fastest that the axis may move", &AxisConfig::velocity).required(),
-          positive("slew_limit", kind.acceleration(),
-                   "largest change of the commanded velocity per second, held by the gate of the HAL; the tighter of "
-                   "this and the robot file's holds",
-                   &AxisConfig::slew_limit)
+          positive("velocity_gain", kGain, "gain of the position loop in mode csv", &AxisConfig::velocity_gain),
+          positive("velocity", kind.speed(), "largest speed of the axis", &AxisConfig::velocity).required(),
+          positive(
+              "slew_limit", kind.acceleration(),
+              "commanded acceleration limit in the HAL's gate; the smaller of this and the robot file's value applies",
+              &AxisConfig::slew_limit)
               .orUnlimited()
               .defaultNote("velocity within 0.1 s"),
-          positive("quick_stop_deceleration", kind.acceleration(), "object 0x6085",
+          positive("quick_stop_deceleration", kind.acceleration(), "quick-stop deceleration, object 0x6085",
                    &AxisConfig::quick_stop_deceleration)
               .required(),
-          positive("following_error", kind.position(), "window of drive and HAL, object 0x6065",
+          positive("following_error", kind.position(), "following error window of drive and HAL, object 0x6065",
                    &AxisConfig::following_error)
               .required(),
-          number("following_time", kTime, "for which the error may be outside, object 0x6066",
+          number("following_time", kTime, "longest time outside the following error window, object 0x6066",
                  &AxisConfig::following_time)
               .within(1e-3, 60.0),
-          text("reference", "where the position comes from after power on",
+          text("reference", "source of the position after power on",
                {{"absolute_encoder", PositionReference::kAbsoluteEncoder},
                 {"drive", PositionReference::kDrive},
                 {"homing", PositionReference::kHoming}},
                &AxisConfig::reference),
           text("holds_without_power",
-               "what keeps these axes where they are without power; power is taken from an idle arm whose axes all "
-               "say so",
-               {{"no", PowerlessHold::kNo},
-                {"self_locking", PowerlessHold::kSelfLocking},
-                {"brake", PowerlessHold::kBrake}},
+               "what keeps the position of these axes without power (self_locking, brake, no); idle power-off needs it "
+               "for all axes of an arm",
+               {{"no", HoldingMeans::kNo},
+                {"self_locking", HoldingMeans::kSelfLocking},
+                {"brake", HoldingMeans::kBrake}},
                &AxisConfig::powerless_hold),
-          mapping("torque_limit", torqueTable(), "a guard on torque or current").defaultNote("not watched"),
+          mapping("torque_limit", torqueTable(), "guard on torque or current").defaultNote("not watched"),
           text("temperature_object", "object with a temperature, signed")
               .matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal")
               .orInteger()
               .defaultNote("none"),
-          positive("temperature_scale", kNone, "degrees Celsius per unit of that object",
+          positive("temperature_scale", kNone, "degrees Celsius per unit of the temperature object",
                    &AxisConfig::temperature_scale),
-          mapping("homing", both<homingMapping>(kind), "with `reference: homing`", &AxisConfig::homing)
+          mapping("homing", both<homingMapping>(kind), "homing run; with `reference: homing`", &AxisConfig::homing)
               .defaultNote("none"),
-          mapping("brake", both<brakeMapping>(kind), "one that the HAL moves", &AxisConfig::brake).defaultNote("none"),
+          mapping("brake", both<brakeMapping>(kind), "holding brake that the HAL controls", &AxisConfig::brake)
+              .defaultNote("none"),
       });
   append(table.fields, identityFields<AxisConfig>());
   return table;
@@ -206,9 +212,9 @@ Mapping driveMapping(Kind kind) {
 Mapping encoderMapping(Kind kind) {
   Mapping table{kind.prefixed("encoder"), "What the absolute encoders of a group have in common, CiA 406.",
                 gearingFields<EncoderConfig>(kind)};
-  table.fields.push_back(
-      positive("tolerance", kind.position(), "largest difference to the drive's position", &EncoderConfig::tolerance)
-          .required());
+  table.fields.push_back(positive("tolerance", kind.position(), "largest permitted difference to the drive's position",
+                                  &EncoderConfig::tolerance)
+                             .required());
   append(table.fields, identityFields<EncoderConfig>());
   return table;
 }
@@ -220,10 +226,10 @@ Mapping axisMapping(Kind kind) {
       "One joint.",
       {
           text("arm", "name of the arm in the robot file").required(),
-          integer("tube", "counts from 1, the innermost").required().within(1, 4),
+          integer("tube", "number of the tube, 1 is the innermost").required().within(1, 4),
           text("bus", "name of the bus").required(),
-          nodeId("node", "of the drive", &AxisConfig::node).required(),
-          identityNumber<AxisConfig>("serial", "of the drive, object 0x1018:4", &DeviceIdentity::serial),
+          nodeId("node", "node id of the drive", &AxisConfig::node).required(),
+          identityNumber<AxisConfig>("serial", "serial number of the drive, object 0x1018:4", &DeviceIdentity::serial),
           flag("reversed", "positive counts of the drive move the joint in its negative direction",
                &AxisConfig::gearing, &Gearing::reversed),
           number("offset", kind.position(), "position at zero counts of the drive; with `reference: drive`",
@@ -232,10 +238,11 @@ Mapping axisMapping(Kind kind) {
               .required(),
           number("upper", kind.position(), "software limit of the drive, object 0x607D:2", &AxisConfig::upper)
               .required(),
-          number("home_position", kind.position(), "where a homing run ends; with `reference: homing`",
+          number("home_position", kind.position(), "position at the end of a homing run; with `reference: homing`",
                  &AxisConfig::homing, &hal::HomingConfig::position),
-          nodeId("encoder_node", "of the absolute encoder", &EncoderConfig::node).defaultNote("none"),
-          identityNumber<EncoderConfig>("encoder_serial", "object 0x1018:4 of the encoder", &DeviceIdentity::serial),
+          nodeId("encoder_node", "node id of the absolute encoder", &EncoderConfig::node).defaultNote("none"),
+          identityNumber<EncoderConfig>("encoder_serial", "serial number of the encoder, object 0x1018:4",
+                                        &DeviceIdentity::serial),
           flag("encoder_reversed", "positive counts of the encoder are negative positions", &EncoderConfig::gearing,
                &Gearing::reversed),
           number("encoder_offset", kind.position(), "position at zero counts of the encoder", &EncoderConfig::gearing,
@@ -245,7 +252,8 @@ Mapping axisMapping(Kind kind) {
 
 Mapping groupMapping(Kind kind) {
   return {kind.prefixed("group"),
-          kind.translation ? "Linear stages of one make." : "Rotations of one make.",
+          kind.translation ? "Linear stages of one model (drive and encoder type)."
+                           : "Rotations of one model (drive and encoder type).",
           {
               mapping("drive", both<driveMapping>(kind), "the drives").required(),
               mapping("encoder", both<encoderMapping>(kind), "the absolute encoders").defaultNote("none"),
@@ -258,13 +266,13 @@ const Mapping kEmergencyStopTable{
     "Where the emergency stop can be read back: a bit of the drives' digital inputs, or of their statusword (STO).",
     {
         text("bus", "name of the bus").required(),
-        nodeId("node", "of the drive").defaultNote("every drive of that bus"),
-        integer("input_bit", "of the digital inputs, object 0x60FD").within(0, 31).defaultNote("statusword_bit"),
-        integer("statusword_bit", "of the statusword, object 0x6041; none that makes the state")
+        nodeId("node", "node id of the drive").defaultNote("every drive of that bus"),
+        integer("input_bit", "bit of the digital inputs, object 0x60FD").within(0, 31).defaultNote("statusword_bit"),
+        integer("statusword_bit", "bit of the statusword (0x6041) other than those that encode the drive state")
             .within(4, 15)
             .defaultNote("input_bit"),
         text("active",
-             "the value that says that it is pressed; low: a broken wire says so, too",
+             "input value that means pressed; `low` also detects a broken wire",
              {{"low", true}, {"high", false}},
              &hal::EmergencyInput::active_low)
             .required(),
@@ -283,23 +291,24 @@ const Mapping& hardwareTable() {
           robotField(),
           flag("simulated", "true: the nodes are simulated drives; a robot file with `hardware: false` is accepted",
                &H::simulated),
-          number("period", kTime, "of SYNC on all buses; a multiple of 0.1 ms", &H::period).within(1e-3, 20e-3),
+          number("period", kTime, "period of SYNC on all buses; a multiple of 0.1 ms", &H::period).within(1e-3, 20e-3),
           number("node_heartbeat", kTime, "period of the nodes' heartbeats", &H::node_heartbeat).within(5e-3, 1.0),
-          number("feedback_budget", kTime, "for which a node in operation may owe its PDO; three periods at the least",
-                 &H::feedback_budget)
+          number("feedback_budget", kTime,
+                 "longest time without the PDO of an operational node; at least three periods", &H::feedback_budget)
               .within(5e-3, 1.0),
-          number("boot_budget", kTime, "a node has to be there within it after a reset", &H::boot_budget)
+          number("boot_budget", kTime, "longest time from reset to boot-up message of a node", &H::boot_budget)
               .within(0.1, 60.0),
-          number("transition_budget", kTime, "a drive has to take each step of its state machine within it",
+          number("transition_budget", kTime, "longest duration of one state transition of a drive",
                  &H::transition_budget)
               .within(0.02, 10.0),
-          number("power_budget", kTime, "all drives of an arm have to be in operation within it", &H::power_budget)
+          number("power_budget", kTime, "longest time until all drives of an arm are in operation enabled",
+                 &H::power_budget)
               .within(0.1, 20.0),
           mapping("buses", busTable(), "the CAN buses", &H::buses).required().list(1, 8),
           mapping("emergency_stop", kEmergencyStopTable,
-                  "any of these stops all arms, and keeps them from being cleared while it is pressed")
+                  "inputs that read the emergency stop: an active one stops all arms and prevents clearing")
               .list(1, 2 * safety::kMaxJoints)
-              .defaultNote("it cannot be read"),
+              .defaultNote("the emergency stop is not read"),
           mapping("translations", both<groupMapping>(kTranslation), "linear stages").required().list(1, 16),
           mapping("rotations", both<groupMapping>(kRotation), "rotations").required().list(1, 16),
       }};

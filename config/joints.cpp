@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/loaders.h"
+#include "config/detail/loaders.h"
 
 namespace tandem::config {
 namespace {

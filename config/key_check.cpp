@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/key_check.h"
+#include "config/detail/key_check.h"
 
 #include <algorithm>
 

@@ -52,8 +52,8 @@ struct Field {
   std::optional<double> default_number;  ///< SI; of every element of a list; 0 and 1 for kBool
   std::optional<std::string> default_text;
   std::string default_note;  ///< for people, where the default is computed
-  /// The struct of which a member takes the value, and how it does (config/bind.h); null: the loader asks for the
-  /// value.
+  /// The struct of which a member takes the value, and how it does (config/detail/bind.h); null: the loader asks for
+  /// the value.
   const std::type_info* owner = nullptr;
   std::function<void(const Map&, const Field&, void* owner)> store;
 

@@ -3,10 +3,10 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include "config/bind.h"
-#include "config/exact.h"
+#include "config/detail/bind.h"
+#include "config/detail/exact.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
@@ -17,8 +17,8 @@ planning::ObjectPath readPath(const Map& map) {
   auto path = map.read<planning::ObjectPath>();
   const std::size_t wanted = path.shape == planning::PathShape::kLine ? 1 : 2;
   if (path.directions.size() != wanted) {
-    map.fail("along", "found " + std::to_string(path.directions.size()) + " of them, expected " +
-                          (wanted == 1 ? "one, for a line" : "two, for a " + nameOf(path.shape)));
+    map.fail("along", "found " + std::to_string(path.directions.size()) + " directions, expected " +
+                          (wanted == 1 ? "one for a line" : "two for a " + nameOf(path.shape)));
   }
   return path;
 }
@@ -35,25 +35,28 @@ const Mapping& pathTable() {
       directions.emplace_back(planning::directionName(k), k);
     return Mapping{
         "path",
-        "A path of what catheters move: an object that they hold, or a tip. It begins and ends at rest where it is.",
+        "Path of the common object (grasped object or target tip), from standstill to standstill.",
         {
             kindField("path"),
             text("name", "name of the path", &P::name).required(),
-            text("shape", "out and back, a circle, or an eight",
+            text("shape", "line (out and back), circle, or lissajous (figure eight)",
                  named({PathShape::kLine, PathShape::kCircle, PathShape::kLissajous}), &P::shape)
                 .required(),
-            text("along", "directions of the robot base frame: one of a line, else two; rx, ry, rz are turns",
+            text("along", "directions in the robot base frame: one for a line, two otherwise; rx, ry, rz are rotations",
                  directions, &P::directions)
                 .required()
                 .list(1, 2)
                 .unique(),
             number("size", kLength,
-                   "how far a line goes, radius of a circle, amplitude of an eight; a turn goes as far at the size of "
-                   "what is moved",
+                   "length of a line, radius of a circle, amplitude of a lissajous; for rotations: arc length at the "
+                   "object's size",
                    &P::size)
                 .within(1e-6, 1.0),
-            number("duration", kTime, "from rest to rest", &P::duration).within(0.1, 3600.0),
-            text("hold", "what is held beside the directions: nothing, the place, or place and orientation",
+            number("duration", kTime, "duration of the motion, from standstill to standstill", &P::duration)
+                .within(0.1, 3600.0),
+            text("hold",
+                 "components held constant besides the directions: none, places (position), all (position and "
+                 "orientation)",
                  named({Hold::kNone, Hold::kPlaces, Hold::kAll}), &P::held),
         }};
   }();

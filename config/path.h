@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Path files: along which directions what catheters move goes, and what is held beside them. */
+/** @file Path files: shape, directions, size and duration of a motion of the common object, and the components that
+ * are held constant. */
 #pragma once
 
 #include <filesystem>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/planar.h"
 
-#include "config/arm_tables.h"
-#include "config/bind.h"
+#include "config/detail/arm_tables.h"
+#include "config/detail/bind.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
@@ -15,8 +15,8 @@ const Mapping kLinkTable{
     "link",
     "One rigid link.",
     {
-        positive("length", kLength, "from its joint to the next one", &PlanarLink::length).required(),
-        positive("diameter", kLength, "of the link", &PlanarLink::diameter).required(),
+        positive("length", kLength, "distance from the link's joint to the next one", &PlanarLink::length).required(),
+        positive("diameter", kLength, "diameter of the link", &PlanarLink::diameter).required(),
     }};
 
 const Mapping& turnTable() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/arm_names.h"
-#include "config/loaders.h"
+#include "config/detail/loaders.h"
 #include "config/robot_files.h"
 
 namespace tandem::config {
@@ -10,12 +10,12 @@ int readPlantArm(const Map& map, const Robot& robot) {
   return static_cast<int>(map.indexAmong("arm", armList(robot), "an arm of the robot: " + armNames(robot)));
 }
 
-sim::GivenTubeErrors readTubeErrors(const Map& map, const Robot& robot) {
-  sim::GivenTubeErrors given{readPlantArm(map, robot), map.integer("tube") - 1, map.read<sim::TubeErrors>()};
-  const int count = robot.arms[static_cast<std::size_t>(given.arm)].model.tubeCount();
-  if (given.tube >= count)
-    map.fail("tube", "found " + std::to_string(given.tube + 1) + ", expected 1 to " + std::to_string(count));
-  return given;
+sim::FixedTubeErrors readTubeErrors(const Map& map, const Robot& robot) {
+  sim::FixedTubeErrors fixed{readPlantArm(map, robot), map.integer("tube") - 1, map.read<sim::TubeErrors>()};
+  const int count = robot.arms[static_cast<std::size_t>(fixed.arm)].model.tubeCount();
+  if (fixed.tube >= count)
+    map.fail("tube", "found " + std::to_string(fixed.tube + 1) + ", expected 1 to " + std::to_string(count));
+  return fixed;
 }
 
 }  // namespace

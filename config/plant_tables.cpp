@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/bind.h"
+#include "config/detail/bind.h"
 #include "config/file_tables.h"
 #include "safety/dimensions.h"
 #include "sim/plant_options.h"
@@ -18,15 +18,15 @@ const Mapping& motorsTable() {
   using sim::PerAxisKind;
   static const Mapping table{
       "motors",
-      "Between the reference of a joint and its tube.",
+      "Motors and transmissions: dynamics between joint reference and tube.",
       {
-          number("delay", kTime, "of the actuation", &M::delay).within(0, kLongestDelay),
+          number("delay", kTime, "delay of the actuation", &M::delay).within(0, kLongestDelay),
           notNegative("lag_translation", kTime, "time constant of the motors that push, a first-order lag", &M::lag,
                       &PerAxisKind::translation),
           notNegative("lag_rotation", kTime, "time constant of the motors that turn", &M::lag, &PerAxisKind::rotation),
-          notNegative("backlash_translation", kLength, "full play between motor and tube", &M::backlash,
+          notNegative("backlash_translation", kLength, "backlash (full width) between motor and tube", &M::backlash,
                       &PerAxisKind::translation),
-          notNegative("backlash_rotation", kAngle, "full play between motor and tube", &M::backlash,
+          notNegative("backlash_rotation", kAngle, "backlash (full width) between motor and tube", &M::backlash,
                       &PerAxisKind::rotation),
       }};
   return table;
@@ -39,9 +39,9 @@ const Mapping& encodersTable() {
       "encoders",
       "Encoders at the motors.",
       {
-          notNegative("resolution_translation", kLength, "readings are multiples of this", &E::resolution,
-                      &PerAxisKind::translation),
-          notNegative("resolution_rotation", kAngle, "readings are multiples of this", &E::resolution,
+          notNegative("resolution_translation", kLength, "resolution: readings are multiples of this value",
+                      &E::resolution, &PerAxisKind::translation),
+          notNegative("resolution_rotation", kAngle, "resolution: readings are multiples of this value", &E::resolution,
                       &PerAxisKind::rotation),
           notNegative("noise_translation", kLength, "standard deviation", &E::noise, &PerAxisKind::translation),
           notNegative("noise_rotation", kAngle, "standard deviation", &E::noise, &PerAxisKind::rotation),
@@ -61,12 +61,12 @@ std::vector<Field> tubeErrors(const std::string& what, double least, double larg
 }
 
 const Mapping kTubeDeviationTable{"tube_deviation",
-                                  "How far the plant's tubes are from those of the robot file, at random.",
+                                  "Standard deviations of random relative errors of the tube parameters.",
                                   tubeErrors("standard deviation of the relative error", 0, kLargestDeviation)};
 
 const Mapping kTubeErrorsTable = [] {
   Mapping errors{"tube_errors",
-                 "How far one tube of the plant is from that of the robot file: 0.05 is 5 % more.",
+                 "Relative errors of one tube of the plant against the robot file: 0.05 is 5 % more.",
                  {
                      text("arm", "name of the arm in the robot file").required(),
                      integer("tube", "number of the tube, 1 is the innermost").within(1, 4).required(),
@@ -90,11 +90,11 @@ const Mapping& trackerTable() {
       "tracker",
       "A tip tracker that publishes sensing/tips.",
       {
-          positive("rate", kFrequency, "measurements a second; in lock-step at most one a control period", &T::rate)
+          positive("rate", kFrequency, "measurements per second; in lock-step at most one per control period", &T::rate)
               .atMost(kHighestRate),
           notNegative("position_noise", kLength, "standard deviation per axis", &T::position_noise),
           notNegative("rotation_noise", kAngle, "standard deviation per axis", &T::rotation_noise),
-          number("delay", kTime, "from measurement to arrival", &T::delay).within(0, kLongestDelay),
+          number("delay", kTime, "delay from measurement to arrival", &T::delay).within(0, kLongestDelay),
           number("drop_out", kNone, "probability that a measurement of an arm is marked invalid", &T::drop_out)
               .within(0, 1),
       }};
@@ -107,15 +107,15 @@ const Mapping& plantTable() {
   using P = sim::PlantOptions;
   static const Mapping table{
       "plant",
-      "What the simulated robot does not do ideally.",
+      "Imperfections of the simulated robot.",
       {
           text("model", "kinematic model of the plant's arms", &P::model).oneOf({"rigid", "compliant"}),
-          integer("seed", "of everything random", &P::seed).within(0, 2147483647),
+          integer("seed", "seed of all random numbers", &P::seed).within(0, 2147483647),
           mapping("motors", motorsTable(), "motors and transmissions", &P::mechanics).defaultNote("ideal"),
           mapping("encoders", encodersTable(), "encoders", &P::encoders).defaultNote("ideal"),
           mapping("tube_deviation", kTubeDeviationTable, "random errors of all tubes", &P::tube_deviation)
               .defaultNote("none"),
-          mapping("tube_errors", kTubeErrorsTable, "errors of certain tubes, in place of the random ones")
+          mapping("tube_errors", kTubeErrorsTable, "errors of certain tubes, instead of random ones")
               .list(0, safety::kMaxJoints)
               .defaultNote("none"),
           mapping("tip_forces", kTipForceTable, "forces on tool tips; only for model: compliant")

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
-#include "config/translation_room.h"
+#include "config/translation_range.h"
 
 namespace tandem::config {
 namespace {
@@ -138,18 +138,18 @@ safety::ArmLimits readLimits(const Map& arm, const std::vector<Tube>& tubes, boo
   try {
     return safety::makeTubeLimits(spec);
   } catch (const std::invalid_argument& error) {
-    arm.fail("limits", "found limits that no position satisfies, expected some room: " + std::string(error.what()));
+    arm.fail("limits", "found limits without any feasible position: " + std::string(error.what()));
   }
 }
 
 /// The middle of what equation (1) and the stages leave, tube by tube from the innermost; without margins every tube is
 /// half extended.
 Eigen::VectorXd middleOf(const safety::ArmLimits& limits) {
-  const TranslationRoom room(limits);
-  const int n = room.tubes();
+  const TranslationRange range(limits);
+  const int n = range.tubes();
   Eigen::VectorXd q = Eigen::VectorXd::Zero(2 * n);
   for (int i = 0; i < n; ++i) {
-    const auto [lower, upper] = room.of(i, i == 0 ? 0.0 : q[i - 1]);
+    const auto [lower, upper] = range.of(i, i == 0 ? 0.0 : q[i - 1]);
     q[i] = (lower + upper) / 2.0;
     q[n + i] = std::clamp(0.0, limits.joints[n + i].lower, limits.joints[n + i].upper);
   }
@@ -164,7 +164,7 @@ Arm readArm(const Map& map, bool hardware) {
   try {
     kinematics::checkArm(arm.model);
   } catch (const std::invalid_argument& error) {
-    map.fail("tubes", "found tubes that no model can answer for: " + std::string(error.what()));
+    map.fail("tubes", "found tubes that the model does not support: " + std::string(error.what()));
   }
   for (const char* joint : {"beta_", "alpha_"}) {
     for (int i = 1; i <= arm.model.tubeCount(); ++i)

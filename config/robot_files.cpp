@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "config/cooperative.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 #include "config/planar.h"
 
 namespace tandem::config {

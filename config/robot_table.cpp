@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/arm_tables.h"
-#include "config/bind.h"
+#include "config/detail/arm_tables.h"
+#include "config/detail/bind.h"
 #include "config/file_tables.h"
 #include "kinematics/concentric_tube.h"
 #include "safety/dimensions.h"
@@ -14,22 +14,21 @@ using kinematics::Tube;
 using kinematics::TubeSection;
 using safety::JointLimit;
 
-const Mapping kSectionTable{
-    "section",
-    "A part of a tube over which nothing changes. Stiffnesses of their own say what the cross-section does not: "
-    "patterns cut into the wall, another material.",
-    {
-        positive("length", kLength, "length", &TubeSection::length).required(),
-        number("curvature",
-               kCurvature,
-               "kappa; positive bends toward +x of the arm's base at alpha = 0",
-               &TubeSection::curvature)
-            .required(),
-        positive("bending_stiffness", kStiffness, "E I", &TubeSection::bending_stiffness)
-            .defaultNote("E times I of the cross-section"),
-        positive("torsional_stiffness", kStiffness, "G J", &TubeSection::torsional_stiffness)
-            .defaultNote("G times J of the cross-section"),
-    }};
+const Mapping kSectionTable{"section",
+                            "Section of a tube with constant properties. Give stiffnesses if they do not follow from "
+                            "the cross-section (cut patterns, other materials).",
+                            {
+                                positive("length", kLength, "length", &TubeSection::length).required(),
+                                number("curvature",
+                                       kCurvature,
+                                       "kappa; positive bends toward +x of the arm's base at alpha = 0",
+                                       &TubeSection::curvature)
+                                    .required(),
+                                positive("bending_stiffness", kStiffness, "E I", &TubeSection::bending_stiffness)
+                                    .defaultNote("E times I of the cross-section"),
+                                positive("torsional_stiffness", kStiffness, "G J", &TubeSection::torsional_stiffness)
+                                    .defaultNote("G times J of the cross-section"),
+                            }};
 
 const Mapping kTubeTable{
     "tube",
@@ -58,7 +57,7 @@ const Mapping kTubeTable{
             .defaultNote("`sections`"),
         number("curvature", kCurvature, "kappa; positive bends toward +x of the arm's base at alpha = 0")
             .defaultNote("`sections`"),
-        mapping("sections", kSectionTable, "parts between which anything changes, from the proximal end to the tip")
+        mapping("sections", kSectionTable, "sections of constant properties, from the proximal end to the tip")
             .list(1, kinematics::kMaxTubeSections)
             .defaultNote("a straight and a curved one"),
     },
@@ -79,7 +78,7 @@ const Mapping kRotationTable = [] {
 
 const Mapping kLimitsTable{
     "limits",
-    "Equation (1) of Alsaka et al. 2024 with margins, and what each joint may do. n = number of tubes.",
+    "Equation (1) of Alsaka et al. 2024 with margins, and the limits of each joint. n = number of tubes.",
     {
         notNegative("carriage_spacing", kLength, "smallest distance of neighbouring carriages; one value or n - 1")
             .list(1, 3)

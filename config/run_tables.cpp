@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "config/bind.h"
+#include "config/detail/bind.h"
 #include "config/file_tables.h"
 #include "control/method_names.h"
 
@@ -17,12 +17,18 @@ constexpr double kShortestPeriod = 10e-6, kLongestPeriod = 60.0;  // s, of a per
 
 template <class Owner>
 Field relativeGain() {
-  return positive("relative_gain", kGain, "lambda_AB, of the relative position", &Owner::relative_gain);
+  return positive("relative_gain", kGain, "gain of the relative position (lambda_AB)", &Owner::relative_gain);
 }
 
 template <class Owner>
 Field tipGain() {
-  return positive("tip_gain", kGain, "lambda_A, of the tip position", &Owner::tip_gain);
+  return positive("tip_gain", kGain, "gain of the tip position (lambda_A)", &Owner::tip_gain);
+}
+
+Field methodLibrary() {
+  return text("method_library",
+              "shared library of the method `foreign`, relative to the folder of this file (docs/own-method.md)")
+      .defaultNote("none");
 }
 
 /// What processes and hosts are called.
@@ -30,11 +36,11 @@ template <class Owner>
 Field nameField() {
   return text("name", "unique in the file", &Owner::name)
       .required()
-      .matching("^[a-z][a-z0-9_-]*$", "a name of small letters, digits, _ and -, a letter first");
+      .matching("^[a-z][a-z0-9_-]*$", "a name of lower-case letters, digits, _ and -, starting with a letter");
 }
 
 const Mapping kJointsTable{"joints",
-                           "Where one arm starts; tube 1 (innermost) first.",
+                           "Start joints of one arm; tube 1 (innermost) first.",
                            {
                                text("arm", "name of the arm in the robot file").required(),
                                number("beta", kLength, "translations").required().list(2, 4),
@@ -73,21 +79,20 @@ const Mapping kErrorsTable{"errors",
 
 const Mapping kPublishedTable{
     "published",
-    "A published row to stand beside the measured one.",
+    "Published result for comparison.",
     {
         text("trajectory", "name of one of the trajectories", &PublishedRow::trajectory).required(),
         text("method", "name of the method", &PublishedRow::method).required().oneOf(control::methodNames()),
         notNegative("iterations", kNone, "control steps over the whole trajectory").defaultNote("not published"),
-        mapping("relative", kErrorsTable, "epsilon_AB, of the relative position"),
-        mapping("tip", kErrorsTable, "epsilon_A, of the tip position"),
+        mapping("relative", kErrorsTable, "errors of the relative position (epsilon_AB)"),
+        mapping("tip", kErrorsTable, "errors of the tip position (epsilon_A)"),
     }};
 
 const Mapping& budgetsTable() {
   using B = safety::Budgets;
   static const Mapping table{
       "budgets",
-      "How long each party may be silent; a warning for values above the defaults, which need a reason in "
-      "docs/safety.md.",
+      "Time budgets: longest permitted ages and silences. Values above the defaults cause a warning (docs/safety.md).",
       {
           positive("minimum_age", kTime, "floor of the age of a command or of a state", &B::minimum_age)
               .atMost(kLongestTime),
@@ -105,15 +110,15 @@ const Mapping& budgetsTable() {
           number("drive_heartbeat", kTime, "the drives' budget for hal's heartbeat", &B::drive_heartbeat)
               .within(1e-3, 60),
           positive("lease", kTime, "silence after which the control lease is lost", &B::lease).atMost(kLongestTime),
-          number(
-              "lost_samples", kNone,
-              "share of the last 100 states, of the last 100 commands and of the last 100 frames of a drive that may "
-              "be lost, or as many as one silence of the greatest age holds; 1: any",
-              &B::lost_samples)
+          number("lost_samples", kNone,
+                 "share of the last 100 samples (states, commands, frames of a drive) that may be lost, at least as "
+                 "many as the longest permitted silence contains; 1: no limit",
+                 &B::lost_samples)
               .within(0, 1),
-          positive("lock_step", kTime,
-                   "in lock-step: silence after which a run is given up; nothing else is judged by the clock",
-                   &B::lock_step)
+          positive(
+              "lock_step", kTime,
+              "in lock-step: longest wait for a message, in wall time, before a run ends; other budgets do not apply",
+              &B::lock_step)
               .atMost(kLongestTime),
       }};
   return table;
@@ -123,10 +128,10 @@ const Mapping kPortTable{
     "port",
     "A plate with a round hole that the arms come through, about the z axis of the robot base frame.",
     {
-        positive("radius", kLength, "of the hole", &kinematics::Port::radius).required(),
+        positive("radius", kLength, "radius of the hole", &kinematics::Port::radius).required(),
         notNegative("depth",
                     kLength,
-                    "how far the hole's rim stands in front of the entry plane, into the body",
+                    "distance of the hole's rim in front of the entry plane, into the body",
                     &kinematics::Port::depth),
     }};
 
@@ -135,28 +140,30 @@ const Mapping kProcessTable{
     "One process.",
     {
         nameField<Process>(),
-        text("executable", "name on the search path or beside tandem, or a path", &Process::executable).required(),
-        text("arguments", "appended to those that `tandem up` gives", &Process::arguments)
+        text("executable",
+             "program: a name on the search path or in the folder of `tandem`, or a path",
+             &Process::executable)
+            .required(),
+        text("arguments", "arguments appended to those of `tandem up`", &Process::arguments)
             .list(0, 100)
             .defaultNote("none"),
-        flag("service",
-             "false: a program that knows nothing of deployments; it gets its arguments alone",
-             &Process::is_service),
-        text("host", "the one of the hosts that it runs on", &Process::host).defaultNote("required with hosts"),
-        flag("essential", "false: the others go on when it dies", &Process::essential),
+        flag("service", "false: an external program, started with `arguments` only", &Process::is_service),
+        text("host", "host on which the process runs", &Process::host).defaultNote("required with hosts"),
+        flag("essential", "false: the other processes continue when it ends", &Process::essential),
     }};
 
 const Mapping kBlackBoxTable{
     "black_box",
-    "What tandem-recorder keeps in memory, and writes as an MCAP file when an arm faults or is stopped.",
+    "Black box: data that tandem-recorder keeps in memory, and writes as an MCAP file when an arm faults or is "
+    "stopped.",
     {
-        positive("before", kTime, "how much is kept from before the fault", &BlackBox::before).atMost(kLongestTime),
-        positive("after", kTime, "how much is added from after it", &BlackBox::after).atMost(kLongestTime),
-        integer("memory_mb", "megabytes that hold both", &BlackBox::memory).within(1, 65536),
-        text("directory", "of the files, relative to the folder of this file", &BlackBox::directory)
+        positive("before", kTime, "duration recorded before the fault", &BlackBox::before).atMost(kLongestTime),
+        positive("after", kTime, "duration recorded after the fault", &BlackBox::after).atMost(kLongestTime),
+        integer("memory_mb", "memory for both durations, MB", &BlackBox::memory).within(1, 65536),
+        text("directory", "folder of the recordings, relative to the folder of this file", &BlackBox::directory)
             .defaultNote("the user's state folder"),
-        integer("files", "that are kept; the oldest ones are removed", &BlackBox::files).within(1, 10000),
-        text("topics", "below the prefix; * stands for any text", &BlackBox::topics)
+        integer("files", "largest number of files; the oldest are deleted", &BlackBox::files).within(1, 10000),
+        text("topics", "topics to record, without prefix; * matches any text", &BlackBox::topics)
             .list(1, 200)
             .unique()
             .defaultNote("all"),
@@ -164,22 +171,21 @@ const Mapping kBlackBoxTable{
 
 const Mapping kConsoleTable{
     "console",
-    "Where tandem-console serves browsers and tools, and whom (docs/foxglove.md). An address that others reach needs "
-    "TLS "
+    "Address, TLS and access control of tandem-console (docs/foxglove.md). An address other than 127.0.0.1 needs TLS "
     "and an operator_token.",
     {
-        text("address", "that it is bound to", &Console::address).matching(kIpv4, "an IPv4 address"),
+        text("address", "IPv4 address to bind to", &Console::address).matching(kIpv4, "an IPv4 address"),
         integer("port", "TCP port of HTTP and WebSocket", &Console::port).within(1, 65535),
         text("certificate",
              "file of the TLS certificate and its chain, PEM, relative to the folder of this file",
              &Console::certificate)
             .defaultNote("no TLS"),
         text("key", "file of its private key, PEM, relative likewise", &Console::key).defaultNote("no TLS"),
-        text("operator_token", "file with a text; whoever shows it may command", &Console::operator_token)
-            .defaultNote("none: everybody on this machine may command"),
-        text("viewer_token", "file with a text; whoever shows it may look, and stop", &Console::viewer_token)
-            .defaultNote("none: nobody but operators"),
-        text("origins", "of pages of others that may connect, as browsers name them", &Console::origins)
+        text("operator_token", "file with the token of operators, who may command", &Console::operator_token)
+            .defaultNote("none: every client on this machine may command"),
+        text("viewer_token", "file with the token of viewers, who may read and stop", &Console::viewer_token)
+            .defaultNote("none: operators only"),
+        text("origins", "origins of other web pages that may connect", &Console::origins)
             .matching("^https?://[A-Za-z0-9.-]+(:[0-9]+)?$", "SCHEME://HOST or SCHEME://HOST:PORT")
             .list(1, 50)
             .unique()
@@ -194,17 +200,18 @@ const Mapping kDiscoveryTable{
              "name of one of the hosts, or an IPv4 address of the machine that it runs on",
              &DiscoveryServer::address)
             .required(),
-        integer("port", "UDP port that it listens on", &DiscoveryServer::port).within(1024, 65535),
+        integer("port", "UDP port of the discovery server", &DiscoveryServer::port).within(1024, 65535),
     }};
 
-const Mapping kHostTable{"host",
-                         "One machine.",
-                         {
-                             nameField<Host>(),
-                             text("address", "of its interface on the network that the hosts share", &Host::address)
-                                 .required()
-                                 .matching(kIpv4, "an IPv4 address"),
-                         }};
+const Mapping kHostTable{
+    "host",
+    "One host.",
+    {
+        nameField<Host>(),
+        text("address", "address of the host's interface on the network that the hosts share", &Host::address)
+            .required()
+            .matching(kIpv4, "an IPv4 address"),
+    }};
 
 }  // namespace
 
@@ -218,13 +225,16 @@ const Mapping& experimentTable() {
           robotField(),
           text("methods", "methods to compare", allOf<control::Method>(), &Experiment::methods)
               .required()
-              .list(1, control::kMethodCount)
+              .list(1, control::kMethodCount + 1)
               .unique(),
+          methodLibrary(),
           relativeGain<Experiment>(),
           tipGain<Experiment>(),
           mapping("configurations", kConfigurationTable, "start configurations").required().list(1, kMostEntries),
-          mapping("trajectories", kExperimentTrajectoryTable, "what is run").required().list(1, kMostEntries),
-          mapping("published", kPublishedTable, "published rows").list(0, kMostEntries).defaultNote("none"),
+          mapping("trajectories", kExperimentTrajectoryTable, "trajectories to run").required().list(1, kMostEntries),
+          mapping("published", kPublishedTable, "published results for comparison")
+              .list(0, kMostEntries)
+              .defaultNote("none"),
       }};
   return table;
 }
@@ -243,94 +253,91 @@ const Mapping& deploymentTable() {
               .defaultNote("none")
               .withoutMotion(),
           text("prefix", "topic prefix, the robot's name on the wire: rt/PREFIX/...", &D::prefix)
-              .matching("^[a-z][a-z0-9_]*$", "a name of small letters, digits and _, a letter first")
+              .matching("^[a-z][a-z0-9_]*$", "a name of lower-case letters, digits and _, starting with a letter")
               .withoutMotion(),
           integer("domain", "DDS domain", &D::domain).within(0, 232).withoutMotion(),
           text("interface_address", "address of the only network interface used", &D::interface_address)
               .matching(kIpv4, "an IPv4 address")
               .withoutMotion(),
-          text("peers", "addresses that discovery asks; there is no multicast", &D::peers)
+          text("peers", "addresses for discovery, which uses unicast only", &D::peers)
               .matching(kIpv4, "an IPv4 address")
               .list(1, 64)
               .unique()
               .defaultNote("127.0.0.1")
               .withoutMotion(),
           mapping("hosts", kHostTable,
-                  "the machines, instead of interface_address and peers; each finds itself by its address", &D::hosts)
+                  "the hosts, instead of interface_address and peers; each process recognises its host by its address",
+                  &D::hosts)
               .list(1, 16)
               .defaultNote("none: one machine")
               .withoutMotion(),
           text("security",
-               "folder of credentials, relative to the folder of this file: everything is encrypted, and only who is "
-               "certified takes part (docs/security.md)")
-              .defaultNote("none: whoever is on the network can command the robot")
+               "folder of credentials, relative to the folder of this file: encrypts all traffic and admits certified "
+               "processes only (docs/security.md)")
+              .defaultNote("none: every program on the network can command the robot")
               .withoutMotion(),
-          mapping("discovery", kDiscoveryTable, "a server that processes ask for one another, instead of all peers",
-                  &D::discovery)
-              .defaultNote("none: peers are asked")
+          mapping("discovery", kDiscoveryTable,
+                  "discovery server through which processes find one another, instead of peers", &D::discovery)
+              .defaultNote("none: discovery through peers")
               .withoutMotion(),
-          text("clock", "absolute monotonic timer, or deterministic: state k, reference k, command k, state k + 1",
+          text("clock",
+               "real_time: absolute monotonic timer; lock_step: deterministic sequence of state k, reference k, "
+               "command k, state k + 1",
                {{"real_time", ClockMode::kRealTime}, {"lock_step", ClockMode::kLockStep}}, &D::clock),
           number("control_period", kTime, "period of control and planning", &D::control_period)
               .within(kShortestPeriod, kLongestPeriod),
           number("sim_period", kTime, "period of plant and bus, not above control_period", &D::sim_period)
               .within(kShortestPeriod, kLongestPeriod),
-          positive("sim_translation_acceleration", kAcceleration, "of the simulated joints in real time",
-                   &D::sim_translation_acceleration)
+          positive("sim_translation_acceleration", kAcceleration,
+                   "acceleration limit of the simulated translations in real time", &D::sim_translation_acceleration)
               .orUnlimited(),
-          positive("sim_rotation_acceleration", kAngularAcceleration, "of the simulated joints in real time",
-                   &D::sim_rotation_acceleration)
+          positive("sim_rotation_acceleration", kAngularAcceleration,
+                   "acceleration limit of the simulated rotations in real time", &D::sim_rotation_acceleration)
               .orUnlimited(),
-          positive("status_period", kTime, "of hal/status, control/status and the topics of each arm",
+          positive("status_period", kTime, "period of hal/status, control/status and the topics of each arm",
                    &D::status_period)
               .atMost(kLongestTime)
               .withoutMotion(),
-          positive(
-              "idle_power_off", kTime,
-              "after which an arm that has power and that nobody commands loses it, where its axes hold without; a "
-              "warning, again and again, where they do not",
-              &D::idle_power_off)
+          positive("idle_power_off", kTime,
+                   "time without a commander after which an arm loses power, if its axes hold without power; otherwise "
+                   "a warning is repeated",
+                   &D::idle_power_off)
               .orUnlimited(),
           number("emergency_stop_topic", kTime,
-                 "hal or sim listens to the topic emergency_stop, on which whoever reads the emergency stop says again "
-                 "and "
-                 "again whether it is pressed; a longer silence than this stops all arms, too",
+                 "longest silence of topic emergency_stop; a longer silence, or a pressed stop, stops all arms",
                  &D::emergency_stop_budget)
               .within(0.01, 10)
-              .defaultNote("it does not"),
+              .defaultNote("the topic is not read"),
           integer("realtime_priority", "SCHED_FIFO priority of the periodic threads; 0: default scheduling",
                   &D::realtime_priority)
               .within(0, 99)
               .withoutMotion(),
           flag("lock_memory", "lock all memory pages", &D::lock_memory).withoutMotion(),
-          integer(
-              "memory_limit_mb",
-              "megabytes that a service may take; one that needs more ends, instead of others of its PC. 0: no limit",
-              &D::memory_limit)
+          integer("memory_limit_mb", "memory limit of a service, MB; a service that exceeds it ends. 0: no limit",
+                  &D::memory_limit)
               .within(0, 1 << 20)
               .withoutMotion(),
           mapping("budgets", budgetsTable(), "time budgets", &D::budgets),
           text("method", "method that control starts with", allOf<control::Method>(), &D::method),
+          methodLibrary(),
           relativeGain<D>(),
           tipGain<D>(),
           text("model", "kinematic model that control and planning use", &D::model).oneOf({"rigid", "compliant"}),
-          text("feedback",
-               "tips that errors are computed with: those of the model, or those that a tip tracker measures on "
-               "sensing/tips",
+          text("feedback", "source of tip poses for errors: the model, or a tip tracker on sensing/tips",
                allOf<Feedback>(), &D::feedback),
           mapping("port", kPortTable,
-                  "the port that the arms come through: control publishes their distance to it, planning keeps them "
-                  "off it",
+                  "the port through which the arms enter: control publishes clearances to it, planning avoids it",
                   &D::port)
               .defaultNote("none"),
           mapping("plant", plantTable(), "the simulated robot").defaultNote("ideal and rigid"),
           mapping("teleoperation", teleoperationTable(), "operators' devices and CRTK clients")
               .defaultNote("all defaults"),
-          mapping("black_box", kBlackBoxTable, "what tandem-recorder keeps for the case of a fault", &D::black_box)
+          mapping("black_box", kBlackBoxTable, "black box of tandem-recorder: data from before and after a fault",
+                  &D::black_box)
               .withoutMotion(),
-          mapping("console", kConsoleTable, "where tandem-console serves browsers and tools, and whom", &D::console)
+          mapping("console", kConsoleTable, "address, TLS and access control of tandem-console", &D::console)
               .withoutMotion(),
-          mapping("processes", kProcessTable, "what `tandem up` starts", &D::processes)
+          mapping("processes", kProcessTable, "processes that `tandem up` starts", &D::processes)
               .required()
               .list(1, 32)
               .withoutMotion(),

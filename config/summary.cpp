@@ -3,8 +3,8 @@
 #include <variant>
 
 #include "config/cooperative.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 #include "config/path.h"
 #include "config/robot_files.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/bind.h"
+#include "config/detail/bind.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
@@ -14,10 +14,10 @@ constexpr int kMostPathPoints = 1000;
 
 const Mapping kSphereTable{
     "sphere",
-    "A ball, in the robot base frame.",
+    "A sphere, in the robot base frame.",
     {
-        number("center", kLength, "x, y, z", &teleoperation::Sphere::center).required().vector3(),
-        positive("radius", kLength, "of the ball", &teleoperation::Sphere::radius).required(),
+        number("center", kLength, "x, y, z of the centre", &teleoperation::Sphere::center).required().vector3(),
+        positive("radius", kLength, "radius of the sphere", &teleoperation::Sphere::radius).required(),
     }};
 
 const Mapping kHalfSpaceTable{
@@ -27,7 +27,10 @@ const Mapping kHalfSpaceTable{
         number("point", kLength, "x, y, z of any point of the plane", &teleoperation::HalfSpace::point)
             .required()
             .vector3(),
-        number("normal", kNone, "out of the forbidden side; of any length", &teleoperation::HalfSpace::normal)
+        number("normal",
+               kNone,
+               "normal of the plane, out of the forbidden side; of any length",
+               &teleoperation::HalfSpace::normal)
             .required()
             .vector3(),
     }};
@@ -36,18 +39,18 @@ const Mapping kBoxTable{
     "box",
     "A box along the axes of the robot base frame.",
     {
-        number("min", kLength, "its smallest x, y, z", &teleoperation::Box::minimum).required().vector3(),
-        number("max", kLength, "its largest x, y, z", &teleoperation::Box::maximum).required().vector3(),
+        number("min", kLength, "smallest x, y, z of the box", &teleoperation::Box::minimum).required().vector3(),
+        number("max", kLength, "largest x, y, z of the box", &teleoperation::Box::maximum).required().vector3(),
     }};
 
 const Mapping kRegionTable{
     "forbidden_region",
-    "A region that no tip is sent into by operators or CRTK clients: one of sphere, half_space and box.",
+    "A forbidden region for the tip targets of operators and CRTK clients: one of sphere, half_space and box.",
     {
         text("name", "unique in the file; what operators read", &teleoperation::ForbiddenRegion::name)
             .required()
-            .matching("^[a-z][a-z0-9_-]*$", "a name of small letters, digits, _ and -, a letter first"),
-        mapping("sphere", kSphereTable, "a ball").defaultNote("none"),
+            .matching("^[a-z][a-z0-9_-]*$", "a name of lower-case letters, digits, _ and -, starting with a letter"),
+        mapping("sphere", kSphereTable, "a sphere").defaultNote("none"),
         mapping("half_space", kHalfSpaceTable, "everything behind a plane").defaultNote("none"),
         mapping("box", kBoxTable, "a box").defaultNote("none"),
     },
@@ -58,13 +61,13 @@ const Mapping& guidanceTable() {
   using G = teleoperation::Guidance;
   static const Mapping table{
       "guidance",
-      "A path that operators are led along: motion away from it is weakened.",
+      "Guidance path: motion of the operator away from it is attenuated.",
       {
-          number("points", kLength, "x, y, z of each, robot base frame", &G::points)
+          number("points", kLength, "points of the path, each x, y, z in the robot base frame", &G::points)
               .required()
               .rows(3)
               .list(2, kMostPathPoints),
-          number("strength", kNone, "0: nothing is weakened; 1: nothing leads away", &G::strength)
+          number("strength", kNone, "0: no guidance; 1: no motion away from the path", &G::strength)
               .within(0, 1)
               .defaultsTo(0.8),
           positive("radius", kLength, "farther away there is no guidance", &G::radius).defaultsTo(10e-3),
@@ -74,37 +77,33 @@ const Mapping& guidanceTable() {
 
 const Mapping kCrtkTable{
     "crtk",
-    "CRTK commands of clients that know no lease.",
+    "CRTK command topics, whose clients have no lease.",
     {
-        flag("commands",
-             "false: there are no command topics, and nobody has to find their fifty readers",
-             &Crtk::commands),
-        text(
-            "clients",
-            "names of the DDS participants that may command, as they call themselves; '*': all. Without it nobody may, "
-            "and there are no command topics",
-            &Crtk::clients)
+        flag("commands", "false: no command topics (saves discovery of 50 readers)", &Crtk::commands),
+        text("clients",
+             "names of the DDS participants that may command; '*': all. Without this key, no participant may command "
+             "and there are no command topics",
+             &Crtk::clients)
             .list(1, 50)
             .withoutMotion(),
         text("stamps",
-             "how old a command is: by how much later than the quickest one of its stream it comes, and state_command "
-             "by "
-             "the feedback that its stamp repeats; or, where wall clocks agree, by its stamp",
+             "how the age of a command is measured: by arrival relative to the fastest sample of its stream "
+             "(state_command: by the feedback stamp that it repeats), or, where wall clocks agree, by its stamp",
              {{"wall", false}, {"arrival", true}},
              &Crtk::by_arrival),
         positive("tip_step", kLength, "servo_cp and servo_cr: largest step of a target", &Crtk::tip_step),
         positive("translation_step",
                  kLength,
-                 "servo_jp and servo_jr: likewise, of translations",
+                 "servo_jp and servo_jr: largest step of a translation",
                  &Crtk::translation_step),
-        positive("rotation_step", kAngle, "likewise, of rotations", &Crtk::rotation_step),
-        positive("acceleration", kAcceleration, "of targets, interpolate and move", &Crtk::acceleration),
+        positive("rotation_step", kAngle, "servo_jp and servo_jr: largest step of a rotation", &Crtk::rotation_step),
+        positive("acceleration", kAcceleration, "interpolate and move: acceleration of targets", &Crtk::acceleration),
     }};
 
 teleoperation::Box readBox(const Map& map) {
   const auto box = map.read<teleoperation::Box>();
   if (!(box.minimum.array() < box.maximum.array()).all())
-    map.fail("max", "found a value that is not above that of min, expected a box with an inside");
+    map.fail("max", "found a value that is not above that of min, expected max above min in x, y and z");
   return box;
 }
 
@@ -143,27 +142,30 @@ const Mapping& teleoperationTable() {
       "teleoperation",
       "How operators' devices and CRTK clients move tips (docs/teleoperation.md).",
       {
-          number("scale", kNone, "of the device's motion, unless its client asks for another one", kOptions, &O::scale)
+          number("scale", kNone, "scale of the device's motion, unless the client requests another one", kOptions,
+                 &O::scale)
               .within(teleoperation::kMinScale, teleoperation::kMaxScale),
-          positive("scale_rate", kGain, "at which the scale changes", kOptions, &O::scale_rate),
-          notNegative("deadband_speed", kSpeed, "of devices that say velocities", kOptions, &O::deadband_speed),
-          notNegative("deadband_distance", kLength, "play of devices that say places", kOptions, &O::deadband_distance),
+          positive("scale_rate", kGain, "largest rate at which the scale changes", kOptions, &O::scale_rate),
+          notNegative("deadband_speed", kSpeed, "dead band of velocity devices", kOptions, &O::deadband_speed),
+          notNegative("deadband_distance", kLength, "dead band of position devices", kOptions, &O::deadband_distance),
           positive("filter_min_cutoff", kFrequency, "One-Euro filter: cutoff at rest", kOptions, &O::filter,
                    &OneEuroOptions::min_cutoff),
           notNegative("filter_beta", kCurvature, "One-Euro filter: how the cutoff grows with speed, Hz per speed",
                       kOptions, &O::filter, &OneEuroOptions::beta),
           positive("filter_derivative_cutoff", kFrequency, "One-Euro filter: cutoff of the speed", kOptions, &O::filter,
                    &OneEuroOptions::derivative_cutoff),
-          positive("max_speed", kSpeed, "of targets", kOptions, &O::guard, &GuardOptions::max_speed),
-          positive("leash", kLength, "farthest that a target is ahead of its tip", kOptions, &O::guard,
+          positive("max_speed", kSpeed, "largest speed of targets", kOptions, &O::guard, &GuardOptions::max_speed),
+          positive("leash", kLength, "largest distance between target and tip (leash)", kOptions, &O::guard,
                    &GuardOptions::leash),
-          positive("response", kTime, "in which a tip follows its target; at least two control periods", kOptions,
-                   &O::guard, &GuardOptions::response),
-          mapping("workspace", kBoxTable, "that targets of tips stay in").defaultNote("unlimited"),
-          mapping("forbidden", kRegionTable, "where no tip is sent").list(0, kMostRegions).defaultNote("none"),
+          positive("response", kTime, "time constant with which a tip follows its target; at least two control periods",
+                   kOptions, &O::guard, &GuardOptions::response),
+          mapping("workspace", kBoxTable, "box that targets of tips stay in").defaultNote("unlimited"),
+          mapping("forbidden", kRegionTable, "regions that targets of tips do not enter")
+              .list(0, kMostRegions)
+              .defaultNote("none"),
           positive("margin", kLength, "distance that targets keep from forbidden regions", kOptions, &O::guard,
                    &GuardOptions::margin),
-          mapping("guidance", guidanceTable(), "a path to be led along", kOptions, &O::guard, &GuardOptions::guidance)
+          mapping("guidance", guidanceTable(), "guidance path", kOptions, &O::guard, &GuardOptions::guidance)
               .defaultNote("none"),
           mapping("crtk", kCrtkTable, "CRTK commands", &Teleoperation::crtk).defaultNote("all defaults"),
       }};

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <fstream>
 
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 
 namespace tandem::config {
 namespace {
@@ -14,7 +14,7 @@ constexpr double kPerpendicular = 1e-6;
 
 void expectLength(const Map& map, const std::string& key) {
   if (map.vector3(key).norm() == 0.0)
-    map.fail(key, "found [0, 0, 0], expected a vector with a length");
+    map.fail(key, "found [0, 0, 0], expected a vector other than zero");
 }
 
 planning::Rectangle readRectangle(const Map& map) {
@@ -26,7 +26,7 @@ planning::Rectangle readRectangle(const Map& map) {
 planning::Lissajous readLissajous(const Map& map) {
   const auto shape = map.read<planning::Lissajous>();
   if (shape.amplitude.cwiseProduct(shape.cycles).norm() == 0.0) {
-    map.fail("amplitude", "found no axis that moves, expected one with both amplitude and cycles");
+    map.fail("amplitude", "found no axis with both amplitude and cycles other than zero, expected at least one");
   }
   return shape;
 }
@@ -56,7 +56,7 @@ planning::Line readLine(const Map& map) {
 planning::Waypoints readCsv(const Map& map, const std::filesystem::path& folder) {
   const std::string file = map.text("file");
   if (folder.empty())
-    map.fail("file", "found a file, expected points: a text without a folder cannot refer to files");
+    map.fail("file", "found a file, expected `waypoints`: a trajectory sent as text cannot refer to a file");
   if (!std::filesystem::is_regular_file(folder / file)) {
     map.fail("file", "found no file " + (folder / file).string() + ", expected a path relative to this file's folder");
   }

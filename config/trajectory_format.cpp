@@ -2,7 +2,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "config/config.h"
-#include "config/exact.h"
+#include "config/detail/exact.h"
 
 namespace tandem::config {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/bind.h"
+#include "config/detail/bind.h"
 #include "config/file_tables.h"
 #include "planning/trajectory.h"
 
@@ -22,31 +22,38 @@ const Mapping kLissajousTable{
     "lissajous",
     "x_i = amplitude_i sin(2 pi cycles_i t + phase_i) - amplitude_i sin(phase_i), t from 0 to 1.",
     {
-        number("amplitude", kLength, "per axis [x, y, z]", &planning::Lissajous::amplitude).required().vector3(),
-        number("cycles", kNone, "per axis", &planning::Lissajous::cycles).required().vector3(),
-        number("phase", kAngle, "per axis", &planning::Lissajous::phase).vector3(),
+        number("amplitude", kLength, "amplitude per axis [x, y, z]", &planning::Lissajous::amplitude)
+            .required()
+            .vector3(),
+        number("cycles", kNone, "number of cycles per axis", &planning::Lissajous::cycles).required().vector3(),
+        number("phase", kAngle, "phase per axis", &planning::Lissajous::phase).vector3(),
     }};
 
 const Mapping kCircleTable{
     "circle",
-    "Circle that starts at the start and runs about start + center_offset.",
+    "Circle through the start position about start + center_offset.",
     {
         number("center_offset",
                kLength,
-               "from the start to the centre; its length is the radius",
+               "vector from the start to the centre; its length is the radius",
                &planning::Circle::center_offset)
             .required()
             .vector3(),
-        number("normal", kNone, "of the circle's plane, perpendicular to center_offset", &planning::Circle::normal)
+        number("normal",
+               kNone,
+               "normal of the circle's plane, perpendicular to center_offset",
+               &planning::Circle::normal)
             .vector3()
             .defaultNote("[0, 0, 1]"),
-        number("turns", kNone, "negative runs backwards; not 0", &planning::Circle::turns),
+        number("turns", kNone, "number of turns; negative: in the opposite direction; not 0", &planning::Circle::turns),
     }};
 
 const Mapping kLineTable{
     "line",
     "Straight line.",
-    {number("displacement", kLength, "from the start to the end", &planning::Line::displacement).required().vector3()}};
+    {number("displacement", kLength, "vector from the start to the end", &planning::Line::displacement)
+         .required()
+         .vector3()}};
 
 const Mapping kWaypointsTable{"waypoints",
                               "Polyline through given points.",
@@ -99,20 +106,21 @@ std::vector<Field> trajectoryFields() {
       text("name", "name of the trajectory", &Spec::name).required(),
       armField("arm", "the arm whose tip follows the shape", &Spec::arm),
       armField("other_arm", "its partner in the relative position", &Spec::other_arm),
-      mapping("shape", kShapeTable, "where the tip goes").required(),
+      mapping("shape", kShapeTable, "shape of the path of the tip").required(),
       integer("points", "points after the start, evenly spaced by arc length", &Spec::point_count)
           .within(1, kMostPoints),
       mapping("relative", kShapeTable, "the relative position: held, or moved along a shape in step with the tip")
           .oneOf({"hold"})
           .defaultsTo("hold"),
-      text("following", "next point when within tolerance, or along the path by time",
+      text("following", "point_by_point: next point when within tolerance; timed: along the path by time",
            {{"point_by_point", Following::kPointByPoint}, {"timed", Following::kTimed}}, &Spec::following),
       positive("tolerance", kLength, "a point is reached when both errors are below it", &Spec::tolerance),
-      integer("max_iterations", "most control steps a point", &Spec::max_iterations).within(1, 1000000),
-      positive("point_duration", kTime, "time a point is meant to take; feed-forward = spacing / point_duration",
+      integer("max_iterations", "largest number of control steps per point", &Spec::max_iterations).within(1, 1000000),
+      positive("point_duration", kTime, "nominal time per point; feed-forward = spacing / point_duration",
                &Spec::point_duration),
-      positive("speed", kSpeed, "along the path, timed following", &Spec::speed),
-      positive("acceleration", kAcceleration, "along the path, timed following", &Spec::acceleration),
+      positive("speed", kSpeed, "speed along the path, with `following: timed`", &Spec::speed),
+      positive("acceleration", kAcceleration, "acceleration along the path, with `following: timed`",
+               &Spec::acceleration),
   };
 }
 

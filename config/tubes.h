@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot files restricted to concentric tubes. */
+/** @file Loader of robot files that accepts concentric tubes only. */
 #pragma once
 
 #include <string>

@@ -8,8 +8,8 @@
 #include <set>
 #include <sstream>
 
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
-#include "config/loaders.h"
 
 namespace tandem::config {
 namespace {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/key_check.h"
-#include "config/yaml_reader.h"
-#include "config/yaml_scalar.h"
+#include "config/detail/key_check.h"
+#include "config/detail/yaml_reader.h"
+#include "config/detail/yaml_scalar.h"
 
 namespace tandem::config {
 namespace {
@@ -46,7 +46,7 @@ void Map::addEntry(const YAML::Node& key, const YAML::Node& value) {
       if (earlier != entries_.end()) {
         throw error(key.Mark(), pathOf(written),
                     earlier->key == written ? "the key appears twice; expected it once"
-                                            : "found besides " + earlier->key + "; expected one of the two");
+                                            : "found together with " + earlier->key + "; expected one of the two");
       }
       // The mark of an empty value is the one of the token after it.
       entries_.push_back({&field, unit, known, value, value.IsNull() ? key.Mark() : value.Mark()});
@@ -71,7 +71,7 @@ void Map::checkPresence() const {
     if (field.is_required && !present) {
       const auto [key, unit] = field.keys().front();
       throw error(mark_, pathOf(key),
-                  "found no such key, expected " + field.keysForPeople() + ": " + expectation(field, unit));
+                  "the key is missing, expected " + field.keysForPeople() + ": " + expectation(field, unit));
     }
   }
   checkAlternatives();
@@ -91,7 +91,8 @@ void Map::checkAlternatives() const {
     if (!first)
       first = &entry;
     if (group(*entry.field) != group(*first->field))
-      throw error(entry.mark, pathOf(entry.key), "found besides " + first->key + ", expected " + describe(*table_));
+      throw error(entry.mark, pathOf(entry.key),
+                  "found together with " + first->key + ", expected " + describe(*table_));
   }
   if (!first) {
     if (!table_->alternatives.empty())
@@ -102,8 +103,8 @@ void Map::checkAlternatives() const {
     const Field& field = table_->field(name);
     if (std::none_of(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.field == &field; })) {
       throw error(mark_, pathOf(field.key()),
-                  "found no such key besides " + first->key + ", expected " + field.keysForPeople() + ": " +
-                      expectation(field, field.keys().front().second));
+                  "the key is missing although " + first->key + " is present, expected " + field.keysForPeople() +
+                      ": " + expectation(field, field.keys().front().second));
     }
   }
 }

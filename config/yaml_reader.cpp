@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/yaml_reader.h"
+#include "config/detail/yaml_reader.h"
 
 #include <yaml-cpp/eventhandler.h>
 
@@ -10,8 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "config/detail/yaml_scalar.h"
 #include "config/file_tables.h"
-#include "config/yaml_scalar.h"
 
 namespace tandem::config {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/yaml_scalar.h"
+#include "config/detail/yaml_scalar.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/active_factors.h"
+#include "control/detail/active_factors.h"
 
 #include <cmath>
 #include <utility>
 
-#include "control/sized.h"
+#include "control/detail/sized.h"
 
 namespace tandem::control {
 namespace {

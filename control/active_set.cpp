@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/active_set.h"
+#include "control/detail/active_set.h"
 
 #include <algorithm>
 #include <cmath>
@@ -128,7 +128,7 @@ void ActiveSet::certify(int id, double sign, const QpVector& dual_step) {
       if (std::abs(multiplier_[i]) < std::abs(multiplier_[least]))
         least = i;
     }
-    extra_ = {active_[least], multiplier_[least]};
+    extra_entry_ = {active_[least], multiplier_[least]};
     active_[least] = id;
     multiplier_[least] = sign;
     certified_ = n_;
@@ -317,14 +317,14 @@ void ActiveSet::report(QpSolution& solution) const {
     if (kind == Kind::kUpper)
       solution.x[i] = qp_->upper[i];
   }
-  if (solution.status == QpStatus::kInfeasible && extra_.id >= 0)
-    set(extra_.id, extra_.multiplier);
+  if (solution.status == QpStatus::kInfeasible && extra_entry_.id >= 0)
+    set(extra_entry_.id, extra_entry_.multiplier);
 }
 
 void ActiveSet::attempt(const QuadraticProgram& qp, bool strictly, QpSolution& solution) {
   qp_ = &qp;
   iteration_limit_ = iterations_ + 20 * (n_ + constraints_);
-  extra_ = {};
+  extra_entry_ = {};
   certified_ = 0;
   solution.x.setZero(n_);
   solution.y.setZero(equalities_);

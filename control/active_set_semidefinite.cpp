@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "control/active_set.h"
+#include "control/detail/active_set.h"
 
 namespace tandem::control {
 
@@ -17,7 +17,7 @@ void ActiveSet::polish(double shift) {
 
 /// Whether a direction is feasible without end, costs nothing in H, and makes the objective fall.
 /// @param negligible part of the direction that does not count
-bool ActiveSet::fallsForEver(const QpVector& way, double negligible) const {
+bool ActiveSet::isUnbounded(const QpVector& way, double negligible) const {
   const double small = negligible * way.cwiseAbs().maxCoeff();
   if (!(qp_->g.dot(way) < -small * qp_->g.cwiseAbs().maxCoeff()))
     return false;
@@ -40,7 +40,7 @@ bool ActiveSet::fallsForEver(const QpVector& way, double negligible) const {
 /// The proximal point method on a problem whose numbers are of the size of one.
 QpStatus ActiveSet::solveSemidefinite() {
   constexpr double kFirstShift = 1e-3, kLastShift = 1e-6, kConverged = 1e-11;
-  constexpr int kMaxRounds = 60, kPatience = 10;
+  constexpr int kMaxRounds = 60, kStrictRounds = 10;
   double shift = kFirstShift;
   QpVector last = QpVector::Zero(n_);
   for (int round = 0; round < kMaxRounds; ++round) {
@@ -54,7 +54,7 @@ QpStatus ActiveSet::solveSemidefinite() {
     if (shift * way.cwiseAbs().maxCoeff() <= kConverged * size)
       return QpStatus::kSolved;
     // A variable that creeps towards a bound far away hides the one that runs away.
-    if (fallsForEver(way, round < kPatience ? 1e-7 : 1e-4))
+    if (isUnbounded(way, round < kStrictRounds ? 1e-7 : 1e-4))
       return QpStatus::kUnbounded;
     last = x_;
     shift = std::max(kLastShift, 0.1 * shift);

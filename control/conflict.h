@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Limits that forbid a task, from the certificate of an infeasible problem. */
+/** @file Conflict analysis of an infeasible step: the limits that prevent a task, from the Farkas certificate. */
 #pragma once
 
 #include <string>

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "control/conflict.h"
-#include "control/qp_methods.h"
+#include "control/detail/qp_methods.h"
 
 namespace tandem::control {
 namespace {

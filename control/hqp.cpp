@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "control/damping.h"
+#include "control/detail/qp_methods.h"
 #include "control/methods.h"
 #include "control/posture.h"
-#include "control/qp_methods.h"
 #include "control/recovery.h"
 
 namespace tandem::control {
@@ -105,7 +105,7 @@ class Hqp final : public Resolver {
   }
 
   /// Level 0: what margins may ask for at all.
-  void settleMargins(const StepProblem& problem, Solution& solution) {
+  void findMarginRates(const StepProblem& problem, Solution& solution) {
     const int n = problem.joint_count, rows = solution.bounds.row_count;
     bool grow = false;
     for (int i = 0; i < problem.barrier_count; ++i) {
@@ -249,7 +249,7 @@ class Hqp final : public Resolver {
     before_damping_.resize(0, 0);
     singular_ = false;
     recovery_.apply(problem, solution.bounds, solution.velocity);
-    settleMargins(problem, solution);
+    findMarginRates(problem, solution);
     for (int k = 0; k < problem.task_count; ++k) {
       const bool last = k + 1 == problem.task_count;
       const SolveStatus status = last ? nearest(problem, k, solution) : share(problem, k, solution);

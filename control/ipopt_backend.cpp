@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/ipopt_backend.h"
+#include "control/detail/ipopt_backend.h"
 
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>

@@ -7,20 +7,17 @@ namespace tandem::control {
 
 std::vector<std::string> methodNames() {
   std::vector<std::string> names;
-  names.reserve(idl::Enumeration<Method>::entries.size());
-  for (const auto& method : idl::Enumeration<Method>::entries)
-    names.emplace_back(method.name);
+  names.reserve(kMethodCount);
+  for (int m = 0; m < kMethodCount; ++m)
+    names.emplace_back(name(static_cast<Method>(m)));
   return names;
 }
 
 std::string methodList() {
   std::string list;
-  int left = kMethodCount;
-  for (const std::string& name : methodNames()) {
-    --left;
-    list += name + (left > 1 ? ", " : left == 1 ? " or " : "");
-  }
-  return list;
+  for (const std::string& name : methodNames())
+    list += name + ", ";
+  return list + "or foreign with a method_library";
 }
 
 }  // namespace tandem::control

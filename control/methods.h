@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Factories of the methods, one per source file, for resolver.cpp; and what benchmarks ask of them. */
+/** @file Factory functions of all methods, used by resolver.cpp, and entry points for benchmarks. */
 #pragma once
 
 #include <memory>

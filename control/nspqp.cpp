@@ -2,9 +2,9 @@
 #include <algorithm>
 
 #include "control/conflict.h"
+#include "control/detail/qp_methods.h"
 #include "control/methods.h"
 #include "control/posture.h"
-#include "control/qp_methods.h"
 #include "control/recovery.h"
 
 namespace tandem::control {

@@ -12,7 +12,11 @@ namespace tandem::control {
 
 using idl::Method;
 using idl::name;
-inline constexpr int kMethodCount = idl::count<Method>;
+/// Of the methods that are built in: all but Method::kForeign, the last one.
+inline constexpr int kMethodCount = idl::count<Method> - 1;
+static_assert(static_cast<int>(Method::kForeign) == kMethodCount);
+
+struct ForeignMethod;
 
 using idl::Backend;
 using idl::BoundsKind;
@@ -45,6 +49,7 @@ struct MethodParameters {
   double least_stability = 0.0;   ///< elastic stability that hqp keeps (Tip::stability); 0: it does not look
   double least_distance = 0.0;  ///< m between the bodies of arms of a relative task that hqp keeps; 0: it does not look
   double posture_gain = 2.0;    ///< k_p, 1/s: how fast joints go to the posture of a reference
+  const ForeignMethod* foreign = nullptr;  ///< what Method::kForeign is; null: no library was loaded
 };
 
 /// Bits 1 << method.
@@ -56,36 +61,37 @@ constexpr MethodSet methods(Methods... some) {
 inline constexpr MethodSet kAllMethods = (1U << kMethodCount) - 1U;
 
 /** A number that can be changed while a method runs, by its name in robot files (there with a unit) and on the wire. */
-struct Tunable {
+struct TunableParameter {
   const char* name;
   double MethodParameters::*member;
   MethodSet readers = kAllMethods;  ///< methods to which it matters
-  constexpr bool readBy(Method method) const { return (readers & methods(method)) != 0; }
+  /// A foreign method may read each.
+  constexpr bool readBy(Method method) const { return method == Method::kForeign || (readers & methods(method)) != 0; }
 };
 
-namespace tunables {
+namespace tunable_parameters {
 using enum idl::Method;
 using P = MethodParameters;
 inline constexpr MethodSet kWeighted = methods(kNspwln, kNspwlnJoint);
 /// All of them; each has to be finite and above zero.
 inline constexpr std::array kAll{
-    Tunable{"nsp_damping", &P::nsp_damping, methods(kNsp)},
-    Tunable{"track_weight", &P::track_weight, kWeighted},
-    Tunable{"translation_weight", &P::translation_weight, kWeighted},
-    Tunable{"rotation_weight", &P::rotation_weight, kWeighted},
-    Tunable{"nspqp_zeta", &P::nspqp_zeta, methods(kNspqp)},
-    Tunable{"snsqp_zeta", &P::snsqp_zeta, methods(kSnsqp)},
-    Tunable{"rotation_velocity", &P::rotation_velocity},
-    Tunable{"snsqp_rotation_velocity", &P::snsqp_rotation_velocity, methods(kSnsqp)},
-    Tunable{"translation_step", &P::translation_step},
-    Tunable{"singular_lever", &P::singular_lever, methods(kNsp, kNspwlnJoint, kSns, kHqp)},
-    Tunable{"posture_gain", &P::posture_gain},
-    Tunable{"hqp_zeta", &P::hqp_zeta, methods(kHqp)},
-    Tunable{"spread_distance", &P::spread_distance, methods(kHqp)},
-    Tunable{"spread_gain", &P::spread_gain, methods(kHqp)},
-    Tunable{"barrier_gain", &P::barrier_gain, methods(kHqp)},
+    TunableParameter{"nsp_damping", &P::nsp_damping, methods(kNsp)},
+    TunableParameter{"track_weight", &P::track_weight, kWeighted},
+    TunableParameter{"translation_weight", &P::translation_weight, kWeighted},
+    TunableParameter{"rotation_weight", &P::rotation_weight, kWeighted},
+    TunableParameter{"nspqp_zeta", &P::nspqp_zeta, methods(kNspqp)},
+    TunableParameter{"snsqp_zeta", &P::snsqp_zeta, methods(kSnsqp)},
+    TunableParameter{"rotation_velocity", &P::rotation_velocity},
+    TunableParameter{"snsqp_rotation_velocity", &P::snsqp_rotation_velocity, methods(kSnsqp)},
+    TunableParameter{"translation_step", &P::translation_step},
+    TunableParameter{"singular_lever", &P::singular_lever, methods(kNsp, kNspwlnJoint, kSns, kHqp)},
+    TunableParameter{"posture_gain", &P::posture_gain},
+    TunableParameter{"hqp_zeta", &P::hqp_zeta, methods(kHqp)},
+    TunableParameter{"spread_distance", &P::spread_distance, methods(kHqp)},
+    TunableParameter{"spread_gain", &P::spread_gain, methods(kHqp)},
+    TunableParameter{"barrier_gain", &P::barrier_gain, methods(kHqp)},
 };
-}  // namespace tunables
-inline constexpr const auto& kTunables = tunables::kAll;
+}  // namespace tunable_parameters
+inline constexpr const auto& kTunableParameters = tunable_parameters::kAll;
 
 }  // namespace tandem::control

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "control/qp_methods.h"
+#include "control/detail/qp_methods.h"
 
 namespace tandem::control {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/qp_methods.h"
+#include "control/detail/qp_methods.h"
 
 #include <algorithm>
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "control/active_set.h"
-#include "control/ipopt_backend.h"
-#include "control/sized.h"
+#include "control/detail/active_set.h"
+#include "control/detail/ipopt_backend.h"
+#include "control/detail/sized.h"
 
 namespace tandem::control {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Velocity bounds of an arm outside its limits, which lead it back. */
+/** @file Velocity bounds that return an arm from outside its limits. */
 #pragma once
 
 #include <memory>

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "control/foreign_method.h"
 #include "control/methods.h"
 
 namespace tandem::control {
@@ -156,7 +157,7 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
   solution.bounds.row_count = 0;
 
   solution.status = isFinite(problem) ? resolve(problem, solution) : SolveStatus::kNotFinite;
-  if (!solution.velocity.allFinite())
+  if (solution.velocity.size() != n || !solution.velocity.allFinite())
     solution.status = SolveStatus::kFailed;
   if (solution.status != SolveStatus::kSolved && solution.status != SolveStatus::kInfeasible) {
     solution.velocity.setZero(n);
@@ -180,8 +181,8 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
 
 std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p) {
   requirePositive(p.period, "period");
-  for (const Tunable& tunable : kTunables)
-    requirePositive(p.*tunable.member, tunable.name);
+  for (const TunableParameter& parameter : kTunableParameters)
+    requirePositive(p.*parameter.member, parameter.name);
   requireNotNegative(p.least_stability, "least_stability");
   requireNotNegative(p.least_distance, "least_distance");
   switch (method) {
@@ -199,6 +200,10 @@ std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p)
       return makeSns(p);
     case Method::kHqp:
       return makeHqp(p);
+    case Method::kForeign:
+      if (p.foreign == nullptr)
+        throw std::invalid_argument("method foreign: found no library, expected one (key method_library)");
+      return p.foreign->make(p);
   }
   throw std::invalid_argument("unknown method");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/scaled_program.h"
+#include "control/detail/scaled_program.h"
 
 #include <algorithm>
 #include <cmath>

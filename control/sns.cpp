@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "control/damping.h"
+#include "control/detail/qp_methods.h"
 #include "control/methods.h"
 #include "control/posture.h"
-#include "control/qp_methods.h"
 #include "control/recovery.h"
 
 namespace tandem::control {

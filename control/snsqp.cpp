@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "control/detail/qp_methods.h"
 #include "control/methods.h"
 #include "control/posture.h"
-#include "control/qp_methods.h"
 #include "control/recovery.h"
 
 namespace tandem::control {

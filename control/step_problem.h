@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One control step as numbers: stacked Jacobians, desired velocities and limits. No arm type, no time, no I/O.
- */
+/** @file Input of one control step: stacked Jacobians, desired velocities, limits. Independent of arm type, time and
+ * I/O. */
 #pragma once
 
 #include <Eigen/Core>

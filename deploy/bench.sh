@@ -10,25 +10,25 @@ usage() {
 Usage: deploy/bench.sh [--output FOLDER] [--no-install] [--table FOLDER] [BENCHMARK ARGUMENTS]
 
 Installs the Debian packages that are missing, builds the benchmarks, runs them, prints one table of all, times in us, and
-leaves results (bench.json has all of them) and figures:
+writes results (all of them in bench.json) and figures:
 
-  bench_kinematics  tip, Jacobian and stability, beside a textbook solution in the same run; catheters
-  bench_control     one quadratic programme and one control step, beside Ipopt in the same run
+  bench_kinematics  tip, Jacobian and stability, compared with a textbook solution in the same run; catheters
+  bench_control     one quadratic programme and one control step, compared with Ipopt in the same run
   bench_cycle       control's whole cycle for each method; one to eight arms, two to four tubes
-  bench_hal         one cycle of the HAL, two arms on two buses, beside what its frames take on a wire of 1 Mbit/s
-  bench_round_trip  state to control to command over DDS, beside a bare Fast DDS ping-pong of messages of the same size
-  bench_security    a round trip from state to command between two participants, secured beside plain
-  batch.py          tip poses in batches of 1 to 100,000, Python beside C++ in the same run, on one core and on all
+  bench_hal         one cycle of the HAL, two arms on two buses, compared with the time of its frames at 1 Mbit/s
+  bench_round_trip  state to control to command over DDS, compared with a plain Fast DDS ping-pong of the same size
+  bench_security    a round trip from state to command between two participants, secured and plain
+  batch.py          tip poses in batches of 1 to 100,000, Python compared with C++ in the same run, on one core and on all
   simulation.py     lock-step simulation, in one process and over DDS; Monte Carlo, on one core and on all
-  instructions.py   instructions per call, counted by callgrind, against bench/instructions.json: more than 5 % above is an error
+  instructions.py   instructions per call, counted by callgrind; error: more than 5 % above bench/instructions.json
 
 Percentiles are over the cases (10,000 joint vectors, 2,000 programmes, steps or cycles, 5,000 cycles of the HAL; fewer for
-the slow peers), each with the best of five repetitions and without the time that other processes had, so that they tell of the code and
-not of what else the machine did; over 5,000 round trips, each as it was. All other arguments go to Google Benchmark.
+the slow peers), each with the best of five repetitions and without the time of other processes, so that they depend on the code and not
+on the load of the machine. Those of the 5,000 round trips use every measured value. All other arguments go to Google Benchmark.
 
-  --output FOLDER  for results and figures (default: results/bench)
-  --table FOLDER   prints the table of earlier results; runs nothing
-  --no-install     use what is installed; neither apt nor root is needed
+  --output FOLDER  folder for results and figures (default: results/bench)
+  --table FOLDER   print the table of earlier results; run nothing
+  --no-install     install no packages; neither apt nor root is needed
   --help           this text
 
 Example:

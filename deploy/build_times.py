@@ -29,25 +29,25 @@ NOT_PRODUCT = {"tests", "bench", "python", "idl"}
 SOURCES = {".c", ".cc", ".cpp", ".cxx"}
 
 HELP = """\
-Tells where the time of a build goes: seconds of compilations and links, by target, the slowest objects (and the sources
-that are compiled together in them), the slowest links, and what each header costs in sum over all objects. Times are
+Reports where the time of a build goes: seconds of compilations and links, by target, the slowest objects (and the sources
+that are compiled together in them), the slowest links, and the cost of each header, summed over all objects. Times are
 from ninja's log, by the clock; several compilations at a time make each of them slower. Headers are counted in lines that
 the compiler reads of them, by running its preprocessor on every object, which takes half a minute.
 
 --check compiles nine objects of the product, one by one, and a fixed yardstick in between, and fails if the processor
-time for a thousand lines has become more than twice what is recorded in deploy/build-times.json. It counts in
+time for a thousand lines is more than twice the value in deploy/build-times.json. It counts in
 yardsticks, not in seconds, so that a slow or busy machine makes no difference. It needs a built tree, no log, and
 takes a minute.
 """
 EXAMPLES = """\
 examples:
-  deploy/build-times.sh                      all of the report
-  deploy/build-times.sh --no-headers         without headers: at once
-  deploy/build-times.sh --preset debug       of another preset
-  deploy/build-times.sh --check              has compilation become twice as dear?
-  deploy/build-times.sh --record             it has, on purpose: record the new value
+  deploy/build-times.sh                      the whole report
+  deploy/build-times.sh --no-headers         without headers (fast)
+  deploy/build-times.sh --preset debug       another preset
+  deploy/build-times.sh --check              check the cost of compilation
+  deploy/build-times.sh --record             record a new value after an intended increase
 
-Times of a build that took objects from ccache say nothing. A cold build:
+Times of a build with objects from ccache are meaningless. A build without it:
   cmake --build --preset release --target clean
   CCACHE_DISABLE=1 cmake --build --preset release
 """
@@ -314,7 +314,7 @@ def arguments_of(words):
     parser.add_argument("--preset", default="release", metavar="NAME", help="release (default), debug, asan, tsan")
     parser.add_argument("--no-headers", action="store_true", help="leave headers out of the report")
     which = parser.add_mutually_exclusive_group()
-    which.add_argument("--check", action="store_true", help=f"fail if compilation is over {LIMIT:g} times as dear as recorded")
+    which.add_argument("--check", action="store_true", help=f"fail if compilation is over {LIMIT:g} times as expensive as recorded")
     which.add_argument("--record", action="store_true", help="measure as --check does, and record the value")
     return parser.parse_args(words)
 

@@ -27,13 +27,13 @@ MODULE = "Python module"
 
 HELP = f"""\
 Finds the third-party components that Tandem is linked with: shared libraries of every program and of the Python module (ldd, readelf),
-packages whose headers the sources include, and npm packages that reach the browser. dpkg tells the Debian source package and version
-of each. {DATA} says by hand, for each of them, which bytes of others it reads, which CVEs of its version are
-known, whether Debian carries the fix, and what shields Tandem. Both together make the tables of {PAGE}.
+packages whose headers the sources include, and npm packages that reach the browser. dpkg gives the Debian source package and version
+of each. {DATA}, written by hand, lists for each of them which external data it reads, which CVEs of its version are
+known, whether Debian has the fix, and what protects Tandem. The tables of {PAGE} are made from both.
 
-Without an option the script prints what is linked, and which fixes of Debian this PC lacks. It needs a built tree and no network.
+Without an option the script prints the linked components, and the fixes of Debian that this PC lacks. It needs a built tree and no network.
 
---check ends with 1 and names the component if
+--check ends with exit code 1 and names the component if
   - a linked component has no entry in {DATA},
   - an entry is not linked any more,
   - the linked version is another one than the entry describes (`version: "3.0"` describes all of 3.0.x),
@@ -42,10 +42,10 @@ Debian's part of a version does not count, so that a PC with other point release
 """
 EXAMPLES = f"""\
 examples:
-  deploy/components.py                    what is linked, with versions
-  deploy/components.py --check            is there an entry for everything, and are the tables up to date?
-  deploy/components.py --write            makes the tables anew
-  deploy/components.py --preset debug     of another preset
+  deploy/components.py                    linked components, with versions
+  deploy/components.py --check            check that all entries exist and that the tables are up to date
+  deploy/components.py --write            write the tables again
+  deploy/components.py --preset debug     another preset
 
 to renew the facts:
   1. apt-get update, apt-get upgrade, build, deploy/components.py
@@ -283,7 +283,7 @@ def arguments_of(words):
     parser.add_argument("--preset", default="release", metavar="NAME", help="build/NAME is read (default: release)")
     parser.add_argument("--build", type=pathlib.Path, metavar="FOLDER", help="another build tree")
     which = parser.add_mutually_exclusive_group()
-    which.add_argument("--check", action="store_true", help="fail where entries or tables are out of date")
+    which.add_argument("--check", action="store_true", help="fail if entries or tables are out of date")
     which.add_argument("--write", action="store_true", help=f"write the tables into {PAGE}")
     return parser.parse_args(words)
 

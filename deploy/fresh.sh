@@ -18,8 +18,8 @@ committed sources into it, and runs there, without ccache,
 
 Prints for each its processor and wall time, and the size of the packages that it installed. Takes half an hour on two cores.
 
-  --log FILE     everything that the commands printed (default: build/fresh.log)
-  --keep FOLDER  leaves the file system there
+  --log FILE     file for the output of the commands (default: build/fresh.log)
+  --keep FOLDER  keep the file system in this folder
   --help         this text
 TEXT
 }
@@ -37,12 +37,12 @@ while (($# > 0)); do
   esac
   shift
 done
-((EUID == 0)) || die "makes a file system of its own: run it as root"
+((EUID == 0)) || die "creates a root file system of its own: run it as root"
 command -v mmdebstrap >/dev/null || die "mmdebstrap: not found; deploy/test.sh installs it, or: apt-get install mmdebstrap"
 command -v git >/dev/null || die "git: not found; apt-get install git"
 
 house=${keep:-$(mktemp -d --tmpdir tandem-fresh-XXXXXX)}
-[[ -z $keep || ! -e $keep ]] || die "--keep $keep: is there already; name a folder that is not"
+[[ -z $keep || ! -e $keep ]] || die "--keep $keep: already exists; name a new folder"
 trap '[[ -n $keep ]] || rm -rf --one-file-system "$house"' EXIT
 mkdir -p "$(dirname -- "$log")"
 log=$(realpath -- "$log")

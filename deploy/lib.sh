@@ -41,7 +41,7 @@ require_debian() {
     # shellcheck disable=SC1091
     name=$(. /etc/os-release && printf '%s' "${PRETTY_NAME:-$id}")
   fi
-  [[ $id == debian ]] || die "this is $name, not Debian 12. Install what deploy/packages.txt names in your system's way,
+  [[ $id == debian ]] || die "this is $name, not Debian 12. Install the packages of deploy/packages.txt with your system's package manager,
 then run this script with --no-install."
   [[ $version == 12 ]] || say "this is $name; Tandem is developed on Debian 12, other versions may fail to build"
 }
@@ -53,7 +53,7 @@ as_root() {
   elif command -v sudo >/dev/null; then
     sudo "$@"
   else
-    die "packages are missing and this user can neither be root nor use sudo. As root:
+    die "packages are missing, and this user has neither root rights nor sudo. Run as root:
   apt-get install ${missing[*]}"
   fi
 }
@@ -113,7 +113,7 @@ configure() {
     command -v "$tool" >/dev/null || die "$tool: not found; run without --no-install, or install deploy/packages.txt"
   done
   mkdir -p "$root/build" 2>/dev/null || true
-  [[ -w $root/build ]] || die "$root/build: not writable for $(id -un); make it yours, or use a copy of the sources"
+  [[ -w $root/build ]] || die "$root/build: not writable for $(id -un); change its owner, or use a copy of the sources"
   say "configuring preset $preset in $root/build/$preset"
   # Debian's Python has the packages of packages.txt; another one in PATH need not.
   (cd "$root" && cmake --preset "$preset" -DPython3_EXECUTABLE=/usr/bin/python3 "$@" --log-level=NOTICE) ||

@@ -9,8 +9,8 @@ usage() {
   cat <<'TEXT'
 Usage: deploy/lint.sh [--fix] [--all | --since REV] [--most N] [--no-install] [WHAT...]
 
-Checks how the sources are written: all of them, but for `tidy`, which takes 10 to 20 s a file. WHAT is one or several of these, or
-nothing for all of them:
+Checks format and style of the sources: of all files, except `tidy`, which takes 10 to 20 s per file. WHAT is one or several of
+these (default: all):
 
   format   clang-format on C++                                  .clang-format
   shell    shellcheck on shell scripts
@@ -21,16 +21,16 @@ nothing for all of them:
            that changed; a header is checked in a source that
            includes it
 
-Prints what is wrong as FILE:LINE. Ends with 1 where anything is, with 77 where something could not be checked. `tidy` and `page` use what
-deploy/test.sh has built in build/release, and make what they need of it where it is missing.
+Prints each violation as FILE:LINE. Exit codes: 1 violations found, 77 a check could not run. `tidy` and `page` use the files that
+deploy/test.sh has built in build/release, and build those that are missing.
 
-  --fix         lets clang-format, prettier and eslint rewrite what they can
+  --fix         let clang-format, prettier and eslint correct the files
   --since REV   tidy: files that differ from this revision. Default: where the branch left origin/main; on origin/main itself, or
                 where there is none, the commit before
   --all         tidy: all files; hours
-  --most N      tidy: of more sources than this it checks N, evenly spread, and names what it leaves out (default 12; with --all
+  --most N      tidy: of more sources than this check N, evenly spread, and list the skipped ones (default 12; with --all
                 no limit)
-  --no-install  use what is installed; neither apt nor root is needed
+  --no-install  install no packages; neither apt nor root is needed
   --help        this text
 
 Examples:
@@ -154,5 +154,5 @@ for one in "${what[@]}"; do
   esac
 done
 ((${#wrong[@]} == 0)) ||
-  die "not as the rules of the house want it: ${wrong[*]}. deploy/lint.sh --fix format page rewrites what can be; the rest is by hand"
+  die "checks failed: ${wrong[*]}. deploy/lint.sh --fix format page corrects format violations; correct the others by hand"
 ! $skipped || exit 77

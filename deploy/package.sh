@@ -9,9 +9,9 @@ usage() {
   cat <<'TEXT'
 Usage: deploy/package.sh [--no-install]
 
-Builds preset release and leaves its Debian packages, with their SHA-256 sums, in build/release/packages.
+Builds preset release and writes its Debian packages, with their SHA-256 sums, to build/release/packages.
 
-  --no-install   use what is installed; neither apt nor root is needed
+  --no-install   install no packages; neither apt nor root is needed
   --help         this text
 TEXT
 }

@@ -12,16 +12,16 @@ Usage: deploy/run.sh [--with figures,page,python] [--no-install] [--build-only]
 Installs the Debian packages that are missing (deploy/packages.txt; as root or through sudo), builds preset release in
 build/release, runs `tandem experiment table3`, and leaves rows in results/csv.
 
-  --with WHAT    more than that, packages and build; may be repeated, with commas between:
-                   figures   what --figure and --figures of the command line draw with (matplotlib; 260 MB)
-                   page      the operator's page in a browser (npm; 330 MB unless node is there)
+  --with WHAT    additional parts to install and build, separated by commas; may be repeated:
+                   figures   drawing with --figure and --figures of the command line (matplotlib; 260 MB)
+                   page      the operator's page in a browser (npm; 330 MB unless node is installed)
                    python    the Python module (60 MB), in build/release/python
                    all       all three
-  --no-install   use what is installed; neither apt nor root is needed
+  --no-install   install no packages; neither apt nor root is needed
   --build-only   do not run the experiment
   --help         this text
 
-What was once built with --with is built again by later calls without it.
+Later calls without --with build the same additional parts again.
 TEXT
 }
 

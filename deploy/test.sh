@@ -10,26 +10,26 @@ usage() {
 Usage: deploy/test.sh [--preset NAME] [--no-install] [--room NAME] [CTEST ARGUMENTS]
 
 Installs the Debian packages that are missing, builds, and runs ctest. All other arguments go to ctest. Tests with the
-label `long` run only where a label is asked for with -L. Unit tests run two at a time, all others one by one:
-they start processes in real time. What failed of them while the host of a virtual machine took a twentieth or more of the
-processor time away is run once more, which is said. A complete run is held against the list of hazards (docs/hazards.md), and
-what compiling costs against the recorded value (deploy/build-times.sh --check).
-Ends with ctest's exit code, or with 1 where a hazard's control is not shown.
+label `long` run only if a label is given with -L. Unit tests run two at a time, all others one by one, because they
+start processes in real time. If the host of a virtual machine took 5 % or more of the processor time, those of
+these others that failed run once more, with a note. A complete run also checks the list of hazards (docs/hazards.md), and the cost of
+compilation against the recorded value (deploy/build-times.sh --check).
+Exit code: that of ctest, or 1 if the tests do not show a hazard's control.
 
-Presets but `release` leave out what says the same for all of them: how the sources are written (label `lint`), hazards, build times.
+Presets other than `release` skip checks whose result is the same for all: source style (label `lint`), hazards, build times.
 The sanitizers `asan` (addresses and undefined behaviour) and `tsan` (threads) are built without Python module and page, and run the
-labels `unit` and `integration_in_process`; processes with deadlines are too slow under them. Name a test to run it all the same.
+labels `unit` and `integration_in_process`; processes with deadlines are too slow under them. Name a test to run it nevertheless.
 
   --preset NAME  release (default), debug, asan, tsan, each-file
-  --room NAME    builds and runs the unit tests of one folder of tests/unit alone: control, services, cli ...
-  --no-install   use what is installed; neither apt nor root is needed
+  --room NAME    build and run the unit tests of one folder of tests/unit only: control, services, cli ...
+  --no-install   install no packages; neither apt nor root is needed
   --help         this text
 
 Examples:
   deploy/test.sh                    everything but the long tests
   deploy/test.sh -L unit            one label
   deploy/test.sh --room control     after a change in control/: its own tests, in seconds
-  deploy/test.sh -R Gate            tests whose names hold Gate
+  deploy/test.sh -R Gate            tests whose names contain Gate
   deploy/test.sh --preset tsan      with the thread sanitizer
   deploy/test.sh --preset asan -R wire_malformed
 TEXT

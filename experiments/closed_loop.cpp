@@ -118,22 +118,22 @@ planning::Progress runLoop(const config::Robot& robot,
     follower.start(plan.trajectory, tip, relative, plan.postures);
   else
     follower.startAt(plan.trajectory, tip, relative, plan.points, plan.postures);
-  StepFacts facts;
-  while (follower.update(tip, relative, facts.reference)) {
+  StepData data;
+  while (follower.update(tip, relative, data.reference)) {
     const std::uint64_t actions = plant.gateActions();
-    const bool moving = controller.step(plant, facts.reference);
+    const bool moving = controller.step(plant, data.reference);
     const control::Solution& solution = controller.solution();
     plant.move(solution.velocity, moving);
-    facts.point = follower.progress().point;
-    facts.iteration = follower.progress().iteration;
-    facts.position = plant.position();
+    data.point = follower.progress().point;
+    data.iteration = follower.progress().iteration;
+    data.position = plant.position();
     for (int k = 0; k < model.armCount(); ++k)
-      facts.tip[static_cast<std::size_t>(k)] = plant.tips().pose(k).translation();
-    facts.scale = {solution.scale[0], solution.scale[1]};
-    facts.solver_iterations = static_cast<std::uint32_t>(solution.iterations);
-    facts.active_limits = static_cast<std::uint32_t>(solution.active_count);
-    facts.gate_actions = plant.gateActions() - actions;
-    after({facts, plant, follower.progress(), !moving});
+      data.tip[static_cast<std::size_t>(k)] = plant.tips().pose(k).translation();
+    data.scale = {solution.scale[0], solution.scale[1]};
+    data.solver_iterations = static_cast<std::uint32_t>(solution.iterations);
+    data.active_limits = static_cast<std::uint32_t>(solution.active_count);
+    data.gate_actions = plant.gateActions() - actions;
+    after({data, plant, follower.progress(), !moving});
     std::tie(tip, relative) = see();
   }
   return follower.progress();
@@ -146,9 +146,9 @@ RunRecord runOffline(const config::Robot& robot,
                      const std::function<void(int, int)>& progress) {
   RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);
   runLoop(robot, model, plan, options, [&](const LoopView& view) {
-    record.add(view.facts);
+    record.add(view.data);
     if (progress)
-      progress(view.facts.point, plan.trajectory.point_count);
+      progress(view.data.point, plan.trajectory.point_count);
   });
   return record;
 }

@@ -21,7 +21,7 @@ struct RunPlan {
 
 /** A loop after one iteration. */
 struct LoopView {
-  const StepFacts& facts;
+  const StepData& data;
   const SimulatedRobot& robot;
   const planning::Progress& progress;
   bool held;  ///< control asked for rest: the tips had not been measured, or too long ago

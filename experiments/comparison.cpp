@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "experiments/format.h"
+#include "experiments/detail/format.h"
 
 namespace tandem::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Comparison of our figures with published ones. */
+/** @file Comparison table of computed and published errors. */
 #pragma once
 
 #include <span>

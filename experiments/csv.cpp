@@ -91,14 +91,14 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
     out << ",lower_" << t << ",upper_" << t;
   out << '\n';
   for (const Row& row : record.rows()) {
-    out << row.facts.point << ',' << row.facts.iteration;
-    for (double q : row.facts.position)
+    out << row.data.point << ',' << row.data.iteration;
+    for (double q : row.data.position)
       out << ',' << number(q);
-    for (double x : row.facts.reference.tasks[1].position)
+    for (double x : row.data.reference.tasks[1].position)
       out << ',' << number(x);
-    out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ',' << number(row.facts.scale[0]) << ','
-        << number(row.facts.scale[1]) << ',' << row.facts.active_limits << ',' << row.facts.solver_iterations << ','
-        << row.facts.gate_actions;
+    out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ',' << number(row.data.scale[0]) << ','
+        << number(row.data.scale[1]) << ',' << row.data.active_limits << ',' << row.data.solver_iterations << ','
+        << row.data.gate_actions;
     int joint = 0;
     for (const config::Arm& arm : robot.arms) {
       for (int i = 0; i < arm.jointCount(); ++i) {

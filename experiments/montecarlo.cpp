@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "experiments/csv.h"
-#include "experiments/format.h"
+#include "experiments/detail/format.h"
 
 namespace tandem::experiments {
 namespace {
@@ -47,9 +47,9 @@ TaskResult runMethod(const config::Robot& robot,
   RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);
   try {
     const planning::Progress end = runLoop(robot, model, plan, options, [&](const LoopView& view) {
-      StepFacts facts = view.facts;
-      facts.setpoint = view.robot.setpoint();
-      record.add(facts);
+      StepData data = view.data;
+      data.setpoint = view.robot.setpoint();
+      record.add(data);
       result.held += view.held ? 1 : 0;
       result.snaps = 0;
       for (int k = 0; k < model.armCount(); ++k) {

@@ -41,9 +41,9 @@ inline constexpr std::array<ErrorSource, 7> kErrorSources{{
     {"tip-noise-mm", "noise of measured tips per axis, standard deviation, mm", &ErrorSizes::tip_noise, 1e-3, false},
     {"encoder-counts", "encoder counts per turn of a rotation and per mm of a translation; 0: exact",
      &ErrorSizes::encoder_counts, 1.0, false},
-    {"play-mm", "full play between motor and tube: translations, mm; rotations 0.1 rad per mm", &ErrorSizes::play, 1e-3,
-     false},
-    {"delay-steps", "from setpoint to motor, control periods", &ErrorSizes::delay_steps, 1.0, false},
+    {"play-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm", &ErrorSizes::play,
+     1e-3, false},
+    {"delay-steps", "delay from setpoint to motor, control periods", &ErrorSizes::delay_steps, 1.0, false},
 }};
 
 /** What is to be run. Cases times tasks times methods. */

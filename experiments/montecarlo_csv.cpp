@@ -187,13 +187,13 @@ std::vector<TaskResult> merge(std::vector<TaskResult> results) {
           continue;
         const bool twice = i > 0 && i < results.size() && key(results[i]) == key(results[i - 1]);
         throw std::invalid_argument("task " + std::to_string(twice ? results[i].task : task) +
-                                    (twice ? " is there twice" : " is missing") + ", expected tasks 0 to " +
+                                    (twice ? " is present twice" : " is missing") + ", expected tasks 0 to " +
                                     std::to_string(first.tasks - 1) + " once each, of every shard");
       }
     }
   }
   if (i != results.size())
-    throw std::invalid_argument("task " + std::to_string(results[i].task) + " is there twice or not of this run");
+    throw std::invalid_argument("task " + std::to_string(results[i].task) + " is a duplicate or of another run");
   return results;
 }
 

@@ -11,7 +11,7 @@ using kinematics::Wrench;
 
 PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const GraspedObjectMechanism& mechanism)
     : holders_{"all"}, refusals_{""} {
-  const config::HeldObject& object = *robot.object;
+  const config::GraspedObject& object = *robot.object;
   Wrench load;
   load << object.load, Eigen::Vector3d::Zero();
   mechanisms_.push_back(&mechanism);
@@ -35,18 +35,18 @@ PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const GraspedO
     if (object.contacts[k].type == grasp::ContactType::kRigid)
       why = owned_.back()->solveEquilibrium(joints_.back());
     else
-      why = "a contact of this type holds nothing alone";
+      why = "a single contact of this type cannot hold an object";
     refusals_.push_back(why);
     rests_.push_back(owned_.back()->rest());
   }
 }
 
-std::string PayloadStudy::trouble(std::size_t holder, const grasp::Hold& rest, double most_sag) const {
-  const std::string why = mechanisms_[holder]->troubleOf(rest);
+std::string PayloadStudy::limitOf(std::size_t holder, const grasp::GraspEquilibrium& rest, double most_sag) const {
+  const std::string why = mechanisms_[holder]->errorOf(rest);
   if (!why.empty())
     return why;
   const double sag = (rest.pose.translation() - rests_[holder].pose.translation()).norm();
-  return sag > most_sag ? "the object gives way by more than is allowed" : "";
+  return sag > most_sag ? "the displacement of the object exceeds the allowed value" : "";
 }
 
 Payload PayloadStudy::carried(std::size_t holder,
@@ -56,10 +56,10 @@ Payload PayloadStudy::carried(std::size_t holder,
   result.limit = refusals_[holder];
   if (!result.limit.empty())
     return result;
-  const grasp::HeldObject& model = mechanisms_[holder]->model();
-  grasp::Hold good = rests_[holder];
+  const grasp::GraspedObject& model = mechanisms_[holder]->model();
+  grasp::GraspEquilibrium good = rests_[holder];
   result.stiffness = 1.0 / direction.dot(good.displacement_by_load.topLeftCorner<3, 3>() * direction);
-  result.limit = trouble(holder, good, options.most_sag);
+  result.limit = limitOf(holder, good, options.most_sag);
   if (!result.limit.empty())
     return result;
   const double part = 0.1 * options.most_sag;
@@ -67,12 +67,12 @@ Payload PayloadStudy::carried(std::size_t holder,
   while (result.load < options.most_load) {
     const double softness = (good.displacement_by_load.topLeftCorner<3, 3>() * direction).norm();
     step = std::min({step, part / softness, options.most_load - result.load});
-    grasp::Hold next = good;
+    grasp::GraspEquilibrium next = good;
     Wrench load = loads_[holder];
     load.head<3>() += (result.load + step) * direction;
-    const grasp::HoldStatus status = model.solveEquilibrium(joints_[holder], load, next);
-    const std::string why = status == grasp::HoldStatus::kOk ? trouble(holder, next, options.most_sag)
-                                                             : "no equilibrium: " + std::string(describe(status));
+    const grasp::GraspStatus status = model.solveEquilibrium(joints_[holder], load, next);
+    const std::string why = status == grasp::GraspStatus::kOk ? limitOf(holder, next, options.most_sag)
+                                                              : "no equilibrium: " + std::string(describe(status));
     if (why.empty()) {
       good = next;
       result.load += step;
@@ -84,7 +84,7 @@ Payload PayloadStudy::carried(std::size_t holder,
       break;
   }
   if (result.load >= options.most_load)
-    result.limit = "none up to where the search ends";
+    result.limit = "none up to the end of the search";
   result.sag = (good.pose.translation() - rests_[holder].pose.translation()).norm();
   return result;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Stiffness and payload of a held object by direction, for all arms together and for each alone. */
+/** @file Stiffness and payload of a grasped object by direction, held by all arms and by each arm alone. */
 #pragma once
 
 #include <string>
@@ -36,21 +36,21 @@ class PayloadStudy {
   const std::vector<std::string>& holders() const { return holders_; }
   /// Why a holder holds nothing; empty where it does.
   const std::string& refusal(std::size_t holder) const { return refusals_[holder]; }
-  const kinematics::grasp::Hold& rest(std::size_t holder) const { return rests_[holder]; }
+  const kinematics::grasp::GraspEquilibrium& rest(std::size_t holder) const { return rests_[holder]; }
 
   /// The load grows in steps of a tenth of the sag that is allowed, and the last step is halved until it is known to a
   /// thousandth. Many threads may ask at once. @param direction  of size one, robot base frame
   Payload carried(std::size_t holder, const Eigen::Vector3d& direction, const PayloadOptions& options) const;
 
  private:
-  std::string trouble(std::size_t holder, const kinematics::grasp::Hold& rest, double most_sag) const;
+  std::string limitOf(std::size_t holder, const kinematics::grasp::GraspEquilibrium& rest, double most_sag) const;
 
   std::vector<config::CooperativeRobot> alone_;
   std::vector<std::unique_ptr<GraspedObjectMechanism>> owned_;
   std::vector<const GraspedObjectMechanism*> mechanisms_;
   std::vector<RobotVector> joints_;
   std::vector<kinematics::Wrench> loads_;
-  std::vector<kinematics::grasp::Hold> rests_;
+  std::vector<kinematics::grasp::GraspEquilibrium> rests_;
   std::vector<std::string> holders_, refusals_;
 };
 

@@ -252,7 +252,7 @@ RandomTask randomTask(const config::Robot& robot,
     return task;
   }
   throw std::runtime_error("task " + std::to_string(index) + " of seed " + std::to_string(seed) +
-                           ": no path inside all limits was found");
+                           ": found no path inside all limits; use another seed");
 }
 
 }  // namespace tandem::experiments

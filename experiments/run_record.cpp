@@ -14,16 +14,16 @@ RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, doubl
   limits_.setLimits(robot.limits().data(), robot.armCount());
 }
 
-void RunRecord::add(const StepFacts& facts) {
+void RunRecord::add(const StepData& data) {
   Row row;
-  row.facts = facts;
-  const planning::TaskReference& relative = facts.reference.tasks[0];
-  const planning::TaskReference& tip = facts.reference.tasks[1];
-  const Eigen::Vector3d a = facts.tip[static_cast<std::size_t>(relative.arm)];
-  const Eigen::Vector3d b = facts.tip[static_cast<std::size_t>(relative.other_arm)];
+  row.data = data;
+  const planning::TaskReference& relative = data.reference.tasks[0];
+  const planning::TaskReference& tip = data.reference.tasks[1];
+  const Eigen::Vector3d a = data.tip[static_cast<std::size_t>(relative.arm)];
+  const Eigen::Vector3d b = data.tip[static_cast<std::size_t>(relative.other_arm)];
   row.error_ab = (relative.position - (a - b)).norm();
   row.error_a = (tip.position - a).norm();
-  limits_.setPosition(facts.position);
+  limits_.setPosition(data.position);
   row.lower.resize(robot_.jointCount());
   row.upper.resize(robot_.jointCount());
   for (int j = 0; j < robot_.jointCount(); ++j) {
@@ -32,7 +32,7 @@ void RunRecord::add(const StepFacts& facts) {
   }
   row.violation = -safety::kUnlimited;
   for (int k = 0; k < robot_.armCount(); ++k) {
-    const safety::RobotVector& commanded = facts.setpoint.size() == 0 ? facts.position : facts.setpoint;
+    const safety::RobotVector& commanded = data.setpoint.size() == 0 ? data.position : data.setpoint;
     const Eigen::VectorXd q = commanded.segment(robot_.offset(k), robot_.size(k));
     row.violation = std::max(row.violation, safety::largestViolation(*robot_.limits()[static_cast<std::size_t>(k)], q));
   }
@@ -72,9 +72,9 @@ RunSummary RunRecord::summary() const {
   Accumulator ab, a;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
-    summary.gate_actions += row.facts.gate_actions;
+    summary.gate_actions += row.data.gate_actions;
     summary.limit_violations += row.violation > kViolation ? 1 : 0;
-    const bool last = i + 1 == rows_.size() || rows_[i + 1].facts.point != row.facts.point;
+    const bool last = i + 1 == rows_.size() || rows_[i + 1].data.point != row.data.point;
     if (!last)
       continue;
     ab.add(row.error_ab);

@@ -25,7 +25,7 @@ struct RunKey {
 };
 
 /** What was known when a reference was answered and the robot had moved. */
-struct StepFacts {
+struct StepData {
   int point = 0;
   int iteration = 0;
   planning::Reference reference;  ///< the one that was answered: relative position, then tip
@@ -38,9 +38,9 @@ struct StepFacts {
   std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
 };
 
-/** One row: the facts and what follows from them. */
+/** One row: the data and what follows from them. */
 struct Row {
-  StepFacts facts;
+  StepData data;
   double error_ab = 0.0;   ///< m, after the step, of the tips as they really are
   double error_a = 0.0;    ///< m, after the step, of the tip as it really is
   double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
@@ -73,9 +73,9 @@ class RunRecord {
  public:
   RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance);
 
-  /// Adds a row; errors, violation and moving limits are computed here, so that every source of facts gives the same
+  /// Adds a row; errors, violation and moving limits are computed here, so that every source of data gives the same
   /// digits.
-  void add(const StepFacts& facts);
+  void add(const StepData& data);
 
   const RunKey& key() const { return key_; }
   const std::vector<Row>& rows() const { return rows_; }

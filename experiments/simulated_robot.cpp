@@ -110,7 +110,7 @@ void SimulatedRobot::listen() {
 
 sim::Command SimulatedRobot::next() {
   sim::Command command;
-  command.head = {1, ++sequence_, 0.0, model_.armCount()};
+  command.header = {1, ++sequence_, 0.0, model_.armCount()};
   return command;
 }
 

@@ -48,7 +48,7 @@ bool ArmHardware::valid() const noexcept {
 
 bool ArmHardware::standing() const noexcept {
   return supervisor_.standing() && !homing_.running() &&
-         all([](const Axis& axis) { return axis.velocity() == 0.0 || axis.unheard(); });
+         all([](const Axis& axis) { return axis.velocity() == 0.0 || axis.unresponsive(); });
 }
 
 bool ArmHardware::foreignMaster() const noexcept {
@@ -74,7 +74,7 @@ void ArmHardware::notePositions() noexcept {
 safety::ArmVector ArmHardware::velocity() const noexcept {
   safety::ArmVector v(jointCount());
   for (int j = 0; j < jointCount(); ++j)
-    v[j] = axis(j).unheard() ? 0.0 : axis(j).velocity();
+    v[j] = axis(j).unresponsive() ? 0.0 : axis(j).velocity();
   return v;
 }
 
@@ -136,11 +136,11 @@ DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
 }
 
 DriveRequest ArmHardware::onRecover(safety::JointMask without, std::int64_t now) noexcept {
-  if (supervisor_.powered() || supervisor_.wishSpent() || !supervisor_.standing() || homing_.running() || rebooting_ ||
-      foreignMaster())
+  if (supervisor_.powered() || supervisor_.recoverRequestConsumed() || !supervisor_.standing() || homing_.running() ||
+      rebooting_ || foreignMaster())
     return DriveRequest::kKeep;
   if (power_ == ArmPower::kSwitchingOn && (!recovering_ || (without & ~lost_) != 0))
-    switchOff(now);  // another wish
+    switchOff(now);  // another request
   enable_asked_ = now;
   if (power_ == ArmPower::kOff) {
     safety::JointMask lost = without, left = 0;
@@ -183,7 +183,7 @@ bool ArmHardware::onceInOperation() noexcept {
 void ArmHardware::onDisable(std::int64_t now) noexcept {
   if (power_ == ArmPower::kSwitchingOn)
     switchOff(now);
-  // The wish is remembered: torque may not be gone yet, and the last boot be too recent.
+  // The request is stored: torque may not be gone yet, and the last boot be too recent.
   if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !rebooting_)
     rebooting_ = boot_due_ = true;
 }
@@ -191,7 +191,7 @@ void ArmHardware::onDisable(std::int64_t now) noexcept {
 safety::GateReport ArmHardware::command(const safety::ArmRequest& request, std::int64_t now) noexcept {
   safety::ArmRequest passed = request;
   if (request.motion.stream == 0) {
-    supervisor_.noteWish(request.request == DriveRequest::kRecover);
+    supervisor_.noteRecoverRequest(request.request == DriveRequest::kRecover);
     if (request.request == DriveRequest::kEnable)
       passed.request = onEnable(now);
     if (request.request == DriveRequest::kDisable)
@@ -253,8 +253,8 @@ void ArmHardware::switchOff(std::int64_t now) noexcept {
 }
 
 void ArmHardware::stepSwitchingOn(std::int64_t now) noexcept {
-  const bool faulty =
-      recovering_ ? presentFaults() != 0 || supervisor_.wishSpent() : supervisor_.state() != OperatingState::kDisabled;
+  const bool faulty = recovering_ ? presentFaults() != 0 || supervisor_.recoverRequestConsumed()
+                                  : supervisor_.state() != OperatingState::kDisabled;
   const bool forgotten = now - enable_asked_ > request_budget_;
   safety::FaultRecord late;
   for (Axis* axis : axes_) {
@@ -295,7 +295,7 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
     case ArmPower::kSwitchingOff:
       if (all([&](const Axis& axis) { return axis.goalReached() || axis.goalLate(now); })) {
         for (Axis* axis : axes_) {
-          if (axis->goalReached() || axis->unheard() || lost(*axis))
+          if (axis->goalReached() || axis->unresponsive() || lost(*axis))
             continue;
           axis->fail(HardwareGuard::kSwitchOn);  // it does not let go
           latch(axis->failure(bit(HardwareGuard::kSwitchOn)));
@@ -328,8 +328,8 @@ void ArmHardware::stepReboot(std::int64_t now) noexcept {
   up_since_ = !up ? 0 : up_since_ == 0 ? now : up_since_;
   if (up && clear) {
     needs_boot_ = rebooting_ = false;
-    const safety::ArmRequest wish{.request = DriveRequest::kDisable, .motion = {}};
-    supervisor_.command(wish, places(), presentFailure(), now);
+    const safety::ArmRequest disable{.request = DriveRequest::kDisable, .motion = {}};
+    supervisor_.command(disable, places(), presentFailure(), now);
   } else if (failed || (up && now - up_since_ > kFaultReset) || now - booted_ > 30 * kSecond) {
     rebooting_ = false;
   }

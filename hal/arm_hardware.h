@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One arm of real drives: safety's supervisor on one side, its axes on the other.
+/** @file Hardware of one arm: connects safety::ArmSupervisor to the axes of the arm.
  *
  * Drives of an arm get torque together and lose it together. Torque never finds a distance to cover, one axis that
  * fails stops the arm along a line that keeps the coupled limits, and what the hardware did wrong is forgotten only by
@@ -68,7 +68,7 @@ class ArmHardware {
   /// Faults whose cause stands now, with the first joint of them.
   safety::FaultRecord presentFailure() const noexcept;
   safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
-  /// The nodes are being booted at the wish of an operator, or will be as soon as torque is gone.
+  /// The nodes are being booted on request of an operator, or will be as soon as torque is gone.
   bool rebooting() const noexcept { return rebooting_; }
 
  private:

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "hal/detail/node_setups.h"
 #include "hal/nanoseconds.h"
-#include "hal/node_setups.h"
 
 namespace tandem::hal {
 namespace {
@@ -16,7 +16,7 @@ using canopen::NodePhase;
 /// For which a drive may not say that it follows: one TPDO may have been sampled before the command came.
 constexpr double kIgnoreBudget = 0.030;
 /// After which a quick stop has to show, s.
-constexpr double kDeafBudget = 0.020;
+constexpr double kSilenceBudget = 0.020;
 
 }  // namespace
 
@@ -348,9 +348,9 @@ bool Axis::mayRelease(std::int64_t now) noexcept {
   if (atRest())
     return !brake_;
   const double ramp = stopping_from_ / config_.quick_stop_deceleration;
-  const double patience = std::max({kDeafBudget, 5.0 * period_, kPart * ramp});
+  const double timeout = std::max({kSilenceBudget, 5.0 * period_, kPart * ramp});
   const bool no_slower = speed > std::max(0.9 * stopping_from_, kSlow * config_.velocity);
-  return drive_stream_.fresh() && now - stopping_ > nanoseconds(patience) && no_slower;
+  return drive_stream_.fresh() && now - stopping_ > nanoseconds(timeout) && no_slower;
 }
 
 void Axis::writeCommand(std::int64_t now) noexcept {

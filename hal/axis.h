@@ -24,7 +24,7 @@ using idl::name;
 class Axis {
  public:
   /** Adds the nodes to the network, which must outlive the axis.
-   * @param heartbeat_budget the nodes' patience with the HAL, s
+   * @param heartbeat_budget time-out of the nodes for the HAL's heartbeat, s
    * @throw std::invalid_argument as Network::addNode() does. */
   Axis(const HardwareConfig& hardware,
        const AxisConfig& config,
@@ -64,7 +64,7 @@ class Axis {
   /// In operation, its brake is open, and the drive says that it follows the target.
   bool followsCommand() const noexcept;
   /// Its drive has failed or fallen silent: what it measured last says nothing of now.
-  bool unheard() const noexcept {
+  bool unresponsive() const noexcept {
     return phase_ == AxisPhase::kFailed || (guards_ & bit(HardwareGuard::kDriveSilent)) != 0;
   }
   /// By measurement: nothing is to be stopped.

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "hal/node_setups.h"
+#include "hal/detail/node_setups.h"
 
 namespace tandem::hal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A holding brake that the HAL moves by a digital output of the drive. */
+/** @file Holding brake that the HAL controls by a digital output of the drive. */
 #pragma once
 
 #include <cstdint>

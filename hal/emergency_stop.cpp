@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/emergency_stop.h"
 
-#include "hal/node_setups.h"
+#include "hal/detail/node_setups.h"
 
 namespace tandem::hal {
 

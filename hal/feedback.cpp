@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/detail/node_setups.h"
 #include "hal/nanoseconds.h"
-#include "hal/node_setups.h"
 
 namespace tandem::hal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The hardware of one robot: which axis hangs on which bus, and what its counts mean. Filled by config from a
+/** @file Hardware description of one robot: bus and node of each axis, conversion of counts. Filled by config from a
  * hardware file; SI units. */
 #pragma once
 
@@ -40,7 +40,7 @@ enum class PositionReference : std::uint8_t {
 };
 
 /** What keeps an axis where it is when its drive has no power. */
-enum class PowerlessHold : std::uint8_t {
+enum class HoldingMeans : std::uint8_t {
   kNo = 0,       ///< nothing that anybody has declared
   kSelfLocking,  ///< a gear or a lead screw that cannot be driven from the joint
   kBrake,        ///< a brake that closes without power
@@ -108,7 +108,7 @@ struct AxisConfig {
   std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
-  PowerlessHold powerless_hold = PowerlessHold::kNo;
+  HoldingMeans powerless_hold = HoldingMeans::kNo;
   TorqueLimit torque;
   HomingConfig homing;  ///< where reference is kHoming
   std::optional<EncoderConfig> encoder;
@@ -148,7 +148,7 @@ struct HardwareConfig {
   std::vector<AxisConfig> axes;                ///< arms in order, their joints in order: complete
   std::vector<EmergencyInput> emergency_stop;  ///< any of them stops all arms; empty: it cannot be read
 
-  /// Traffic of one bus in operation. @param heartbeat_budget the drives' patience with the HAL, s.
+  /// Traffic of one bus in operation. @param heartbeat_budget time-out of the drives for the HAL's heartbeat, s.
   BusTraffic trafficOf(int bus, double heartbeat_budget) const;
   /// The calculator's input for one bus.
   BusPlan planOf(int bus, double heartbeat_budget) const;
@@ -160,7 +160,7 @@ struct HardwareConfig {
  * its speed. */
 inline constexpr double kSlewTime = 0.1;
 
-/// The HAL sends its heartbeat so many times within the drives' patience.
+/// The HAL sends its heartbeat so many times within the drives' time-out.
 inline constexpr double kHeartbeatsPerBudget = 4.0;
 
 /// Whether the digital inputs 60FD of the drive of an axis are read.

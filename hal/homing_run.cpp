@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <limits>
 
-#include "hal/node_setups.h"
+#include "hal/detail/node_setups.h"
 
 namespace tandem::hal {
 namespace {
 
-constexpr std::int64_t kModePatience = 1'000'000'000;  ///< for the mode display, ns
+constexpr std::int64_t kModeTimeout = 1'000'000'000;  ///< for the mode display, ns
 /// What may stand against an axis that is being homed: nothing.
 bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPhase::kFailed; }
 
@@ -44,7 +44,7 @@ void HomingRun::enter(Phase phase, std::int64_t now) noexcept {
       case Phase::kModeBack:
         axis->jobs().clear();
         axis->jobs().write(objects::kMode, static_cast<int>(mode), 1);
-        axis->jobs().await(objects::kModeDisplay, static_cast<int>(mode), 1, kModePatience);
+        axis->jobs().await(objects::kModeDisplay, static_cast<int>(mode), 1, kModeTimeout);
         break;
       case Phase::kPower:
         axis->hold();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/node_setups.h"
+#include "hal/detail/node_setups.h"
 
 #include <algorithm>
 #include <cmath>

@@ -54,7 +54,9 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
         of_arm.push_back(axis.get());
     }
     if (static_cast<int>(of_arm.size()) != config_.arms[a].limits.jointCount())
-      throw std::invalid_argument("hardware: " + config_.arms[a].name + ": one axis per joint expected");
+      throw std::invalid_argument("hardware: " + config_.arms[a].name + ": found " + std::to_string(of_arm.size()) +
+                                  " axes, expected " + std::to_string(config_.arms[a].limits.jointCount()) +
+                                  ", one for each joint");
     arms_.emplace_back(config_.arms[a], std::move(of_arm), supervisor, config_.power_budget);
   }
   for (const EmergencyInput& input : config_.emergency_stop) {
@@ -88,21 +90,21 @@ bool RobotHardware::standing() const noexcept {
 }
 
 bool RobotHardware::command(const safety::RobotCommand& command, std::int64_t now) noexcept {
-  const safety::StreamVerdict verdict = monitor_.check(command.head, standing());
+  const safety::StreamCheck checked = monitor_.check(command.header, standing());
   for (int a = 0; a < armCount(); ++a) {
     ArmHardware& arm = arms_[index(a)];
-    if (verdict.new_session)
+    if (checked.new_session)
       arm.disableForNewSession();
     const bool was_rebooting = arm.rebooting();
-    guards_.add(a, arm.command(command.forArm(a, arm.jointCount(), verdict), now));
+    guards_.add(a, arm.command(command.forArm(a, arm.jointCount(), checked), now));
     if (arm.rebooting() && !was_rebooting)
       askForRestarts();
   }
   if (std::ranges::none_of(arms_, [](const ArmHardware& arm) { return arm.supervisor().powered(); }))
-    monitor_.forgiveLosses();
-  else if (verdict.lost.faults != 0)
-    stopPowered(verdict.lost);
-  return verdict.faults == 0;
+    monitor_.resetLosses();
+  else if (checked.lost.faults != 0)
+    stopPowered(checked.lost);
+  return checked.faults == 0;
 }
 
 void RobotHardware::askForRestarts() noexcept {

@@ -56,7 +56,7 @@ class RobotHardware {
   /// Before start(): takes in what is on the buses and sends nothing. Repeat it for listeningTime(), then look at
   /// network(b).masters(): whoever finds somebody there must not start.
   void listen(std::int64_t now) noexcept { receiveFrames(now); }
-  /// canopen::listeningTime() of the drives' patience, s.
+  /// canopen::listeningTime() of the drives' time-out, s.
   double listeningTime() const noexcept { return listening_time_; }
   /// Begins to send heartbeats and boots all nodes.
   void start(std::int64_t now) noexcept;
@@ -118,7 +118,7 @@ class RobotHardware {
   /// Share of the last 100 TPDOs that came, 0 to 1, of the drive or encoder on this bus with the worst reception.
   double busSuccess(int b) const noexcept;
   /// An operator clears a fault while this bus is off: somebody outside of the periodic thread shall restart it. True
-  /// once per wish.
+  /// once per request.
   bool takeRestart(int b) noexcept;
 
   /// Takes the oldest event out. False: there is none.

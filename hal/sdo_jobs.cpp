@@ -33,8 +33,8 @@ void SdoJobs::write(canopen::ObjectAddress object, std::int64_t value, int size)
   push({Kind::kWrite, object, canopen::lowBits(static_cast<std::uint64_t>(value), 8 * size), size, 0});
 }
 
-void SdoJobs::await(canopen::ObjectAddress object, std::int64_t value, int size, std::int64_t patience) noexcept {
-  push({Kind::kAwait, object, canopen::lowBits(static_cast<std::uint64_t>(value), 8 * size), size, patience});
+void SdoJobs::await(canopen::ObjectAddress object, std::int64_t value, int size, std::int64_t timeout) noexcept {
+  push({Kind::kAwait, object, canopen::lowBits(static_cast<std::uint64_t>(value), 8 * size), size, timeout});
 }
 
 void SdoJobs::read(canopen::ObjectAddress object) noexcept { push({Kind::kRead, object, 0, 0, 0}); }
@@ -53,7 +53,7 @@ void SdoJobs::begin(canopen::SdoClient& sdo, std::int64_t now) noexcept {
     sdo.upload(job.object, now);
   }
   if (job.kind == Kind::kAwait && deadline_ == 0)
-    deadline_ = now + job.patience;
+    deadline_ = now + job.timeout;
   running_ = true;
 }
 

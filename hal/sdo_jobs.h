@@ -18,8 +18,8 @@ class SdoJobs {
   void clear() noexcept;
   /// Writes a number of `size` bytes (1..4) and reads it back.
   void write(canopen::ObjectAddress object, std::int64_t value, int size) noexcept;
-  /// Reads until the value is there, at most `patience` ns.
-  void await(canopen::ObjectAddress object, std::int64_t value, int size, std::int64_t patience) noexcept;
+  /// Reads until the value is there, at most `timeout` ns.
+  void await(canopen::ObjectAddress object, std::int64_t value, int size, std::int64_t timeout) noexcept;
   /// Reads once; value() has it when done.
   void read(canopen::ObjectAddress object) noexcept;
 
@@ -28,8 +28,7 @@ class SdoJobs {
   Status status() const noexcept { return status_; }
   /// What was read last.
   std::uint64_t value() const noexcept { return value_; }
-  /// Where it failed, and the abort code; kNone: another value was read.
-  canopen::ObjectAddress failedObject() const noexcept { return jobs_[next_].object; }
+  /// The abort code of a failure; kNone: another value was read.
   canopen::SdoAbort abort() const noexcept { return abort_; }
 
  private:
@@ -40,7 +39,7 @@ class SdoJobs {
     canopen::ObjectAddress object;
     std::uint64_t value = 0;
     int size = 0;
-    std::int64_t patience = 0;
+    std::int64_t timeout = 0;
   };
   void push(const Job& job) noexcept;
   void begin(canopen::SdoClient& sdo, std::int64_t now) noexcept;

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Generates from idl/*.idl what nobody keeps by hand.
+"""Generator of all files that follow from idl/*.idl.
 
-    generate.py msg              writes idl/msg/PACKAGE/*.msg, the twins for ROS 2, which others copy
-    generate.py msg --check      writes nothing; fails where a twin is missing, differs or has no IDL any more
+    generate.py msg              writes idl/msg/PACKAGE/*.msg, the equal definitions for ROS 2, for use in other projects
+    generate.py msg --check      writes nothing; fails if a .msg file is missing, differs or has no IDL any more
     generate.py build --out DIR  writes plain C++ (idl/*.h), the page's types (messages.ts), Python's constants (wire.py)
 """
 
@@ -55,7 +55,7 @@ def write(folder, files):
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("what", choices=["msg", "build"])
-    options.add_argument("--check", action="store_true", help="compare .msg only; exit 1 where something differs")
+    options.add_argument("--check", action="store_true", help="only compare .msg; exit code 1 if they differ")
     options.add_argument("--idl", type=pathlib.Path, nargs="+", default=sorted(HERE.glob("*.idl")))
     options.add_argument("--out", type=pathlib.Path, default=HERE / "msg")
     arguments = options.parse_args()

@@ -13,11 +13,11 @@ std::string_view describe(ModelStatus status) {
     case ModelStatus::kWrongSize:
       return "wrong number of joints";
     case ModelStatus::kNotFinite:
-      return "a joint or a load is not a finite number";
+      return "a joint position or a component of the load is NaN or infinite";
     case ModelStatus::kNotExtended:
       return "tube 1 ends at or behind the entry point, or a rod has no length";
     case ModelStatus::kProtruded:
-      return "a tube's proximal end stands in front of the entry point (beta > 0)";
+      return "a tube's proximal end is in front of the entry point (beta > 0)";
     case ModelStatus::kInnerInside:
       return "an outer tube ends ahead of an inner one";
     case ModelStatus::kNotConverged:

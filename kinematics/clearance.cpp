@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "kinematics/body_maker.h"
+#include "kinematics/body_builder.h"
 
 namespace tandem::kinematics {
 namespace {
@@ -54,7 +54,7 @@ struct Ball {
   Vector3d centre;
   double radius;
 };
-using Balls = std::array<Ball, BodyMaker::kMostNodes - 1>;
+using Balls = std::array<Ball, BodyBuilder::kMostNodes - 1>;
 void encloseIn(const Body& body, Balls& balls) {
   for (std::size_t k = 0; k < body.radius.size(); ++k) {
     const Vector3d& p = body.nodes[k].position;
@@ -83,15 +83,15 @@ double distanceTo(const Port& port, const Vector3d& place, Vector3d& gradient) {
 }  // namespace
 
 ModelStatus makeBody(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body) {
-  return BodyMaker().make(model, q, branch, derivatives, body);
+  return BodyBuilder().make(model, q, branch, derivatives, body);
 }
 
-void BodyMaker::reserve(Body& body) {
+void BodyBuilder::reserve(Body& body) {
   body.nodes.reserve(kMostNodes);
   body.radius.reserve(kMostNodes - 1);
 }
 
-ModelStatus BodyMaker::make(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body) {
+ModelStatus BodyBuilder::make(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body) {
   body.joints = model.jointCount();
   if (q.size() != body.joints)
     return ModelStatus::kWrongSize;

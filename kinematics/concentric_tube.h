@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tubes and arms of concentric tubes, as a designer describes them. */
+/** @file Parameters of concentric tubes and of arms made of them. */
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Determinant whose zeros are bifurcations, tracked along the arm. */
+/** @file Stability determinant along the arm: minimum, and zeros (conjugate points). */
 #pragma once
 
 #include <Eigen/Cholesky>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kinematics/end_angle_sweep_impl.h"
+#include "kinematics/detail/end_angle_sweep_impl.h"
 
 namespace tandem::kinematics {
 

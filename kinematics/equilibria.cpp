@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "kinematics/arc_length.h"
 #include "kinematics/compliant_model.h"
+#include "kinematics/detail/arc_length.h"
 #include "kinematics/gauss_legendre.h"
 
 namespace tandem::kinematics {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kinematics/relaxation.h"
+#include "kinematics/detail/relaxation.h"
 
 namespace tandem::kinematics {
 namespace {

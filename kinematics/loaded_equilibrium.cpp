@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "kinematics/arc_length.h"
+#include "kinematics/detail/arc_length.h"
 #include "kinematics/rotations.h"
 
 namespace tandem::kinematics {
@@ -143,7 +143,7 @@ bool LoadedEquilibrium::untwisted(const Place& to, double part, Root& root) cons
 
 /// Along the curve of equilibria from the place at `done` of the path, where it ends.
 /// @return whether it came to the end of the path; root is there, stable if one of its passages is.
-bool LoadedEquilibrium::goRound(const Place& from, const Place& to, double done, Root& root) const noexcept {
+bool LoadedEquilibrium::followAroundFold(const Place& from, const Place& to, double done, Root& root) const noexcept {
   constexpr double kFarthest = 4.0;  // from the beginning, in lengths of the path: the curve may come back from there
   const safety::ArmVector way = to.q - from.q;
   const Wrench load = to.wrench - from.wrench;
@@ -201,7 +201,7 @@ ModelStatus LoadedEquilibrium::find(const JointsRef& q,
       return finish();
   }
   Root unstable = end;
-  const bool round = goRound(from, to, done, unstable);
+  const bool round = followAroundFold(from, to, done, unstable);
   if (round && unstable.conjugate_points == 0) {
     root = unstable;
     return finish();

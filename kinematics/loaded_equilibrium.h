@@ -52,7 +52,7 @@ class LoadedEquilibrium {
   double follow(const Place& from, const Place& to, Root& root) const noexcept;
   bool detour(const Place& from, const Place& to, double part, Root& root) const noexcept;
   bool untwisted(const Place& to, double part, Root& root) const noexcept;
-  bool goRound(const Place& from, const Place& to, double done, Root& root) const noexcept;
+  bool followAroundFold(const Place& from, const Place& to, double done, Root& root) const noexcept;
 
   const ConcentricTubeArm& arm_;
   const Equilibrium& unloaded_;

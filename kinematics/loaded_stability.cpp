@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "kinematics/loaded_state.h"
-#include "kinematics/transmission.h"
+#include "kinematics/detail/loaded_state.h"
+#include "kinematics/detail/transmission.h"
 
 namespace tandem::kinematics {
 

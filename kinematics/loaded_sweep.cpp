@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "kinematics/loaded_state.h"
+#include "kinematics/detail/loaded_state.h"
+#include "kinematics/detail/transmission.h"
 #include "kinematics/rotations.h"
-#include "kinematics/transmission.h"
 
 namespace tandem::kinematics {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kinematics/relaxation.h"
+#include "kinematics/detail/relaxation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Small operations with rotations in space. */
+/** @file Rotation utilities: skew matrix, exponential map, tangent frames. */
 #pragma once
 
 #include <Eigen/Geometry>

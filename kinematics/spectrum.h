@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Signs of eigenvalues, by which stability is judged. Compiled once: no other header brings in Eigen's solvers.
- */
+/** @file Signs of eigenvalues, for stability tests. The only user of Eigen's eigenvalue solvers, which are compiled
+ * once. */
 #pragma once
 
 #include <Eigen/Core>

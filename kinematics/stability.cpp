@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "kinematics/compliant_model.h"
-#include "kinematics/end_angle_sweep_impl.h"
-#include "kinematics/taylor_step_impl.h"
+#include "kinematics/detail/end_angle_sweep_impl.h"
+#include "kinematics/detail/taylor_step_impl.h"
 
 namespace tandem::kinematics {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kinematics/taylor_step_impl.h"
+#include "kinematics/detail/taylor_step_impl.h"
 
 namespace tandem::kinematics {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Curved tubes that share one backbone, integrated over an interval by Taylor series with their derivatives. */
+/** @file Taylor-series integration of overlapping curved tubes over one interval, with derivatives. */
 #pragma once
 
 #include <Eigen/Geometry>

@@ -39,12 +39,12 @@ void ArmStates::compare(int k) noexcept {
   }
 }
 
-void ArmStates::obey(StateCommand command, int k, safety::JointMask without, std::int64_t now) noexcept {
-  constexpr std::int64_t kPatience = 8'000'000'000;  // ns: limits are written, drives get power
+void ArmStates::apply(StateCommand command, int k, safety::JointMask without, std::int64_t now) noexcept {
+  constexpr std::int64_t kTimeout = 8'000'000'000;  // ns: limits are written, drives get power
   Arm& arm = at(k);
   arm.machine.command(command);
   if (arm.machine.faults() == 0)
-    shown_.forget(k);
+    reported_faults_.forget(k);
   switch (command) {
     case StateCommand::kRecover:
       arm.record = {};
@@ -56,7 +56,7 @@ void ArmStates::obey(StateCommand command, int k, safety::JointMask without, std
         arm.recovering = command == StateCommand::kRecover;
       arm.together = 0;
       arm.pending = true;
-      arm.pending_until = now + kPatience;
+      arm.pending_until = now + kTimeout;
       arm.power_command = drives_.sequence() + 1;
       break;
     case StateCommand::kDisable:
@@ -82,7 +82,7 @@ void ArmStates::latch(int k, const safety::FaultRecord& record) noexcept {
 void ArmStates::stop() noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     latch(k, {bit(Fault::kStopRequested)});
-    shown_.forget(k);
+    reported_faults_.forget(k);
   }
 }
 
@@ -94,14 +94,14 @@ void ArmStates::enabledTogether(int first, int last) noexcept {
     at(k).together = arms;
 }
 
-void ArmStates::settleTogether() noexcept {
+void ArmStates::resolveGroupEnable() noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     if (!at(k).pending || at(k).machine.state() != OperatingState::kFault)
       continue;
     const unsigned together = std::exchange(at(k).together, 0U);
     for (int other = 0; other < arm_count_; ++other) {
       if ((together >> other & 1U) != 0 && mayMove(other))
-        obey(StateCommand::kDisable, other, 0, 0);
+        apply(StateCommand::kDisable, other, 0, 0);
     }
   }
 }
@@ -122,13 +122,13 @@ void ArmStates::giveUpPending(std::int64_t now) noexcept {
 
 void ArmStates::watchIdle(bool commanded,
                           std::int64_t now,
-                          std::array<safety::IdlePower::Verdict, safety::kMaxArms>& verdicts) noexcept {
+                          std::array<safety::IdlePower::Decision, safety::kMaxArms>& decisions) noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const bool powered = safety::hasPower(at(k).machine.state());
-    verdicts[i] = idle_.step(k, powered, commanded, drives_.state().holds[i] != 0, now);
-    if (verdicts[i] == safety::IdlePower::Verdict::kPowerOff)
-      obey(StateCommand::kDisable, k, 0, now);
+    decisions[i] = idle_.step(k, powered, commanded, drives_.state().holds[i] != 0, now);
+    if (decisions[i] == safety::IdlePower::Decision::kPowerOff)
+      apply(StateCommand::kDisable, k, 0, now);
   }
 }
 
@@ -143,8 +143,8 @@ bool ArmStates::anyWithoutPower() const noexcept {
 
 bool ArmStates::recovering(int k) const noexcept {
   const OperatingState state = at(k).machine.state();
-  const bool wished = at(k).recovering && state != OperatingState::kDisabled && state != OperatingState::kFault;
-  return wished || drives_.state().recovery[static_cast<std::size_t>(k)] != 0;
+  const bool requested = at(k).recovering && state != OperatingState::kDisabled && state != OperatingState::kFault;
+  return requested || drives_.state().recovery[static_cast<std::size_t>(k)] != 0;
 }
 
 OperatingState ArmStates::shown(int k) const noexcept {
@@ -176,7 +176,7 @@ DriveRequest ArmStates::requestFor(int k) const noexcept {
   return DriveRequest::kKeep;
 }
 
-bool ArmStates::asksDrives() const noexcept {
+bool ArmStates::hasPendingDriveRequest() const noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     if (requestFor(k) != DriveRequest::kKeep)
       return true;
@@ -184,14 +184,14 @@ bool ArmStates::asksDrives() const noexcept {
   return false;
 }
 
-void ArmStates::fill(int k, ArmSituation& situation) const noexcept {
+void ArmStates::fill(int k, ArmCondition& condition) const noexcept {
   const auto i = static_cast<std::size_t>(k);
-  situation.wanted = at(k).machine.state();
-  situation.drives = drives_.state(k);
-  situation.pending = at(k).pending;
-  situation.valid = drives_.state().valid[i] != 0;
-  situation.located = drives_.state().homed[i] != 0;
-  situation.recovering = recovering(k);
+  condition.wanted = at(k).machine.state();
+  condition.drives = drives_.state(k);
+  condition.pending = at(k).pending;
+  condition.valid = drives_.state().valid[i] != 0;
+  condition.located = drives_.state().homed[i] != 0;
+  condition.recovering = recovering(k);
 }
 
 void ArmStates::fill(msg::ActuationCommand& command) const noexcept {
@@ -204,7 +204,7 @@ void ArmStates::fill(msg::ActuationCommand& command) const noexcept {
 void ArmStates::fill(msg::ControlStatus& status) noexcept {
   for (int k = 0; k < arm_count_; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    shown_.record(k, at(k).machine.faults(), status.sequence);
+    reported_faults_.record(k, at(k).machine.faults(), status.sequence);
     status.operating_state[i] = static_cast<std::uint8_t>(shown(k));
     status.recovery[i] = recovering(k) ? 1 : 0;
     status.busy[i] = at(k).pending ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Operating states of the arms: requested by control, shown by the drives, and the transitions between them. */
+/** @file Operating states of the arms: requested by control, reported by the drives, and their transitions. */
 #pragma once
 
 #include "operation/drive_exchange.h"
@@ -16,13 +16,13 @@ namespace tandem::operation {
 class ArmStates {
  public:
   /// Keeps `drives` by reference.
-  ArmStates(const Site& site, const DriveExchange& drives)
-      : drives_(drives), arm_count_(site.arms()), idle_(site.deployment.idle_power_off) {}
+  ArmStates(const ControlSetup& setup, const DriveExchange& drives)
+      : drives_(drives), arm_count_(setup.arms()), idle_(setup.deployment.idle_power_off) {}
 
   /// Compares what the drives say with what was asked for.
   void onState(bool restarted) noexcept;
   /// What judge() allows. @param without  recover: joints that shall not be used
-  void obey(safety::StateCommand command, int arm, safety::JointMask without, std::int64_t now) noexcept;
+  void apply(safety::StateCommand command, int arm, safety::JointMask without, std::int64_t now) noexcept;
   void latch(int arm, const safety::FaultRecord& record) noexcept;
   /// Latches all arms. A stop is news to whoever clears faults, even to who has seen one before.
   void stop() noexcept;
@@ -31,14 +31,14 @@ class ArmStates {
   /// An order has enabled these arms: while one of them waits for its power, a fault of it takes the power from all.
   void enabledTogether(int first, int last) noexcept;
   /// Takes that power.
-  void settleTogether() noexcept;
+  void resolveGroupEnable() noexcept;
   /// Drives that do not give the power that was asked for shall not give it later, when nobody thinks of it any more.
   void giveUpPending(std::int64_t now) noexcept;
   /** Torque does not stay for ever: an arm that nobody commands loses it, if it stays where it is without power.
-   * @param verdicts  what came of it in this cycle */
+   * @param decisions  what came of it in this cycle */
   void watchIdle(bool commanded,
                  std::int64_t now,
-                 std::array<safety::IdlePower::Verdict, safety::kMaxArms>& verdicts) noexcept;
+                 std::array<safety::IdlePower::Decision, safety::kMaxArms>& decisions) noexcept;
 
   /// Control wants the arm ENABLED.
   bool mayMove(int arm) const noexcept { return at(arm).machine.mayMove(); }
@@ -54,13 +54,13 @@ class ArmStates {
   const safety::FaultRecord& record(int arm) const noexcept { return at(arm).record; }
   /// Whether who answers the control/status with this sequence knows of all faults of the arm.
   bool faultsSeen(int arm, std::uint64_t answers) const noexcept {
-    return shown_.seen(arm, at(arm).machine.faults(), answers);
+    return reported_faults_.seen(arm, at(arm).machine.faults(), answers);
   }
   safety::DriveRequest requestFor(int arm) const noexcept;
   /// Some drives have been asked for something that they do not yet show.
-  bool asksDrives() const noexcept;
+  bool hasPendingDriveRequest() const noexcept;
 
-  void fill(int arm, ArmSituation& situation) const noexcept;
+  void fill(int arm, ArmCondition& condition) const noexcept;
   void fill(msg::ActuationCommand& command) const noexcept;
   /// @param status  with its sequence
   void fill(msg::ControlStatus& status) noexcept;
@@ -84,7 +84,7 @@ class ArmStates {
   const DriveExchange& drives_;
   int arm_count_;
   safety::IdlePower idle_;
-  safety::ShownFaults shown_;
+  safety::ReportedFaults reported_faults_;
   std::array<Arm, safety::kMaxArms> arms_;
 };
 

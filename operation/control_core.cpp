@@ -10,23 +10,25 @@ namespace tandem::operation {
 using msg::Source;
 using safety::Fault;
 
-ControlCore::ControlCore(const Site& site, std::unique_ptr<planning::ReferenceTracker> tracker, ObjectControl* frames)
-    : site_(site),
-      lease_(site.lockStep() ? site.deployment.budgets.lock_step : site.deployment.budgets.lease),
-      drives_(site),
-      arms_(site, drives_),
-      motions_(site, drives_),
-      reference_(site),
-      loop_(site, drives_, std::move(tracker), frames),
-      manual_(site, drives_) {}
+ControlCore::ControlCore(const ControlSetup& setup,
+                         std::unique_ptr<planning::ReferenceTracker> tracker,
+                         ObjectControl* object_control)
+    : setup_(setup),
+      lease_(setup.lockStep() ? setup.deployment.budgets.lock_step : setup.deployment.budgets.lease),
+      drives_(setup),
+      arms_(setup, drives_),
+      motions_(setup, drives_),
+      reference_(setup),
+      loop_(setup, drives_, std::move(tracker), object_control),
+      manual_(setup, drives_) {}
 
 void ControlCore::onState(const msg::ActuationState& state, std::uint64_t arrivals) noexcept {
-  const DriveExchange::News news = drives_.take(state, arrivals);
-  if (!news.ours)
+  const DriveExchange::StateUpdate update = drives_.take(state, arrivals);
+  if (!update.ours)
     return;
-  if (news.displaced)
+  if (update.displaced)
     loop_.restart();
-  arms_.onState(news.restarted);
+  arms_.onState(update.restarted);
   updateStates();
 }
 
@@ -45,8 +47,8 @@ void ControlCore::onMismatch(std::int64_t now) noexcept {
 
 /// An arm that may not move has no motion; without power of all arms a trajectory is over.
 void ControlCore::updateStates() noexcept {
-  arms_.settleTogether();
-  for (int k = 0; k < site_.arms(); ++k) {
+  arms_.resolveGroupEnable();
+  for (int k = 0; k < setup_.arms(); ++k) {
     if (!arms_.mayMove(k))
       motions_.end(k);
   }
@@ -54,101 +56,101 @@ void ControlCore::updateStates() noexcept {
     reference_.spend();
 }
 
-Situation ControlCore::situation() const noexcept {
-  Situation now;
-  now.lock_step = site_.lockStep();
-  now.tip_tasks = has(site_.robot, robots::Capability::kTips);
+RobotCondition ControlCore::condition() const noexcept {
+  RobotCondition now;
+  now.lock_step = setup_.lockStep();
+  now.tip_tasks = has(setup_.robot, robots::Capability::kTips);
   now.received = drives_.received();
   now.mismatch = mismatch_;
   now.followed = reference_.underWay(drives_.state());
   now.running = reference_.running(drives_.state());
   now.operated = now.moving = manual_.active();
   now.tips_known = manual_.tipsKnown();
-  now.arm_count = site_.arms();
-  for (int k = 0; k < site_.arms(); ++k) {
-    ArmSituation& arm = now.arm[static_cast<std::size_t>(k)];
+  now.arm_count = setup_.arms();
+  for (int k = 0; k < setup_.arms(); ++k) {
+    ArmCondition& arm = now.arm[static_cast<std::size_t>(k)];
     arms_.fill(k, arm);
     arm.homed = motions_.homed(k) && !motions_.homing(k);
     arm.joints_move = motions_.active(k);
-    arm.outside = safety::largestExcess(site_.limits(k), site_.of(k, drives_.measured()));
+    arm.outside = safety::worstLimitViolation(setup_.limits(k), setup_.of(k, drives_.measured()));
     now.moving = now.moving || (arms_.mayMove(k) && (arm.joints_move || now.followed));
   }
   return now;
 }
 
-Situation ControlCore::situation(const ControlOrder& order) const noexcept {
-  Situation now = situation();
-  const std::uint64_t answers = order.control_session == site_.session ? order.answers_control : 0;
-  for (int k = 0; k < site_.arms(); ++k)
+RobotCondition ControlCore::condition(const ParsedControlRequest& request) const noexcept {
+  RobotCondition now = condition();
+  const std::uint64_t answers = request.control_session == setup_.session ? request.answers_control : 0;
+  for (int k = 0; k < setup_.arms(); ++k)
     now.arm[static_cast<std::size_t>(k)].unseen = !arms_.faultsSeen(k, answers);
   return now;
 }
 
 /// An order that lasts for a snapshot, or comes from somebody without a lease, is as fresh as what its sender has seen:
 /// links hold back what they do not lose.
-Reason ControlCore::againstEcho(const ControlOrder& order, Action action, std::int64_t now) const noexcept {
-  if (site_.lockStep())
+Reason ControlCore::againstEcho(const ParsedControlRequest& request, Action action, std::int64_t now) const noexcept {
+  if (setup_.lockStep())
     return Reason::kNone;
-  if (order.from_topic && !isHarmless(action)) {
-    const bool fresh = status_times_.age(order.answers_control, now) <= site_.deployment.budgets.lease;
+  if (request.from_topic && !isHarmless(action)) {
+    const bool fresh = status_times_.age(request.answers_control, now) <= setup_.deployment.budgets.lease;
     return fresh ? Reason::kNone : Reason::kNoEcho;
   }
   if (action != Action::kJog)
     return Reason::kNone;
-  if (order.control_session != site_.session)
+  if (request.control_session != setup_.session)
     return Reason::kOtherControl;
-  return status_times_.age(order.answers_control, now) > motions_.jogTime() ? Reason::kLate : Reason::kNone;
+  return status_times_.age(request.answers_control, now) > motions_.jogTime() ? Reason::kLate : Reason::kNone;
 }
 
-OrderReply ControlCore::order(const ControlOrder& order, std::int64_t now) noexcept {
-  OrderReply reply;
-  reply.client = order.client;
-  reply.request = order.request;
-  reply.retired = order.tracker;
+ControlReply ControlCore::onRequest(const ParsedControlRequest& request, std::int64_t now) noexcept {
+  ControlReply reply;
+  reply.client = request.client;
+  reply.request = request.request;
+  reply.retired = request.tracker;
   reply.status = status_sequence_;
   drives_.readJoints();
   loseLease(now);
-  const Situation before = situation(order);
-  const Action action = actionOf(order);
+  const RobotCondition before = condition(request);
+  const Action action = actionOf(request);
   const std::uint64_t holder = reply.holder = lease_.holder(now);
-  const Asker asker = order.from_topic ? crtkAsker(holder) : askerOf(order.client, holder);
-  reply.refusal = judge(action, asker, before, order.arm);
+  const Requester requester = request.from_topic ? crtkRequester(holder) : requesterOf(request.client, holder);
+  reply.refusal = judge(action, requester, before, request.arm);
   if (!reply.refusal)
-    reply.refusal = {againstEcho(order, action, now), action};
+    reply.refusal = {againstEcho(request, action, now), action};
   if (reply.refusal && !isOfOneArm(reply.refusal))
     return reply;
-  const int first = order.arm == msg::kAllArms ? 0 : order.arm;
-  const int last = order.arm == msg::kAllArms ? site_.arms() - 1 : order.arm;
+  const int first = request.arm == msg::kAllArms ? 0 : request.arm;
+  const int last = request.arm == msg::kAllArms ? setup_.arms() - 1 : request.arm;
   if (action == Action::kMoveJp) {
-    const safety::ArmVector goal = safety::ArmVector::Map(order.joints.data(), order.joint_count);
-    const safety::Excess outside = safety::largestExcess(site_.limits(order.arm), goal);
+    const safety::ArmVector goal = safety::ArmVector::Map(request.joints.data(), request.joint_count);
+    const safety::LimitViolation outside = safety::worstLimitViolation(setup_.limits(request.arm), goal);
     if (outside.amount > kGoalOutside) {
-      reply.refusal = {Reason::kGoalOutside, action, {}, static_cast<std::int8_t>(order.arm), outside};
+      reply.refusal = {Reason::kGoalOutside, action, {}, static_cast<std::int8_t>(request.arm), outside};
       return reply;
     }
   }
   if (action == Action::kSetMethod) {
-    reply.retired = loop_.exchange(order.tracker);
+    reply.retired = loop_.exchange(request.tracker);
     reply.method_accepted = true;
   }
   if (action == Action::kReleaseLease)
-    lease_.release(order.client, now);
+    lease_.release(request.client, now);
   else if (action == Action::kAcquireLease || action == Action::kKeepLease)
-    lease_.acquire(order.client, now);
+    lease_.acquire(request.client, now);
   for (int k = first; k <= last; ++k) {
-    if (!judge(action, asker, before, k))
-      obey(order, k, action, now);
+    if (!judge(action, requester, before, k))
+      apply(request, k, action, now);
   }
   if (action == Action::kEnable)
     arms_.enabledTogether(first, last);
   if (action == Action::kPause)
-    paused_by_ = order.from_topic ? msg::kCrtkClient : order.client;
+    paused_by_ = request.from_topic ? msg::kCrtkClient : request.client;
   updateStates();
   return reply;
 }
 
-void ControlCore::obey(const ControlOrder& order, int k, Action action, std::int64_t now) noexcept {
-  const safety::ArmVector joints = safety::ArmVector::Map(order.joints.data(), order.joint_count);
+void ControlCore::apply(const ParsedControlRequest& request, int k, Action action, std::int64_t now) noexcept {
+  const safety::ArmVector joints = safety::ArmVector::Map(request.joints.data(), request.joint_count);
   switch (action) {
     case Action::kEnable:
     case Action::kDisable:
@@ -158,7 +160,7 @@ void ControlCore::obey(const ControlOrder& order, int k, Action action, std::int
       safety::JointMask without = 0;
       for (int j = 0; j < joints.size(); ++j)
         without |= joints[j] != 0.0 ? safety::jointBit(j) : safety::JointMask{0};
-      return arms_.obey(order.command, k, without, now);
+      return arms_.apply(request.command, k, without, now);
     }
     case Action::kUnhome:
       return motions_.unhome(k);
@@ -177,23 +179,24 @@ void ControlCore::obey(const ControlOrder& order, int k, Action action, std::int
   }
 }
 
-CrtkOutcome ControlCore::crtk(const CrtkOrder& order, std::int64_t now) noexcept {
+CrtkOutcome ControlCore::crtk(const CrtkRequest& request, std::int64_t now) noexcept {
   CrtkOutcome outcome;
-  outcome.verb = order.verb;
-  outcome.group = order.group;
+  outcome.verb = request.verb;
+  outcome.group = request.group;
   drives_.readJoints();
   loseLease(now);
-  const Situation before = situation();
-  const Action action = actionOf(verbOf(order.verb));
-  for (int k = order.firstArm(); k <= order.lastArm(); ++k) {
-    if (const Refusal refusal = judge(action, crtkAsker(lease_.holder(now)), before, k))
+  const RobotCondition before = condition();
+  const Action action = actionOf(verbOf(request.verb));
+  for (int k = request.firstArm(); k <= request.lastArm(); ++k) {
+    if (const Refusal refusal = judge(action, crtkRequester(lease_.holder(now)), before, k))
       return outcome.refuse("%s", name(refusal.reason).data());
   }
   manual_.locate(loop_);
-  outcome.accepted = action == Action::kCrtkMove ? motions_.take(order, outcome) : manual_.onCrtk(order, now, outcome);
+  outcome.accepted =
+      action == Action::kCrtkMove ? motions_.take(request, outcome) : manual_.onCrtk(request, now, outcome);
   if (!outcome.accepted)
     return outcome;
-  for (int k = order.firstArm(); k <= order.lastArm(); ++k) {
+  for (int k = request.firstArm(); k <= request.lastArm(); ++k) {
     if (action == Action::kCrtkMove)
       manual_.endCrtk(k);
     else
@@ -207,7 +210,7 @@ CrtkOutcome ControlCore::crtk(const CrtkOrder& order, std::int64_t now) noexcept
 
 /// What a commander has begun ends with its lease, before anybody else gets it.
 void ControlCore::loseLease(std::int64_t now) noexcept {
-  if (!lease_.takeLoss(now) || !situation().moving)
+  if (!lease_.takeLoss(now) || !condition().moving)
     return;
   arms_.latchMoving({bit(Fault::kLeaseLost)});
   updateStates();
@@ -216,7 +219,7 @@ void ControlCore::loseLease(std::int64_t now) noexcept {
 void ControlCore::watch(std::int64_t now) noexcept {
   loseLease(now);
   mismatch_ = now < mismatch_until_;
-  if (site_.lockStep())
+  if (setup_.lockStep())
     return;  // stamps are simulated time there; a dead process stalls everything
   arms_.giveUpPending(now);
   if (const safety::FaultRecord record = drives_.judge(now); record.faults != 0)
@@ -229,7 +232,7 @@ void ControlCore::watch(std::int64_t now) noexcept {
 
 /// In lock-step there is no power, and time does not pass by itself.
 void ControlCore::watchIdle(std::int64_t now, CycleOutput& output) noexcept {
-  if (site_.lockStep())
+  if (setup_.lockStep())
     return;
   const bool commanded =
       lease_.holder(now) != 0 || manual_.active() || motions_.anyActive() || reference_.running(drives_.state());
@@ -238,20 +241,20 @@ void ControlCore::watchIdle(std::int64_t now, CycleOutput& output) noexcept {
 
 /// Whose tasks are done in this cycle: an operator's before CRTK clients', and planning's where nobody else wants to.
 Source ControlCore::chooseSource(std::int64_t now, bool advance, CycleOutput& output) noexcept {
-  if (site_.lockStep())
+  if (setup_.lockStep())
     manual_.forgetTips();
   else
     manual_.locate(loop_);
   if (manual_.engaged())
     reference_.spend();  // it goes on after nobody: it would lead back to where it was
-  const Source by_hand = manual_.choose(context(now), situation(), loop_.gains(), tasks_, output.endings);
+  const Source by_hand = manual_.choose(context(now), condition(), loop_.gains(), tasks_, output.endings);
   if (by_hand == Source::kTeleoperation)
     reference_.spend();
   keepCrtkLease(now);
   if (by_hand != Source::kNobody)
     return by_hand;
-  bool enabled = drives_.received() && (advance || !site_.lockStep());
-  for (int k = 0; k < site_.arms(); ++k)
+  bool enabled = drives_.received() && (advance || !setup_.lockStep());
+  for (int k = 0; k < setup_.arms(); ++k)
     enabled =
         enabled && arms_.powered(k) && !arms_.recovering(k) && !motions_.active(k) && !manual_.crtk().movesJoints(k);
   if (!enabled || !reference_.underWay(drives_.state()))
@@ -263,7 +266,7 @@ Source ControlCore::chooseSource(std::int64_t now, bool advance, CycleOutput& ou
 /// CRTK clients, which know no lease, have it while they move something.
 void ControlCore::keepCrtkLease(std::int64_t now) noexcept {
   bool moving = manual_.crtk().active();
-  for (int k = 0; k < site_.arms(); ++k)
+  for (int k = 0; k < setup_.arms(); ++k)
     moving = moving || motions_.byCrtk(k);
   if (moving)
     lease_.acquire(msg::kCrtkClient, now);
@@ -276,8 +279,8 @@ void ControlCore::follow(std::int64_t now, Velocities& velocities) noexcept {
     arms_.latchMoving(record);
   const bool held = loop_.hold() != msg::HoldReason::kNone;
   if (held && source_ != Source::kPlanning)
-    manual_.loseTips();
-  for (int k = 0; k < site_.arms(); ++k)
+    manual_.invalidateTips();
+  for (int k = 0; k < setup_.arms(); ++k)
     velocities.moves[static_cast<std::size_t>(k)] = !held && arms_.powered(k);
   velocities.value = loop_.result().solution.velocity;
   if (source_ != Source::kPlanning)
@@ -291,17 +294,17 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   watchIdle(now, output);
   updateStates();
   Velocities velocities;
-  velocities.value.setZero(site_.model.jointCount());
+  velocities.value.setZero(setup_.model.jointCount());
   source_ = chooseSource(now, advance, output);
   if (source_ != Source::kNobody)
     follow(now, velocities);
   else if (drives_.received())
     loop_.observe();
-  for (int k = 0; k < site_.arms(); ++k) {
-    if (!arms_.powered(k) || (site_.lockStep() && !advance))
+  for (int k = 0; k < setup_.arms(); ++k) {
+    if (!arms_.powered(k) || (setup_.lockStep() && !advance))
       continue;
     if (manual_.crtk().movesJoints(k)) {
-      site_.of(k, velocities.value) = manual_.jointVelocity(k, now);
+      setup_.of(k, velocities.value) = manual_.jointVelocity(k, now);
       velocities.moves[static_cast<std::size_t>(k)] = true;
     } else {
       motions_.step(k, arms_.recovering(k), now, velocities);
@@ -315,30 +318,30 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   output.permissions.session = output.status.session;
   output.permissions.sequence = output.status.sequence;
   output.permissions.stamp = output.status.stamp;
-  fill(situation(), output.permissions);
+  fill(condition(), output.permissions);
   output.command.commander = lease_.holder(now);
-  for (int k = 0; k < site_.arms(); ++k)
+  for (int k = 0; k < setup_.arms(); ++k)
     output.command.may_home[static_cast<std::size_t>(k)] = allows(output.permissions, Action::kHomeDrives, k) ? 1 : 0;
 }
 
 void ControlCore::fillStatus(std::int64_t now, const Velocities& velocities, msg::ControlStatus& status) noexcept {
   status = msg::ControlStatus{};
-  status.session = site_.session;
+  status.session = setup_.session;
   status.sequence = ++status_sequence_;
   status_times_.record(status.sequence, now);
   status.answers_state = drives_.state().sequence;
   status.answers_reference = reference_.sequence();
-  status.stamp = site_.lockStep() ? drives_.state().stamp : now;
-  status.arm_count = static_cast<std::uint8_t>(site_.arms());
+  status.stamp = setup_.lockStep() ? drives_.state().stamp : now;
+  status.arm_count = static_cast<std::uint8_t>(setup_.arms());
   status.lease_holder = lease_.holder(now);
-  status.model = static_cast<std::uint8_t>(site_.model.kind());
-  status.period = site_.period();
+  status.model = static_cast<std::uint8_t>(setup_.model.kind());
+  status.period = setup_.period();
   status.state_success = drives_.success();
   status.reference_success = reference_.success();
   arms_.fill(status);
   loop_.fill(status);
   bool moves = false;
-  for (int k = 0; k < site_.arms(); ++k) {
+  for (int k = 0; k < setup_.arms(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     status.homed[i] = motions_.homed(k) ? 1 : 0;
     status.busy[i] = status.busy[i] != 0 || motions_.busy(k) || manual_.crtk().busy(k) ? 1 : 0;
@@ -362,7 +365,7 @@ void ControlCore::fillMoments(std::int64_t now, OperatorSnapshot& operators, Crt
 bool ControlCore::readyToAdvance() const noexcept {
   if (!drives_.unanswered())
     return false;
-  for (int k = 0; k < site_.arms(); ++k) {
+  for (int k = 0; k < setup_.arms(); ++k) {
     if (!arms_.powered(k))
       return false;
   }

@@ -6,7 +6,7 @@
 #include "operation/followed_reference.h"
 #include "operation/joint_motions.h"
 #include "operation/manual_control.h"
-#include "operation/orders.h"
+#include "operation/requests.h"
 #include "safety/control_lease.h"
 
 namespace tandem::operation {
@@ -19,7 +19,7 @@ struct CycleOutput {
   msg::ControlPermissions permissions;
   CrtkEndings endings;
   /// Of arms that nobody commands; ControlStatus::idle says for how long.
-  std::array<safety::IdlePower::Verdict, safety::kMaxArms> idle{};
+  std::array<safety::IdlePower::Decision, safety::kMaxArms> idle{};
 };
 
 /** Brings the parts together: the lease, the states of the arms, and who moves them: an operator, CRTK clients,
@@ -27,8 +27,10 @@ struct CycleOutput {
  * apart), locks or throws. All times are ns on one monotonic clock. */
 class ControlCore {
  public:
-  /// @param frames  of catheters, kept by reference; null for tubes
-  ControlCore(const Site& site, std::unique_ptr<planning::ReferenceTracker> tracker, ObjectControl* frames = nullptr);
+  /// @param object_control  of catheters, kept by reference; null for tubes
+  ControlCore(const ControlSetup& setup,
+              std::unique_ptr<planning::ReferenceTracker> tracker,
+              ObjectControl* object_control = nullptr);
   ControlCore(const ControlCore&) = delete;  // parts keep one another by reference
 
   /// @param arrivals  states that have come so far, with this one; 0: nobody counts
@@ -43,8 +45,8 @@ class ControlCore {
   /// Somebody who knows another robot or deployment commands or measures: arms that move stop, and for a second after
   /// it none begins to.
   void onMismatch(std::int64_t now) noexcept;
-  OrderReply order(const ControlOrder& order, std::int64_t now) noexcept;
-  CrtkOutcome crtk(const CrtkOrder& order, std::int64_t now) noexcept;
+  ControlReply onRequest(const ParsedControlRequest& request, std::int64_t now) noexcept;
+  CrtkOutcome crtk(const CrtkRequest& request, std::int64_t now) noexcept;
 
   /// One cycle. `advance`: lock-step, the plant shall take one step with the command.
   void cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept;
@@ -54,22 +56,22 @@ class ControlCore {
   /// What led an arm into FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_.record(arm); }
   /// What judge() decides by now.
-  Situation situation() const noexcept;
+  RobotCondition condition() const noexcept;
   std::uint64_t leaseHolder(std::int64_t now) const noexcept { return lease_.holder(now); }
   /// Likewise for this order: with what its sender has seen.
-  Situation situation(const ControlOrder& order) const noexcept;
+  RobotCondition condition(const ParsedControlRequest& request) const noexcept;
 
   /// Lock-step: whether everything is there to answer the present state with motion.
   bool readyToAdvance() const noexcept;
   /// Lock-step: whether the drives have been asked for something that they do not yet show.
-  bool drivesPending() const noexcept { return arms_.asksDrives(); }
+  bool drivesPending() const noexcept { return arms_.hasPendingDriveRequest(); }
 
  private:
   OperatorInputHandler::Context context(std::int64_t now) const noexcept {
     return {now, lease_.holder(now), &status_times_};
   }
-  void obey(const ControlOrder& order, int arm, Action action, std::int64_t now) noexcept;
-  Reason againstEcho(const ControlOrder& order, Action action, std::int64_t now) const noexcept;
+  void apply(const ParsedControlRequest& request, int arm, Action action, std::int64_t now) noexcept;
+  Reason againstEcho(const ParsedControlRequest& request, Action action, std::int64_t now) const noexcept;
   void updateStates() noexcept;
   void loseLease(std::int64_t now) noexcept;
   void watch(std::int64_t now) noexcept;
@@ -79,7 +81,7 @@ class ControlCore {
   void follow(std::int64_t now, Velocities& velocities) noexcept;
   void fillStatus(std::int64_t now, const Velocities& velocities, msg::ControlStatus& status) noexcept;
 
-  Site site_;
+  ControlSetup setup_;
   safety::ControlLease lease_;
   DriveExchange drives_;
   ArmStates arms_;

@@ -8,23 +8,23 @@
 namespace tandem::msg {
 namespace {
 
-planning::ObjectReference frameOf(const TaskReference& from) noexcept {
-  planning::ObjectReference frame;
-  frame.position = Eigen::Vector3d::Map(from.position.data());
-  frame.orientation.coeffs() = Eigen::Vector4d::Map(from.orientation.data());  // x y z w
+planning::ObjectReference objectReferenceOf(const TaskReference& from) noexcept {
+  planning::ObjectReference object;
+  object.position = Eigen::Vector3d::Map(from.position.data());
+  object.orientation.coeffs() = Eigen::Vector4d::Map(from.orientation.data());  // x y z w
   for (std::size_t k = 0; k < 6; ++k) {
-    frame.tracked[k] = !std::isnan(from.feed_forward[k]);
-    frame.feed_forward[static_cast<Eigen::Index>(k)] = frame.tracked[k] ? from.feed_forward[k] : 0.0;
+    object.tracked[k] = !std::isnan(from.feed_forward[k]);
+    object.feed_forward[static_cast<Eigen::Index>(k)] = object.tracked[k] ? from.feed_forward[k] : 0.0;
   }
-  return frame;
+  return object;
 }
 
-void setFrame(const planning::ObjectReference& frame, TaskReference& to) noexcept {
-  Eigen::Vector3d::Map(to.position.data()) = frame.position;
-  Eigen::Vector4d::Map(to.orientation.data()) = frame.orientation.coeffs();
+void setObjectReference(const planning::ObjectReference& object, TaskReference& to) noexcept {
+  Eigen::Vector3d::Map(to.position.data()) = object.position;
+  Eigen::Vector4d::Map(to.orientation.data()) = object.orientation.coeffs();
   for (std::size_t k = 0; k < 6; ++k)
-    to.feed_forward[k] =
-        frame.tracked[k] ? frame.feed_forward[static_cast<Eigen::Index>(k)] : std::numeric_limits<double>::quiet_NaN();
+    to.feed_forward[k] = object.tracked[k] ? object.feed_forward[static_cast<Eigen::Index>(k)]
+                                           : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ planning::Reference tasksOf(const PlanningReference& message) noexcept {
     to.feed_forward = Eigen::Vector3d::Map(from.feed_forward.data());
   }
   if (reference.task_count > 0 && reference.tasks[0].kind == planning::TaskKind::kObjectPose)
-    reference.frame = frameOf(message.tasks[0]);
+    reference.object = objectReferenceOf(message.tasks[0]);
   return reference;
 }
 
@@ -80,7 +80,7 @@ void setTasks(const planning::Reference& reference, PlanningReference& message) 
     Eigen::Vector3d::Map(to.position.data()) = from.position;
     Eigen::Vector3d::Map(to.feed_forward.data()) = from.feed_forward;
     if (from.kind == planning::TaskKind::kObjectPose)
-      setFrame(reference.frame, to);
+      setObjectReference(reference.object, to);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Between messages and the structs of the libraries, where more than one process needs it. Nothing here
+/** @file Conversions between IDL messages and library structs that several processes share. Nothing here
  * allocates. */
 #pragma once
 
@@ -29,7 +29,7 @@ void setPosture(const safety::RobotVector& posture,
                 int arm_count,
                 const PerArm<std::uint8_t>& joint_count,
                 PlanningReference& message) noexcept;
-/// The posture of a message, stacked; empty where there is none or a number is not finite.
+/// The posture of a message, stacked; empty where there is none or a number is NaN or infinite.
 safety::RobotVector postureOf(const PlanningReference& message,
                               int arm_count,
                               const PerArm<std::uint8_t>& joint_count) noexcept;

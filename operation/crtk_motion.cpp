@@ -13,26 +13,26 @@ namespace {
 namespace teleoperation = planning::teleoperation;
 using Eigen::Vector3d;
 
-constexpr double kThere = 5e-5;          ///< nearer to its goal a tip has arrived, m
-constexpr double kNearer = 1e-5;         ///< what counts as coming nearer, m
-constexpr double kMotionPatience = 3.0;  ///< a motion that comes no nearer for so long is over, s
+constexpr double kThere = 5e-5;         ///< nearer to its goal a tip has arrived, m
+constexpr double kNearer = 1e-5;        ///< what counts as coming nearer, m
+constexpr double kMotionTimeout = 3.0;  ///< a motion that comes no nearer for so long is over, s
 
 double since(std::int64_t then, std::int64_t now) noexcept { return 1e-9 * static_cast<double>(now - then); }
 
 }  // namespace
 
-CrtkMotion::CrtkMotion(const Site& site)
-    : robot_(site.model),
-      guard_(site.deployment.teleoperation.options.guard),
-      options_(site.deployment.teleoperation.crtk),
-      period_(site.period()),
+CrtkMotion::CrtkMotion(const ControlSetup& setup)
+    : robot_(setup.model),
+      guard_(setup.deployment.teleoperation.options.guard),
+      options_(setup.deployment.teleoperation.crtk),
+      period_(setup.period()),
       response_(teleoperation::responseTime(guard_, period_)),
       leash_(teleoperation::leashOf(guard_, period_)),
-      servo_budget_(std::max(site.deployment.budgets.teleoperation, 2.5 * period_)),
-      interpolate_budget_(std::max(site.deployment.budgets.planning_reference, 2.5 * period_)),
+      servo_budget_(std::max(setup.deployment.budgets.teleoperation, 2.5 * period_)),
+      interpolate_budget_(std::max(setup.deployment.budgets.planning_reference, 2.5 * period_)),
       groups_(kCrtkGroups, Group(guard_)) {
-  for (int k = 0; k < site.arms(); ++k)
-    joints_.emplace_back(site, k);
+  for (int k = 0; k < setup.arms(); ++k)
+    joints_.emplace_back(setup, k);
 }
 
 bool CrtkMotion::active() const noexcept {
@@ -50,7 +50,7 @@ bool CrtkMotion::movesTip(int arm) const noexcept {
 
 std::uint8_t CrtkMotion::verb(int group) const noexcept {
   for (const Group& g : groups_) {
-    if (g.verb >= 0 && g.told_as == group)
+    if (g.verb >= 0 && g.requested_group == group)
       return static_cast<std::uint8_t>(g.verb);
   }
   return CrtkSnapshot::kNone;
@@ -72,14 +72,14 @@ void CrtkMotion::endAll() noexcept {
     group.verb = -1;
 }
 
-bool CrtkMotion::take(const CrtkOrder& order, const Scene& scene, CrtkOutcome& outcome) noexcept {
-  const CrtkVerb& verb = verbOf(order.verb);
+bool CrtkMotion::take(const CrtkRequest& request, const Scene& scene, CrtkOutcome& outcome) noexcept {
+  const CrtkVerb& verb = verbOf(request.verb);
   if (verb.level == CrtkLevel::kHold) {
-    for (int k = order.firstArm(); k <= order.lastArm(); ++k)
+    for (int k = request.firstArm(); k <= request.lastArm(); ++k)
       end(k);
     return true;
   }
-  return verb.space == CrtkSpace::kCartesian ? takeTip(order, scene, outcome) : takeJoints(order, scene, outcome);
+  return verb.space == CrtkSpace::kCartesian ? takeTip(request, scene, outcome) : takeJoints(request, scene, outcome);
 }
 
 Vector3d CrtkMotion::driven(int group, const Scene& scene) const noexcept {
@@ -87,47 +87,47 @@ Vector3d CrtkMotion::driven(int group, const Scene& scene) const noexcept {
   return group == kPairGroup ? Vector3d(tips[0] - tips[1]) : tips[at(group)];
 }
 
-bool CrtkMotion::takeTip(const CrtkOrder& order, const Scene& scene, CrtkOutcome& outcome) noexcept {
-  const CrtkVerb& verb = verbOf(order.verb);
+bool CrtkMotion::takeTip(const CrtkRequest& request, const Scene& scene, CrtkOutcome& outcome) noexcept {
+  const CrtkVerb& verb = verbOf(request.verb);
   if (scene.tips == nullptr) {
-    outcome.refuse("the tip is not known");
+    outcome.refuse("tip pose unknown: no joint or tip measurement, or the model has no solution at these joints");
     return false;
   }
-  Group& group = groups_[at(order.group)];
+  Group& group = groups_[at(request.group)];
   const bool running = group.verb >= 0 && group.cartesian;
-  const Vector3d x = driven(order.group, scene);
+  const Vector3d x = driven(request.group, scene);
   const Vector3d setpoint = running ? group.guard.target() : x;
-  const Vector3d value = Vector3d::Map(order.values.data());
+  const Vector3d value = Vector3d::Map(request.values.data());
   const Vector3d goal = verb.kind == CrtkKind::kRelative ? Vector3d(setpoint + value) : value;
   const double step = (goal - setpoint).norm();
   if (verb.level == CrtkLevel::kServo && verb.kind != CrtkKind::kVelocity && step > options_.tip_step) {
-    outcome.refuse("a step of %.3f mm from the present target, at most %.3f mm (tip_step); use interpolate or move",
+    outcome.refuse("step of %.3f mm from the present target, allowed %.3f mm (tip_step); use interpolate or move",
                    1e3 * step, 1e3 * options_.tip_step);
     return false;
   }
   int tasks = 0;  // of the others; the pair needs two
   for (int index = 0; index < kCrtkGroups; ++index) {
-    if (index != order.group && groups_[at(index)].verb >= 0 && groups_[at(index)].cartesian)
+    if (index != request.group && groups_[at(index)].verb >= 0 && groups_[at(index)].cartesian)
       tasks += index == kPairGroup ? 2 : 1;
   }
-  if (tasks + (order.group == kPairGroup ? 2 : 1) > planning::kMaxTasks) {
-    outcome.refuse("%d tips are moved at once already", planning::kMaxTasks);
+  if (tasks + (request.group == kPairGroup ? 2 : 1) > planning::kMaxTasks) {
+    outcome.refuse("at most %d tips move at once; end another motion first", planning::kMaxTasks);
     return false;
   }
   // The pair and a tip of its second arm cannot both be had.
-  if (order.group == kPairGroup)
+  if (request.group == kPairGroup)
     groups_[1].verb = -1;
-  if (order.group == 1)
+  if (request.group == 1)
     groups_[kPairGroup].verb = -1;
-  if (order.group == kPairGroup && !groups_[0].cartesian)
+  if (request.group == kPairGroup && !groups_[0].cartesian)
     groups_[0].verb = -1;
   if (!running) {
     group.guard.engage(x);
     group.speed.setZero();
     group.held = (*scene.tips)[0];
   }
-  group.verb = order.verb;
-  group.told_as = order.group;
+  group.verb = request.verb;
+  group.requested_group = request.group;
   group.cartesian = true;
   group.fed = group.nearer_at = scene.now;
   group.goal = goal;
@@ -136,21 +136,21 @@ bool CrtkMotion::takeTip(const CrtkOrder& order, const Scene& scene, CrtkOutcome
   return true;
 }
 
-bool CrtkMotion::takeJoints(const CrtkOrder& order, const Scene& scene, CrtkOutcome& outcome) noexcept {
+bool CrtkMotion::takeJoints(const CrtkRequest& request, const Scene& scene, CrtkOutcome& outcome) noexcept {
   std::array<safety::ArmVector, 2> goals;
-  const double* value = order.values.data();
-  for (int k = order.firstArm(); k <= order.lastArm(); value += robot_.size(k), ++k) {
+  const double* value = request.values.data();
+  for (int k = request.firstArm(); k <= request.lastArm(); value += robot_.size(k), ++k) {
     const bool following = movesJoints(k) && verbOf(groups_[at(k)].verb).kind != CrtkKind::kVelocity;
-    if (!joints_[at(k)].goalOf(verbOf(order.verb), safety::ArmVector::Map(value, robot_.size(k)), here(k, scene),
-                               following, goals[at(k - order.firstArm())], outcome))
+    if (!joints_[at(k)].goalOf(verbOf(request.verb), safety::ArmVector::Map(value, robot_.size(k)), here(k, scene),
+                               following, goals[at(k - request.firstArm())], outcome))
       return false;
   }
-  for (int k = order.firstArm(); k <= order.lastArm(); ++k) {
-    joints_[at(k)].take(goals[at(k - order.firstArm())], !movesJoints(k));
+  for (int k = request.firstArm(); k <= request.lastArm(); ++k) {
+    joints_[at(k)].take(goals[at(k - request.firstArm())], !movesJoints(k));
     end(k);
     Group& group = groups_[at(k)];
-    group.verb = order.verb;
-    group.told_as = order.group;
+    group.verb = request.verb;
+    group.requested_group = request.group;
     group.cartesian = false;
     group.fed = scene.now;
   }
@@ -165,11 +165,11 @@ const char* CrtkMotion::ending(const Group& group, int index, const Scene& scene
   if (verb.level != CrtkLevel::kMove) {
     const bool to_goal = verb.level == CrtkLevel::kInterpolate && verb.kind != CrtkKind::kVelocity;
     over = silence > (to_goal ? interpolate_budget_ : servo_budget_);
-    return "the stream fell silent; stopped";
+    return "no sample of the stream within its time budget; stopped";
   }
   if (scene.tips == nullptr) {
     over = true;
-    return "the tip is not known any more; stopped";
+    return "tip pose lost; stopped";
   }
   const double away = (group.goal - driven(index, scene)).norm();
   Group& noted = groups_[at(index)];
@@ -177,8 +177,9 @@ const char* CrtkMotion::ending(const Group& group, int index, const Scene& scene
     noted.nearest = away;
     noted.nearer_at = scene.now;
   }
-  over = away <= kThere || since(group.nearer_at, scene.now) > kMotionPatience;
-  return away <= kThere ? nullptr : "came no nearer to its goal: limits, a forbidden region or the workspace";
+  over = away <= kThere || since(group.nearer_at, scene.now) > kMotionTimeout;
+  return away <= kThere ? nullptr
+                        : "no progress toward the goal (limits, a forbidden region or the workspace); motion ended";
 }
 
 bool CrtkMotion::reportEnd(const Scene& scene, CrtkOutcome& outcome) noexcept {
@@ -192,7 +193,7 @@ bool CrtkMotion::reportEnd(const Scene& scene, CrtkOutcome& outcome) noexcept {
       continue;
     outcome = {};
     outcome.verb = group.verb;
-    outcome.group = group.told_as;
+    outcome.group = group.requested_group;
     outcome.counts = false;
     group.verb = -1;
     if (why == nullptr)
@@ -232,7 +233,7 @@ void CrtkMotion::step(const Scene& scene, const planning::Gains& gains, planning
   const auto& tips = *scene.tips;
   Group& pair = groups_[kPairGroup];
   const bool with_pair = pair.verb >= 0;
-  const auto advance = [&](Group& group, const Vector3d& now, const teleoperation::MovedTips& moved) {
+  const auto advance = [&](Group& group, const Vector3d& now, const teleoperation::DrivenTips& moved) {
     const Vector3d before = group.guard.target();
     group.guard.step(wanted(group), now, moved, leash_, period_);
     group.speed = (group.guard.target() - before) / period_;
@@ -247,7 +248,7 @@ void CrtkMotion::step(const Scene& scene, const planning::Gains& gains, planning
     Group& group = groups_[at(k)];
     if (group.verb < 0 || !group.cartesian)
       continue;
-    teleoperation::MovedTips moved;
+    teleoperation::DrivenTips moved;
     moved.add(k, Vector3d::Zero(), tips[at(k)]);
     if (k == 0 && with_pair)
       moved.add(1, -pair.guard.target(), tips[1]);
@@ -256,7 +257,7 @@ void CrtkMotion::step(const Scene& scene, const planning::Gains& gains, planning
   if (with_pair) {
     const bool led = groups_[0].verb >= 0 && groups_[0].cartesian;
     const Vector3d anchor = led ? groups_[0].guard.target() : pair.held;
-    teleoperation::MovedTips moved;
+    teleoperation::DrivenTips moved;
     moved.add(1, anchor, tips[1], -1.0);
     advance(pair, tips[0] - tips[1], moved);
     add(planning::TaskKind::kRelativePosition, 0, pair.guard.target(), tips[0] - tips[1], gains.relative);

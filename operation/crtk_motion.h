@@ -19,7 +19,7 @@ namespace tandem::operation {
  * pair's, and the other way round. */
 class CrtkMotion {
  public:
-  explicit CrtkMotion(const Site& site);
+  explicit CrtkMotion(const ControlSetup& setup);
 
   /** What control knows. */
   struct Scene {
@@ -29,7 +29,7 @@ class CrtkMotion {
   };
 
   /// Takes a command whose arms may move. @return false where it is refused; the outcome says why.
-  bool take(const CrtkOrder& order, const Scene& scene, CrtkOutcome& outcome) noexcept;
+  bool take(const CrtkRequest& request, const Scene& scene, CrtkOutcome& outcome) noexcept;
   /// Ends what moves an arm, the pair's motion included.
   void end(int arm) noexcept;
   void endAll() noexcept;
@@ -58,8 +58,8 @@ class CrtkMotion {
  private:
   struct Group {
     explicit Group(const planning::teleoperation::GuardOptions& options) : guard(options) {}
-    int verb = -1;    ///< none
-    int told_as = 0;  ///< the group that the command was for
+    int verb = -1;            ///< none
+    int requested_group = 0;  ///< the group that the command was for
     bool cartesian = false;
     std::int64_t fed = 0;  ///< when the last command came, ns
     // Cartesian, m, robot base frame.
@@ -71,8 +71,8 @@ class CrtkMotion {
   };
 
   static std::size_t at(int group) noexcept { return static_cast<std::size_t>(group); }
-  bool takeTip(const CrtkOrder& order, const Scene& scene, CrtkOutcome& outcome) noexcept;
-  bool takeJoints(const CrtkOrder& order, const Scene& scene, CrtkOutcome& outcome) noexcept;
+  bool takeTip(const CrtkRequest& request, const Scene& scene, CrtkOutcome& outcome) noexcept;
+  bool takeJoints(const CrtkRequest& request, const Scene& scene, CrtkOutcome& outcome) noexcept;
   safety::ArmVector here(int arm, const Scene& scene) const noexcept {
     return scene.setpoints->segment(robot_.offset(arm), robot_.size(arm));
   }

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "idl/messages.h"
-#include "operation/site.h"
+#include "operation/control_setup.h"
 #include "safety/command_monitor.h"
 #include "safety/faults.h"
 #include "safety/operating_state.h"
@@ -21,16 +21,16 @@ struct Velocities {
 /** Both directions between control and the drives. Nothing allocates after construction; times are ns on one clock. */
 class DriveExchange {
  public:
-  explicit DriveExchange(const Site& site);
+  explicit DriveExchange(const ControlSetup& setup);
 
   /** What a state brings, apart from itself. */
-  struct News {
+  struct StateUpdate {
     bool ours = false;       ///< otherwise another robot's, and ignored
     bool restarted = false;  ///< the drives started anew
     bool displaced = false;  ///< the joints were put elsewhere without a path
   };
   /// @param arrivals  states that have come so far, with this one; 0: nobody counts
-  News take(const msg::ActuationState& state, std::uint64_t arrivals = 0) noexcept;
+  StateUpdate take(const msg::ActuationState& state, std::uint64_t arrivals = 0) noexcept;
   /// Begins a cycle.
   void begin(std::int64_t now) noexcept;
   /// Joints as of the last state, and the setpoints from which velocities sent now are integrated.
@@ -66,7 +66,7 @@ class DriveExchange {
  private:
   safety::ArmVector setpoint(int arm) const noexcept;
 
-  Site site_;
+  ControlSetup setup_;
   static constexpr std::size_t kRemembered = 16;
   msg::ActuationState state_;
   bool fresh_ = false;

@@ -7,8 +7,8 @@
 
 namespace tandem::operation {
 
-FollowedReference::FollowedReference(const Site& site)
-    : site_(site), budget_(std::max(site.deployment.budgets.planning_reference, 2.5 * site.period())) {}
+FollowedReference::FollowedReference(const ControlSetup& setup)
+    : setup_(setup), budget_(std::max(setup.deployment.budgets.planning_reference, 2.5 * setup.period())) {}
 
 safety::FaultRecord FollowedReference::judge(const safety::StateStamps& statuses, std::int64_t now) noexcept {
   const double age = statuses.age(message_.answers_control, now);
@@ -21,9 +21,9 @@ safety::FaultRecord FollowedReference::judge(const safety::StateStamps& statuses
 planning::Reference FollowedReference::tasks(const msg::ActuationState& state) const noexcept {
   constexpr double kRounding = 1e-6;  // m or rad
   planning::Reference tasks = msg::tasksOf(message_);
-  tasks.posture = msg::postureOf(message_, site_.arms(), state.joint_count);
-  for (int k = 0; k < site_.arms() && tasks.posture.size() > 0; ++k) {
-    if (!(safety::largestViolation(site_.limits(k), site_.of(k, tasks.posture)) <= kRounding))
+  tasks.posture = msg::postureOf(message_, setup_.arms(), state.joint_count);
+  for (int k = 0; k < setup_.arms() && tasks.posture.size() > 0; ++k) {
+    if (!(safety::largestViolation(setup_.limits(k), setup_.of(k, tasks.posture)) <= kRounding))
       tasks.posture.resize(0);
   }
   return tasks;

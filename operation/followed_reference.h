@@ -3,7 +3,7 @@
 #pragma once
 
 #include "idl/messages.h"
-#include "operation/site.h"
+#include "operation/control_setup.h"
 #include "planning/follower.h"
 #include "planning/reference.h"
 #include "safety/command_monitor.h"
@@ -14,7 +14,7 @@ namespace tandem::operation {
 /** The last one. Nothing allocates, locks or throws. */
 class FollowedReference {
  public:
-  explicit FollowedReference(const Site& site);
+  explicit FollowedReference(const ControlSetup& setup);
 
   /// @param arrivals  references that have come so far, with this one; 0: nobody counts
   void take(const msg::PlanningReference& message, std::uint64_t arrivals = 0) noexcept {
@@ -43,13 +43,13 @@ class FollowedReference {
    * @param statuses  when each status was sent  @return the fault; empty: none */
   safety::FaultRecord judge(const safety::StateStamps& statuses, std::int64_t now) noexcept;
 
-  /// Its tasks. Planned joints are a wish, not a task: those that no limits allow are left out.
+  /// Its tasks. Planned joints are a preference, not a task: those that no limits allow are left out.
   planning::Reference tasks(const msg::ActuationState& state) const noexcept;
 
  private:
   planning::Phase phase() const noexcept { return static_cast<planning::Phase>(message_.phase); }
 
-  Site site_;
+  ControlSetup setup_;
   double budget_;  ///< s
   msg::PlanningReference message_;
   std::uint32_t spent_ = 0;

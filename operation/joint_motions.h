@@ -2,7 +2,7 @@
 /** @file Motions of single arms in joint space: to a goal, jog, withdrawal. */
 #pragma once
 
-#include "operation/crtk_order.h"
+#include "operation/crtk_request.h"
 #include "operation/drive_exchange.h"
 #include "operation/withdrawal.h"
 #include "safety/joint_motion.h"
@@ -14,13 +14,13 @@ namespace tandem::operation {
 class JointMotions {
  public:
   /// Keeps `drives` by reference.
-  JointMotions(const Site& site, const DriveExchange& drives);
+  JointMotions(const ControlSetup& setup, const DriveExchange& drives);
 
   // Each replaces what moves the arm, and goes on from DriveExchange::setpoints().
   /// @param goal  inside the limits, m, rad
   void moveTo(int arm, const safety::ArmVector& goal) noexcept;
   /// CRTK's move_jp and move_jr, for an arm or for two. @return false where a goal is outside; the outcome says so
-  bool take(const CrtkOrder& order, CrtkOutcome& outcome) noexcept;
+  bool take(const CrtkRequest& request, CrtkOutcome& outcome) noexcept;
   void home(int arm) noexcept;
   /// @param velocity  m/s, rad/s; ends by itself, unless it is repeated within its budget
   void jog(int arm, const safety::ArmVector& velocity, std::int64_t now) noexcept;
@@ -63,7 +63,7 @@ class JointMotions {
   safety::ArmVector jogged(int arm, bool recovering) const noexcept;
   bool arrived(int arm) const noexcept;
 
-  Site site_;
+  ControlSetup setup_;
   const DriveExchange& drives_;
   std::int64_t jog_time_;  ///< for which a jog lasts, ns
   std::array<Arm, safety::kMaxArms> arms_;

@@ -6,9 +6,9 @@
 
 namespace tandem::operation {
 
-JointStream::JointStream(const Site& site, int arm)
-    : limits_(site.limits(arm)), options_(site.deployment.teleoperation.crtk), period_(site.period()) {
-  const int n = site.model.size(arm);
+JointStream::JointStream(const ControlSetup& setup, int arm)
+    : limits_(setup.limits(arm)), options_(setup.deployment.teleoperation.crtk), period_(setup.period()) {
+  const int n = setup.model.size(arm);
   speed_limit_.resize(n);
   acceleration_.resize(n);
   goal_.setZero(n);

@@ -2,15 +2,15 @@
 /** @file Joint motion of one arm toward the latest target of a CRTK client. */
 #pragma once
 
-#include "operation/crtk_order.h"
-#include "operation/site.h"
+#include "operation/control_setup.h"
+#include "operation/crtk_request.h"
 
 namespace tandem::operation {
 
 /** Goals are judged, then followed. Nothing allocates after construction, locks or throws. */
 class JointStream {
  public:
-  JointStream(const Site& site, int arm);
+  JointStream(const ControlSetup& setup, int arm);
 
   /** Where a command sends the joints, m and rad, or how fast, m/s and rad/s.
    * @param here  their setpoints  @param following  relative commands go on from the goal before

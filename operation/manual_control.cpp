@@ -8,35 +8,35 @@ namespace tandem::operation {
 using msg::Source;
 using planning::TaskKind;
 
-ManualControl::ManualControl(const Site& site, const DriveExchange& drives)
-    : site_(site), drives_(drives), operator_(site), crtk_(site) {
+ManualControl::ManualControl(const ControlSetup& setup, const DriveExchange& drives)
+    : setup_(setup), drives_(drives), operator_(setup), crtk_(setup) {
   tips_.fill(Eigen::Vector3d::Zero());
 }
 
 Source ManualControl::choose(const OperatorInputHandler::Context& context,
-                             const Situation& situation,
+                             const RobotCondition& condition,
                              const planning::Gains& gains,
                              planning::Reference& tasks,
                              CrtkEndings& endings) noexcept {
   kept_out_of_ = -1;
   endings.count = 0;
-  if (operate(context, situation)) {
+  if (operate(context, condition)) {
     operator_.tasks(gains.relative, gains.tip, tasks);
     crtk_.endAll();
     return Source::kTeleoperation;
   }
-  settleCrtk(situation, context.now, endings);
+  finishCrtkMotions(condition, context.now, endings);
   if (!crtk_.movesTips())
     return Source::kNobody;
   crtk_.step(scene(context.now), gains, tasks);
   return Source::kCrtk;
 }
 
-bool ManualControl::operate(const OperatorInputHandler::Context& context, const Situation& situation) noexcept {
-  if (!operator_.wants(context))
+bool ManualControl::operate(const OperatorInputHandler::Context& context, const RobotCondition& condition) noexcept {
+  if (!operator_.isActive(context))
     return false;
   for (const int arm : {operator_.arm(), operator_.otherArm()}) {
-    if (const Refusal refusal = judge(Action::kTeleoperate, Asker::kCommander, situation, arm)) {
+    if (const Refusal refusal = judge(Action::kTeleoperate, Requester::kLeaseOwner, condition, arm)) {
       operator_.stop(refusal.reason);
       return false;
     }
@@ -45,9 +45,11 @@ bool ManualControl::operate(const OperatorInputHandler::Context& context, const 
   return true;
 }
 
-void ManualControl::settleCrtk(const Situation& situation, std::int64_t now, CrtkEndings& endings) noexcept {
-  for (int k = 0; k < site_.arms(); ++k) {
-    const ArmSituation& arm = situation.arm[static_cast<std::size_t>(k)];
+void ManualControl::finishCrtkMotions(const RobotCondition& condition,
+                                      std::int64_t now,
+                                      CrtkEndings& endings) noexcept {
+  for (int k = 0; k < setup_.arms(); ++k) {
+    const ArmCondition& arm = condition.arm[static_cast<std::size_t>(k)];
     const bool tip = crtk_.movesTip(k);
     if (((tip || crtk_.movesJoints(k)) && (!arm.ready() || arm.joints_move)) || (tip && !tips_known_))
       crtk_.end(k);
@@ -56,22 +58,22 @@ void ManualControl::settleCrtk(const Situation& situation, std::int64_t now, Crt
     ++endings.count;
 }
 
-void ManualControl::loseTips() noexcept {
+void ManualControl::invalidateTips() noexcept {
   operator_.stop(Reason::kTips);
   crtk_.endAll();
 }
 
 void ManualControl::keepOut(const planning::TrackResult& result, safety::RobotVector& velocity) noexcept {
   constexpr double kReaction = 0.02;  // s, of the drives
-  const auto& guard = site_.deployment.teleoperation.options.guard;
+  const auto& guard = setup_.deployment.teleoperation.options.guard;
   const auto in_flight = static_cast<double>(std::min<std::uint64_t>(drives_.inFlight(), 10));
-  const double ahead = (in_flight + 2.0) * site_.period() + kReaction;
+  const double ahead = (in_flight + 2.0) * setup_.period() + kReaction;
   double share = 1.0;
   for (std::size_t r = 0; r < guard.forbidden.size(); ++r) {
-    for (int k = 0; k < site_.arms(); ++k) {
+    for (int k = 0; k < setup_.arms(); ++k) {
       const Eigen::Vector3d from = tips_[static_cast<std::size_t>(k)];
       const Eigen::Vector3d way =
-          ahead * (result.tip[static_cast<std::size_t>(k)].jacobian.topRows<3>() * site_.of(k, velocity));
+          ahead * (result.tip[static_cast<std::size_t>(k)].jacobian.topRows<3>() * setup_.of(k, velocity));
       const double here = distance(guard.forbidden[r], from);
       const double bound = std::min(0.25 * guard.margin, here) - 1e-9;
       const auto clear = [&](double part) {
@@ -106,7 +108,7 @@ void ManualControl::fill(const OperatorInputHandler::Context& context,
   crtk = {};
   crtk_.fill(crtk);
   crtk.commanding = context.lease_holder == msg::kCrtkClient;
-  for (int k = 0; k < site_.arms(); ++k)
+  for (int k = 0; k < setup_.arms(); ++k)
     Eigen::Vector3d::Map(op.tip_target.data() + 3 * k) = tips_[static_cast<std::size_t>(k)];
   for (int t = 0; tasks != nullptr && t < tasks->task_count; ++t) {
     const planning::TaskReference& task = tasks->tasks[static_cast<std::size_t>(t)];

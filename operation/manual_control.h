@@ -18,14 +18,14 @@ struct CrtkEndings {
 class ManualControl {
  public:
   /// Keeps `drives` by reference.
-  ManualControl(const Site& site, const DriveExchange& drives);
+  ManualControl(const ControlSetup& setup, const DriveExchange& drives);
 
   void onInput(const msg::TeleopInput& input, const OperatorInputHandler::Context& context) noexcept {
     operator_.take(input, context);
   }
   /// A stream, a motion of a tip, or hold, that judge() allows. @return false where it is refused; the outcome says why
-  bool onCrtk(const CrtkOrder& order, std::int64_t now, CrtkOutcome& outcome) noexcept {
-    return crtk_.take(order, scene(now), outcome);
+  bool onCrtk(const CrtkRequest& request, std::int64_t now, CrtkOutcome& outcome) noexcept {
+    return crtk_.take(request, scene(now), outcome);
   }
   /// Ends what CRTK clients have begun with an arm.
   void endCrtk(int arm) noexcept { crtk_.end(arm); }
@@ -43,12 +43,12 @@ class ManualControl {
   /** Who moves tips in this cycle, and the tasks that follow. Ends what can no longer be done.
    * @return kTeleoperation, kCrtk, or kNobody: the tasks then are what they were */
   msg::Source choose(const OperatorInputHandler::Context& context,
-                     const Situation& situation,
+                     const RobotCondition& condition,
                      const planning::Gains& gains,
                      planning::Reference& tasks,
                      CrtkEndings& endings) noexcept;
   /// The tips cannot be moved now.
-  void loseTips() noexcept;
+  void invalidateTips() noexcept;
   /// Velocities of an arm whose joints a CRTK client moves.
   safety::ArmVector jointVelocity(int arm, std::int64_t now) noexcept { return crtk_.jointVelocity(arm, scene(now)); }
   /** Where limits are in the way, tips do not go straight to their targets: what these velocities, and those that are
@@ -66,11 +66,11 @@ class ManualControl {
   CrtkMotion::Scene scene(std::int64_t now) const noexcept {
     return {now, &drives_.setpoints(), tips_known_ ? &tips_ : nullptr};
   }
-  bool operate(const OperatorInputHandler::Context& context, const Situation& situation) noexcept;
-  void settleCrtk(const Situation& situation, std::int64_t now, CrtkEndings& endings) noexcept;
+  bool operate(const OperatorInputHandler::Context& context, const RobotCondition& condition) noexcept;
+  void finishCrtkMotions(const RobotCondition& condition, std::int64_t now, CrtkEndings& endings) noexcept;
   void fillTargets(const planning::Reference& tasks, OperatorSnapshot& operators) const noexcept;
 
-  Site site_;
+  ControlSetup setup_;
   const DriveExchange& drives_;
   OperatorInputHandler operator_;
   CrtkMotion crtk_;

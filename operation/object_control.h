@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Interface of the closed loop on a thing that several arms move together. */
+/** @file Interface of closed-loop control of a common object. */
 #pragma once
 
 #include "idl/messages.h"

@@ -27,18 +27,18 @@ std::array<double, 3> list(const From& v) noexcept {
 
 }  // namespace
 
-std::string operatorWords(Reason reason) {
+std::string describeOperatorStop(Reason reason) {
   const bool stands = reason == Reason::kNotEnabled || reason == Reason::kTrajectory || reason == Reason::kJoints ||
                       reason == Reason::kTips;
-  return std::string(name(reason)) + (stands ? ", then release the dead-man switch and hold it again" : "");
+  return std::string(name(reason)) + (stands ? ", then release the dead-man switch and press it again" : "");
 }
 
-OperatorInputHandler::OperatorInputHandler(const Site& site)
-    : session_(site.session),
-      lock_step_(site.lockStep()),
-      arm_count_(site.arms()),
-      budget_(std::max(site.deployment.budgets.teleoperation, 2.5 * site.period())),
-      pipeline_(site.deployment.teleoperation.options, site.period()) {}
+OperatorInputHandler::OperatorInputHandler(const ControlSetup& setup)
+    : session_(setup.session),
+      lock_step_(setup.lockStep()),
+      arm_count_(setup.arms()),
+      budget_(std::max(setup.deployment.budgets.teleoperation, 2.5 * setup.period())),
+      pipeline_(setup.deployment.teleoperation.options, setup.period()) {}
 
 Reason OperatorInputHandler::judge(const msg::TeleopInput& input) const noexcept {
   using enum idl::RefusalReason;
@@ -127,7 +127,7 @@ bool OperatorInputHandler::fresh(const Context& context) const noexcept {
          context.statuses->age(last_.answers_control, context.now) <= budget_;
 }
 
-bool OperatorInputHandler::wants(const Context& context) noexcept {
+bool OperatorInputHandler::isActive(const Context& context) noexcept {
   if (seen_ && last_.client != context.lease_holder) {
     stop(Reason::kNotCommander);
     seen_ = false;

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Operator input: validation of teleop/input, and the teleoperation pipeline. For the periodic thread; nothing
- * here allocates, locks or throws after construction. */
+/** @file Operator input handler: validates teleop/input and runs the teleoperation pipeline. For the periodic thread;
+ * nothing here allocates, locks or throws after construction. */
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <string>
 
+#include "operation/control_setup.h"
 #include "operation/permission.h"
-#include "operation/site.h"
 #include "planning/teleoperation/pipeline.h"
 #include "safety/command_monitor.h"
 
 namespace tandem::operation {
 
 /// The reason for an operator, whose switch has to be released before the robot moves again.
-std::string operatorWords(Reason reason);
+std::string describeOperatorStop(Reason reason);
 
 /** What the periodic thread hands over to the thread that publishes teleop/status. */
 struct OperatorSnapshot {
@@ -38,7 +38,7 @@ struct OperatorSnapshot {
 /** One operator at a time: the holder of the control lease. */
 class OperatorInputHandler {
  public:
-  explicit OperatorInputHandler(const Site& site);
+  explicit OperatorInputHandler(const ControlSetup& setup);
 
   /// What control knows when it looks at an input.
   struct Context {
@@ -50,12 +50,12 @@ class OperatorInputHandler {
 
   /// Whether an operator holds the dead-man switch of a fresh stream and is not stopped: wants to move.
   /// Judges freshness and the lease; call once a cycle before step().
-  bool wants(const Context& context) noexcept;
+  bool isActive(const Context& context) noexcept;
   /// The arms that would move.
   int arm() const noexcept { return sample_.arm; }
   int otherArm() const noexcept { return sample_.other_arm; }
 
-  /// One cycle of following. Call where wants() and nothing stands against it.
+  /// One cycle of following. Call where isActive() and nothing stands against it.
   void step(const planning::teleoperation::TipPlaces& tips) noexcept { pipeline_.step(sample_, tips); }
   /// Nothing moves in this cycle; the operator has to release the dead-man switch before anything does.
   void stop(Reason reason) noexcept;

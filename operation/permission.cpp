@@ -56,18 +56,18 @@ constexpr msg::ReplyCode codeOf(Reason reason) noexcept {
 }
 
 /// Anybody may take power away, or ask for the lease.
-Reason againstAsker(Action action, Asker asker) noexcept {
-  if (asker == Asker::kCommander || action == Action::kDisable || action == Action::kPause)
+Reason againstRequester(Action action, Requester requester) noexcept {
+  if (requester == Requester::kLeaseOwner || action == Action::kDisable || action == Action::kPause)
     return Reason::kNone;
   if (action == Action::kAcquireLease)
-    return asker == Asker::kOther ? Reason::kLeaseTaken : Reason::kNone;
+    return requester == Requester::kOtherClient ? Reason::kLeaseTaken : Reason::kNone;
   if (action == Action::kKeepLease || action == Action::kReleaseLease)
     return Reason::kNotHolder;
-  return asker == Asker::kOther ? Reason::kOtherLease : Reason::kNoLease;
+  return requester == Requester::kOtherClient ? Reason::kOtherLease : Reason::kNoLease;
 }
 
 /// What the state of the robot as a whole has against it.
-Reason againstRobot(Action action, const Situation& now) noexcept {
+Reason againstRobot(Action action, const RobotCondition& now) noexcept {
   if (now.mismatch && !isHarmless(action))
     return Reason::kMismatch;
   switch (action) {
@@ -102,7 +102,7 @@ Reason againstRobot(Action action, const Situation& now) noexcept {
 }
 
 /// What an arm has against a command of CRTK's table of states.
-Reason againstCommand(StateCommand command, Asker asker, const ArmSituation& arm) noexcept {
+Reason againstCommand(StateCommand command, Requester requester, const ArmCondition& arm) noexcept {
   const bool enable = command == StateCommand::kEnable;
   if ((enable || command == StateCommand::kResume) && arm.drives == OperatingState::kFault)
     return Reason::kDrivesInFault;
@@ -119,12 +119,12 @@ Reason againstCommand(StateCommand command, Asker asker, const ArmSituation& arm
     if (arm.valid && arm.outside.amount > safety::kAtRest)
       return Reason::kOutsideLimits;
   }
-  if (asker != Asker::kCommander && arm.faulty())
+  if (requester != Requester::kLeaseOwner && arm.faulty())
     return Reason::kFaultIsTheHolders;
   return command == StateCommand::kDisable && arm.unseen ? Reason::kFaultNotSeen : Reason::kNone;
 }
 
-Reason againstArm(Action action, Asker asker, const Situation& now, const ArmSituation& arm) noexcept {
+Reason againstArm(Action action, Requester requester, const RobotCondition& now, const ArmCondition& arm) noexcept {
   switch (action) {
     case Action::kHome:
     case Action::kMoveJp:
@@ -151,7 +151,7 @@ Reason againstArm(Action action, Asker asker, const Situation& now, const ArmSit
     case Action::kResume:
     case Action::kUnhome:
     case Action::kRecover:
-      return againstCommand(static_cast<StateCommand>(action), asker, arm);
+      return againstCommand(static_cast<StateCommand>(action), requester, arm);
     default:
       return Reason::kNone;
   }
@@ -180,46 +180,46 @@ bool isOfOneArm(const Refusal& refusal) noexcept {
   return refusal.reason == Reason::kFaultIsTheHolders || refusal.reason == Reason::kFaultNotSeen;
 }
 
-Asker askerOf(std::uint64_t client, std::uint64_t holder) noexcept {
+Requester requesterOf(std::uint64_t client, std::uint64_t holder) noexcept {
   if (holder == 0)
-    return Asker::kAnybody;
-  return client == holder && client != msg::kCrtkClient ? Asker::kCommander : Asker::kOther;
+    return Requester::kNoLeaseOwner;
+  return client == holder && client != msg::kCrtkClient ? Requester::kLeaseOwner : Requester::kOtherClient;
 }
 
-Asker crtkAsker(std::uint64_t holder) noexcept {
-  return holder == 0 || holder == msg::kCrtkClient ? Asker::kCommander : Asker::kOther;
+Requester crtkRequester(std::uint64_t holder) noexcept {
+  return holder == 0 || holder == msg::kCrtkClient ? Requester::kLeaseOwner : Requester::kOtherClient;
 }
 
-Refusal judge(Action action, Asker asker, const Situation& now, int arm) noexcept {
-  Refusal refusal{againstAsker(action, asker), action};
+Refusal judge(Action action, Requester requester, const RobotCondition& now, int arm) noexcept {
+  Refusal refusal{againstRequester(action, requester), action};
   if (!refusal)
     refusal.reason = againstRobot(action, now);
   const int first = arm == msg::kAllArms ? 0 : arm, last = arm == msg::kAllArms ? now.arm_count - 1 : arm;
   for (int k = first; k <= last && (!refusal || isOfOneArm(refusal)); ++k) {
-    const ArmSituation& of = now.arm[static_cast<std::size_t>(k)];
-    if (const Reason reason = againstArm(action, asker, now, of); reason != Reason::kNone)
+    const ArmCondition& of = now.arm[static_cast<std::size_t>(k)];
+    if (const Reason reason = againstArm(action, requester, now, of); reason != Reason::kNone)
       refusal = {reason, action, of.wanted, static_cast<std::int8_t>(k), of.outside};
   }
   return refusal;
 }
 
-void fill(const Situation& now, msg::ControlPermissions& permissions) noexcept {
+void fill(const RobotCondition& now, msg::ControlPermissions& permissions) noexcept {
   static_assert(kActions <= msg::kActionsPerArm);
   permissions.arm_count = static_cast<std::uint8_t>(now.arm_count);
   for (int k = 0; k < now.arm_count; ++k) {
     for (int action = 0; action < kActions; ++action) {
       const auto asked = static_cast<Action>(action);
       permissions.reason[permissionIndex(asked, k)] =
-          static_cast<std::uint8_t>(judge(asked, Asker::kCommander, now, k).reason);
+          static_cast<std::uint8_t>(judge(asked, Requester::kLeaseOwner, now, k).reason);
     }
   }
 }
 
-Situation situationOf(const config::Robot& robot,
-                      const msg::ActuationState& state,
-                      const msg::ControlStatus& status,
-                      planning::Phase phase) noexcept {
-  Situation now;
+RobotCondition conditionOf(const config::Robot& robot,
+                           const msg::ActuationState& state,
+                           const msg::ControlStatus& status,
+                           planning::Phase phase) noexcept {
+  RobotCondition now;
   const auto source = static_cast<msg::Source>(status.source);
   now.lock_step = state.lock_step != 0;
   now.tip_tasks = has(robot, robots::Capability::kTips);
@@ -233,7 +233,7 @@ Situation situationOf(const config::Robot& robot,
   for (int k = 0; k < now.arm_count; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const safety::ArmLimits& limits = robot.arms[i].limits;
-    ArmSituation& arm = now.arm[i];
+    ArmCondition& arm = now.arm[i];
     arm.wanted = static_cast<OperatingState>(status.operating_state[i]);
     arm.drives = static_cast<OperatingState>(state.operating_state[i]);
     arm.valid = state.valid[i] != 0;
@@ -242,7 +242,7 @@ Situation situationOf(const config::Robot& robot,
     arm.recovering = status.recovery[i] != 0;
     arm.joints_move = status.busy[i] != 0;
     now.moving = now.moving || (arm.enabled() && (now.followed || arm.joints_move));
-    arm.outside = safety::largestExcess(limits, msg::jointsOf(state.position, k, limits.jointCount()));
+    arm.outside = safety::worstLimitViolation(limits, msg::jointsOf(state.position, k, limits.jointCount()));
   }
   return now;
 }
@@ -259,8 +259,11 @@ std::string describe(const Refusal& refusal, const config::Robot& robot) {
              (refusal.state == OperatingState::kFault ? "; only 'disable' clears a fault" : "");
     case Reason::kOutsideLimits: {
       char text[64];
-      std::snprintf(text, sizeof text, "joint %d is %.3g mm or mrad ", refusal.outside.joint + 1,
-                    1e3 * refusal.outside.amount);
+      const safety::ArmLimits& limits = robot.arms[static_cast<std::size_t>(named ? refusal.arm : 0)].limits;
+      const bool rotates =
+          limits.joints[static_cast<std::size_t>(refusal.outside.joint)].kind == safety::JointKind::kRotation;
+      std::snprintf(text, sizeof text, "joint %d is %.3g %s ", refusal.outside.joint + 1, 1e3 * refusal.outside.amount,
+                    rotates ? "mrad" : "mm");
       return arm + text + std::string(name(refusal.reason));
     }
     default:

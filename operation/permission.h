@@ -18,15 +18,15 @@ using idl::name;
 inline constexpr int kActions = idl::count<Action>;
 
 /** Who wants it. */
-enum class Asker : std::uint8_t {
-  kCommander = 0,  ///< holds the control lease
-  kAnybody,        ///< nobody holds it
-  kOther,          ///< somebody else holds it
+enum class Requester : std::uint8_t {
+  kLeaseOwner = 0,  ///< holds the control lease
+  kNoLeaseOwner,    ///< nobody holds it
+  kOtherClient,     ///< somebody else holds it
 };
 /// Client 0 and msg::kCrtkClient stand for nobody.
-Asker askerOf(std::uint64_t client, std::uint64_t lease_holder) noexcept;
+Requester requesterOf(std::uint64_t client, std::uint64_t lease_holder) noexcept;
 /// CRTK's topics know no clients: whoever writes there commands while no client does.
-Asker crtkAsker(std::uint64_t lease_holder) noexcept;
+Requester crtkRequester(std::uint64_t lease_holder) noexcept;
 
 using Reason = idl::RefusalReason;  ///< its name is a sentence for people, with the way out
 
@@ -34,9 +34,9 @@ using Reason = idl::RefusalReason;  ///< its name is a sentence for people, with
 struct Refusal {
   Reason reason = Reason::kNone;
   Action action = Action::kHold;
-  safety::OperatingState state{};  ///< kWrongState: of the arm
-  std::int8_t arm = -1;            ///< that stands in the way; -1: none does
-  safety::Excess outside{};        ///< kOutsideLimits, kGoalOutside
+  safety::OperatingState state{};    ///< kWrongState: of the arm
+  std::int8_t arm = -1;              ///< that stands in the way; -1: none does
+  safety::LimitViolation outside{};  ///< kOutsideLimits, kGoalOutside
 
   explicit operator bool() const noexcept { return reason != Reason::kNone; }
   msg::ReplyCode code() const noexcept;
@@ -48,7 +48,7 @@ std::string describe(const Refusal& refusal, const config::Robot& robot);
 inline constexpr double kGoalOutside = 1e-9;
 
 /** How an arm stands, as far as that decides what may be asked of it. */
-struct ArmSituation {
+struct ArmCondition {
   safety::OperatingState wanted{};  ///< by control
   safety::OperatingState drives{};
   bool pending = false;  ///< power was asked for; the drives do not show it yet
@@ -56,9 +56,9 @@ struct ArmSituation {
   bool located = false;  ///< all joints know where they are
   bool homed = false;    ///< so they do, nobody has asked to forget it, and no home is under way
   bool recovering = false;
-  bool joints_move = false;  ///< by a motion, a jog, a withdrawal
-  bool unseen = false;       ///< who asks has not seen all of its faults
-  safety::Excess outside{};  ///< of its limits, m or rad
+  bool joints_move = false;          ///< by a motion, a jog, a withdrawal
+  bool unseen = false;               ///< who asks has not seen all of its faults
+  safety::LimitViolation outside{};  ///< of its limits, m or rad
 
   bool enabled() const noexcept {
     return wanted == safety::OperatingState::kEnabled && drives == safety::OperatingState::kEnabled;
@@ -70,7 +70,7 @@ struct ArmSituation {
 };
 
 /** How the robot stands. */
-struct Situation {
+struct RobotCondition {
   bool lock_step = false;
   bool tip_tasks = true;  ///< the robot has robots::Capability::kTips
   bool mismatch = false;  ///< somebody who knows another robot or deployment commands or measures
@@ -81,15 +81,15 @@ struct Situation {
   bool moving = false;    ///< an arm that has power is moved by somebody
   bool tips_known = false;
   int arm_count = 0;
-  std::array<ArmSituation, safety::kMaxArms> arm{};
+  std::array<ArmCondition, safety::kMaxArms> arm{};
 };
 
 /// As a client sees it. What control has asked for and the drives do not show yet is not in it.
 /// @param phase  of planning's reference
-Situation situationOf(const config::Robot& robot,
-                      const msg::ActuationState& state,
-                      const msg::ControlStatus& status,
-                      planning::Phase phase) noexcept;
+RobotCondition conditionOf(const config::Robot& robot,
+                           const msg::ActuationState& state,
+                           const msg::ControlStatus& status,
+                           planning::Phase phase) noexcept;
 
 /// Whether it neither gives power nor moves anything.
 bool isHarmless(Action action) noexcept;
@@ -98,14 +98,14 @@ bool isHarmless(Action action) noexcept;
 bool isOfOneArm(const Refusal& refusal) noexcept;
 
 /// Whether somebody may do something with an arm now, or with msg::kAllArms; see isOfOneArm().
-Refusal judge(Action action, Asker asker, const Situation& situation, int arm = msg::kAllArms) noexcept;
+Refusal judge(Action action, Requester requester, const RobotCondition& condition, int arm = msg::kAllArms) noexcept;
 
 /// Where the answer for an arm stands in msg::ControlPermissions::reason.
 inline std::size_t permissionIndex(Action action, int arm) noexcept {
   return static_cast<std::size_t>(arm) * msg::kActionsPerArm + static_cast<std::size_t>(action);
 }
 /// What judge() answers the commander, of each arm and Action.
-void fill(const Situation& situation, msg::ControlPermissions& permissions) noexcept;
+void fill(const RobotCondition& condition, msg::ControlPermissions& permissions) noexcept;
 /// Whether that was yes.
 inline bool allows(const msg::ControlPermissions& permissions, Action action, int arm) noexcept {
   return permissions.reason[permissionIndex(action, arm)] == static_cast<std::uint8_t>(Reason::kNone);

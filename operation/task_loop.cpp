@@ -8,21 +8,21 @@ namespace tandem::operation {
 using msg::HoldReason;
 using planning::TrackStatus;
 
-TaskLoop::TaskLoop(const Site& site,
+TaskLoop::TaskLoop(const ControlSetup& setup,
                    const DriveExchange& drives,
                    std::unique_ptr<planning::ReferenceTracker> tracker,
-                   ObjectControl* frames)
-    : site_(site),
+                   ObjectControl* object_control)
+    : setup_(setup),
       drives_(drives),
       tracker_(std::move(tracker)),
-      frames_(frames),
-      sensor_(site.deployment.feedback == planning::Feedback::kSensor),
-      tips_(site.lockStep(), site.deployment.budgets.tipAge(site.period())) {}
+      object_control_(object_control),
+      sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
+      tips_(setup.lockStep(), setup.deployment.budgets.tipAge(setup.period())) {}
 
 void TaskLoop::restart() noexcept {
   tracker_->restart();
-  if (frames_ != nullptr)
-    frames_->restart();
+  if (object_control_ != nullptr)
+    object_control_->restart();
 }
 
 planning::ReferenceTracker* TaskLoop::exchange(planning::ReferenceTracker* tracker) noexcept {
@@ -40,7 +40,7 @@ void TaskLoop::begin() noexcept {
 bool TaskLoop::findTips(planning::teleoperation::TipPlaces& places) noexcept {
   if (!drives_.received() || !tracker_->computeTips(drives_.measured(), result_))
     return false;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(site_.arms()); ++k) {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(setup_.arms()); ++k) {
     if (sensor_ && !tips_.tips().arm[k].known)
       return false;
     places[k] = sensor_ ? tips_.tips().arm[k].position : Eigen::Vector3d(result_.tip[k].pose.translation());
@@ -50,17 +50,17 @@ bool TaskLoop::findTips(planning::teleoperation::TipPlaces& places) noexcept {
 
 safety::FaultRecord TaskLoop::follow(const planning::Reference& tasks, std::int64_t now) noexcept {
   tasks_ = tasks;
-  const std::int64_t start = site_.clock();
+  const std::int64_t start = setup_.clock();
   closeLoop(now);
-  solve_time_ = 1e-9 * static_cast<double>(site_.clock() - start);
+  solve_time_ = 1e-9 * static_cast<double>(setup_.clock() - start);
   solved_ = true;
   return judge();
 }
 
 void TaskLoop::closeLoop(std::int64_t now) noexcept {
   const safety::RobotVector &q = drives_.measured(), &from = drives_.setpoints();
-  if (frames_ != nullptr) {
-    hold_ = frames_->step(now, from, drives_.lastSent(), tasks_, *tracker_, result_);
+  if (object_control_ != nullptr) {
+    hold_ = object_control_->step(now, from, drives_.lastSent(), tasks_, *tracker_, result_);
     return;
   }
   hold_ = sensor_ ? tips_.check(tasks_, drives_.state(), drives_.sendTimes(), now) : HoldReason::kNone;
@@ -74,10 +74,10 @@ void TaskLoop::closeLoop(std::int64_t now) noexcept {
 safety::FaultRecord TaskLoop::judge() noexcept {
   using safety::FaultCause;
   const bool no_equilibrium = hold_ == HoldReason::kNoEquilibrium;
-  unsolved_ = no_equilibrium || result_.status == TrackStatus::kSolver ? unsolved_ + site_.period() : 0.0;
+  unsolved_ = no_equilibrium || result_.status == TrackStatus::kSolver ? unsolved_ + setup_.period() : 0.0;
   if (result_.status == TrackStatus::kModel)
     return {bit(safety::Fault::kSolver), FaultCause::kModel};
-  const double allowed = site_.deployment.budgets.commandAge(site_.period());
+  const double allowed = setup_.deployment.budgets.commandAge(setup_.period());
   if (unsolved_ <= allowed * (1.0 + 1e-9))
     return {};
   return {bit(safety::Fault::kSolver), no_equilibrium ? FaultCause::kModel : FaultCause::kNoSolution, idl::kNoJoint,
@@ -85,21 +85,21 @@ safety::FaultRecord TaskLoop::judge() noexcept {
 }
 
 void TaskLoop::prepareNext(std::int64_t now) noexcept {
-  if (frames_ != nullptr && drives_.received())
-    frames_->ask(now, drives_.setpoints(), drives_.lastSent(), *tracker_);
+  if (object_control_ != nullptr && drives_.received())
+    object_control_->ask(now, drives_.setpoints(), drives_.lastSent(), *tracker_);
 }
 
 void TaskLoop::fill(msg::ActuationLimits& limits) const noexcept {
   limits.sequence = drives_.sequence();
   limits.answers_state = drives_.state().sequence;
   limits.stamp = drives_.state().stamp;
-  limits.arm_count = static_cast<std::uint8_t>(site_.arms());
+  limits.arm_count = static_cast<std::uint8_t>(setup_.arms());
   const control::StepProblem& problem = tracker_->problem();
   const control::Solution& solution = result_.solution;
-  for (int k = 0; k < site_.arms(); ++k) {
-    limits.joint_count[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(site_.model.size(k));
-    for (int j = 0; j < site_.model.size(k); ++j) {
-      const int joint = site_.model.offset(k) + j;
+  for (int k = 0; k < setup_.arms(); ++k) {
+    limits.joint_count[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(setup_.model.size(k));
+    for (int j = 0; j < setup_.model.size(k); ++j) {
+      const int joint = setup_.model.offset(k) + j;
       const std::size_t i = msg::jointIndex(k, j);
       limits.lower[i] = problem.joint[static_cast<std::size_t>(joint)].moving_lower;
       limits.upper[i] = problem.joint[static_cast<std::size_t>(joint)].moving_upper;
@@ -138,8 +138,8 @@ const control::Conflict* TaskLoop::conflict(msg::ControlStatus& status) noexcept
 void TaskLoop::fill(msg::ControlStatus& status) noexcept {
   status.method = static_cast<std::uint8_t>(tracker_->method());
   status.hold = static_cast<std::uint8_t>(hold_);
-  status.feedback = static_cast<std::uint8_t>(site_.deployment.feedback);
-  for (int k = 0; k < site_.arms(); ++k)
+  status.feedback = static_cast<std::uint8_t>(setup_.deployment.feedback);
+  for (int k = 0; k < setup_.arms(); ++k)
     status.snaps[static_cast<std::size_t>(k)] = tracker_->tips().snaps(k);
   if (!solved_)
     return;

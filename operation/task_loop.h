@@ -19,10 +19,10 @@ namespace tandem::operation {
 class TaskLoop {
  public:
   /// Keeps `drives` and `frames` by reference. @param frames  of catheters; null for tubes
-  TaskLoop(const Site& site,
+  TaskLoop(const ControlSetup& setup,
            const DriveExchange& drives,
            std::unique_ptr<planning::ReferenceTracker> tracker,
-           ObjectControl* frames);
+           ObjectControl* object_control);
 
   void onTips(const msg::TipPoses& tips) noexcept { tips_.take(tips); }
   /// Elastic arms remember their way; there is none to where somebody put them.
@@ -55,10 +55,10 @@ class TaskLoop {
   safety::FaultRecord judge() noexcept;
   const control::Conflict* conflict(msg::ControlStatus& status) noexcept;
 
-  Site site_;
+  ControlSetup setup_;
   const DriveExchange& drives_;
   std::unique_ptr<planning::ReferenceTracker> tracker_;
-  ObjectControl* frames_;
+  ObjectControl* object_control_;
   bool sensor_;  ///< errors are those of measured tips
   TipFeedback tips_;
   planning::Reference tasks_;

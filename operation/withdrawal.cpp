@@ -10,13 +10,13 @@ safety::ArmVector WithdrawalRun::step(const safety::ArmLimits& limits,
                                       double period,
                                       std::int64_t now) noexcept {
   // A tube that comes no farther for so long is held by what only its drives know, ns.
-  constexpr std::int64_t kPatience = 2'000'000'000;
+  constexpr std::int64_t kTimeout = 2'000'000'000;
   const bool progress =
       from_.size() != setpoint.size() || (setpoint - from_).cwiseAbs().maxCoeff() > 0.1 * safety::kAtRest;
   if (progress) {
     from_ = setpoint;
     since_ = now;
-  } else if (now - since_ > kPatience) {
+  } else if (now - since_ > kTimeout) {
     stuck_ |= moving_;
     since_ = now;
   }

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "planning/index.h"
-#include "planning/walk.h"
+#include "planning/detail/index.h"
+#include "planning/detail/step_path.h"
 
 namespace tandem::planning {
 namespace {
@@ -25,7 +25,8 @@ Start lookAt(const Arms& arms, const safety::RobotVector& q, const Demands& dema
   constexpr double kViolation = 1e-6;
   Start start;
   if (q.size() != arms.jointCount() || !q.allFinite()) {
-    start.wrong = "the start's joints are not finite or of the wrong number";
+    start.wrong = "start: found " + std::to_string(q.size()) + " joints" + (q.allFinite() ? "" : ", not all finite") +
+                  ", expected " + std::to_string(arms.jointCount()) + " finite joints";
     return start;
   }
   start.tips.resize(at(arms.count()));
@@ -41,7 +42,7 @@ Start lookAt(const Arms& arms, const safety::RobotVector& q, const Demands& dema
       start.wrong = Arms::label(arm) + " starts outside its limits";
     const kinematics::Tip& tip = start.tips[at(arm)];
     if (tip.conjugate_points > 0 || (demands.stability && tip.stability < *demands.stability))
-      start.wrong = Arms::label(arm) + " starts less stable than asked for";
+      start.wrong = Arms::label(arm) + " starts unstable or below the required stability";
   }
   return start;
 }
@@ -63,7 +64,7 @@ class Walker {
         near_(arms, local(options)),
         far_(arms, tolerant(options.ik, options.accept)),
         judge_(arms, accepting(options)),
-        walk_(arms, spec.arm, spec.other_arm),
+        step_path_(arms, spec.arm, spec.other_arm),
         branches_(std::move(start.branches)) {
     last_.tip = start.tips[at(spec.arm)].pose.translation();
     last_.relative = last_.tip - start.tips[at(spec.other_arm)].pose.translation();
@@ -95,7 +96,8 @@ class Walker {
       converge(point, targets, answer);
     if (elsewhere && answer.reach != Reach::kReached) {
       answer.reach = Reach::kReconfiguration;
-      answer.words = "from the point before, only another configuration of the arms gets there";
+      answer.words =
+          "not reachable continuously from the previous point, only with a different configuration of the arms";
     }
     edge_ = answer.reach;
     PointReport report = reportOf(number, point, answer);
@@ -113,7 +115,7 @@ class Walker {
                std::vector<PointReport>& reports) const {
     for (const TrajectoryPoint& point : points) {
       const std::vector<TipTarget> targets = targetsOf(point);
-      const auto there = walk_.go(from, point, q, 0.9 * options_.accept, options_.ik.cancelled);
+      const auto there = step_path_.go(from, point, q, 0.9 * options_.accept, options_.ik.cancelled);
       if (!there)
         return false;
       IkAnswer answer = judge_.judge(targets, *there, branches);
@@ -161,7 +163,7 @@ class Walker {
              IkAnswer& answer) const {
     if (last_.tip.hasNaN() || cancelled())
       return false;
-    const auto there = walk_.go(last_, point, q, 0.9 * options_.accept, options_.ik.cancelled);
+    const auto there = step_path_.go(last_, point, q, 0.9 * options_.accept, options_.ik.cancelled);
     if (!there)
       return false;
     IkAnswer found = judge_.judge(targets, *there, branches_);
@@ -207,7 +209,7 @@ class Walker {
   void converge(const TrajectoryPoint& point, const std::vector<TipTarget>& targets, IkAnswer& answer) const {
     constexpr double kNearer = 0.99;
     constexpr int kTries = 3;
-    Walk::End end = walk_.converge(point, answer.q, options_.ik.cancelled);
+    StepPath::End end = step_path_.converge(point, answer.q, options_.ik.cancelled);
     for (int i = 0; i < kTries && end.error < kNearer * answer.largestError() && !cancelled(); ++i) {
       IkAnswer again = near_.solve(targets, end.q, branches_, true);
       if (again.reach == Reach::kReached && !jumps(end.q, again.q)) {
@@ -216,7 +218,7 @@ class Walker {
       }
       if (again.tips.empty() || !(again.largestError() < kNearer * end.error))
         break;
-      const Walk::End further = walk_.converge(point, again.q, options_.ik.cancelled);
+      const StepPath::End further = step_path_.converge(point, again.q, options_.ik.cancelled);
       if (!(further.error < kNearer * end.error))
         break;
       end = further;
@@ -230,7 +232,7 @@ class Walker {
     char distance[48];
     std::snprintf(distance, sizeof distance, "%.3g mm ", 1e3 * end.error);
     nearer.words = Arms::label(spec_.arm) + ": " + distance +
-                   std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, held back by ");
+                   std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, limited by ");
     for (std::size_t k = 0; k < end.limits.size(); ++k)
       nearer.words += (k > 0 ? ", " : "") + end.limits[k];
     answer = std::move(nearer);
@@ -304,7 +306,7 @@ class Walker {
   const TrajectorySpec& spec_;
   const FeasibilityOptions& options_;
   InverseKinematics near_, far_, judge_;
-  Walk walk_;
+  StepPath step_path_;
   std::vector<kinematics::Branch> branches_;
   TrajectoryPoint last_;  ///< where the tips are
   Reach edge_ = Reach::kReached;
@@ -332,7 +334,7 @@ FeasibilityReport checkTrajectory(const Arms& arms,
   FeasibilityReport report;
   if (spec.arm == spec.other_arm || std::min(spec.arm, spec.other_arm) < 0 ||
       std::max(spec.arm, spec.other_arm) >= arms.count()) {
-    report.start = "the trajectory names an arm that there is not";
+    report.start = "the trajectory does not name two different arms of the robot";
     return report;
   }
   Start begin = lookAt(arms, start, options.ik.demands);

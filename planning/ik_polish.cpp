@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "planning/ik_search.h"
+#include "planning/detail/ik_search.h"
 
 namespace tandem::planning {
 namespace {
@@ -23,13 +23,13 @@ bool kept(const PosePoint& point) {
 safety::RobotVector InverseKinematics::downhill(const PoseProblem& problem,
                                                 const safety::RobotVector& q,
                                                 std::mt19937_64& engine) const {
-  constexpr int kPatience = 2500, kMost = 20000;
+  constexpr int kMostWithoutGain = 2500, kMost = 20000;
   constexpr double kGain = 1e-12, kSmallest = -7.0;
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   std::normal_distribution<double> normal;
   safety::RobotVector best = q;
   double least = evaluate(problem, q).objective;
-  for (int i = 0, since = 0; i < kMost && since < kPatience && !cancelled(); ++i, ++since) {
+  for (int i = 0, since = 0; i < kMost && since < kMostWithoutGain && !cancelled(); ++i, ++since) {
     const int arm = static_cast<int>(engine() % static_cast<std::uint64_t>(arms_.count()));
     const int first = arms_.offset(arm), size = arms_.size(arm);
     const JointSampler& sampler = samplers_[static_cast<std::size_t>(arm)];

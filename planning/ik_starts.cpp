@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "kinematics/rigid_model.h"
-#include "planning/index.h"
+#include "planning/detail/index.h"
 #include "planning/inverse_kinematics.h"
 
 namespace tandem::planning {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "planning/ik_search.h"
-#include "planning/index.h"
+#include "planning/detail/ik_search.h"
+#include "planning/detail/index.h"
 
 namespace tandem::planning {
 namespace {
@@ -54,7 +54,7 @@ std::vector<ActiveLimit> heldBack(const Arms& arms, const PoseProblem& problem, 
 }
 
 /// Those of the arm; where there are none, all.
-std::string wordsOf(const std::vector<ActiveLimit>& limits, int arm) {
+std::string describeLimits(const std::vector<ActiveLimit>& limits, int arm) {
   const bool own = std::any_of(limits.begin(), limits.end(), [arm](const ActiveLimit& l) { return l.arm == arm; });
   std::string words;
   for (const ActiveLimit& limit : limits) {
@@ -230,7 +230,7 @@ void InverseKinematics::explain(Search& search) const {
   IkAnswer& best = search.best;
   if (best.tips.empty()) {
     best.reach = Reach::kIterationLimit;
-    best.words = "no solution was found within the limits of the iterations";
+    best.words = "no solution within the iteration limit; try more starts or another start configuration";
     return;
   }
   if (const Demands& needed = search.problem.demands; !search.broken && !cancelled()) {
@@ -253,13 +253,13 @@ void InverseKinematics::explain(Search& search) const {
     if (best.reach == Reach::kOutsideWorkspace)
       best.words += "beyond the edge of the workspace";
     else if (best.reach == Reach::kLimits)
-      best.words += "away, held back by " + wordsOf(best.limits, search.problem.targets[k].arm);
+      best.words += "away, limited by " + describeLimits(best.limits, search.problem.targets[k].arm);
     else if (best.reach == Reach::kUnstable)
-      best.words += "away; the pose itself needs an arm that is less stable than asked for";
+      best.words += "away; in the exact pose an arm is less stable than required";
     else if (best.reach == Reach::kArmsTouch)
-      best.words += "away; in the pose itself the arms are nearer to each other than asked for";
+      best.words += "away; in the exact pose the arms are closer to each other than required";
     else
-      best.words += "away; in the pose itself the arm is nearer to the port than asked for";
+      best.words += "away; in the exact pose an arm is closer to the port than required";
   }
 }
 
@@ -278,7 +278,9 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
             (!target.direction || std::abs(target.direction->norm() - 1.0) < 1e-6);
   }
   if (!valid) {
-    search.best.words = "a target or the reference is not finite, of the wrong size, or names no arm";
+    search.best.words =
+        "expected at least one target, all finite, for arms of the robot and with directions of length 1, and a finite "
+        "reference of all joints";
     return search.best;
   }
   search.problem = {&arms_, targets, reference, branches, false, keep_relative && targets.size() > 1, {}};

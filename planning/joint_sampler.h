@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Joint vectors inside the limits of a concentric tube arm. */
+/** @file Random sampling of joint vectors inside the limits of a concentric tube arm. */
 #pragma once
 
 #include <random>

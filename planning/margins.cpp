@@ -25,8 +25,8 @@ Margins::Margins(std::vector<const kinematics::ArmModel*> models, const control:
       gain_(parameters.barrier_gain),
       least_stability_(parameters.least_stability),
       least_distance_(parameters.least_distance) {
-  kinematics::BodyMaker::reserve(body_a_);
-  kinematics::BodyMaker::reserve(body_b_);
+  kinematics::BodyBuilder::reserve(body_a_);
+  kinematics::BodyBuilder::reserve(body_b_);
 }
 
 /// A new margin whose gradient is still zero.

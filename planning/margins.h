@@ -8,7 +8,7 @@
 #include "control/parameters.h"
 #include "control/solution.h"
 #include "control/step_problem.h"
-#include "kinematics/body_maker.h"
+#include "kinematics/body_builder.h"
 #include "planning/reference.h"
 #include "planning/tips.h"
 
@@ -68,7 +68,7 @@ class Margins {
   double period_, gain_, least_stability_, least_distance_;
   std::array<Margin, control::kMaxBarriers> margins_{};
   std::array<double, control::kMaxBarriers> reserve_{};  ///< r, by id
-  kinematics::BodyMaker bodies_;
+  kinematics::BodyBuilder bodies_;
   kinematics::Body body_a_, body_b_;
   kinematics::Tip tip_;
 };

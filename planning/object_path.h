@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Paths of a frame: lines, circles and Lissajous figures along selected translations and rotations. */
+/** @file Paths of the common object: lines, circles and Lissajous figures along selected translations and
+ * rotations. */
 #pragma once
 
 #include <Eigen/Geometry>

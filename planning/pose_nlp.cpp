@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planning/cancellable_nlp.h"
+#include "planning/detail/cancellable_nlp.h"
 #include "planning/pose_problem.h"
 
 namespace tandem::planning {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "control/conflict.h"
-#include "planning/index.h"
+#include "planning/detail/index.h"
 
 namespace tandem::planning {
 namespace {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The nonlinear programmes of inverse kinematics: what they minimise, under which constraints, and one solution
- * with Ipopt. */
+/** @file Nonlinear programmes of inverse kinematics: objective, constraints, solution with Ipopt. */
 #pragma once
 
 #include <functional>
@@ -99,7 +98,7 @@ Eigen::MatrixXd curvature(const PoseProblem& problem,
 
 struct PoseSolution {
   bool solved = false;     ///< Ipopt reached its tolerances
-  bool cancelled = false;  ///< the caller's wish
+  bool cancelled = false;  ///< requested by the caller
   bool iteration_limit = false;
   safety::RobotVector q;
   Eigen::VectorXd multipliers;        ///< of the constraints; positive: pushed at the upper bound

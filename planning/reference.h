@@ -40,7 +40,7 @@ struct Reference {
   int task_count = 0;
   std::array<TaskReference, kMaxTasks> tasks{};
   safety::RobotVector posture;  ///< q_p of all arms' joints, stacked, m and rad; empty: none
-  ObjectReference frame;        ///< of a task of kind kObjectPose
+  ObjectReference object;       ///< of a task of kind kObjectPose
 };
 
 }  // namespace tandem::planning

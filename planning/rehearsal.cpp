@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "control/holding.h"
+#include "planning/detail/index.h"
 #include "planning/follower.h"
-#include "planning/index.h"
 #include "safety/gate.h"
 
 namespace tandem::planning {
@@ -56,7 +56,7 @@ class IdealJoints {
   safety::RobotVector q_, velocity_;
 };
 
-std::string wordsOfEnd(const Rehearsal& rehearsal, control::Method method, const std::string& detail) {
+std::string describeEnd(const Rehearsal& rehearsal, control::Method method, const std::string& detail) {
   const std::string who(control::name(method));
   const std::string where = " at point " + std::to_string(rehearsal.point);
   switch (rehearsal.end) {
@@ -66,18 +66,18 @@ std::string wordsOfEnd(const Rehearsal& rehearsal, control::Method method, const
                     1e3 * rehearsal.tip_error, 1e3 * rehearsal.relative_error);
       std::string text = who + " stalls" + where + errors;
       if (rehearsal.held.empty())
-        return text + "no limit holds it: the edge of the workspace, or no progress in the iterations of a point";
-      text += "held by ";
+        return text + "no active limit: the edge of the workspace, or too few iterations for the point";
+      text += "limited by ";
       for (std::size_t i = 0; i < rehearsal.held.size(); ++i)
         text += (i > 0 ? ", " : "") + rehearsal.held[i];
       return text;
     }
     case RehearsalEnd::kModel:
-      return who + where + " leads the arms to where the model cannot answer: " + detail;
+      return who + where + ": the kinematic model has no solution: " + detail;
     case RehearsalEnd::kSolver:
       return who + where + ": " + detail;
     case RehearsalEnd::kGateRefuses:
-      return who + where + " asks for a step that the gate refuses";
+      return who + where + ": the gate refuses the step";
     case RehearsalEnd::kCancelled:
       return "cancelled";
     case RehearsalEnd::kInvalid:
@@ -153,7 +153,7 @@ class Run {
       result_.point = point;
     result_.iterations = follower_.progress().total_iterations;
     result_.q = joints_.position();
-    result_.words = wordsOfEnd(result_, options_.method, detail);
+    result_.words = describeEnd(result_, options_.method, detail);
     return result_;
   }
 
@@ -176,7 +176,9 @@ Rehearsal rehearse(const Arms& arms,
   Rehearsal invalid;
   const bool known = std::min(spec.arm, spec.other_arm) >= 0 && std::max(spec.arm, spec.other_arm) < arms.count();
   if (!known || start.size() != arms.jointCount() || !start.allFinite()) {
-    invalid.words = "the trajectory names an arm that there is not, or the start is not one of this robot";
+    invalid.words =
+        "the trajectory names an arm that the robot does not have, or the start is not finite or has another number of "
+        "joints";
     return invalid;
   }
   try {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planning/detail/index.h"
 #include "planning/feasibility.h"
-#include "planning/index.h"
 
 namespace tandem::planning {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planning/index.h"
+#include "planning/detail/index.h"
 
 namespace tandem::planning {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "planning/cancellable_nlp.h"
+#include "planning/detail/cancellable_nlp.h"
 
 namespace tandem::planning {
 namespace {

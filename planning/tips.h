@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tip poses: from the model, followed along the joint path, or from a tip tracker. */
+/** @file Sources of tip poses: the kinematic model, followed along the joint path, or a tip tracker. */
 #pragma once
 
 #include <Eigen/Core>

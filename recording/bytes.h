@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Little-endian bytes of MCAP records: one end that writes them, one that reads them and never beyond their end.
- */
+/** @file Bounds-checked little-endian byte reader and writer for MCAP records. */
 #pragma once
 
 #include <bit>

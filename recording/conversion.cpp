@@ -123,7 +123,7 @@ void Conversion::compare(const std::string& from, const std::string& to, const s
     }
     reordered_ = reordered_ || i >= before.size() || before[i].name != field.name;
     if (old->kind != field.kind || old->count != field.count) {
-      unlike_.push_back(path + field.name + ": " + typeName(*old) + " before, " + typeName(field) + " after");
+      mismatched_.push_back(path + field.name + ": " + typeName(*old) + " before, " + typeName(field) + " after");
       continue;
     }
     if (old->length != field.length)
@@ -136,7 +136,7 @@ void Conversion::compare(const std::string& from, const std::string& to, const s
 }
 
 std::optional<std::string> Conversion::operator()(std::string_view bytes) const {
-  if (!unlike_.empty() || !fits(from_, bytes))
+  if (!mismatched_.empty() || !fits(from_, bytes))
     return std::nullopt;
   Cdr cdr(bytes);
   CdrSink sink;

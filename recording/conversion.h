@@ -18,10 +18,10 @@ class Conversion {
   Conversion(Definition from, Definition to);
 
   /// Whether there is anything to convert.
-  bool same() const { return added_.empty() && dropped_.empty() && unlike_.empty() && !reordered_; }
-  const std::vector<std::string>& added() const { return added_; }      ///< "recovery", "hardware_count[16..23]"
-  const std::vector<std::string>& dropped() const { return dropped_; }  ///< in the same words
-  const std::vector<std::string>& unlike() const { return unlike_; }    ///< "mass: float32 before, string after"
+  bool same() const { return added_.empty() && dropped_.empty() && mismatched_.empty() && !reordered_; }
+  const std::vector<std::string>& added() const { return added_; }            ///< "recovery", "hardware_count[16..23]"
+  const std::vector<std::string>& dropped() const { return dropped_; }        ///< in the same words
+  const std::vector<std::string>& mismatched() const { return mismatched_; }  ///< "mass: float32 before, string after"
 
   /// @return nothing where the bytes do not fit the old definition, or members are unlike.
   std::optional<std::string> operator()(std::string_view bytes) const;
@@ -30,7 +30,7 @@ class Conversion {
   void compare(const std::string& from, const std::string& to, const std::string& path, int depth);
 
   Definition from_, to_;
-  std::vector<std::string> added_, dropped_, unlike_;
+  std::vector<std::string> added_, dropped_, mismatched_;
   bool reordered_ = false;
 };
 

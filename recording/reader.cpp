@@ -75,7 +75,7 @@ std::string Reader::bytes(std::uint64_t offset, std::uint64_t length) {
   return out;
 }
 
-void Reader::tell(std::uint64_t offset, const std::string& what) {
+void Reader::report(std::uint64_t offset, const std::string& what) {
   const std::string text = file_.string() + ": at byte " + std::to_string(offset) + ": " + what;
   if (std::find(damage_.begin(), damage_.end(), text) == damage_.end())
     damage_.push_back(text);
@@ -108,7 +108,7 @@ bool Reader::readSummary() {
       return false;
     const std::string summary = bytes(start, size_ - kMagic.size() - 4 - start);
     if (crc != 0 && crc32(summary) != crc) {
-      tell(start, "the checksum of the summary is wrong; the whole file is looked at");
+      report(start, "the checksum of the summary is wrong; the whole file is looked at");
       return false;
     }
     const std::string first = bytes(kMagic.size(), kRecordHead);
@@ -121,7 +121,7 @@ bool Reader::readSummary() {
     // A file without an index of its chunks, or with messages outside of them.
     return statistics_.chunks == parts_.size() && (statistics_.messages == 0 || !parts_.empty());
   } catch (const std::out_of_range& error) {
-    tell(size_ - kTail, std::string("the summary is damaged: ") + error.what());
+    report(size_ - kTail, std::string("the summary is damaged: ") + error.what());
     return false;
   }
 }
@@ -197,7 +197,7 @@ void Reader::takeAttachment(std::uint64_t offset, const std::string& content) {
   source.raw(source.number<std::uint64_t>());
   const auto crc = source.number<std::uint32_t>();
   if (crc != 0 && crc32(std::string_view(content).substr(0, content.size() - 4)) != crc)
-    tell(offset, "the checksum of attachment " + attachment.name + " is wrong");
+    report(offset, "the checksum of attachment " + attachment.name + " is wrong");
   attachments_.push_back(std::move(attachment));
   attachment_extents_.push_back({offset, kRecordHead + content.size()});
 }
@@ -217,14 +217,14 @@ void Reader::scan() {
     try {
       more = scanRecord(headOf(head).opcode, offset, content, crc);
     } catch (const std::out_of_range& error) {
-      tell(offset, std::string("a record is damaged: ") + error.what());
+      report(offset, std::string("a record is damaged: ") + error.what());
     }
     crc = crc32(content, crc32(head, crc));
     offset += kRecordHead + content.size();
   }
   finished_ = !more && size_ - offset >= kTail && bytes(size_ - kMagic.size(), kMagic.size()) == kMagic;
   if (!finished_)
-    tell(offset, "the file is not finished; what is before is whole");
+    report(offset, "the file is incomplete; all records before this point are valid");
 }
 
 /// @return false at the end of the data.
@@ -257,7 +257,7 @@ bool Reader::scanRecord(Opcode opcode, std::uint64_t offset, const std::string& 
     case Opcode::kDataEnd: {
       const auto crc = source.number<std::uint32_t>();
       if (crc != 0 && crc != crc_before) {
-        tell(offset, "the checksum of the data is wrong");
+        report(offset, "the checksum of the data is wrong");
         leaveOutUnchecked(offset);
       }
       return false;
@@ -272,7 +272,7 @@ bool Reader::scanRecord(Opcode opcode, std::uint64_t offset, const std::string& 
 void Reader::leaveOutUnchecked(std::uint64_t offset) {
   const auto left_out = std::erase_if(parts_, [](const Part& part) { return !part.is_chunk; });
   if (left_out > 0)
-    tell(offset, std::to_string(left_out) + " messages outside of chunks are left out");
+    report(offset, std::to_string(left_out) + " messages outside of chunks are left out");
 }
 
 void Reader::scanChunk(std::uint64_t offset, const std::string& content) {
@@ -292,7 +292,7 @@ void Reader::scanChunk(std::uint64_t offset, const std::string& content) {
     ++statistics_.chunks;
     parts_.push_back(part);
   } catch (const std::runtime_error& error) {
-    tell(offset, std::string("a chunk is left out: ") + error.what());
+    report(offset, std::string("a chunk is left out: ") + error.what());
   }
 }
 
@@ -348,7 +348,7 @@ void Reader::load(const Part& part, const Selection& selection, Loaded& loaded) 
   const auto take = [&](const std::shared_ptr<const std::string>& records, const Message& message) {
     const auto channel = channels_.find(message.channel);
     if (channel == channels_.end()) {
-      tell(part.offset, "a message of a channel that is not in the file");
+      report(part.offset, "a message of a channel that is not in the file");
     } else if (message.log_time >= selection.from && message.log_time <= selection.to &&
                (!selection.channel || selection.channel(channel->second))) {
       loaded.queue.push({loaded.next++, records, message});
@@ -369,7 +369,7 @@ void Reader::load(const Part& part, const Selection& selection, Loaded& loaded) 
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
-    tell(part.offset, std::string("a chunk is left out: ") + error.what());
+    report(part.offset, std::string("a chunk is left out: ") + error.what());
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Reads MCAP files, whole ones by their index, unfinished and damaged ones by streaming what there is.
+/** @file MCAP reader: complete files by index, unfinished and damaged files by streaming. A truncated file yields all
+ * records before the cut.
  *
  * Cut at any byte, a file gives what was whole before. A chunk whose checksum is wrong is left out, and reported.
  */
@@ -67,7 +68,7 @@ class Reader {
   struct Loaded;
 
   std::string bytes(std::uint64_t offset, std::uint64_t length);
-  void tell(std::uint64_t offset, const std::string& what);
+  void report(std::uint64_t offset, const std::string& what);
   bool readSummary();
   void takeSummary(std::string_view summary);
   void forget();

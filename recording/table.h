@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Messages of one topic as a wide table: a row a message, a column a member. */
+/** @file Wide table of the messages of one topic: one row per message, one column per member. */
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Writes MCAP files: chunks with message indices, attachments, metadata, and a summary with an index of it all.
+/** @file MCAP writer: chunks with message indices, attachments, metadata, and a summary with index. Data passed by
+ * flush() survives a crash of the process.
  *
  * What flush() has handed over survives the death of the process: readers stream a file without summary. Where the disk
  * is full the file is cut back to its last whole record, so that it stays readable.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Appearance of a robot: bodies of its arms and the object that they hold, for drawings. */
+/** @file Geometry of a robot for display: bodies of its arms, and the grasped object. */
 #pragma once
 
 #include <Eigen/Geometry>

@@ -63,14 +63,14 @@ std::vector<control::Task> AssistedMechanism::lowerTasks(double gain) const {
   return {task};
 }
 
-std::vector<std::pair<std::string, double>> AssistedMechanism::facts() const {
+std::vector<std::pair<std::string, double>> AssistedMechanism::columns() const {
   const Eigen::Vector3d normal = chain_.contact.linear().col(2);
   const Eigen::Vector3d force = chain_.wrench.head<3>();
   return {{"push_N", chain_.push},
           {"across_N", (force - normal.dot(force) * normal).norm()},
           {"moment_Nm", chain_.wrench.tail<3>().norm()},
-          {"beyond_mm",
-           1e3 * assist::beyondAlone(relation_.pair.target.arm, robot_.range(), chain_.tip.pose.translation())}};
+          {"beyond_mm", 1e3 * assist::distanceBeyondReach(relation_.pair.target.arm, robot_.range(),
+                                                          chain_.tip.pose.translation())}};
 }
 
 std::vector<Eigen::Isometry3d> AssistedMechanism::tips() const {

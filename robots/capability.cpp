@@ -19,11 +19,11 @@ std::string typesWith(Capability capability) {
 std::string reason(Capability capability, const std::string& found) {
   switch (capability) {
     case Capability::kTips:
-      return found + " move a common object, not each its own tip";
+      return found + " move a common object; their tips cannot be commanded one by one";
     case Capability::kCommonPath:
       return "each tip of " + found + " follows a reference of its own";
     case Capability::kComputation:
-      return "nothing is planned for " + found + " before they move";
+      return "planning before the motion is not available for " + found;
   }
   return {};
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Capabilities of robots: functions that one type has and another one lacks. Rooms above `robots` know no types.
- */
+/** @file Capabilities of robots: functions that one type has and another one lacks. Code outside `robots` and
+ * `config` checks capabilities, not types. */
 #pragma once
 
 #include <cstdint>

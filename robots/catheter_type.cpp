@@ -37,7 +37,7 @@ class CatheterType final : public RobotType {
     return std::make_unique<AssistedMechanism>(fileOf(robot));
   }
 
-  const config::HeldObject* heldObject(const config::Robot& robot) const noexcept override {
+  const config::GraspedObject* graspedObject(const config::Robot& robot) const noexcept override {
     return fileOf(robot).object ? &*fileOf(robot).object : nullptr;
   }
 };

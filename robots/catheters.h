@@ -5,13 +5,13 @@
 #include <memory>
 
 #include "config/cooperative.h"
-#include "kinematics/grasp/held.h"
+#include "kinematics/grasp/grasped_object.h"
 #include "robots/mechanism.h"
 
 namespace tandem::robots {
 
 /** Arms that grasp one object (section III of Norouzi-Ghazbi et al.), as Cosserat rods under their contact forces: see
- * kinematics/grasp/held.h. higherTasks() controls the internal forces. With Z their basis and C the contacts'
+ * kinematics/grasp/grasped_object.h. higherTasks() controls the internal forces. With Z their basis and C the contacts'
  * compliance,
  *
  *   Z^T C d(f - f*)/dq qdot = gain Z^T C (f* - f),
@@ -33,20 +33,20 @@ class GraspedObjectMechanism final : public Mechanism {
   double length() const override;
   std::vector<control::Task> higherTasks(double gain) const override;
   double residual() const override;
-  std::string impossible() const override;
-  std::string trouble() const override { return troubleOf(rest()); }
-  std::vector<std::pair<std::string, double>> facts() const override;
+  std::string infeasibility() const override;
+  std::string error() const override { return errorOf(rest()); }
+  std::vector<std::pair<std::string, double>> columns() const override;
   std::vector<Eigen::Isometry3d> tips() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
   /// Why an equilibrium cannot be used, for example because a contact slips; empty: it can.
-  std::string troubleOf(const kinematics::grasp::Hold& rest) const;
-  const kinematics::grasp::HeldObject& model() const;
+  std::string errorOf(const kinematics::grasp::GraspEquilibrium& rest) const;
+  const kinematics::grasp::GraspedObject& model() const;
   const RobotVector& joints() const;  ///< of the last equilibrium
   const kinematics::grasp::Grasp& grasp() const;
   const kinematics::grasp::GraspState& state() const;
   /// The last equilibrium with its derivatives by joints and loads.
-  const kinematics::grasp::Hold& rest() const;
+  const kinematics::grasp::GraspEquilibrium& rest() const;
   /// Stiffness of the object's pose under the present loads, robot base frame.
   kinematics::grasp::Matrix6 stiffness() const;
   /// Contribution of one arm to it at the object's origin, without the geometric stiffness of forces that turn with the
@@ -72,7 +72,7 @@ class AssistedMechanism final : public Mechanism {
   double length() const override { return length_; }
   std::vector<control::Task> lowerTasks(double gain) const override;
   double residual() const override { return chain_.gap; }
-  std::vector<std::pair<std::string, double>> facts() const override;
+  std::vector<std::pair<std::string, double>> columns() const override;
   std::vector<Eigen::Isometry3d> tips() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 

@@ -50,13 +50,13 @@ class Mechanism {
 
   /// Why the specified contact forces cannot hold the object, for example because contacts would slip; empty: they can.
   /// Checked before the arms move.
-  virtual std::string impossible() const { return {}; }
+  virtual std::string infeasibility() const { return {}; }
   /// Why this equilibrium cannot be used, for example because a contact slips; empty: it can.
-  virtual std::string trouble() const { return {}; }
+  virtual std::string error() const { return {}; }
   /// Residual of higherTasks(), m; 0 without such tasks.
   virtual double residual() const { return 0.0; }
   /// Further numbers of this equilibrium: name with unit, and value. They are columns of the table.
-  virtual std::vector<std::pair<std::string, double>> facts() const { return {}; }
+  virtual std::vector<std::pair<std::string, double>> columns() const { return {}; }
   /// Poses of the tool tips, robot base frame; empty if unknown.
   virtual std::vector<Eigen::Isometry3d> tips() const { return {}; }
   /// Points along each arm for drawings, m, robot base frame.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "robots/path_run.h"
+#include "robots/detail/path_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,9 +38,9 @@ void PathRun::resume() {
 }
 
 /// Why the path cannot start at the present equilibrium.
-std::string PathRun::refusalHere() const {
-  const std::string trouble = follower_.mechanism().trouble();
-  return trouble.empty() ? refusal(follower_.mechanism(), path_) : trouble;
+std::string PathRun::refusalAtPresentPose() const {
+  const std::string error = follower_.mechanism().error();
+  return error.empty() ? refusal(follower_.mechanism(), path_) : error;
 }
 
 std::string PathRun::start(const std::string& text, const Measured& now, std::vector<RobotVector>) {
@@ -51,11 +51,11 @@ std::string PathRun::start(const std::string& text, const Measured& now, std::ve
     return "no valid actuation/state yet";
   if (const std::string why = follower_.solveEquilibrium(now.joints); !why.empty())
     return "no equilibrium at the present joints: " + why;
-  if (const std::string why = follower_.mechanism().impossible(); !why.empty())
+  if (const std::string why = follower_.mechanism().infeasibility(); !why.empty())
     return why;
   path_ = path;
   const bool ready = follower_.mechanism().residual() <= kPrepared * options_.most_drift;
-  if (const std::string why = ready ? refusalHere() : ""; !why.empty())
+  if (const std::string why = ready ? refusalAtPresentPose() : ""; !why.empty())
     return why;
   part_ = Part::kBefore;
   start_ = follower_.mechanism().pose();
@@ -67,24 +67,24 @@ std::string PathRun::start(const std::string& text, const Measured& now, std::ve
   return {};
 }
 
-void PathRun::ask(const planning::ObjectReference& frame) {
+void PathRun::ask(const planning::ObjectReference& object) {
   reference_.task_count = 1;
   reference_.tasks[0].kind = planning::TaskKind::kObjectPose;
-  reference_.tasks[0].position = frame.position;
-  reference_.frame = frame;
-  wanted_ = planning::poseOf(frame.after(options_.parameters.period));
+  reference_.tasks[0].position = object.position;
+  reference_.object = object;
+  wanted_ = planning::poseOf(object.after(options_.parameters.period));
 }
 
 /// Why the run cannot go on from the present equilibrium.
 std::string PathRun::judge() const {
   const Mechanism& mechanism = follower_.mechanism();
   std::string why;
-  if (std::string trouble = mechanism.trouble(); !trouble.empty())
-    why = trouble;
+  if (std::string error = mechanism.error(); !error.empty())
+    why = error;
   else if (mechanism.residual() > options_.most_drift)
-    why = "contacts drift by " + millimetres(mechanism.residual()) + ", more than " + millimetres(options_.most_drift);
+    why = "contact residual is " + millimetres(mechanism.residual()) + ", allowed " + millimetres(options_.most_drift);
   else if (progress_.tip_error > options_.most_error)
-    why = "the path is left by " + millimetres(progress_.tip_error) + ", more than " + millimetres(options_.most_error);
+    why = "path error is " + millimetres(progress_.tip_error) + ", allowed " + millimetres(options_.most_error);
   else
     return {};
   return "at " + std::to_string(std::max(0, progress_.iteration - 1) * options_.parameters.period).substr(0, 6) +
@@ -94,15 +94,16 @@ std::string PathRun::judge() const {
 /// Keeps the object at its start until the path can begin.
 std::string PathRun::before() {
   if (follower_.mechanism().residual() <= kPrepared * options_.most_drift) {
-    if (std::string why = refusalHere(); !why.empty())
+    if (std::string why = refusalAtPresentPose(); !why.empty())
       return why;
     part_ = Part::kAlong;
     start_ = follower_.mechanism().pose();
     periods_ = 0;
     return along();
   }
-  if (periods_++ * options_.parameters.period >= options_.patience)
-    return "before the path: " + kContactsNotReady;
+  if (periods_++ * options_.parameters.period >= options_.preparation_time)
+    return "before the path: " + kContactsNotReady + " (residual " + millimetres(follower_.mechanism().residual()) +
+           ", allowed " + millimetres(kPrepared * options_.most_drift) + ")";
   ask(planning::heldReference(path_, start_));
   return {};
 }
@@ -120,16 +121,15 @@ std::string PathRun::along() {
 }
 
 std::string PathRun::atEnd() {
-  reference_.frame.feed_forward.setZero();
+  reference_.object.feed_forward.setZero();
   if (progress_.tip_error <= kTolerance) {
     progress_.phase = Phase::kFinished;
     progress_.converged_points = kPoints;
     return {};
   }
-  if (periods_++ * options_.parameters.period < kPatience)
+  if (periods_++ * options_.parameters.period < kTimeout)
     return {};
-  return "the end of the path is missed by " + millimetres(progress_.tip_error) + ", more than " +
-         millimetres(kTolerance);
+  return "error at the end of the path is " + millimetres(progress_.tip_error) + ", allowed " + millimetres(kTolerance);
 }
 
 std::string PathRun::next() {
@@ -146,7 +146,7 @@ std::string PathRun::next() {
 std::string PathRun::update(const Measured& now, planning::Reference& reference) {
   if (progress_.phase != Phase::kRunning && progress_.phase != Phase::kPaused)
     return {};
-  std::string why = now.joints.size() == 0 ? "the measured joints are not valid" : goOn(now.joints);
+  std::string why = now.joints.size() == 0 ? "the measured joints are not valid" : step(now.joints);
   if (!why.empty())
     fail();
   else if (progress_.phase != Phase::kFinished)
@@ -155,7 +155,7 @@ std::string PathRun::update(const Measured& now, planning::Reference& reference)
 }
 
 /// @return empty, or why the run failed
-std::string PathRun::goOn(const RobotVector& q) {
+std::string PathRun::step(const RobotVector& q) {
   if (const std::string why = follower_.solveEquilibrium(q); !why.empty())
     return "no equilibrium at the present joints: " + why;
   if (progress_.total_iterations > 0)
@@ -165,8 +165,8 @@ std::string PathRun::goOn(const RobotVector& q) {
   if (progress_.phase == Phase::kPaused) {
     if (progress_.total_iterations == 0)
       ask(planning::heldReference(path_, follower_.mechanism().pose()));
-    reference_.frame.feed_forward.setZero();
-    wanted_ = planning::poseOf(reference_.frame);
+    reference_.object.feed_forward.setZero();
+    wanted_ = planning::poseOf(reference_.object);
     return {};
   }
   std::string why = next();

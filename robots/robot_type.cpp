@@ -52,6 +52,6 @@ std::unique_ptr<Mechanism> RobotType::makeMechanism(const config::Robot&) const 
   throw std::invalid_argument("found " + description() + ", expected a type whose arms move a common object");
 }
 
-const config::HeldObject* RobotType::heldObject(const config::Robot&) const noexcept { return nullptr; }
+const config::GraspedObject* RobotType::graspedObject(const config::Robot&) const noexcept { return nullptr; }
 
 }  // namespace tandem::robots

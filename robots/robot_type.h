@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot type: interface of all that differs between the types of robots. docs/own-robot-type.md adds one. */
+/** @file Robot type: interface of everything type-specific. docs/own-robot-type.md adds one. */
 #pragma once
 
 #include <memory>
@@ -37,7 +37,7 @@ class RobotType {
   /// Capability::kCommonPath. @param robot  outlives the mechanism
   virtual std::unique_ptr<Mechanism> makeMechanism(const config::Robot& robot) const;
   /// The object that the arms hold; null: none.
-  virtual const config::HeldObject* heldObject(const config::Robot& robot) const noexcept;
+  virtual const config::GraspedObject* graspedObject(const config::Robot& robot) const noexcept;
 };
 
 /// The type of a robot. @throw std::invalid_argument for a robot whose type is not listed.

@@ -2,9 +2,9 @@
 #include "robots/run.h"
 
 #include "robots/capability.h"
-#include "robots/path_run.h"
+#include "robots/detail/path_run.h"
+#include "robots/detail/trajectory_run.h"
 #include "robots/robot_model.h"
-#include "robots/trajectory_run.h"
 
 namespace tandem::robots {
 

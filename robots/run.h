@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Run: interface of motions that planning gives references for, one for each control period. */
+/** @file Run: interface of a motion for which planning generates one reference per control period. */
 #pragma once
 
 #include <array>

@@ -99,18 +99,19 @@ class NotedRun {
   std::string prepare(TrackRecord& record) {
     if (const std::string why = mechanism_.solveEquilibrium(joints_); !why.empty())
       return "home: " + why;
-    for (const auto& [name, value] : mechanism_.facts())
+    for (const auto& [name, value] : mechanism_.columns())
       record.names.push_back(name);
-    if (const std::string why = mechanism_.impossible(); !why.empty())
+    if (const std::string why = mechanism_.infeasibility(); !why.empty())
       return why;
     const double period = options_.parameters.period;
     const planning::ObjectReference held = planning::heldReference(path_, mechanism_.pose());
-    for (double left = options_.patience; mechanism_.residual() > kPrepared * options_.most_drift; left -= period) {
+    for (double left = options_.preparation_time; mechanism_.residual() > kPrepared * options_.most_drift;
+         left -= period) {
       const std::string why = step(-left, held, record);
       if (!why.empty() || left < period)
         return "before the path: " + (why.empty() ? kContactsNotReady : why);
     }
-    return mechanism_.trouble();
+    return mechanism_.error();
   }
 
   /// A period of following. @return empty, or why there is none
@@ -153,8 +154,8 @@ TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double
   step.joints = joints;
   step.pose = mechanism.pose();
   step.drift = mechanism.residual();
-  for (const auto& [name, value] : mechanism.facts())
-    step.facts.push_back(value);
+  for (const auto& [name, value] : mechanism.columns())
+    step.columns.push_back(value);
   return step;
 }
 
@@ -177,16 +178,15 @@ void judge(const TrackOptions& options, TrackRecord& record) {
   };
   if (record.stopped.empty() && record.max_drift > options.most_drift)
     record.stopped =
-        "contacts drift by " + millimetres(record.max_drift) + ", more than " + millimetres(options.most_drift);
+        "contact residual is " + millimetres(record.max_drift) + ", allowed " + millimetres(options.most_drift);
   if (record.stopped.empty() && record.max_error > options.most_error)
-    record.stopped =
-        "the path is left by " + millimetres(record.max_error) + ", more than " + millimetres(options.most_error);
+    record.stopped = "path error is " + millimetres(record.max_error) + ", allowed " + millimetres(options.most_error);
 }
 
-Movability movability(const Mechanism& mechanism, const std::vector<int>& tracked) {
+MotionSpace motionSpace(const Mechanism& mechanism, const std::vector<int>& tracked) {
   const Spaces spaces = motionSpaces(mechanism, tracked);
   const double length = mechanism.length();
-  Movability result;
+  MotionSpace result;
   result.movable = twistsOf(kinematics::grasp::readable(spaces.range), tracked, length);
   result.missing = twistsOf(kinematics::grasp::readable(spaces.rest), tracked, length);
   return result;
@@ -206,12 +206,12 @@ std::string refusal(const Mechanism& mechanism, const ObjectPath& path) {
   }
   if (impossible.empty())
     return "";
-  const Movability can = movability(mechanism, tracked);
-  return "the path asks for " + impossible +
-         (path.held == Hold::kAll      ? " with all else held"
-          : path.held == Hold::kPlaces ? " with the place held"
+  const MotionSpace can = motionSpace(mechanism, tracked);
+  return "the path requires " + impossible +
+         (path.held == Hold::kAll      ? " with all other components held"
+          : path.held == Hold::kPlaces ? " with the position held"
                                        : "") +
-         "; possible: " + listed(can.movable, length) + "; missing: " + listed(can.missing, length);
+         "; possible: " + listed(can.movable, length) + "; not possible: " + listed(can.missing, length);
 }
 
 TrackRecord track(Mechanism& mechanism,
@@ -233,7 +233,7 @@ TrackRecord track(Mechanism& mechanism,
   for (int k = 0; k < steps && record.stopped.empty(); ++k) {
     record.stopped = run.step(k * period, planning::pathReference(path, start, k * period, period), record);
     if (record.stopped.empty())
-      record.stopped = mechanism.trouble();
+      record.stopped = mechanism.error();
     if (!record.stopped.empty())
       record.stopped = "at " + std::to_string(k * period).substr(0, 6) + " s: " + record.stopped;
     if (progress)

@@ -25,21 +25,21 @@ inline const std::string kContactsNotReady = "contact constraints are not satisf
 struct TrackOptions {
   control::Method method = control::Method::kNspqp;
   control::MethodParameters parameters;
-  double gain = 5.0;         ///< 1/s, of all errors
-  double patience = 20.0;    ///< s, for the contact constraints to be satisfied before the path begins
-  double most_drift = 1e-4;  ///< m: a run with a larger residual of the contact constraints fails
+  double gain = 5.0;               ///< 1/s, of all errors
+  double preparation_time = 20.0;  ///< s, for the contact constraints to be satisfied before the path begins
+  double most_drift = 1e-4;        ///< m: a run with a larger residual of the contact constraints fails
   double most_error = 1e-3;  ///< m: a run with a larger error of the tracked components fails (radians times length())
 };
 
 /** One period. */
 struct TrackStep {
-  double time = 0.0;          ///< s; below zero before the path begins
-  RobotVector joints;         ///< m, rad
-  Eigen::Isometry3d pose;     ///< of the object
-  double error = 0.0;         ///< of the tracked components, m; radians times length()
-  double drift = 0.0;         ///< see Mechanism::residual(), m
-  std::vector<double> facts;  ///< see Mechanism::facts()
-  int active_limits = 0;      ///< number of limits that the joint velocities meet
+  double time = 0.0;            ///< s; below zero before the path begins
+  RobotVector joints;           ///< m, rad
+  Eigen::Isometry3d pose;       ///< of the object
+  double error = 0.0;           ///< of the tracked components, m; radians times length()
+  double drift = 0.0;           ///< see Mechanism::residual(), m
+  std::vector<double> columns;  ///< see Mechanism::columns()
+  int active_limits = 0;        ///< number of limits that the joint velocities meet
   control::SolveStatus status = control::SolveStatus::kSolved;
 };
 
@@ -51,7 +51,7 @@ TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double
 struct TrackRecord {
   std::string refused;             ///< why the run did not start; empty: it did
   std::string stopped;             ///< why the run failed; empty: it did not
-  std::vector<std::string> names;  ///< of facts
+  std::vector<std::string> names;  ///< of columns
   std::vector<TrackStep> steps;
   double rms_error = 0.0, max_error = 0.0, max_drift = 0.0;           ///< along the path, m
   std::vector<std::vector<Eigen::Vector3d>> first_shape, last_shape;  ///< see Mechanism::shapes()
@@ -63,10 +63,10 @@ struct TrackRecord {
 void judge(const TrackOptions& options, TrackRecord& record);
 
 /** Tracked directions in which the object can and cannot move while higherTasks() is satisfied; columns are twists. */
-struct Movability {
+struct MotionSpace {
   Eigen::Matrix<double, 6, Eigen::Dynamic> movable, missing;
 };
-Movability movability(const Mechanism& mechanism, const std::vector<int>& tracked);
+MotionSpace motionSpace(const Mechanism& mechanism, const std::vector<int>& tracked);
 
 /// Why a mechanism cannot follow a path from its equilibrium; empty: it can.
 std::string refusal(const Mechanism& mechanism, const ObjectPath& path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "robots/trajectory_run.h"
+#include "robots/detail/trajectory_run.h"
 
 #include <stdexcept>
 #include <utility>

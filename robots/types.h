@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Implementations of RobotType, for its table alone. */
+/** @file Declarations of all RobotType implementations; only for the table in robot_type.cpp. */
 #pragma once
 
 #include "robots/robot_type.h"

@@ -56,7 +56,7 @@ void ArmSupervisor::latch(const FaultRecord& record) noexcept {
     return;
   // A lost joint may go on to say what is wrong with it; a stop, or a fault of another kind, is news.
   const bool news = machine_.state() != OperatingState::kFault || (record.faults & ~machine_.faults()) != 0;
-  spent_ = spent_ || (wished_ && news);
+  recover_consumed_ = recover_consumed_ || (recover_requested_ && news);
   if (machine_.state() != OperatingState::kFault)
     record_ = record;
   machine_.latch(record.faults);
@@ -102,7 +102,7 @@ void ArmSupervisor::enable(const ArmVector& measured, const FaultRecord& present
     latch(present);  // says why the arm cannot be enabled
     return;
   }
-  if (const Excess outside = largestExcess(limits_, measured); !(outside.amount <= kAtRest)) {
+  if (const LimitViolation outside = worstLimitViolation(limits_, measured); !(outside.amount <= kAtRest)) {
     latch({bit(Fault::kDrive), FaultCause::kOutsideLimits, static_cast<std::uint8_t>(outside.joint), outside.amount,
            0.0});
     return;
@@ -119,7 +119,7 @@ void ArmSupervisor::recover(const ArmVector& measured, JointMask lost) noexcept 
   if (!machine_.command(StateCommand::kRecover))
     return;
   record_ = {};
-  spent_ = true;
+  recover_consumed_ = true;
   setSpeeds(true, lost);
   place(measured);
 }
@@ -158,7 +158,7 @@ void ArmSupervisor::applyRequest(const ArmRequest& request,
       machine_.command(StateCommand::kResume, present.faults);
       return;
     case DriveRequest::kRecover:
-      if (present.faults == 0 && !spent_ && !request.unseen)
+      if (present.faults == 0 && !recover_consumed_ && !request.unseen)
         recover(measured, request.lost);
       return;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The drive side of one arm, without the drives: state machine, gate, interpolation, stop ramp and watchdog.
+/** @file Arm supervisor: state machine, gate, interpolation, stop ramp and watchdog of one arm; hal and sim share it.
  *
  * hal and sim run the same object. It turns commands, which come once per control period, into a reference for the
  * joints at the period of the bus, and it decides when there is none. */
@@ -82,13 +82,13 @@ class ArmSupervisor {
   /// ENABLED or PAUSED to be recovered: slow, inwards, without the joints in lost().
   bool recovering() const noexcept { return recovering_ && powered(); }
   JointMask lost() const noexcept { return recovering() ? lost_ : JointMask{0}; }
-  /// Once per command: whether it asks to recover. One wish gives power once: what latches while it lasts, or after it
-  /// was granted, is not cleared by its repetitions, only by a wish that follows other commands.
-  void noteWish(bool recover) noexcept {
-    wished_ = recover;
-    spent_ = spent_ && recover;
+  /// Once per command: whether it asks to recover. One request gives power once: what latches while it lasts, or after
+  /// it was granted, is not cleared by its repetitions, only by a request that follows other commands.
+  void noteRecoverRequest(bool recover) noexcept {
+    recover_requested_ = recover;
+    recover_consumed_ = recover_consumed_ && recover;
   }
-  bool wishSpent() const noexcept { return spent_; }
+  bool recoverRequestConsumed() const noexcept { return recover_consumed_; }
   /// The reference stands still.
   bool standing() const noexcept { return mode_ == Mode::kStanding; }
   /// Where the joints shall be now, m, rad.
@@ -128,8 +128,8 @@ class ArmSupervisor {
   ArmLimits limits_;         ///< as given; the gate's are slower while the arm is recovered
   bool recovering_ = false;  ///< since the last time it got power
   JointMask lost_ = 0;
-  bool wished_ = false;  ///< the last command asks to recover
-  bool spent_ = false;
+  bool recover_requested_ = false;  ///< the last command asks to recover
+  bool recover_consumed_ = false;
   Mode mode_ = Mode::kStanding;
   ArmVector reference_;
   ArmVector velocity_;

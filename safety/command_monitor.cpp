@@ -5,33 +5,33 @@
 
 namespace tandem::safety {
 
-StreamVerdict CommandMonitor::check(const StreamHead& head, bool standing) noexcept {
-  StreamVerdict verdict;
-  if (head.arrivals > 0) {
-    success_.note(head.session, head.sequence, head.stamp, head.arrivals);
-    verdict.lost = success_.judge(Fault::kCommandTimeout, lost_samples_, max_age_);
+StreamCheck CommandMonitor::check(const StreamHeader& header, bool standing) noexcept {
+  StreamCheck checked;
+  if (header.arrivals > 0) {
+    success_.note(header.session, header.sequence, header.stamp, header.arrivals);
+    checked.lost = success_.judge(Fault::kCommandTimeout, lost_samples_, max_age_);
   }
   // Written so that an age that is NaN counts as too old.
-  if (!(head.age <= max_age_)) {
-    verdict.faults |= bit(Fault::kStaleCommand);
-    verdict.age_excess = std::isfinite(head.age) ? head.age - max_age_ : 0.0;
+  if (!(header.age <= max_age_)) {
+    checked.faults |= bit(Fault::kStaleCommand);
+    checked.age_excess = std::isfinite(header.age) ? header.age - max_age_ : 0.0;
   }
-  if (head.arm_count != arm_count_)
-    verdict.faults |= bit(Fault::kUnknownArm);
-  const bool same = head.session == session_;
-  const bool in_order = same ? head.sequence > last_ : standing;
-  if (head.session == 0 || !in_order)
-    verdict.faults |= bit(Fault::kOutOfSequence);
+  if (header.arm_count != arm_count_)
+    checked.faults |= bit(Fault::kUnknownArm);
+  const bool same = header.session == session_;
+  const bool in_order = same ? header.sequence > last_ : standing;
+  if (header.session == 0 || !in_order)
+    checked.faults |= bit(Fault::kOutOfSequence);
   // A command that is refused for its age still uses up its number: it must not come a second time.
   if (same && in_order)
-    last_ = head.sequence;
-  if (verdict.faults != 0)
-    return verdict;
-  verdict.new_session = !same;
-  session_ = head.session;
-  last_ = head.sequence;
-  accepted_ = head.sequence;
-  return verdict;
+    last_ = header.sequence;
+  if (checked.faults != 0)
+    return checked;
+  checked.new_session = !same;
+  session_ = header.session;
+  last_ = header.sequence;
+  accepted_ = header.sequence;
+  return checked;
 }
 
 double StateStamps::age(std::uint64_t sequence, std::int64_t now) const noexcept {

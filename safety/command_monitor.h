@@ -13,7 +13,7 @@
 namespace tandem::safety {
 
 /** What identifies one command of a stream. */
-struct StreamHead {
+struct StreamHeader {
   std::uint64_t session = 0;                             ///< of the commander; 0 is never accepted
   std::uint64_t sequence = 0;                            ///< counts up within the session; gaps are allowed
   double age = std::numeric_limits<double>::infinity();  ///< of the state that the command answers, s
@@ -23,7 +23,7 @@ struct StreamHead {
 };
 
 /** What the monitor thinks of one command. */
-struct StreamVerdict {
+struct StreamCheck {
   FaultMask faults = 0;      ///< kStaleCommand, kOutOfSequence, kUnknownArm; 0 = accepted
   double age_excess = 0.0;   ///< by how much the command is too old, s; 0 where the state is not known
   bool new_session = false;  ///< accepted, and from another session than the one before
@@ -36,18 +36,18 @@ struct StreamVerdict {
  * the newcomer must enable them itself. */
 class CommandMonitor {
  public:
-  /// @param max_age budget of StreamHead::age, s; @param lost_samples as in Budgets; @param standing no arm moves.
+  /// @param max_age budget of StreamHeader::age, s; @param lost_samples as in Budgets; @param standing no arm moves.
   CommandMonitor(int arm_count, double max_age, double lost_samples)
       : arm_count_(arm_count), max_age_(max_age), lost_samples_(lost_samples) {}
 
-  StreamVerdict check(const StreamHead& head, bool standing) noexcept;
+  StreamCheck check(const StreamHeader& header, bool standing) noexcept;
   std::uint64_t session() const noexcept { return session_; }
   /// Sequence of the last command that was accepted, 0 before the first.
   std::uint64_t sequence() const noexcept { return accepted_; }
   /// Share of the last 100 commands that came.
   double success() const noexcept { return success_.value(); }
   /// What was lost until now shall stop nobody: no arm has power.
-  void forgiveLosses() noexcept { success_.forgive(); }
+  void resetLosses() noexcept { success_.resetLosses(); }
 
  private:
   int arm_count_;
@@ -77,29 +77,29 @@ class StateStamps {
 
 /** Remembers which published state was the first to show the faults of an arm. A `disable` clears what whoever sent it
  * has seen: one that was on its way when a fault came takes nothing away. */
-class ShownFaults {
+class ReportedFaults {
  public:
   /// Notes what the state with this sequence, which is being published, shows of an arm.
   void record(int arm, FaultMask faults, std::uint64_t sequence) noexcept {
-    Shown& shown = shown_[static_cast<std::size_t>(arm)];
-    if ((faults & ~shown.faults) != 0)
-      shown.since = sequence;
-    shown.faults = faults;
+    Reported& reported = reported_[static_cast<std::size_t>(arm)];
+    if ((faults & ~reported.faults) != 0)
+      reported.since = sequence;
+    reported.faults = faults;
   }
   /// Whether who answers the state with this sequence knows of all faults that the arm has now.
   bool seen(int arm, FaultMask faults, std::uint64_t answers) const noexcept {
-    const Shown& shown = shown_[static_cast<std::size_t>(arm)];
-    return faults == 0 || ((faults & ~shown.faults) == 0 && answers >= shown.since);
+    const Reported& reported = reported_[static_cast<std::size_t>(arm)];
+    return faults == 0 || ((faults & ~reported.faults) == 0 && answers >= reported.since);
   }
   /// They are being cleared, or come anew: the next ones are others.
-  void forget(int arm) noexcept { shown_[static_cast<std::size_t>(arm)] = {}; }
+  void forget(int arm) noexcept { reported_[static_cast<std::size_t>(arm)] = {}; }
 
  private:
-  struct Shown {
+  struct Reported {
     FaultMask faults = 0;
     std::uint64_t since = 0;  ///< the sequence that showed the last of them
   };
-  std::array<Shown, kMaxArms> shown_{};
+  std::array<Reported, kMaxArms> reported_{};
 };
 
 }  // namespace tandem::safety

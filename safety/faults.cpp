@@ -41,37 +41,37 @@ std::string describe(const FaultRecord& record, const ArmLimits* limits) {
 std::string_view remedy(Fault fault) {
   switch (fault) {
     case Fault::kStaleCommand:
-      return "Check the load of the machine and the network. Disable to clear it, then enable.";
+      return "Check the load of processor and network. Disable to clear the fault, then enable.";
     case Fault::kOutOfSequence:
-      return "Make sure that one tandem-control runs. Disable to clear it, then enable.";
+      return "Check that exactly one tandem-control runs. Disable to clear the fault, then enable.";
     case Fault::kUnknownArm:
       return "Start all processes with the same robot file.";
     case Fault::kCommandTimeout:
-      return "Is tandem-control running, and does nothing get lost (tandem status: arrived)? Disable to clear it, then "
-             "enable.";
+      return "Check that tandem-control runs and that no commands are lost (`tandem status`, \"arrived of the "
+             "last 100\"). Disable to clear the fault, then enable.";
     case Fault::kStateTimeout:
-      return "Is tandem-sim or tandem-hal running, and does nothing get lost (tandem status: arrived)? Disable to "
-             "clear it, then enable.";
+      return "Check that tandem-sim or tandem-hal runs and that no states are lost (`tandem status`, \"arrived of the "
+             "last 100\"). Disable to clear the fault, then enable.";
     case Fault::kReferenceTimeout:
-      return "Is tandem-planning running? Disable to clear it, then enable.";
+      return "Check that tandem-planning runs. Disable to clear the fault, then enable.";
     case Fault::kSensor:
-      return "Check the encoder and its cable; disable when the reading is good again.";
+      return "Check the encoder and its cable; when the reading is valid again, disable, then enable.";
     case Fault::kDrive:
-      return "Look for what blocks the joint, check the drive; then disable and enable.";
+      return "Remove what blocks the joint and check the drive; then disable and enable.";
     case Fault::kStopRequested:
-      return "When it is safe to go on: take control, disable, then enable.";
+      return "When it is safe to continue: take control, disable, then enable.";
     case Fault::kLeaseLost:
-      return "Take control. Disable to clear it, then enable.";
+      return "Take control, disable to clear the fault, then enable.";
     case Fault::kSolver:
-      return "Move the joints by hand (jog) or choose another method, after disable and enable.";
+      return "Disable, enable, then jog the joints away from this pose, or choose another method.";
     case Fault::kMismatch:
-      return "`tandem status` names who it is and what differs: end it, or give it the same files; then disable and "
-             "enable.";
+      return "`tandem status` lists the other process and the keys that differ: stop it, or start it with the same "
+             "files; then disable and enable.";
     case Fault::kNotFinite:
     case Fault::kStepTooLarge:
       break;
   }
-  return "Disable to clear it, then enable.";
+  return "Disable to clear the fault, then enable.";
 }
 
 std::string describeFaults(FaultMask faults) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The gate: what every setpoint of one arm passes last before the drives, in hal and in sim.
+/** @file Setpoint gate of one arm: the last check before the drives.
  *
  * Integrity guards (finite, fresh, in sequence, step size, known arm) refuse the command; the caller stops the arm and
  * latches the fault. Limit guards (slew, velocity, position, coupled rows; in this order, so that position has the last

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Idle power: time for which an arm has had power without a commander, and the reaction. */
+/** @file Idle power: removes power from arms that have had it without a commander for too long. */
 #pragma once
 
 #include <algorithm>
@@ -16,31 +16,31 @@ namespace tandem::safety {
 class IdlePower {
  public:
   /// What an arm's idleness asks for now.
-  enum class Verdict : std::uint8_t {
+  enum class Decision : std::uint8_t {
     kNothing = 0,
     kPowerOff,  ///< it has been idle for long enough, and stays where it is without power
     kWarn,      ///< likewise, but it would not stay there; again after each further such time
   };
 
-  /// @param patience s; infinite: never.
-  explicit IdlePower(double patience) : patience_(patience) {}
+  /// @param timeout s; infinite: never.
+  explicit IdlePower(double timeout) : timeout_(timeout) {}
 
   /** Once per cycle and arm.
    * @param powered the arm has power, or is about to get it
    * @param commanded somebody commands the robot, or it moves
    * @param holds the arm stays where it is without power */
-  Verdict step(int arm, bool powered, bool commanded, bool holds, std::int64_t now) noexcept {
+  Decision step(int arm, bool powered, bool commanded, bool holds, std::int64_t now) noexcept {
     Arm& a = arms_[static_cast<std::size_t>(arm)];
     if (!powered || commanded || !a.idle) {
       a = {powered && !commanded, holds, 1.0, now, now};
-      return Verdict::kNothing;
+      return Decision::kNothing;
     }
     a.holds = holds;
     a.now = now;
-    if (idle(arm) < a.due * patience_)
-      return Verdict::kNothing;
-    a.due = std::floor(idle(arm) / patience_) + 1.0;
-    return holds ? Verdict::kPowerOff : Verdict::kWarn;
+    if (idle(arm) < a.due * timeout_)
+      return Decision::kNothing;
+    a.due = std::floor(idle(arm) / timeout_) + 1.0;
+    return holds ? Decision::kPowerOff : Decision::kWarn;
   }
 
   /// How long an arm has been idle, s; 0: it is not.
@@ -51,19 +51,19 @@ class IdlePower {
   /// Until an idle arm loses its power, s; -1: it keeps it, or is not idle.
   double left(int arm) const noexcept {
     const Arm& a = arms_[static_cast<std::size_t>(arm)];
-    return a.idle && a.holds && std::isfinite(patience_) ? std::max(0.0, patience_ - idle(arm)) : -1.0;
+    return a.idle && a.holds && std::isfinite(timeout_) ? std::max(0.0, timeout_ - idle(arm)) : -1.0;
   }
-  double patience() const noexcept { return patience_; }
+  double timeout() const noexcept { return timeout_; }
 
  private:
   struct Arm {
     bool idle = false;
     bool holds = false;
-    double due = 1.0;  ///< the next verdict, in times of the patience
+    double due = 1.0;  ///< the next decision, in times of the timeout
     std::int64_t since = 0;
     std::int64_t now = 0;
   };
-  double patience_;
+  double timeout_;
   std::array<Arm, kMaxArms> arms_{};
 };
 

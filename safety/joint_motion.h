@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Point-to-point motion of one arm in joint space: what CRTK's move_jp and homing run. */
+/** @file Point-to-point motion of one arm in joint space, for move_jp and home. */
 #pragma once
 
 #include "safety/limits.h"

@@ -15,8 +15,8 @@ double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q
   return value;
 }
 
-Excess largestExcess(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
-  Excess largest{0, -kUnlimited};
+LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
+  LimitViolation largest{0, -kUnlimited};
   const auto note = [&largest](int joint, double amount) {
     if (amount > largest.amount)
       largest = {joint, amount};
@@ -32,7 +32,7 @@ Excess largestExcess(const ArmLimits& limits, const Eigen::Ref<const Eigen::Vect
 }
 
 double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) {
-  return largestExcess(limits, q).amount;
+  return worstLimitViolation(limits, q).amount;
 }
 
 std::string describe(const LinearRow& row) {

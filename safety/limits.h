@@ -74,11 +74,11 @@ double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q
 double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q);
 
 /** The joint that leaves the limits farthest. */
-struct Excess {
+struct LimitViolation {
   int joint = 0;        ///< a row counts for its outer joint
   double amount = 0.0;  ///< m or rad; negative or zero inside
 };
-Excess largestExcess(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
+LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
 /** Where a joint may be. */
 struct Interval {

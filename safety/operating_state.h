@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The operating states of CRTK and which command leads where.
+/** @file CRTK operating states and their transition table.
  *
  * Deliberate deviations from CRTK: in FAULT only `disable` and `recover` are accepted. `disable` clears a fault whose
  * cause is gone and leads to DISABLED; nothing moves until a new `enable` and a fresh stream. `recover`, from DISABLED

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Recovery: a deliberate way to move an arm that cannot be enabled, because it stands outside its limits or has
- * lost joints.
+/** @file Recovery of an arm that cannot be enabled (outside its limits, or with lost joints): speeds, permitted
+ * directions, order of withdrawal.
  *
  * It is slow; a joint that stands outside a limit, or a pair that breaks a coupled row, moves inwards alone (the gate
  * lets nothing go farther out); a lost joint stays where it is, and the rows count with it. */

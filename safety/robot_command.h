@@ -12,7 +12,7 @@ namespace tandem::safety {
 /** A command for all arms: what tandem_msgs/ActuationCommand carries, after its freshness has been looked up. Arrays
  * over joints are indexed arm * kMaxJointsPerArm + joint. */
 struct RobotCommand {
-  StreamHead head;
+  StreamHeader header;
   std::array<DriveRequest, kMaxArms> request{};
   std::array<JointMask, kMaxArms> without{};  ///< kRecover: joints that shall not be used
   std::array<bool, kMaxArms> unseen{};        ///< kRecover: who asks cannot have seen the fault that the arm is in
@@ -20,8 +20,8 @@ struct RobotCommand {
   std::array<double, kMaxJoints> velocity{};  ///< m/s, rad/s
   std::array<double, kMaxJoints> position{};  ///< m, rad
 
-  /// The part of one arm with so many joints, with the verdict on the whole stream.
-  ArmRequest forArm(int arm, int joint_count, const StreamVerdict& verdict) const noexcept {
+  /// The part of one arm with so many joints, with the check of the whole stream.
+  ArmRequest forArm(int arm, int joint_count, const StreamCheck& checked) const noexcept {
     const auto index = static_cast<std::size_t>(arm);
     const auto first = index * static_cast<std::size_t>(kMaxJointsPerArm);
     ArmRequest part;
@@ -29,8 +29,8 @@ struct RobotCommand {
     part.lost = without[index];
     part.unseen = unseen[index];
     part.moving = moving[index];
-    part.motion.stream = verdict.faults;
-    part.motion.age_excess = verdict.age_excess;
+    part.motion.stream = checked.faults;
+    part.motion.age_excess = checked.age_excess;
     part.motion.velocity = Eigen::Map<const Eigen::VectorXd>(velocity.data() + first, joint_count);
     part.motion.position = Eigen::Map<const Eigen::VectorXd>(position.data() + first, joint_count);
     return part;

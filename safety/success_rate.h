@@ -36,12 +36,12 @@ class SuccessRate {
     const std::int64_t lost = lost_ - before_[(due_ + 1) % kWindow];
     return static_cast<std::uint64_t>(std::clamp<std::int64_t>(lost, 0, kWindow));
   }
-  /// Likewise, without those that were lost before the last forgive().
+  /// Likewise, without those that were lost before the last resetLosses().
   std::uint64_t held() const noexcept {
-    const std::int64_t held = lost_ - std::max(before_[(due_ + 1) % kWindow], forgiven_);
+    const std::int64_t held = lost_ - std::max(before_[(due_ + 1) % kWindow], lost_at_reset_);
     return static_cast<std::uint64_t>(std::clamp<std::int64_t>(held, 0, kWindow));
   }
-  void forgive() noexcept { forgiven_ = lost_; }
+  void resetLosses() noexcept { lost_at_reset_ = lost_; }
   /// 0 to 1; 1 before the first sample.
   double value() const noexcept { return 1.0 - share(lost()); }
   static constexpr double share(std::uint64_t lost) noexcept {
@@ -61,14 +61,14 @@ class SuccessRate {
     begun_ = true;
     first_due_ = due_ = due;
     first_came_ = came;
-    lost_ = forgiven_ = 0;
+    lost_ = lost_at_reset_ = 0;
     before_.fill(0);
   }
 
   bool begun_ = false;
   std::uint64_t first_due_ = 0, first_came_ = 0, due_ = 0;
   std::int64_t lost_ = 0;                       ///< since the beginning; below 0 while one is counted early
-  std::int64_t forgiven_ = 0;                   ///< of these
+  std::int64_t lost_at_reset_ = 0;              ///< of these
   std::array<std::int64_t, kWindow> before_{};  ///< what was lost before each sample of the window
 };
 
@@ -90,8 +90,9 @@ class StreamSuccess {
   }
   double value() const noexcept { return rate_.value(); }
   /// What was lost until now shall stop nobody: nothing has power. It is still reported.
-  void forgive() noexcept { rate_.forgive(); }
-  /// Whether more of the last 100 were lost since the last forgive() than allowed() says. @param fault  that this is
+  void resetLosses() noexcept { rate_.resetLosses(); }
+  /// Whether more of the last 100 were lost since the last resetLosses() than
+  /// allowed() says. @param fault  that this is
   /// @return empty: no. @param lost_samples  of Budgets @param outage  as long as a sample may be old, s
   FaultRecord judge(Fault fault, double lost_samples, double outage) const noexcept {
     const double lost = SuccessRate::share(rate_.held());

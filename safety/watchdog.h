@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Watchdog on the silence of one sender. */
+/** @file Watchdog for the messages of one sender. */
 #pragma once
 
 #include <cmath>

@@ -45,7 +45,7 @@ struct TubeErrors {
 };
 
 /** Errors of one tube that somebody knows. */
-struct GivenTubeErrors {
+struct FixedTubeErrors {
   int arm = 0;
   int tube = 0;  ///< counts from 0, tube 1 is the innermost
   TubeErrors errors;
@@ -74,7 +74,7 @@ struct PlantOptions {
   JointMechanics mechanics;
   EncoderOptions encoders;
   TubeErrors tube_deviation;                 ///< standard deviations of random errors of every tube
-  std::vector<GivenTubeErrors> tube_errors;  ///< take the place of the random ones of their tubes
+  std::vector<FixedTubeErrors> tube_errors;  ///< take the place of the random ones of their tubes
   std::vector<TipForce> tip_forces;
   TipTrackerOptions tracker;
 };

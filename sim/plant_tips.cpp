@@ -26,9 +26,9 @@ TubeErrors drawn(const TubeErrors& deviation, std::uint64_t seed, int arm, int t
 ConcentricTubeArm withErrors(ConcentricTubeArm tubes, int arm, const PlantOptions& options) {
   for (int i = 0; i < tubes.tubeCount(); ++i) {
     TubeErrors errors = drawn(options.tube_deviation, options.seed, arm, i);
-    for (const GivenTubeErrors& given : options.tube_errors) {
-      if (given.arm == arm && given.tube == i)
-        errors = given.errors;
+    for (const FixedTubeErrors& fixed : options.tube_errors) {
+      if (fixed.arm == arm && fixed.tube == i)
+        errors = fixed.errors;
     }
     for (kinematics::TubeSection& section : tubes.tubes[static_cast<std::size_t>(i)].sections) {
       section.bending_stiffness *= 1.0 + errors.bending_stiffness;
@@ -45,7 +45,8 @@ PlantTips::PlantTips(ArmModels models, const PlantOptions& options) {
     arms_.emplace_back().model = std::move(model);
   for (const TipForce& force : options.tip_forces) {
     if (force.arm < 0 || force.arm >= armCount())
-      throw std::invalid_argument("plant: a tip force is given for an arm that there is not");
+      throw std::invalid_argument("plant.tip_forces: found arm " + std::to_string(force.arm + 1) + ", expected 1 to " +
+                                  std::to_string(armCount()));
     Arm& arm = arms_[static_cast<std::size_t>(force.arm)];
     if (!force.force.isZero(0.0) && !arm.model->carriesLoad())
       throw std::invalid_argument("plant: a rigid arm carries no tip force; take model: compliant");

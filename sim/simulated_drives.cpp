@@ -67,7 +67,7 @@ std::string_view describe(ResetResult result) {
     case ResetResult::kDone:
       return "done";
     case ResetResult::kMoving:
-      return "an arm still moves; wait until it stands";
+      return "an arm is still moving; wait for standstill";
     case ResetResult::kEnabled:
       return "an arm is ENABLED or PAUSED; disable it first";
     case ResetResult::kWrongSize:
@@ -95,28 +95,28 @@ SimulatedDrives::SimulatedDrives(const std::vector<safety::ArmLimits>& limits,
 }
 
 bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept {
-  const safety::StreamVerdict verdict = monitor_.check(command.head, standing());
+  const safety::StreamCheck checked = monitor_.check(command.header, standing());
   for (int a = 0; a < armCount(); ++a) {
     Arm& arm = arms_[a];
-    if (verdict.new_session)
+    if (checked.new_session)
       arm.supervisor.disableForNewSession();
-    safety::ArmRequest request = command.forArm(a, jointCount(a), verdict);
+    safety::ArmRequest request = command.forArm(a, jointCount(a), checked);
     request.lost |= arm.plant.failed();
-    arm.supervisor.noteWish(request.request == safety::DriveRequest::kRecover);
+    arm.supervisor.noteRecoverRequest(request.request == safety::DriveRequest::kRecover);
     const safety::JointMask without =
         request.request == safety::DriveRequest::kRecover ? request.lost : arm.supervisor.lost();
     const safety::FaultRecord present = safety::withEmergencyStop(arm.plant.presentFailure(without), emergency_stop_);
-    guards_.add(a, arm.supervisor.command(request, placesOf(arm), present, now));
+    guards_.add(a, arm.supervisor.command(request, positionsOf(arm), present, now));
   }
   if (std::ranges::none_of(arms_, [](const Arm& arm) { return arm.supervisor.powered(); }))
-    monitor_.forgiveLosses();
-  else if (verdict.lost.faults != 0)
-    stopPowered(verdict.lost);
-  return verdict.faults == 0;
+    monitor_.resetLosses();
+  else if (checked.lost.faults != 0)
+    stopPowered(checked.lost);
+  return checked.faults == 0;
 }
 
 /// Where the encoders see the joints; where one says nothing, where its joint was commanded to be.
-ArmVector SimulatedDrives::placesOf(const Arm& arm) noexcept {
+ArmVector SimulatedDrives::positionsOf(const Arm& arm) noexcept {
   ArmVector q = arm.plant.reading();
   for (Eigen::Index j = 0; j < q.size(); ++j)
     q[j] = std::isfinite(q[j]) ? q[j] : arm.supervisor.reference()[j];

@@ -110,7 +110,7 @@ class SimulatedDrives {
     safety::ArmSupervisor supervisor;
     SimulatedArm plant;
   };
-  static safety::ArmVector placesOf(const Arm& arm) noexcept;
+  static safety::ArmVector positionsOf(const Arm& arm) noexcept;
   void checkSpeed(Arm& arm) const noexcept;
   void checkDrives(Arm& arm) const noexcept;
   void checkFollowing(Arm& arm) const noexcept;

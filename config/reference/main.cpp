@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Writes what is generated from the key tables: the JSON Schemas, and the tables of docs/configuration.md
- * between its markers. Usage: config_reference SOURCE_FOLDER */
+/** @file Generator of the JSON Schemas and of the key tables in docs/configuration.md. Usage: config_reference
+ * SOURCE_FOLDER. */
 #include <filesystem>
 #include <fstream>
 #include <iostream>

@@ -46,7 +46,7 @@ export class App {
       status: (level, message) => messages.add(level > 0 ? "bad" : "info", `Server: ${message}`),
     });
     const commander = new Commander(robot, link, (why) => {
-      messages.add("bad", `Control is lost: ${why}`);
+      messages.add("bad", `Control lease lost: ${why}`);
       this.c.pilot.gate.allow("lease", false);
       this.c.pilot.arm(false);
     });
@@ -108,7 +108,7 @@ export class App {
       this.c.messages.add("bad", `The link is down: ${reason}`);
     }
     if (state === "open")
-      this.c.messages.add("info", "Connected to the server; nothing moves until somebody takes control");
+      this.c.messages.add("info", "Connected to the server; no motion until a client takes control");
   }
 
   private frame(): void {

@@ -19,7 +19,7 @@ async function start(): Promise<void> {
       new App(root, robot, `${protocol === "https:" ? "wss" : "ws"}://${host}${path}${search}`);
       return;
     } catch (error) {
-      root.replaceChildren(h("p.boot", { role: "alert" }, `No answer yet. ${String(error)}`));
+      root.replaceChildren(h("p.boot", { role: "alert" }, `No reply yet. ${String(error)}`));
       await new Promise((again) => setTimeout(again, kRetry));
     }
   }

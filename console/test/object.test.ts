@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { expect, test } from "vitest";
 
 import { objectPose, ObjectView } from "../src/scene/object";
-import type { HeldObject, Pose } from "../src/state/robot";
+import type { GraspedObject, Pose } from "../src/state/robot";
 import type { PoseStamped } from "../src/wire/messages";
 import { seeded } from "./random";
 
@@ -25,12 +25,12 @@ function dice(random: () => number): Pose {
   const turn = new THREE.Quaternion(random() - 0.5, random() - 0.5, random() - 0.5, random() - 0.5).normalize();
   return { position: [random() - 0.5, random() - 0.5, random() - 0.5], orientation: turn.toArray() };
 }
-const held = (random: () => number, type: string): HeldObject => ({
+const held = (random: () => number, type: string): GraspedObject => ({
   size: 0.01,
   contacts: ["arm_a", "arm_b"].map((arm) => ({ arm, type, frame: dice(random), hand: dice(random) })),
 });
 /** Tips that touch an object at this pose; of contacts that turn, each turned about where it touches. */
-const touching = (object: HeldObject, at: Pose, turns: THREE.Matrix4[]): Pose[] =>
+const touching = (object: GraspedObject, at: Pose, turns: THREE.Matrix4[]): Pose[] =>
   object.contacts.map(({ frame, hand }, k) =>
     pose(matrix(at).multiply(matrix(frame)).multiply(turns[k]!).multiply(matrix(hand).invert())),
   );

@@ -37,7 +37,7 @@ const kCatheter = {
 
 test("words for limits are those of tandem solve", () => {
   expect(limitName(0, kTubes[0]!, 2)).toBe("tube 2 of arm A against tube 1");
-  expect(limitName(99, kTubes[1]!, 1)).toContain("does not know");
+  expect(limitName(99, kTubes[1]!, 1)).toContain("unknown limit");
   expect([1, 5, 7].map((kind) => limitName(kind, kCatheter, kind === 7 ? 2 : 1))).toEqual([
     "velocity limit of insertion of arm B",
     "rotation limit of roll of arm B",
@@ -72,14 +72,14 @@ test("the drives' record reads as in tandem status", () => {
   expect(driveRecord(roll, 1, 3)).toBe("drive (following error) of joint 2: 0.031 rad, allowed 0.02 rad");
 });
 
-test("arms that nobody commands say what becomes of their power", () => {
+test("an idle arm is reported with the time until power-off", () => {
   const status = {
     idle: Float64Array.of(0, 48, 130, 2),
     idle_left: Float64Array.of(-1, 12, -1, 58),
   } as unknown as ControlStatus;
   expect(idleWords(status, 0)).toBe("");
-  expect(idleWords(status, 1)).toContain("loses its power in 12 s");
-  expect(idleWords(status, 2)).toContain("nobody has commanded it for 130 s");
+  expect(idleWords(status, 1)).toContain("power off in 12 s");
+  expect(idleWords(status, 2)).toContain("without a commander for 130 s");
   expect(idleWords(status, 3)).toBe("");
 });
 
@@ -106,7 +106,7 @@ test("what control does not allow is said with its reason, arm by arm", () => {
       said.forEach((text, arm) => {
         const code = reason[arm * actionsPerArm + action]!;
         expect(text === "").toBe(code === 0);
-        const words = known.find(({ value }) => value === code)?.name ?? "does not know";
+        const words = known.find(({ value }) => value === code)?.name ?? "unknown reason";
         expect(text).toContain(words);
       });
       expect(whyNot(permissions, action, ["arm_a", "arm_b"])).toBe(said[0] || said[1]);

@@ -17,6 +17,7 @@ endforeach()
 
 foreach(room safety kinematics control planning hal sim config robots experiments)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${room}/*.h)
+  list(FILTER headers EXCLUDE REGEX "/detail/")  # internal: no public header includes them
   foreach(header IN LISTS headers)
     cmake_path(GET header PARENT_PATH folder)
     install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tandem/${folder} COMPONENT dev)

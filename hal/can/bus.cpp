@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "hal/can/seqpacket.h"
-#include "hal/can/socketcan.h"
+#include "hal/can/detail/seqpacket.h"
+#include "hal/can/detail/socketcan.h"
 
 namespace tandem::hal::can {
 namespace {
@@ -74,7 +74,7 @@ void Bus::noteSend(std::size_t taken, std::size_t dropped, std::size_t failed) n
   }
 }
 
-bool Bus::wants(const CanFrame& frame) const noexcept {
+bool Bus::accepts(const CanFrame& frame) const noexcept {
   if (filters_.empty() || frame.error)
     return true;
   return std::ranges::any_of(filters_, [&](const Filter& filter) {

@@ -80,7 +80,7 @@ class Bus {
   void noteState(BusState state) noexcept;         ///< counts the ways to bus-off and back, and link losses
   void noteError(const CanFrame& frame) noexcept;  ///< an error frame: counters and state
   void noteSend(std::size_t taken, std::size_t dropped, std::size_t failed) noexcept;
-  bool wants(const CanFrame& frame) const noexcept;  ///< passes the filters
+  bool accepts(const CanFrame& frame) const noexcept;  ///< passes the filters
 
   BusCounters counters_;
   bool fd_frames_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Clock of frame time stamps. */
+/** @file Clock of CAN frame time stamps: monotonic, shifted from the realtime stamps of the kernel. */
 #pragma once
 
 #include <cstdint>

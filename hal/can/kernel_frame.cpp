@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/can/kernel_frame.h"
+#include "hal/can/detail/kernel_frame.h"
 
 #include <linux/can/error.h>
 

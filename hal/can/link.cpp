@@ -30,8 +30,8 @@ class Netlink {
   Netlink() : fd_(socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)) {
     if (fd_ < 0)
       refuse(errno, "netlink");
-    const timeval patience{2, 0};
-    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval timeout{2, 0};
+    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   }
   ~Netlink() { close(fd_); }
   Netlink(const Netlink&) = delete;

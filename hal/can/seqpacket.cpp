@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/can/seqpacket.h"
+#include "hal/can/detail/seqpacket.h"
 
 #include <sys/epoll.h>
 #include <sys/socket.h>
@@ -12,7 +12,7 @@
 #include <system_error>
 
 #include "hal/can/clock.h"
-#include "hal/can/kernel_frame.h"
+#include "hal/can/detail/kernel_frame.h"
 
 namespace tandem::hal::can {
 namespace {
@@ -190,7 +190,7 @@ std::size_t SeqpacketBus::receive(std::span<CanFrame> frames) noexcept {
     }
     if (read == Read::kInvalid) {
       ++counters_.rx_invalid;
-    } else if (wants(frames[filled]) && (fd_frames_ || !frames[filled].fd)) {
+    } else if (accepts(frames[filled]) && (fd_frames_ || !frames[filled].fd)) {
       if (frames[filled].error)
         noteError(frames[filled]);
       ++filled;
@@ -292,7 +292,7 @@ std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
       ++counters_.rx_invalid;
     } else if (read == Read::kFrame) {
       forward(&packet, length, peers_[peer]);
-      if (wants(frames[filled]) && (fd_frames_ || !frames[filled].fd))
+      if (accepts(frames[filled]) && (fd_frames_ || !frames[filled].fd))
         ++filled;
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/can/socketcan.h"
+#include "hal/can/detail/socketcan.h"
 
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
@@ -14,7 +14,7 @@
 #include <system_error>
 
 #include "hal/can/clock.h"
-#include "hal/can/kernel_frame.h"
+#include "hal/can/detail/kernel_frame.h"
 
 namespace tandem::hal::can {
 namespace {

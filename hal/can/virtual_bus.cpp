@@ -9,7 +9,7 @@ VirtualBus::Port::Port(VirtualBus& wire, std::string name, const BusOptions& opt
 }
 
 void VirtualBus::Port::put(const CanFrame& frame) noexcept {
-  if (!wants(frame))
+  if (!accepts(frame))
     return;
   if (count_ == ring_.size()) {
     ++counters_.rx_overflow;

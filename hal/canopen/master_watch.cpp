@@ -35,7 +35,7 @@ bool MasterWatch::commands(std::int64_t now) const noexcept {
          recent(MasterFrame::kCommandPdo, now);
 }
 
-bool MasterWatch::heardAny() const noexcept {
+bool MasterWatch::receivedAny() const noexcept {
   return std::ranges::any_of(received_, [](const Received& received) { return received.count != 0; });
 }
 

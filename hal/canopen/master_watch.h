@@ -23,9 +23,9 @@ inline constexpr int kMasterFrameCount = 5;
 std::string_view name(MasterFrame frame);  ///< "SYNC", "NMT command" ...
 
 /** How long to listen before the first frame of one's own, and how long a master that was received is taken to be
- * there, s: three times the drives' patience with their master, between 0.5 and 2 s.
+ * there, s: three times the drives' time-out for their master, between 0.5 and 2 s.
  *
- * A master that keeps drives in motion sends SYNC in each cycle, and a heartbeat within the drives' patience; one that
+ * A master that keeps drives in motion sends SYNC in each cycle, and a heartbeat within the drives' time-out; one that
  * is silent for longer has lost its drives to their own watchdogs. Three, because frames get lost; 0.5 s, because the
  * other one's budget may be larger than ours; 2 s is twice the slowest heartbeat in use, 1 s. */
 double listeningTime(double heartbeat_budget) noexcept;
@@ -47,7 +47,7 @@ class MasterWatch {
   /// count.
   bool commands(std::int64_t now) const noexcept;
   /// Anything was received at all, SDO requests included.
-  bool heardAny() const noexcept;
+  bool receivedAny() const noexcept;
   const Received& received(MasterFrame frame) const noexcept { return received_[static_cast<std::size_t>(frame)]; }
   /// "SYNC (125 times), command PDO (750 times)"; empty where nothing was received.
   std::string describe() const;

@@ -104,9 +104,6 @@ class Node {
   /// What the last kRead, kCheck or read-back of this object gave, nullptr: none.
   const std::uint64_t* readValue(ObjectAddress object) const noexcept;
 
-  NmtState nmtState() const noexcept { return nmt_; }
-  /// Reception of the last heartbeat, ns; 0: none since the last reset.
-  std::int64_t heartbeatTime() const noexcept { return heartbeat_time_; }
   const Emcy& lastEmcy() const noexcept { return emcy_; }
   std::uint64_t emcyCount() const noexcept { return emcy_count_; }
 

@@ -98,11 +98,11 @@ void SdoClient::push(const CanFrame& frame) noexcept {
     outgoing_[outgoing_count_++] = frame;
 }
 
-void SdoClient::fail(SdoAbort code, bool tell) noexcept {
+void SdoClient::fail(SdoAbort code, bool send_abort) noexcept {
   status_ = SdoStatus::kAborted;
   abort_ = code;
   outgoing_count_ = 0;
-  if (tell)
+  if (send_abort)
     push(sdo::abort(requestId(), object_, code));
 }
 
@@ -111,7 +111,7 @@ bool SdoClient::feed(const CanFrame& frame, std::int64_t now) noexcept {
     return false;
   // An answer to a request that has not left yet belongs to something else.
   if (frame.length != 8 || !busy() || outgoing_count_ > 0) {
-    ++stray_;
+    ++unexpected_responses_;
     return true;
   }
   deadline_ = now + timeout_;
@@ -120,7 +120,7 @@ bool SdoClient::feed(const CanFrame& frame, std::int64_t now) noexcept {
       if (sdo::objectOf(frame) == object_ || sdo::objectOf(frame) == ObjectAddress{}) {
         fail(sdo::abortOf(frame), false);
       } else {
-        ++stray_;
+        ++unexpected_responses_;
       }
       break;
     case sdo::Answer::kDownload:
@@ -144,7 +144,7 @@ bool SdoClient::feed(const CanFrame& frame, std::int64_t now) noexcept {
 
 void SdoClient::onDownloadAnswer(const CanFrame& frame) noexcept {
   if (upload_ || phase_ != Phase::kInitiate || sdo::objectOf(frame) != object_) {
-    ++stray_;
+    ++unexpected_responses_;
   } else if (size_ >= 1 && size_ <= 4) {
     status_ = SdoStatus::kDone;
   } else {
@@ -162,7 +162,7 @@ void SdoClient::sendSegment() noexcept {
 
 void SdoClient::onDownloadSegmentAnswer(const CanFrame& frame) noexcept {
   if (upload_ || phase_ != Phase::kSegments) {
-    ++stray_;
+    ++unexpected_responses_;
   } else if (sdo::toggleOf(frame) != toggle_) {
     fail(SdoAbort::kToggle, true);
   } else if (position_ == size_) {
@@ -176,7 +176,7 @@ void SdoClient::onDownloadSegmentAnswer(const CanFrame& frame) noexcept {
 void SdoClient::onUploadAnswer(const CanFrame& frame) noexcept {
   const sdo::Initiate answer = sdo::parseInitiate(frame);
   if (!upload_ || phase_ != Phase::kInitiate || answer.object != object_) {
-    ++stray_;
+    ++unexpected_responses_;
   } else if (answer.expedited) {
     std::ranges::copy(answer.data, buffer_.begin());
     size_ = answer.size;
@@ -194,7 +194,7 @@ void SdoClient::onUploadAnswer(const CanFrame& frame) noexcept {
 void SdoClient::onUploadSegment(const CanFrame& frame) noexcept {
   const sdo::Segment segment = sdo::parseSegment(frame);
   if (!upload_ || phase_ != Phase::kSegments) {
-    ++stray_;
+    ++unexpected_responses_;
     return;
   }
   if (segment.toggle != toggle_) {

@@ -42,7 +42,7 @@ class SdoClient {
   void reset() noexcept;
 
   /** Takes a frame. @return false: it is no answer of this node. Answers that nobody waits for are ignored and counted
-   * in stray(). */
+   * in unexpectedResponses(). */
   bool feed(const CanFrame& frame, std::int64_t now) noexcept;
   /// Notices a time-out, and begins anew where retries are left.
   void poll(std::int64_t now) noexcept;
@@ -60,7 +60,7 @@ class SdoClient {
   std::span<const std::uint8_t> data() const noexcept { return {buffer_.data(), size_}; }
   /// ... as an unsigned number of up to 8 bytes.
   std::uint64_t value() const noexcept;
-  std::uint64_t stray() const noexcept { return stray_; }
+  std::uint64_t unexpectedResponses() const noexcept { return unexpected_responses_; }
 
  private:
   enum class Phase : std::uint8_t { kInitiate, kSegments };
@@ -70,7 +70,7 @@ class SdoClient {
   /// Sends the request of the transfer that begin() has set up.
   void open(std::int64_t now) noexcept;
   void push(const CanFrame& frame) noexcept;
-  void fail(SdoAbort code, bool tell) noexcept;
+  void fail(SdoAbort code, bool send_abort) noexcept;
   void onDownloadAnswer(const CanFrame& frame) noexcept;
   void onDownloadSegmentAnswer(const CanFrame& frame) noexcept;
   void onUploadAnswer(const CanFrame& frame) noexcept;
@@ -95,7 +95,7 @@ class SdoClient {
   std::size_t expected_ = 0;            ///< of an upload whose size was reported
   std::array<CanFrame, 2> outgoing_{};  ///< an abort of the transfer before, and a request
   std::size_t outgoing_count_ = 0;
-  std::uint64_t stray_ = 0;
+  std::uint64_t unexpected_responses_ = 0;
 };
 
 }  // namespace tandem::hal::canopen

@@ -49,7 +49,7 @@ std::vector<SetupStep> identitySteps(const Identity& identity);
 /** Who watches whom. Times in ms, 0: not. */
 struct Guarding {
   std::uint8_t our_id = 127;
-  std::uint16_t our_heartbeat_timeout = 100;  ///< the node's patience with us: 1016:1
+  std::uint16_t our_heartbeat_timeout = 100;  ///< the node's time-out for our heartbeat: 1016:1
   std::uint16_t node_heartbeat = 25;          ///< the node's own period: 1017
   std::uint8_t error_behaviour = 0;           ///< 1029:1: 0 pre-operational, 1 none, 2 stopped
 };

@@ -60,7 +60,7 @@ void PowerSequence::setGoal(PowerGoal goal, std::int64_t now) noexcept {
   if (goal == goal_)
     return;
   goal_ = goal;
-  patience_.feed(now);
+  timeout_.feed(now);
 }
 
 void PowerSequence::resetFault(std::int64_t now) noexcept {
@@ -68,7 +68,7 @@ void PowerSequence::resetFault(std::int64_t now) noexcept {
     return;
   reset_ = Reset::kLow;
   low_cycles_ = 0;
-  patience_.feed(now);
+  timeout_.feed(now);
 }
 
 bool PowerSequence::reached() const noexcept {
@@ -115,7 +115,7 @@ std::uint16_t PowerSequence::towardsOff(bool may_release) const noexcept {
 std::uint16_t PowerSequence::step(std::uint16_t statusword, bool may_release, std::int64_t now) noexcept {
   const DriveState state = driveState(statusword);
   if (state != state_)
-    patience_.feed(now);
+    timeout_.feed(now);
   const bool was_braking = braking();
   state_ = state;
   if (!braking() || !was_braking) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file The drive profile CiA 402: states, transitions, the bits of the modes that are used, error codes in words.
  *
- * Pure logic over statusword and controlword; which frames carry them is no business of this file. */
+ * Pure logic over statusword and controlword, independent of the frames that carry them. */
 #pragma once
 
 #include <cstdint>
@@ -79,7 +79,7 @@ class PowerSequence {
   /** @param transition_budget s within which the drive has to show each next state
    * @param stop_budget s after which torque goes even from a joint that moves */
   PowerSequence(double transition_budget, double stop_budget)
-      : patience_(transition_budget), stop_(stop_budget), late_stop_(stop_budget + transition_budget) {}
+      : timeout_(transition_budget), stop_(stop_budget), late_stop_(stop_budget + transition_budget) {}
 
   void setGoal(PowerGoal goal, std::int64_t now) noexcept;
   PowerGoal goal() const noexcept { return goal_; }
@@ -98,7 +98,7 @@ class PowerSequence {
   /// The last statusword showed the goal. For kOff: no torque, whether by command, after a fault or never switched on.
   bool reached() const noexcept;
   /// The drive has not shown the next state within the budget; stays until the next goal, reset or change of state.
-  bool late(std::int64_t now) const noexcept { return !reached() && (braking() ? late_stop_ : patience_).expired(now); }
+  bool late(std::int64_t now) const noexcept { return !reached() && (braking() ? late_stop_ : timeout_).expired(now); }
 
  private:
   enum class Reset : std::uint8_t { kNone, kLow, kHigh };
@@ -108,7 +108,7 @@ class PowerSequence {
   std::uint16_t towardsOperation() const noexcept;
   std::uint16_t towardsOff(bool may_release) const noexcept;
 
-  safety::Watchdog patience_, stop_, late_stop_;
+  safety::Watchdog timeout_, stop_, late_stop_;
   PowerGoal goal_ = PowerGoal::kOff;
   DriveState state_ = DriveState::kUnknown;
   Reset reset_ = Reset::kNone;

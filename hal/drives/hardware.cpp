@@ -46,7 +46,7 @@ bool readsInputs(const HardwareConfig& hardware, const AxisConfig& axis) noexcep
 
 bool holdsWithoutPower(const HardwareConfig& hardware, int arm) noexcept {
   return std::none_of(hardware.axes.begin(), hardware.axes.end(), [arm](const AxisConfig& axis) {
-    return axis.arm == arm && axis.powerless_hold == PowerlessHold::kNo;
+    return axis.arm == arm && axis.powerless_hold == HoldingMeans::kNo;
   });
 }
 

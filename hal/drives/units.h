@@ -26,7 +26,7 @@ struct Counts {
 class AxisUnits {
  public:
   AxisUnits() = default;
-  /// @throw std::invalid_argument where a number is not finite, or not above zero where it has to be.
+  /// @throw std::invalid_argument where a number is NaN or infinite, or not above zero where it has to be.
   explicit AxisUnits(const Gearing& gearing);
 
   double toJoint(std::int32_t counts) const noexcept {

@@ -44,7 +44,7 @@ double volumeAlone(const catheter::Arm& target, const Range& range, double cell)
   for (double z = range.lower[0] - reach; z < range.upper[0] + reach; z += cell) {
     for (double inner = 0.0; inner < reach + cell; inner += cell) {
       const Vector3d centre(inner + 0.5 * cell, 0.0, z + 0.5 * cell);
-      if (beyondAlone(target, range, target.base * centre) == 0.0)
+      if (distanceBeyondReach(target, range, target.base * centre) == 0.0)
         volume += std::numbers::pi * ((inner + cell) * (inner + cell) - inner * inner) * cell;
     }
   }
@@ -53,7 +53,7 @@ double volumeAlone(const catheter::Arm& target, const Range& range, double cell)
 
 }  // namespace
 
-double beyondAlone(const catheter::Arm& target, const Range& range, const Vector3d& place) {
+double distanceBeyondReach(const catheter::Arm& target, const Range& range, const Vector3d& place) {
   const Vector3d local = target.base.inverse() * place;
   const double radius = local.head<2>().norm();
   const auto distance = [&](double bend) {
@@ -105,7 +105,7 @@ Reach reachAt(const TargetAssist& model, const Range& range, const Joints& q) {
   reach.status = model.solve(q, branch, chain);
   if (reach.status == Status::kOk) {
     reach.assisted = chain.tip.pose.translation();
-    reach.beyond = beyondAlone(model.pair().target.arm, range, reach.assisted);
+    reach.beyond = distanceBeyondReach(model.pair().target.arm, range, reach.assisted);
   }
   return reach;
 }
@@ -126,7 +126,7 @@ ReachVolume reachVolume(const catheter::Arm& target, const Range& range, std::sp
     volume.assisted += one;
     const auto middle = [&index](std::size_t k) { return static_cast<double>(index[k]) + 0.5; };
     const Vector3d centre = cell * Vector3d(middle(0), middle(1), middle(2));
-    if (beyondAlone(target, range, centre) > half_diagonal)
+    if (distanceBeyondReach(target, range, centre) > half_diagonal)
       volume.gained += one;
   }
   volume.alone = volumeAlone(target, range, cell);

@@ -17,7 +17,7 @@ struct Range {
 /** How far a place is from all that the target's tip reaches without contact, m; 0 where it reaches, to 1e-9 m. The
  * roll is taken as free: with less than a turn of it the true distance can only be larger.
  * @param place  robot base frame */
-double beyondAlone(const catheter::Arm& target, const Range& range, const Eigen::Vector3d& place);
+double distanceBeyondReach(const catheter::Arm& target, const Range& range, const Eigen::Vector3d& place);
 
 /// Joints number `index` of a sequence that fills a range evenly (Roberts 2018, shifted by a seed).
 Joints jointsOf(const Range& range, std::uint64_t index, std::uint64_t seed);
@@ -26,7 +26,7 @@ Joints jointsOf(const Range& range, std::uint64_t index, std::uint64_t seed);
 struct Reach {
   Status status = Status::kNotConverged;
   Eigen::Vector3d assisted = Eigen::Vector3d::Zero();  ///< tip, m, robot base frame; where the status is kOk
-  double beyond = 0.0;                                 ///< of it, see beyondAlone(), m
+  double beyond = 0.0;                                 ///< of it, see distanceBeyondReach(), m
 };
 Reach reachAt(const TargetAssist& model, const Range& range, const Joints& q);
 

@@ -46,9 +46,9 @@ Isometry3d part(const Vector6& twist, double factor) {
 void checkRound(const cosserat::Section& section, const std::string& name) {
   const Vector3d& stiffness = section.moment_stiffness;
   if (stiffness.x() != stiffness.y() || section.force_stiffness.x() != section.force_stiffness.y())
-    throw std::invalid_argument(name + ": found stiffnesses across of " + std::to_string(stiffness.x()) + " and " +
+    throw std::invalid_argument(name + ": found bending stiffnesses of " + std::to_string(stiffness.x()) + " and " +
                                 std::to_string(stiffness.y()) +
-                                " N m^2, expected one that is the same in all directions");
+                                " N m^2, expected equal bending and equal shear stiffness about both axes");
 }
 
 /// A section of the target: its proximal end alone, carrying the contact.
@@ -69,9 +69,9 @@ std::string_view describe(Status status) {
     case Status::kNotFinite:
       return "a joint is not a finite number";
     case Status::kDistalInside:
-      return "an insertion is not above zero, or below zero that of the assist arm";
+      return "the target's insertion is not above zero, or the assist arm's is below zero";
     case Status::kNotConverged:
-      return "no contact pose was found in which both arms agree";
+      return "no contact pose satisfies the equilibrium of both arms";
     case Status::kNoContact:
       return "no contact: the assist arm would have to pull";
     case Status::kBuckled:

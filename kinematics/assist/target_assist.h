@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A catheter whose base of bending another one pushes: section IV of Norouzi-Ghazbi et al., algorithms 2 and 3.
- */
+/** @file Target-assist pair: closed chain of a target catheter and an assist catheter whose tip pushes the target's
+ * base of bending (Norouzi-Ghazbi et al., section IV, algorithms 2 and 3). */
 #pragma once
 
 #include <string_view>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A catheter with one bending end, and its constant-curvature model in closed form. */
+/** @file Parameters of a catheter with one bending section, and its constant-curvature model in closed form. */
 #pragma once
 
 #include "kinematics/arm_model.h"

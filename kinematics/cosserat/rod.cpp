@@ -56,7 +56,7 @@ void checkRod(const Rod& rod) {
     length += rod.sections[k].length;
   }
   if (!(length > 0.0))
-    refuse("sections", "a length of zero together", "a length above zero");
+    refuse("sections", "lengths with the sum 0 m", "a sum above 0 m");
   for (int k = 0; k < actuators; ++k) {
     const Actuator& actuator = rod.actuators[k];
     const std::string name = "actuator " + std::to_string(k + 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kinematics/cosserat/strain.h"
+#include "kinematics/cosserat/detail/strain.h"
 
 #include <Eigen/Cholesky>
 #include <cmath>

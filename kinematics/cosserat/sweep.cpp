@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "kinematics/cosserat/strain.h"
+#include "kinematics/cosserat/detail/strain.h"
 #include "kinematics/rotations.h"
 
 namespace tandem::kinematics::cosserat {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Forward integration of a rod: equations (12) as an initial value problem, with derivatives. */
+/** @file Forward integration of a rod: equations (12) of Norouzi-Ghazbi et al. as an initial value problem, with
+ * derivatives. */
 #pragma once
 
 #include "kinematics/cosserat/rod.h"

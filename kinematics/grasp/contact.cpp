@@ -25,7 +25,7 @@ constexpr std::array<Kind, 4> kKinds = {{{"frictionless", 1, {2}},
 
 const Kind& kindOf(ContactType type) { return kKinds[static_cast<std::size_t>(type)]; }
 
-std::string axisWords(const Eigen::Vector3d& direction) {
+std::string describeAxis(const Eigen::Vector3d& direction) {
   constexpr double kAligned = 1e-3;
   const char* const axes[] = {"x", "y", "z"};
   for (int k = 0; k < 3; ++k) {
@@ -162,8 +162,8 @@ std::string describe(const Twist& twist, double length) {
   const double all = std::hypot(linear, angular);
   if (!(all > 0.0))
     return "no motion";
-  const std::string translation = "translation along " + axisWords(twist.head<3>().normalized());
-  const std::string rotation = "rotation about " + axisWords(twist.tail<3>().normalized());
+  const std::string translation = "translation along " + describeAxis(twist.head<3>().normalized());
+  const std::string rotation = "rotation about " + describeAxis(twist.tail<3>().normalized());
   if (angular < kNothing * all)
     return translation;
   return linear < kNothing * all ? rotation : rotation + " with " + translation;

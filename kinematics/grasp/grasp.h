@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Several arms that hold one object: section III of Norouzi-Ghazbi et al., algorithm 1. */
+/** @file Grasp of one object by several arms: mobility, grasp Jacobian, contact forces (Norouzi-Ghazbi et al.,
+ * section III, algorithm 1). */
 #pragma once
 
 #include <array>
@@ -77,7 +78,7 @@ class Grasp {
   int firstRow(int contact) const { return first_row_[static_cast<std::size_t>(contact)]; }
 
   /// Allocates nothing. @param object  robot base frame <- object frame
-  /// @return false where a number is not finite, or tips are not as many as contacts
+  /// @return false where a number is NaN or infinite, or tips are not as many as contacts
   bool evaluate(const Eigen::Isometry3d& object, ArmTips tips, GraspState& state) const noexcept;
 
   /// The part of a twist in which the object cannot be moved; zero up to rounding where it can.

@@ -83,8 +83,8 @@ Vector3d Pipeline::deviceVelocity(const Sample& sample) noexcept {
   return moved / period_;
 }
 
-MovedTips Pipeline::movedTips(const TipPlaces& tips) const noexcept {
-  MovedTips moved;
+DrivenTips Pipeline::drivenTips(const TipPlaces& tips) const noexcept {
+  DrivenTips moved;
   const Vector3d& tip = tips[static_cast<std::size_t>(arm_)];
   moved.add(arm_, mode_ == Mode::kRelative ? held_ : Vector3d(Vector3d::Zero()), tip);
   if (mode_ == Mode::kPair)
@@ -126,7 +126,7 @@ State Pipeline::step(const Sample& sample, const TipPlaces& tips) noexcept {
   wanted_ = filter_.step(raw_, period_);
   pass(Stage::kFilter, raw_, wanted_, Limiter::kNone);
   const Vector3d before = guard_.target();
-  const TargetGuard::Result& result = guard_.step(wanted_, now_, movedTips(tips), leash_, period_);
+  const TargetGuard::Result& result = guard_.step(wanted_, now_, drivenTips(tips), leash_, period_);
   target_speed_ = (guard_.target() - before).norm() / period_;
   stages_[static_cast<std::size_t>(Stage::kFixture)] = result.fixture;
   stages_[static_cast<std::size_t>(Stage::kWorkspace)] = result.workspace;

@@ -97,7 +97,7 @@ class Pipeline {
  private:
   void engage(const Sample& sample, const TipPlaces& tips) noexcept;
   Eigen::Vector3d deviceVelocity(const Sample& sample) noexcept;
-  MovedTips movedTips(const TipPlaces& tips) const noexcept;
+  DrivenTips drivenTips(const TipPlaces& tips) const noexcept;
   void pass(Stage stage, const Eigen::Vector3d& in, const Eigen::Vector3d& out, Limiter limiter) noexcept;
 
   const Options* options_;

@@ -23,7 +23,7 @@ double leashOf(const GuardOptions& options, double period) noexcept {
 
 /// Pushes all tips out to the margin, or to where they are now if that is nearer. Where regions leave no room between
 /// them, the last target is as good as it gets.
-Vector3d TargetGuard::outOfRegions(Vector3d x, const MovedTips& tips, StageResult& stage) const noexcept {
+Vector3d TargetGuard::outOfRegions(Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept {
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
     bool good = true;
@@ -47,7 +47,7 @@ Vector3d TargetGuard::outOfRegions(Vector3d x, const MovedTips& tips, StageResul
   return target_;
 }
 
-Vector3d TargetGuard::intoWorkspace(Vector3d x, const MovedTips& tips, StageResult& stage) const noexcept {
+Vector3d TargetGuard::intoWorkspace(Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept {
   if (!options_->workspace)
     return x;
   for (std::size_t i = 0; i < static_cast<std::size_t>(tips.count); ++i) {
@@ -67,7 +67,7 @@ Vector3d TargetGuard::intoWorkspace(Vector3d x, const MovedTips& tips, StageResu
 }
 
 /// Which share of the way of every tip to its place at the target `to` keeps this margin, or what it has of it now.
-double TargetGuard::clearShare(const MovedTips& from, const Vector3d& to, double margin, int& region) const noexcept {
+double TargetGuard::clearShare(const DrivenTips& from, const Vector3d& to, double margin, int& region) const noexcept {
   double share = 1.0;
   for (std::size_t r = 0; r < options_->forbidden.size(); ++r) {
     const ForbiddenRegion& forbidden = options_->forbidden[r];
@@ -95,7 +95,7 @@ double TargetGuard::clearShare(const MovedTips& from, const Vector3d& to, double
 
 const TargetGuard::Result& TargetGuard::step(const Vector3d& wanted,
                                              const Vector3d& now,
-                                             const MovedTips& tips,
+                                             const DrivenTips& tips,
                                              double leash,
                                              double dt) noexcept {
   result_ = {};
@@ -127,7 +127,7 @@ const TargetGuard::Result& TargetGuard::step(const Vector3d& wanted,
   // What follows is the promise: whatever happened before, neither the target's way nor the tips' way to it goes
   // through a forbidden region. Half of the margin, and a quarter, leave room for the chords of a way along a surface.
   int region = -1;
-  MovedTips here = tips;
+  DrivenTips here = tips;
   for (std::size_t i = 0; i < static_cast<std::size_t>(tips.count); ++i)
     here.tip[i] = tips.place(i, target_);
   x = target_ + clearShare(here, x, 0.5 * options_->margin, region) * (x - target_);

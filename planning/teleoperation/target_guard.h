@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The last stages between what somebody wants of a tip and what control is asked for: virtual fixtures,
- * workspace, rate, and how far ahead of the tip a target may be. */
+/** @file Limits on tip targets: virtual fixtures, workspace, speed, and largest distance ahead of the tip. */
 #pragma once
 
 #include <Eigen/Core>
@@ -47,7 +46,7 @@ struct StageResult {
 };
 
 /** The tips that move with what is driven: each one is at offset + sign * (where what is driven is). */
-struct MovedTips {
+struct DrivenTips {
   int count = 0;
   std::array<int, 2> arm{};
   std::array<Eigen::Vector3d, 2> offset{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< m
@@ -82,16 +81,16 @@ class TargetGuard {
   /// @param wanted  m; @param now  where what is driven is, m; @param leash  largest distance between target and now, m
   const Result& step(const Eigen::Vector3d& wanted,
                      const Eigen::Vector3d& now,
-                     const MovedTips& tips,
+                     const DrivenTips& tips,
                      double leash,
                      double dt) noexcept;
 
   const Eigen::Vector3d& target() const noexcept { return target_; }
 
  private:
-  Eigen::Vector3d outOfRegions(Eigen::Vector3d x, const MovedTips& tips, StageResult& stage) const noexcept;
-  Eigen::Vector3d intoWorkspace(Eigen::Vector3d x, const MovedTips& tips, StageResult& stage) const noexcept;
-  double clearShare(const MovedTips& from, const Eigen::Vector3d& to, double margin, int& region) const noexcept;
+  Eigen::Vector3d outOfRegions(Eigen::Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept;
+  Eigen::Vector3d intoWorkspace(Eigen::Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept;
+  double clearShare(const DrivenTips& from, const Eigen::Vector3d& to, double margin, int& region) const noexcept;
 
   const GuardOptions* options_;
   Eigen::Vector3d target_ = Eigen::Vector3d::Zero();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem.Client. Whatever waits does so on a thread without the interpreter's lock, while the calling one looks
- * for signals and tells news: no lock of a client is ever held by somebody who waits for the interpreter. */
+/** @file Python class tandem.Client. Blocking calls wait in a thread without the GIL; the calling thread handles
+ * signals and progress callbacks. No lock of a client is held while a thread waits for the interpreter. */
 #include <pybind11/stl.h>
 
 #include <chrono>
@@ -19,38 +19,38 @@
 namespace tandem::python {
 namespace {
 
-using cli::RunState;
+using client::RunState;
 using dds::jointIndex;
 
-/// Does `work` on a thread of its own; Ctrl-C and what `tell` raises interrupt it, and are raised when it has ended.
-void await(LiveRobot& live, const std::function<void()>& work, const std::function<void()>& tell = {}) {
+/// Does `work` on a thread of its own; Ctrl-C and what `report` raises interrupt it, and are raised when it has ended.
+void await(LiveRobot& live, const std::function<void()>& work, const std::function<void()>& report = {}) {
   auto done = std::async(std::launch::async, work);
-  std::exception_ptr trouble;
+  std::exception_ptr error;
   for (bool ready = false; !ready;) {
     {
       const py::gil_scoped_release released;
       ready = done.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
     }
-    if (trouble)
+    if (error)
       continue;
     try {
       if (PyErr_CheckSignals() != 0)
         throw py::error_already_set();
-      if (tell)
-        tell();
+      if (report)
+        report();
     } catch (...) {
-      trouble = std::current_exception();
+      error = std::current_exception();
       live.interrupt(true);
     }
   }
-  if (!trouble)
+  if (!error)
     return done.get();
   live.interrupt(false);
-  std::rethrow_exception(trouble);
+  std::rethrow_exception(error);
 }
 
 /** What a run has reached, from the thread that it runs on to the one that tells. */
-class News {
+class LatestRunState {
  public:
   void put(const RunState& state) {
     const std::lock_guard lock(mutex_);
@@ -66,7 +66,7 @@ class News {
   std::optional<RunState> latest_;
 };
 
-py::dict armStatus(const cli::Snapshot& s, int arm) {
+py::dict armStatus(const client::Snapshot& s, int arm) {
   const auto k = static_cast<std::size_t>(arm);
   const auto joints = [&](const dds::JointArray& all) {
     return toArray(dds::jointsOf(all, arm, s.state.joint_count[k]));
@@ -81,7 +81,7 @@ py::dict armStatus(const cli::Snapshot& s, int arm) {
   return one;
 }
 
-py::list limitWords(const config::Robot& robot, const dds::ControlStatus& status) {
+py::list describeLimits(const config::Robot& robot, const dds::ControlStatus& status) {
   py::list words;
   for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < robot.arms.size(); ++i)
     words.append(robots::describeLimit(
@@ -110,7 +110,7 @@ class Client {
   Robot robot() const { return Robot(std::make_shared<const config::Robot>(here()->robot())); }
   py::dict status() const {
     const auto live = here();
-    const cli::Snapshot s = snapshot(*live);
+    const client::Snapshot s = snapshot(*live);
     py::dict all;
     all["deployment"] = live->deployment().name;
     all["robot"] = live->robot().name;
@@ -131,7 +131,7 @@ class Client {
     trajectory["iterations"] = s.reference.total_iterations;
     all["trajectory"] = trajectory;
     all["errors"] = std::vector<double>(s.status.task_error.begin(), s.status.task_error.begin() + s.status.task_count);
-    all["limits"] = limitWords(live->robot(), s.status);
+    all["limits"] = describeLimits(live->robot(), s.status);
     py::dict control;
     control["period"] = s.status.period;
     control["cycles"] = s.status.cycles;
@@ -143,11 +143,11 @@ class Client {
   py::tuple measuredJs(const std::string& arm) const {
     const auto live = here();
     const int k = robot().indexOf(arm);
-    const cli::Snapshot s = snapshot(*live);
+    const client::Snapshot s = snapshot(*live);
     const auto i = static_cast<std::size_t>(k);
     if (s.state.valid[i] == 0)
-      throw cli::Failure(cli::kFailure,
-                         live->robot().arms[i].name + ": the drives say that its joints are not measured");
+      throw client::Failure(client::kFailure,
+                            live->robot().arms[i].name + ": the drives report no valid joint measurement");
     return py::make_tuple(toArray(dds::jointsOf(s.state.position, k, s.state.joint_count[i])),
                           toArray(dds::jointsOf(s.state.velocity, k, s.state.joint_count[i])));
   }
@@ -194,19 +194,19 @@ class Client {
     const auto live = here();
     const std::string text = py::isinstance<Trajectory>(trajectory)
                                  ? config::formatTrajectory(py::cast<Trajectory>(trajectory).spec)
-                                 : cli::runText(py::cast<std::string>(trajectory));
+                                 : client::runText(py::cast<std::string>(trajectory));
     std::optional<control::Method> wanted;
     if (!method.is_none())
       wanted = methodFrom(py::cast<std::string>(method));
-    News news;
+    LatestRunState latest;
     RunState end;
-    const auto put = [&](const RunState& state) { news.put(state); };
-    const auto tell = [&] {
-      if (const auto state = news.take(); state && !progress.is_none())
+    const auto put = [&](const RunState& state) { latest.put(state); };
+    const auto report = [&] {
+      if (const auto state = latest.take(); state && !progress.is_none())
         progress(state->point, state->points, state->errors);
     };
     await(
-        *live, [&] { end = live->run(text, wanted, keep_enabled, put); }, tell);
+        *live, [&] { end = live->run(text, wanted, keep_enabled, put); }, report);
     py::dict result;
     result["points"] = end.points;
     result["iterations"] = end.iterations;
@@ -217,11 +217,11 @@ class Client {
  private:
   std::shared_ptr<LiveRobot> here() const {
     if (!live_)
-      throw cli::Failure(cli::kFailure, "this client is closed");
+      throw client::Failure(client::kFailure, "this client is closed");
     return live_;
   }
-  static cli::Snapshot snapshot(LiveRobot& live) {
-    cli::Snapshot s;
+  static client::Snapshot snapshot(LiveRobot& live) {
+    client::Snapshot s;
     await(live, [&] { s = live.snapshot(); });
     return s;
   }
@@ -233,19 +233,20 @@ class Client {
 
 void bindClient(py::module_& module) {
   using namespace py::literals;
-  py::register_exception<cli::Failure>(module, "ClientError", PyExc_RuntimeError).attr("__doc__") =
-      "A running system is silent, or refuses: says who, and why.";
+  py::register_exception<client::Failure>(module, "ClientError", PyExc_RuntimeError).attr("__doc__") =
+      "No message from a running system, or a refusal; the text names the service and the reason.";
   py::class_<Client>(
       module, "Client",
-      "A client of a running system (`tandem up`), over DDS. Commands take the control lease and give it "
-      "back, come one at a time, and return when they are done; ClientError says why they are not. "
-      "Ctrl-C pauses what moves. `with` connects at the beginning and closes at the end.")
+      "A client of a running system (`tandem up`), over DDS. Commands acquire and release the control lease, "
+      "run one at a time, and return when they are done; ClientError gives the reason of a failure. "
+      "Ctrl-C pauses moving arms. `with` connects at the beginning and closes at the end.")
       .def(py::init<const std::string&>(), "deployment"_a = "laptop",
-           "A preset or file. Joins and waits for nobody: whatever needs others connects first.")
-      .def("connect", &Client::connect, "timeout"_a = 10.0,
-           "Waits until sim (or hal), control and planning are received and receive us, s. ClientError names who is "
-           "silent.")
-      .def("close", &Client::close, "Leaves. The robot stays as it is.")
+           "A preset or file. Does not wait for other processes: the first call that needs them connects.")
+      .def(
+          "connect", &Client::connect, "timeout"_a = 10.0,
+          "Waits until messages are exchanged with sim (or hal), control and planning; timeout in s. ClientError names "
+          "the services without messages.")
+      .def("close", &Client::close, "Ends the connection. The robot keeps its state.")
       .def("__enter__",
            [](py::object self) {
              self.attr("connect")();
@@ -254,13 +255,13 @@ void bindClient(py::module_& module) {
       .def("__exit__", [](Client& client, const py::args&) { client.close(); })
       .def_property_readonly("robot", &Client::robot, "The Robot of the deployment.")
       .def("status", &Client::status,
-           "What the system said last, as a dict: deployment, robot, method, model, feedback, lease ('free', 'ours', "
+           "Latest status of the system, as a dict: deployment, robot, method, model, feedback, lease ('free', 'ours', "
            "'held'), source, hold, arms (by name: operating_state, is_homed, is_busy, faults, joints, velocity), "
            "trajectory (phase, point, points, iterations), errors (m), limits (in words), control (period, cycles, "
            "overruns, cycle_time_max; s). Never older than 2 s and three control periods.")
       .def("measured_js", &Client::measuredJs, "arm"_a, "CRTK: (positions, velocities), m, rad, m/s, rad/s.")
       .def("measured_cp", &Client::measuredCp, "arm"_a,
-           "CRTK: tip pose of the measured joints as control has it, (4, 4), robot base frame.")
+           "CRTK: tip pose at the measured joints, computed by control, (4, 4), robot base frame.")
       .def(
           "enable", [](const Client& c) { c.stateCommand("enable"); }, "All arms to ENABLED.")
       .def(
@@ -268,23 +269,21 @@ void bindClient(py::module_& module) {
       .def(
           "pause", [](const Client& c) { c.stateCommand("pause"); }, "All arms to PAUSED: motions wait.")
       .def(
-          "resume", [](const Client& c) { c.stateCommand("resume"); }, "Paused arms to ENABLED: motions go on.")
+          "resume", [](const Client& c) { c.stateCommand("resume"); }, "Paused arms to ENABLED: motions continue.")
       .def("stop", &Client::stop, "reason"_a = "stop of a Python client",
            "Soft stop of all arms; returns when the drives report standstill. Latches FAULT until disable(). Needs "
-           "neither lease nor connection, and may come from another thread or from progress while a command is under "
-           "way.")
+           "neither lease nor connection, and may be called from another thread or from progress while a command "
+           "runs.")
       .def("method", &Client::setMethod, "name"_a, "Chooses the redundancy-resolution method.")
       .def("set", &Client::set, "name"_a, "value"_a, "Sets a parameter of the method or a gain, as `tandem robot set`.")
       .def("move_jp", &Client::moveJp, "arm"_a, "q"_a,
-           "Moves one ENABLED arm along a straight line in joint space, m and rad, and returns when it is there.")
+           "Moves one ENABLED arm along a straight line in joint space, m and rad, and returns when it has arrived.")
       .def("home", &Client::home, "Moves all ENABLED arms to the home of the robot file.")
       .def("run", &Client::run, "trajectory"_a, py::kw_only(), "method"_a = py::none(), "keep_enabled"_a = false,
            "progress"_a = py::none(),
-           "Enables, follows a trajectory (Trajectory, preset or file; of catheters a path by preset or file) from "
-           "where "
-           "the tips are, disables. progress("
-           "point, points, errors) is called as points are reached, errors in m; what it raises pauses the arms and is "
-           "raised here. A dict of points, iterations, errors (m).");
+           "Enables, follows a trajectory (Trajectory, preset or file; for catheters a path by preset or file) from "
+           "the present tips, disables. progress(point, points, errors) is called as points are reached, errors in m; "
+           "an exception in it pauses the arms and is raised here. Returns a dict of points, iterations, errors (m).");
 }
 
 }  // namespace tandem::python

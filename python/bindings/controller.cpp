@@ -110,16 +110,16 @@ class Controller {
 };
 
 void bindStep(py::module_& module) {
-  py::class_<Step>(module, "Step", "What Controller.step() answers.")
+  py::class_<Step>(module, "Step", "Result of Controller.step().")
       .def_property_readonly(
           "velocity", [](const Step& s) { return toArray(s.velocity); },
-          "Joint velocities of all arms, m/s and rad/s; zero where status says that there are none.")
-      .def_readonly("status", &Step::status, "'solved', or why not.")
+          "Joint velocities of all arms, m/s and rad/s; zero where status reports that none was found.")
+      .def_readonly("status", &Step::status, "'solved', or the reason of the failure.")
       .def_readonly("errors", &Step::errors, "Distance of each task from its target, m.")
-      .def_readonly("scales", &Step::scales, "Which share of each task is done by design, 0 to 1.")
-      .def_readonly("residuals", &Step::residuals, "What of each task is left undone, m/s.")
-      .def_readonly("iterations", &Step::iterations, "Of the QP solver; 0 for closed forms.")
-      .def_readonly("active_limits", &Step::active_limits, "Bounds and rows that the velocity stands at.")
+      .def_readonly("scales", &Step::scales, "Scale of each task, chosen by the method, 0 to 1.")
+      .def_readonly("residuals", &Step::residuals, "Part of each task that is not achieved, m/s.")
+      .def_readonly("iterations", &Step::iterations, "Iterations of the QP solver; 0 for closed forms.")
+      .def_readonly("active_limits", &Step::active_limits, "Number of active bounds and rows.")
       .def_property_readonly(
           "tips",
           [](const Step& s) {
@@ -153,10 +153,10 @@ control::MethodParameters parametersFrom(const Robot& robot, double period, cons
   parameters.period = positive("period", period);
   for (const auto& [key, value] : options) {
     const auto name = py::cast<std::string>(key);
-    const auto tunable = std::find_if(control::kTunables.begin(), control::kTunables.end(),
-                                      [&](const control::Tunable& t) { return name == t.name; });
-    if (tunable != control::kTunables.end()) {
-      parameters.*(tunable->member) = positive(name, py::cast<double>(value));
+    const auto parameter = std::find_if(control::kTunableParameters.begin(), control::kTunableParameters.end(),
+                                        [&](const control::TunableParameter& t) { return name == t.name; });
+    if (parameter != control::kTunableParameters.end()) {
+      parameters.*(parameter->member) = positive(name, py::cast<double>(value));
     } else if (name == "bounds" || name == "backend") {
       const auto word = py::cast<std::string>(value);
       const auto bounds = idl::fromName<control::BoundsKind>(word);
@@ -190,14 +190,14 @@ void bindController(py::module_& module) {
                       vector3(feed, "feed_forward")};
       },
       "arm"_a, "other"_a, "position"_a, "feed_forward"_a = py::none(),
-      "Where the tip of one arm shall be as seen from the tip of another, m, base frame (eq. (2)).");
+      "Desired position of the tip of one arm relative to the tip of another, m, base frame (eq. (2)).");
   module.def(
       "tip",
       [](const std::string& arm, const py::object& position, const py::object& feed) {
         return Target{planning::TaskKind::kTipPosition, arm, "", vector3(position, "position"),
                       vector3(feed, "feed_forward")};
       },
-      "arm"_a, "position"_a, "feed_forward"_a = py::none(), "Where the tip of an arm shall be, m, base frame.");
+      "arm"_a, "position"_a, "feed_forward"_a = py::none(), "Desired position of the tip of an arm, m, base frame.");
   bindStep(module);
   module.attr("METHODS") = py::tuple(py::cast(control::methodNames()));
   py::class_<Controller>(module, "Controller", "Redundancy resolution: from joints and targets to joint velocities.")
@@ -212,12 +212,12 @@ void bindController(py::module_& module) {
             ". period in s, gains in 1/s. Further keywords: bounds, backend, and the parameters of docs/methods.md.")
                .c_str())
       .def_property_readonly("method", &Controller::method)
-      .def(
-          "step", &Controller::step, "q"_a, "targets"_a, "setpoint"_a = py::none(),
-          "One step. q: measured joints of all arms, stacked or one vector an arm. targets: highest priority first. "
-          "setpoint: where the limits are counted from, q unless given. An elastic arm goes on from the equilibrium of "
-          "the step before.")
-      .def("restart", &Controller::restart, "The joints were put elsewhere without a path.");
+      .def("step", &Controller::step, "q"_a, "targets"_a, "setpoint"_a = py::none(),
+           "One step. q: measured joints of all arms, stacked or one vector per arm. targets: highest priority first. "
+           "setpoint: joints from which limits are computed, q unless given. An elastic arm continues from the "
+           "equilibrium of the previous step.")
+      .def("restart", &Controller::restart,
+           "To be called after a reset of the joints (a change of joints without a motion).");
 }
 
 }  // namespace tandem::python

@@ -11,9 +11,9 @@
 namespace tandem::python {
 namespace {
 
-using cli::Failure;
-using cli::RunState;
-using cli::Snapshot;
+using client::Failure;
+using client::RunState;
+using client::Snapshot;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kConnectTime = 10.0;  // s
@@ -26,7 +26,8 @@ double since(std::int64_t ns) { return 1e-9 * static_cast<double>(Clock::now().t
 LiveRobot::Command::Command(LiveRobot& live, bool lease)
     : live_(live), alone_(live.command_, std::try_to_lock), lease_(false) {
   if (!alone_)
-    throw Failure(cli::kFailure, "another command of this client is under way; stop() alone may come between");
+    throw Failure(client::kFailure,
+                  "another command of this client is in progress; only stop() may be called meanwhile");
   if (!live_.connected_)
     live_.connect(kConnectTime);
   if (lease) {
@@ -34,7 +35,7 @@ LiveRobot::Command::Command(LiveRobot& live, bool lease)
     try {
       live_.client_->acquireLease();
     } catch (...) {
-      live_.motions_->giveLeaseBack();
+      live_.motions_->releaseLease();
       throw;
     }
   }
@@ -42,19 +43,19 @@ LiveRobot::Command::Command(LiveRobot& live, bool lease)
 
 LiveRobot::Command::~Command() {
   if (lease_)
-    live_.motions_->giveLeaseBack();
+    live_.motions_->releaseLease();
 }
 
 LiveRobot::LiveRobot(const std::string& deployment)
-    : deployment_(service::loadDeployment(deployment)),
+    : deployment_(runtime::loadDeployment(deployment)),
       robot_(config::loadAnyRobot(deployment_.robot)),
-      patience_(2.0 + 3.0 * deployment_.control_period) {
-  cli::Client::Taps taps;
-  taps.status = [this](const dds::ControlStatus&) { received_ = Clock::now().time_since_epoch().count(); };
-  client_ = std::make_unique<cli::Client>(deployment_, std::move(taps));
-  client_->interruptBy([this] { return interrupted_ && !calm_; });
+      timeout_(2.0 + 3.0 * deployment_.control_period) {
+  client::Client::Callbacks callbacks;
+  callbacks.status = [this](const dds::ControlStatus&) { received_ = Clock::now().time_since_epoch().count(); };
+  client_ = std::make_unique<client::Client>(deployment_, std::move(callbacks));
+  client_->setInterrupt([this] { return interrupted_ && !uninterruptible_; });
   motions_.emplace(
-      *client_, deployment_, robot_, [this](bool calm) { calm_ = calm; },
+      *client_, deployment_, robot_, [this](bool uninterruptible) { uninterruptible_ = uninterruptible; },
       [this](double seconds, const auto& condition) { return waitFor(seconds, condition); });
   for (const config::Arm& arm : robot_.arms) {
     Pose& pose = *poses_.emplace_back(std::make_unique<Pose>());
@@ -73,8 +74,8 @@ void LiveRobot::connect(double seconds) {
 Snapshot LiveRobot::snapshot() {
   if (!connected_)
     connect(kConnectTime);
-  if (since(received_) > patience_)
-    throw Failure(cli::kFailure, "control has fallen silent; is `tandem up` still running?");
+  if (since(received_) > timeout_)
+    throw Failure(client::kFailure, "no recent message from control; check that `tandem up` is running");
   return client_->snapshot();
 }
 
@@ -86,18 +87,18 @@ dds::PoseStamped LiveRobot::measuredTip(std::size_t arm) {
     return pose.value;
   };
   if (!client_->waitFor(kPoseTime, [&](const Snapshot&) { return known().has_value(); }))
-    throw Failure(cli::kFailure, "control does not say where the tip of " + robot_.arms[arm].name + " is");
+    throw Failure(client::kFailure, "no tip pose of " + robot_.arms[arm].name + " received from control");
   return *known();
 }
 
 bool LiveRobot::waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) {
   bool silent = false;
   const bool answer = client_->waitFor(seconds, [&](const Snapshot& s) {
-    silent = since(received_) > patience_;
+    silent = since(received_) > timeout_;
     return silent || condition(s);
   });
   if (silent)
-    throw Failure(cli::kFailure, "control has fallen silent; is `tandem up` still running?");
+    throw Failure(client::kFailure, "no recent message from control; check that `tandem up` is running");
   return answer;
 }
 
@@ -136,19 +137,19 @@ void LiveRobot::home() {
 RunState LiveRobot::run(const std::string& trajectory,
                         std::optional<control::Method> method,
                         bool keep_enabled,
-                        const std::function<void(const RunState&)>& news) {
+                        const std::function<void(const RunState&)>& progress) {
   const Command one(*this, true);
   if (method)
     client_->setMethod(*method);
-  RunState state = motions_->run({trajectory, false, keep_enabled, news});
+  RunState state = motions_->run({trajectory, false, keep_enabled, progress});
   if (state.phase != planning::Phase::kFinished)
-    throw Failure(cli::kFailure, "the run has " + std::string(planning::name(state.phase)) + " at point " +
-                                     std::to_string(state.point) + " of " + std::to_string(state.points) + ", after " +
-                                     std::to_string(state.iterations) + " iterations" +
-                                     (state.why.empty() ? "" : ": " + state.why));
+    throw Failure(client::kFailure, "the run has " + std::string(planning::name(state.phase)) + " at point " +
+                                        std::to_string(state.point) + " of " + std::to_string(state.points) +
+                                        ", after " + std::to_string(state.iterations) + " iterations" +
+                                        (state.why.empty() ? "" : ": " + state.why));
   return state;
 }
 
-void LiveRobot::stop(const std::string& reason) { cli::stopAndWait(*client_, reason); }
+void LiveRobot::stop(const std::string& reason) { client::stopAndWait(*client_, reason); }
 
 }  // namespace tandem::python

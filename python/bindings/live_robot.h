@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Running robot for tandem.Client, without Python. */
+/** @file Connection to a running robot: the part of tandem.Client that does not depend on Python. */
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@
 namespace tandem::python {
 
 /** Commands take the control lease and give it back; they come one at a time. stop() and looking need neither. All
- * calls wait, none of them holds the interpreter's lock, and all throw cli::Failure with the reason. */
+ * calls wait, none of them holds the interpreter's lock, and all throw client::Failure with the reason. */
 class LiveRobot {
  public:
   /// Joins; waits for nobody. @throw config::Error, std::invalid_argument
@@ -28,8 +28,8 @@ class LiveRobot {
 
   /// Until sim (or hal), control and planning are received and receive us.
   void connect(double seconds);
-  /// What they said last. @throw cli::Failure where control has fallen silent
-  cli::Snapshot snapshot();
+  /// What they said last. @throw client::Failure where control has fallen silent
+  client::Snapshot snapshot();
   std::uint64_t id() const { return client_->id(); }
   /// Tip pose that control computes of the measured joints.
   dds::PoseStamped measuredTip(std::size_t arm);
@@ -43,10 +43,10 @@ class LiveRobot {
   /// All arms to the home of the robot file.
   void home();
   /// Enables, follows a trajectory (YAML text), disables. @param news  called from here while it runs
-  cli::RunState run(const std::string& trajectory,
-                    std::optional<control::Method> method,
-                    bool keep_enabled,
-                    const std::function<void(const cli::RunState&)>& news);
+  client::RunState run(const std::string& trajectory,
+                       std::optional<control::Method> method,
+                       bool keep_enabled,
+                       const std::function<void(const client::RunState&)>& progress);
   /// Stops all arms and waits until the drives report it; needs no connection and interrupts no command.
   void stop(const std::string& reason);
 
@@ -72,18 +72,18 @@ class LiveRobot {
     std::optional<dds::PoseStamped> value;
   };
 
-  bool waitFor(double seconds, const std::function<bool(const cli::Snapshot&)>& condition);
+  bool waitFor(double seconds, const std::function<bool(const client::Snapshot&)>& condition);
 
   config::Deployment deployment_;
   config::Robot robot_;
-  double patience_;  ///< s of control's silence
-  std::atomic<bool> interrupted_{false}, calm_{false};
+  double timeout_;  ///< s of control's silence
+  std::atomic<bool> interrupted_{false}, uninterruptible_{false};
   std::atomic<std::int64_t> received_{0};  ///< when control was received last, ns
   std::atomic<bool> connected_{false};
   std::mutex command_;
   std::vector<std::unique_ptr<Pose>> poses_;
-  std::unique_ptr<cli::Client> client_;
-  std::optional<cli::Motions> motions_;
+  std::unique_ptr<client::Client> client_;
+  std::optional<client::Motions> motions_;
   std::vector<dds::Reader> readers_;
 };
 

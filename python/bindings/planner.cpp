@@ -100,21 +100,19 @@ class Planner {
 void bindPlanner(py::module_& module) {
   using namespace py::literals;
   py::class_<Planner>(module, "Planner", "Inverse kinematics and feasibility under all limits (docs/planning.md).")
-      .def(
-          py::init<const Robot&, const std::string&, std::optional<double>, std::optional<double>, int,
-                   std::uint64_t>(),
-          "robot"_a, py::kw_only(), "model"_a = "rigid", "stability"_a = py::none(), "clearance"_a = py::none(),
-          "starts"_a = 12, "seed"_a = 1,
-          "stability, clearance (m): least ones of a solution, none unless given. The same seed gives the same answer.")
+      .def(py::init<const Robot&, const std::string&, std::optional<double>, std::optional<double>, int,
+                    std::uint64_t>(),
+           "robot"_a, py::kw_only(), "model"_a = "rigid", "stability"_a = py::none(), "clearance"_a = py::none(),
+           "starts"_a = 12, "seed"_a = 1,
+           "stability, clearance (m): smallest permitted ones, none unless given. The same seed gives the same result.")
       .def("inverse_kinematics", &Planner::ik, "targets"_a, "reference"_a = py::none(),
            "targets: by the name of the arm a position, (3,), m, or position and direction, (6,). The joints nearest "
-           "to the "
-           "reference (home unless given) that reach them, or those of the nearest pose: a dict with reach ('reached', "
-           "'limits', 'outside_workspace' ...), words, joints, errors (m), limits, stability.")
-      .def("check", &Planner::check, "trajectory"_a, "start"_a = py::none(),
-           "Whether a trajectory can be run from a start, point by point: a dict with feasible, start (what is wrong "
-           "with "
-           "it), and for each point joints, errors (m), reach, words.");
+           "to the reference (home unless given) that reach them, or those of the nearest pose: a dict with reach "
+           "('reached', 'limits', 'outside_workspace' ...), words, joints, errors (m), limits, stability.")
+      .def(
+          "check", &Planner::check, "trajectory"_a, "start"_a = py::none(),
+          "Feasibility of a trajectory from a start, point by point: a dict with feasible, start (reason why it is not "
+          "a valid start), and for each point joints, errors (m), reach, words.");
 }
 
 }  // namespace tandem::python

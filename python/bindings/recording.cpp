@@ -65,7 +65,8 @@ class Recording {
         schema = &reader_.schemas().at(channel.schema);
     }
     if (schema == nullptr)
-      throw py::key_error("topic: found '" + topic + "', expected one of " + known);
+      throw py::key_error("topic: found '" + topic + "', expected one of " +
+                          (known.empty() ? "none: the recording is empty" : known));
     recording::Table table(topic, *schema);
     {
       const py::gil_scoped_release released;
@@ -102,15 +103,16 @@ class Recording {
 void bindRecording(py::module_& module) {
   using namespace py::literals;
   py::register_exception<recording::Error>(module, "RecordingError", PyExc_ValueError).attr("__doc__") =
-      "A file that is no recording, or cannot be read.";
+      "The file is not a recording, or cannot be read.";
   py::class_<Recording>(module, "Recording", "An MCAP file, as `tandem record` and the black box write them.")
       .def(py::init<const std::string&>(), "path"_a)
       .def_property_readonly("topics", &Recording::topics, "Message type by the name of the topic.")
       .def_property_readonly("message_count", [](const Recording& r) { return r.reader().statistics().messages; })
       .def_property_readonly(
-          "finished", [](const Recording& r) { return r.reader().finished(); }, "It was closed.")
+          "finished", [](const Recording& r) { return r.reader().finished(); },
+          "True: the file was closed by its writer.")
       .def_property_readonly(
-          "damage", [](const Recording& r) { return r.reader().damage(); }, "What is wrong with it.")
+          "damage", [](const Recording& r) { return r.reader().damage(); }, "Damage found in the file, as texts.")
       .def_property_readonly("attachments", &Recording::attachments,
                              "Texts of robot.yaml, deployment.yaml ... by name.")
       .def_property_readonly("metadata",
@@ -121,7 +123,7 @@ void bindRecording(py::module_& module) {
                                return all;
                              })
       .def("__getitem__", &Recording::table, "topic"_a,
-           "Messages of a topic as a dict of numpy arrays, a row a message, SI units; members of members by dots.");
+           "Messages of a topic as a dict of numpy arrays, one row per message, SI units; nested members with dots.");
 }
 
 }  // namespace tandem::python

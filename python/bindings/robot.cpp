@@ -163,8 +163,7 @@ void writePose(const Eigen::Isometry3d& pose, double* out) { Eigen::Map<Matrix4>
 
 constexpr const char* kBatch =
     "\n\nq: joints [beta_1..beta_n, alpha_1..alpha_n], m and rad, shape (2n,) or (N, 2n). errors: 'raise', or 'nan' "
-    "for "
-    "rows that the model has no answer for. threads: 0 is one a core.";
+    "for rows without a solution of the model. threads: 0 is one per core.";
 
 void bindArm(py::module_& module) {
   using namespace py::literals;
@@ -302,7 +301,7 @@ safety::RobotVector Robot::stack(const py::object& joints, const std::string& na
   }
   const Array array = py::cast<Array>(joints);
   if (array.ndim() != 1)
-    throw py::value_error(name + ": expected one vector with the joints of all arms, or one vector an arm");
+    throw py::value_error(name + ": expected one vector with the joints of all arms, or one vector per arm");
   return Rows(array, jointCount(), name)[0];
 }
 
@@ -329,9 +328,9 @@ safety::RobotVector Robot::home() const {
 void bindRobot(py::module_& module) {
   using namespace py::literals;
   py::register_exception<ModelError>(module, "ModelError", PyExc_ArithmeticError).attr("__doc__") =
-      "A kinematic model has no answer for these joints.";
+      "A kinematic model has no solution at these joints.";
   py::register_exception<config::Error>(module, "ConfigError", PyExc_ValueError).attr("__doc__") =
-      "A file or text is refused: FILE:LINE:COLUMN: KEY: what was found and what was expected.";
+      "A file or text is refused: FILE:LINE:COLUMN: KEY: found ..., expected ...";
   bindArm(module);
   py::class_<Robot>(module, "Robot", "A robot file: arms, limits, parameters of the methods.")
       .def_static(

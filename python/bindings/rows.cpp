@@ -20,7 +20,7 @@ std::string shapeOf(const Array& array) {
 }
 
 /// The first row that failed, and why; the first exception.
-struct Trouble {
+struct RowError {
   std::mutex mutex;
   std::size_t row = std::numeric_limits<std::size_t>::max();
   kinematics::ModelStatus status = kinematics::ModelStatus::kOk;
@@ -58,7 +58,7 @@ void answerRows(std::size_t count,
                 const std::function<kinematics::ModelStatus(std::size_t)>& row) {
   if (threads < 0)
     throw py::value_error("threads: found " + std::to_string(threads) + ", expected 0 (one a core) or more");
-  Trouble trouble;
+  RowError error;
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     try {
@@ -67,16 +67,16 @@ void answerRows(std::size_t count,
           const kinematics::ModelStatus status = row(i);
           if (status == kinematics::ModelStatus::kOk)
             continue;
-          const std::lock_guard lock(trouble.mutex);
-          if (i < trouble.row) {
-            trouble.row = i;
-            trouble.status = status;
+          const std::lock_guard lock(error.mutex);
+          if (i < error.row) {
+            error.row = i;
+            error.status = status;
           }
         }
       }
     } catch (...) {
-      const std::lock_guard lock(trouble.mutex);
-      trouble.exception = std::current_exception();
+      const std::lock_guard lock(error.mutex);
+      error.exception = std::current_exception();
       next = count;
     }
   };
@@ -89,11 +89,11 @@ void answerRows(std::size_t count,
       others.emplace_back(work);
     work();
   }
-  if (trouble.exception)
-    std::rethrow_exception(trouble.exception);
-  if (trouble.status != kinematics::ModelStatus::kOk && on_error == OnError::kRaise) {
-    throw ModelError((count > 1 ? "row " + std::to_string(trouble.row) + ": " : "") +
-                     std::string(kinematics::describe(trouble.status)));
+  if (error.exception)
+    std::rethrow_exception(error.exception);
+  if (error.status != kinematics::ModelStatus::kOk && on_error == OnError::kRaise) {
+    throw ModelError((count > 1 ? "row " + std::to_string(error.row) + ": " : "") +
+                     std::string(kinematics::describe(error.status)));
   }
 }
 

@@ -60,16 +60,15 @@ py::dict arraysOf(const experiments::RunRecord& record, const Robot& robot) {
   Array tips({static_cast<py::ssize_t>(count), static_cast<py::ssize_t>(arms), py::ssize_t{3}});
   for (Eigen::Index i = 0; i < count; ++i) {
     const experiments::Row& row = rows[static_cast<std::size_t>(i)];
-    point[i] = row.facts.point;
+    point[i] = row.data.point;
     error_ab[i] = row.error_ab;
     error_a[i] = row.error_a;
     violation[i] = row.violation;
-    joints.row(i) = row.facts.position;
+    joints.row(i) = row.data.position;
     lower.row(i) = row.lower;
     upper.row(i) = row.upper;
     for (int k = 0; k < arms; ++k)
-      Eigen::Map<Eigen::Vector3d>(tips.mutable_data() + 3 * (i * arms + k)) =
-          row.facts.tip[static_cast<std::size_t>(k)];
+      Eigen::Map<Eigen::Vector3d>(tips.mutable_data() + 3 * (i * arms + k)) = row.data.tip[static_cast<std::size_t>(k)];
   }
   py::dict arrays;
   arrays["point"] = toArray(point).attr("astype")("int64");
@@ -141,8 +140,8 @@ void bindSimulator(py::module_& module) {
   module.def(
       "run", &run, "robot"_a, "trajectory"_a, "method"_a = "nspqp", py::kw_only(), "start"_a = py::none(),
       "model"_a = "rigid", "period"_a = 0.1, "relative_gain"_a = 5.0, "tip_gain"_a = 3.0,
-      "Runs a trajectory in closed loop with the simulator, as `tandem experiment --offline` does. A dict of arrays "
-      "with a row an iteration, and of totals. Further keywords as Controller's.");
+      "Runs a trajectory in closed loop with the simulator, as `tandem experiment --offline` does. Returns a dict of "
+      "arrays with one row per iteration, and of totals. Further keywords: those of Controller.");
 }
 
 }  // namespace tandem::python

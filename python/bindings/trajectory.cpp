@@ -25,7 +25,7 @@ py::tuple samples(const Trajectory& trajectory, const Array& tip, const Array& r
 
 void bindTrajectory(py::module_& module) {
   using namespace py::literals;
-  py::class_<Trajectory>(module, "Trajectory", "Where a tip goes, and the relative position with it.")
+  py::class_<Trajectory>(module, "Trajectory", "Trajectory of a tip, and of the relative position of two tips.")
       .def_static(
           "load",
           [](const std::string& name_or_path) {
@@ -40,7 +40,7 @@ void bindTrajectory(py::module_& module) {
       .def_property_readonly(
           "tolerance", [](const Trajectory& t) { return t.spec.tolerance; }, "m.")
       .def("points", &samples, "tip"_a, "relative"_a,
-           "(tips, relatives), (points, 3) each, m: where it leads from a tip and a relative position.")
+           "(tips, relatives), (points, 3) each, m: its points from a start of tip and relative position.")
       .def(
           "to_yaml", [](const Trajectory& t) { return config::formatTrajectory(t.spec); },
           "As text that parse() reads.")

@@ -14,10 +14,11 @@ void checkTubes(const config::Robot& robot, const sim::PlantOptions& options) {
       throw std::invalid_argument("plant: found errors of tubes for " + arm.name + ", which has no tubes");
   }
   const int count = static_cast<int>(robot.arms.size());
-  for (const sim::GivenTubeErrors& given : options.tube_errors) {
-    if (given.arm < 0 || given.arm >= count || given.tube < 0 ||
-        given.tube >= robot.arms[static_cast<std::size_t>(given.arm)].model.tubeCount())
-      throw std::invalid_argument("plant: errors are given for a tube that there is not");
+  for (const sim::FixedTubeErrors& fixed : options.tube_errors) {
+    if (fixed.arm < 0 || fixed.arm >= count || fixed.tube < 0 ||
+        fixed.tube >= robot.arms[static_cast<std::size_t>(fixed.arm)].model.tubeCount())
+      throw std::invalid_argument("plant.tube_errors: found tube " + std::to_string(fixed.tube + 1) + " of arm " +
+                                  std::to_string(fixed.arm + 1) + ", which the robot does not have");
   }
 }
 

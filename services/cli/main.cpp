@@ -5,7 +5,7 @@
 #include "config/values.h"
 #include "idl/version.h"
 #include "services/cli/models/cooperative.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/client/role.h"
 #include "services/runtime/process.h"
 
@@ -19,13 +19,13 @@ int main(int argc, char** argv) {
       "  tandem experiment table3          reproduce Table 3 of Alsaka et al. 2024 over DDS\n"
       "  tandem up laptop                  start simulator, control and planning in real time\n"
       "  tandem robot run circle           ... and in another terminal: move\n"
-      "  tandem teleop --enable            ... or move the tips by hand\n"
+      "  tandem teleop --enable            ... or teleoperate the tips\n"
       "  tandem status                     ... and watch\n"
       "Every subcommand has --help.");
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
-  addRoleOption(app);
-  tandem::service::addPlaceOptions(app);
+  tandem::client::addRoleOption(app);
+  tandem::runtime::addPlaceOptions(app);
   app.fallthrough();
   for (Register* part :
        {registerUp,     registerExperiment, registerRobot,      registerStatus,    registerTopics,   registerDoctor,

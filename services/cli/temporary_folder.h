@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 

@@ -6,7 +6,7 @@
 
 #include "config/config.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 
 std::shared_ptr<std::istream> openInput(const std::string& path) {
   if (path == "-")
@@ -48,4 +48,4 @@ std::string shareFile(const std::string& relative) {
   throw Failure(kFailure, relative + ": not found beside the executable; is the installation complete?");
 }
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

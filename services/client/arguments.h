@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Helpers shared by the subcommands of `tandem`: output, exit codes, common options. */
+/** @file Helpers shared by clients of a robot: exit codes, failures, input files. */
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <functional>
 #include <iosfwd>
@@ -10,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tandem::cli {
+namespace tandem::client {
 
 /** Exit codes of `tandem`. */
 enum ExitCode : int {
@@ -29,13 +28,6 @@ class Failure : public std::runtime_error {
   int code_;
 };
 
-/** Registers a subcommand's options with `app`; the callback of the subcommand sets `exit_code`. */
-using Register = void(CLI::App& app, int& exit_code);
-Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
-    registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
-    registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
-    registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo;
-
 /// Seconds that have passed since then.
 inline double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -53,4 +45,4 @@ std::string statusField(std::string text);
 /// Folder of installed or source-tree data (plotting script). @throw Failure where it is not found.
 std::string shareFile(const std::string& relative);
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "operation/permission.h"
 #include "safety/operating_state.h"
@@ -10,14 +11,14 @@
 #include "services/client/role.h"
 #include "services/runtime/identity.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 namespace {
 
 /// The participant of a client: who looks for it by its id finds its process.
 dds::BusOptions optionsOf(const config::Deployment& deployment, Client::Receives receives, std::uint64_t id) {
   dds::BusOptions options = clientOptions(deployment);
   options.identity.session = id;
-  return receives == Client::Receives::kAnyRobot ? service::ofAnyRobot(options) : options;
+  return receives == Client::Receives::kAnyRobot ? runtime::ofAnyRobot(options) : options;
 }
 
 constexpr double kAnswerTime = 10.0;  // s
@@ -34,11 +35,11 @@ constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two lo
 
 }  // namespace
 
-Client::Client(const config::Deployment& deployment, Taps taps, Receives receives)
-    : id_(service::randomIdentity()),
-      role_(roleHere(deployment)),
-      taps_(std::move(taps)),
-      least_patience_(deployment.clock == config::ClockMode::kLockStep ? deployment.budgets.lock_step : 0.0),
+Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receives receives)
+    : id_(runtime::randomIdentity()),
+      role_(localRole(deployment)),
+      callbacks_(std::move(callbacks)),
+      least_timeout_(deployment.clock == config::ClockMode::kLockStep ? deployment.budgets.lock_step : 0.0),
       bus_(optionsOf(deployment, receives, id_)) {
   if (commands()) {
     control_requests_ = bus_.writer(dds::kControlRequest);
@@ -53,7 +54,7 @@ Client::Client(const config::Deployment& deployment, Taps taps, Receives receive
   sim_replies_ = bus_.reader(dds::kSimReply, reply);
   hal_replies_ = bus_.reader(dds::kHalReply, reply);
   const auto start = std::chrono::steady_clock::now();
-  heard_at_ = {{kDrives, start}, {"control", start}, {"planning", start}};
+  received_at_ = {{kDrives, start}, {"control", start}, {"planning", start}};
   const auto received = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
                                const auto& tap) {
     {
@@ -61,7 +62,7 @@ Client::Client(const config::Deployment& deployment, Taps taps, Receives receive
       snapshot_.*slot = message;
       ++(snapshot_.*count);
       if (const char* who = speakerOf(message); *who != '\0')
-        heard_at_[who] = std::chrono::steady_clock::now();
+        received_at_[who] = std::chrono::steady_clock::now();
     }
     if (tap)
       tap(message);
@@ -70,17 +71,20 @@ Client::Client(const config::Deployment& deployment, Taps taps, Receives receive
   const dds::ReaderOptions deep{kRecorderDepth};
   states_ = bus_.reader(
       dds::kActuationState,
-      [this, received](const auto& m) { received(&Snapshot::state, &Snapshot::states, m, taps_.state); }, deep);
+      [this, received](const auto& m) { received(&Snapshot::state, &Snapshot::states, m, callbacks_.state); }, deep);
   statuses_ = bus_.reader(
       dds::kControlStatus,
-      [this, received](const auto& m) { received(&Snapshot::status, &Snapshot::statuses, m, taps_.status); }, deep);
+      [this, received](const auto& m) { received(&Snapshot::status, &Snapshot::statuses, m, callbacks_.status); },
+      deep);
   references_ = bus_.reader(
       dds::kPlanningReference,
-      [this, received](const auto& m) { received(&Snapshot::reference, &Snapshot::references, m, taps_.reference); },
+      [this, received](const auto& m) {
+        received(&Snapshot::reference, &Snapshot::references, m, callbacks_.reference);
+      },
       deep);
   hals_ = bus_.reader(
-      dds::kHalStatus, [this, received](const auto& m) { received(&Snapshot::hal, &Snapshot::hals, m, taps_.hal); },
-      deep);
+      dds::kHalStatus,
+      [this, received](const auto& m) { received(&Snapshot::hal, &Snapshot::hals, m, callbacks_.hal); }, deep);
   clearances_ = bus_.reader(dds::kControlClearance, [received](const auto& m) {
     received(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
   });
@@ -89,11 +93,11 @@ Client::Client(const config::Deployment& deployment, Taps taps, Receives receive
     for (const dds::DiagnosticStatus& status : m.status)
       snapshot_.diagnostics[status.name] = status;
   });
-  if (taps_.sim_tips) {
+  if (callbacks_.sim_tips) {
     sim_tips_ = bus_.reader(
         dds::kSimTips,
         [this](const auto& m) {
-          taps_.sim_tips(m);
+          callbacks_.sim_tips(m);
           // An empty critical section: whoever is between judging and waiting is waiting when it ends.
           { const std::lock_guard lock(mutex_); }
           changed_.notify_all();
@@ -123,7 +127,7 @@ Client::~Client() {
     control_requests_.write(release);
     // A participant that goes at once may take the sample with it: wait until control shows that it has it.
     interrupted_ = {};
-    longest_silence_ = 0.0;
+    silence_limit_ = 0.0;
     waitFor(0.5, [this](const Snapshot& s) { return s.status.lease_holder != id_; });
   }
   {
@@ -143,14 +147,20 @@ std::string Client::silent(double seconds) const {
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
   std::string names;
-  for (const auto& [who, at] : heard_at_) {
+  for (const auto& [who, at] : received_at_) {
     if (now - at > std::chrono::duration<double>(seconds))
-      names += (names.empty() ? "; silent: " : ", ") + who;
+      names += (names.empty() ? "; no recent message from " : ", ") + who;
   }
   return names;
 }
 
 bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const {
+  return wait(seconds, condition, interrupted_);
+}
+
+bool Client::wait(double seconds,
+                  const std::function<bool(const Snapshot&)>& condition,
+                  const std::function<bool()>& interrupted) const {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::unique_lock lock(mutex_);
   auto received = std::chrono::steady_clock::now();
@@ -160,16 +170,22 @@ bool Client::waitFor(double seconds, const std::function<bool(const Snapshot&)>&
     if (snapshot_.statuses != statuses)
       received = now;
     statuses = snapshot_.statuses;
-    if (longest_silence_ > 0.0 && now - received > std::chrono::duration<double>(longest_silence_)) {
-      throw Failure(kFailure, "control has fallen silent; is `tandem up` still running?");
+    if (silence_limit_ > 0.0 && now - received > std::chrono::duration<double>(silence_limit_)) {
+      throw Failure(kFailure, "no message from control for " + std::to_string(std::lround(silence_limit_)) +
+                                  " s; check that `tandem up` is running");
     }
-    if (now >= deadline || (interrupted_ && interrupted_()))
+    if (now >= deadline || (interrupted && interrupted()))
       return false;
     changed_.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(
                                   now + std::chrono::milliseconds(50),
                                   std::chrono::time_point_cast<std::chrono::steady_clock::duration>(deadline)));
   }
   return true;
+}
+
+void Client::throwIfInterrupted(const std::string& done) const {
+  if (interrupted_ && interrupted_())
+    throw Failure(kFailure, "interrupted; " + done);
 }
 
 void Client::connect(double seconds) {
@@ -188,14 +204,15 @@ void Client::connect(double seconds) {
   // Those who know another robot or deployment are there, but not for us.
   constexpr double kAnnouncement = 1.0;  // s
   waitFor(std::min(seconds, kAnnouncement), [&](const Snapshot& s) { return ready(s); });
-  const std::vector<std::string> others = missing.empty() ? std::vector<std::string>{} : service::mismatches(bus_);
+  const std::vector<std::string> others = missing.empty() ? std::vector<std::string>{} : runtime::mismatches(bus_);
   if (!others.empty())
-    throw Failure(kFailure, others.front() +
-                                "; nothing is asked of it. Give both the same files, or use a domain or "
-                                "prefix of your own");
+    throw Failure(kFailure,
+                  others.front() + "; no request was sent. Use the same files for both, or another domain or prefix");
   if (!waitFor(seconds, ready)) {
-    throw Failure(kFailure, "no sign of life from:" + missing + " (domain " + std::to_string(bus_.options().domain) +
-                                ", prefix " + bus_.options().prefix + "); is `tandem up` running?");
+    throwIfInterrupted("nothing was requested");
+    throw Failure(kFailure, "not running or not connected:" + missing + " (domain " +
+                                std::to_string(bus_.options().domain) + ", prefix " + bus_.options().prefix +
+                                "); check that `tandem up` is running");
   }
 }
 
@@ -212,11 +229,14 @@ void Client::onReply(const dds::Reply& reply) {
 template <class Request>
 dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& request) {
   if (!commands())
-    throw Failure(kFailure, std::string("a ") + dds::name(role_) + " may look and stop, but not ask " + who +
-                                " for anything (--role, docs/security.md)");
+    throw Failure(kFailure, std::string("role ") + dds::name(role_) +
+                                " may read topics and stop the robot, but not send requests to " + who +
+                                "; use --role operator (docs/security.md)");
   // That somebody reads the requests is not enough: it may be a recorder.
-  if (!waitFor(patience(kAnswerTime), [&](const Snapshot&) { return clocks_->found(who); }))
-    throw Failure(kFailure, std::string(who) + " is not there");
+  if (!waitFor(timeout(kAnswerTime), [&](const Snapshot&) { return clocks_->found(who); })) {
+    throwIfInterrupted("nothing was requested");
+    throw Failure(kFailure, std::string(who) + " was not found; check that `tandem up` is running");
+  }
   {
     const std::lock_guard lock(mutex_);
     request.client = id_;
@@ -224,14 +244,18 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& r
   }
   writer.write(request);
   dds::Reply answer;
-  const bool answered = waitFor(patience(kAnswerTime), [&](const Snapshot&) {
-    const auto found = std::find_if(replies_.begin(), replies_.end(),
-                                    [&](const dds::Reply& r) { return r.request == request.request; });
-    if (found == replies_.end())
-      return false;
-    answer = *found;
-    return true;
-  });
+  // No interruption ends this wait: what was requested may happen, and the answer says what has to be ended.
+  const bool answered = wait(timeout(kAnswerTime),
+                             [&](const Snapshot&) {
+                               const auto found =
+                                   std::find_if(replies_.begin(), replies_.end(),
+                                                [&](const dds::Reply& r) { return r.request == request.request; });
+                               if (found == replies_.end())
+                                 return false;
+                               answer = *found;
+                               return true;
+                             },
+                             {});
   {
     const std::lock_guard lock(mutex_);
     std::erase_if(replies_, [&](const dds::Reply& r) { return r.request <= request.request; });
@@ -277,7 +301,7 @@ void Client::acquireLease() {
   control(request);
   keep_lease_ = true;
   // Planning learns who holds the lease from control/status.
-  waitFor(patience(kAnswerTime), [this](const Snapshot& s) { return s.status.lease_holder == id_; });
+  waitFor(timeout(kAnswerTime), [this](const Snapshot& s) { return s.status.lease_holder == id_; });
 }
 
 void Client::releaseLease() {
@@ -295,23 +319,26 @@ void Client::stateCommand(const std::string& command) {
   const auto wanted = command == "enable" || command == "resume" ? safety::OperatingState::kEnabled
                       : command == "pause"                       ? safety::OperatingState::kPaused
                                                                  : safety::OperatingState::kDisabled;
-  const bool reached = waitFor(patience(kAnswerTime), [&](const Snapshot& s) {
+  const bool reached = waitFor(timeout(kAnswerTime), [&](const Snapshot& s) {
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
       if (s.status.operating_state[k] != static_cast<std::uint8_t>(wanted))
         return false;
     }
     return s.status.arm_count > 0;
   });
+  if (!reached)
+    throwIfInterrupted("'" + command + "' was accepted; it may take effect later");
   const Snapshot now = snapshot();
   bool homed = true;
   for (std::size_t k = 0; k < now.hal.arm_count && now.hal.bus_count > 0; ++k)
     homed = homed && now.hal.homed[k] != 0;
   if (!reached && !homed)
-    throw Failure(kFailure, "'" + command + "' was accepted, but of an arm " +
+    throw Failure(kFailure, "'" + command + "' was accepted, but " +
                                 std::string(idl::name(operation::Reason::kJointsUnknown)) +
-                                "; `tandem can monitor` shows what keeps their nodes from coming up");
+                                "; `tandem can monitor` shows nodes that do not start");
   if (!reached)
-    throw Failure(kFailure, "'" + command + "' was accepted, but not all arms became " + std::string(name(wanted)));
+    throw Failure(kFailure, "'" + command + "' was accepted, but not all arms are " + std::string(name(wanted)) +
+                                "; see `tandem status`");
 }
 
 void Client::setMethod(control::Method method) {
@@ -321,4 +348,4 @@ void Client::setMethod(control::Method method) {
   control(request);
 }
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

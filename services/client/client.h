@@ -17,7 +17,7 @@
 #include "services/dds/bus.h"
 #include "services/runtime/process.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 
 /** A service has answered a request with no. */
 class Refusal : public Failure {
@@ -46,18 +46,20 @@ struct Snapshot {
 class Client {
  public:
   /// Sees every sample in order, on DDS threads; empty functions are not called.
-  struct Taps {
+  struct Callbacks {
     std::function<void(const dds::ActuationState&)> state;
     std::function<void(const dds::ControlStatus&)> status;
     std::function<void(const dds::PlanningReference&)> reference;
     std::function<void(const dds::HalStatus&)> hal;
-    std::function<void(const dds::TipPoses&)> sim_tips;  ///< received only with this tap
+    std::function<void(const dds::TipPoses&)> sim_tips;  ///< received only with this callback
   };
 
   /// Receives only processes with the same robot and deployment, unless it is there to stop whatever moves.
   enum class Receives { kOurRobot, kAnyRobot };
 
-  explicit Client(const config::Deployment& deployment, Taps taps = {}, Receives receives = Receives::kOurRobot);
+  explicit Client(const config::Deployment& deployment,
+                  Callbacks callbacks = {},
+                  Receives receives = Receives::kOurRobot);
   ~Client();
 
   std::uint64_t id() const { return id_; }
@@ -73,20 +75,20 @@ class Client {
   /// says so.
   bool waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const;
   /// Asked about every 50 ms while waiting: true ends the wait.
-  void interruptBy(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }
+  void setInterrupt(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }
   /// From now on control's silence for longer than `seconds` ends every wait with a Failure.
-  void expectLife(double seconds) { longest_silence_ = seconds; }
+  void setSilenceLimit(double seconds) { silence_limit_ = seconds; }
 
   /// How long to wait for what takes so many seconds at most: in lock-step only the budget for it counts.
-  double patience(double seconds) const { return std::max(seconds, least_patience_); }
-  /// Who has said nothing for so many seconds: "; silent: sim (or hal), planning"; empty where nobody is.
+  double timeout(double seconds) const { return std::max(seconds, least_timeout_); }
+  /// Names those without a message for so many seconds: "; no recent message from sim (or hal), planning"; else empty.
   std::string silent(double seconds = 2.0) const;
 
   /// Waits until sim (or hal), control and planning are received and receive us. @throw Failure naming who is silent.
   void connect(double seconds);
 
-  /// Requests; each waits up to 10 s for its answer. @throw Refusal with the service's reason; Failure for a viewer, or
-  /// where there is no answer.
+  /// Requests; each waits up to 10 s for its answer, interrupted or not. @throw Refusal with the service's reason;
+  /// Failure for a viewer, or where there is no answer.
   dds::Reply control(dds::ControlRequest request);
   dds::Reply planning(dds::PlanningRequest request);
   dds::Reply sim(dds::SimRequest request);
@@ -105,6 +107,10 @@ class Client {
 
  private:
   struct Pending;
+  bool wait(double seconds,
+            const std::function<bool(const Snapshot&)>& condition,
+            const std::function<bool()>& interrupted) const;
+  void throwIfInterrupted(const std::string& done) const;
   template <class Request>
   dds::Reply ask(const char* who, dds::Writer<Request>& writer, Request& request);
   bool findsDrives();
@@ -112,14 +118,14 @@ class Client {
 
   std::uint64_t id_;
   dds::Role role_;
-  Taps taps_;
+  Callbacks callbacks_;
   std::function<bool()> interrupted_;
-  double longest_silence_ = 0.0;  ///< s; 0: any
-  double least_patience_;         ///< s
+  double silence_limit_ = 0.0;  ///< s; 0: any
+  double least_timeout_;        ///< s
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   Snapshot snapshot_;
-  std::map<std::string, std::chrono::steady_clock::time_point> heard_at_;  ///< by who speaks
+  std::map<std::string, std::chrono::steady_clock::time_point> received_at_;  ///< by who speaks
   std::uint64_t next_request_ = 1;
   std::vector<dds::Reply> replies_;
   dds::Bus bus_;
@@ -135,4 +141,4 @@ class Client {
   std::thread lease_keeper_;
 };
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

@@ -5,7 +5,7 @@
 
 #include "services/runtime/clock_request_handler.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 
 Clocks::Clocks(dds::Bus& bus, std::uint64_t client)
     : client_(client),
@@ -18,13 +18,13 @@ void Clocks::ask() {
   {
     const std::lock_guard lock(mutex_);
     request.request = ++request_;
-    sent_[request.request % sent_.size()] = service::wallNow();
+    sent_[request.request % sent_.size()] = runtime::wallNow();
   }
   requests_.write(request);
 }
 
 void Clocks::onReply(const dds::ClockReply& reply) {
-  const std::int64_t now = service::wallNow();
+  const std::int64_t now = runtime::wallNow();
   const std::lock_guard lock(mutex_);
   if (reply.client != client_ || reply.request > request_ || reply.request + sent_.size() <= request_)
     return;
@@ -65,4 +65,4 @@ std::vector<ClockOffset> Clocks::offsets() const {
   return best;
 }
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

@@ -14,7 +14,7 @@
 
 #include "services/dds/bus.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 
 /** Wall clock of a host against this one's. */
 struct ClockOffset {
@@ -54,4 +54,4 @@ class Clocks {
   dds::Reader replies_;
 };
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

@@ -14,7 +14,7 @@
 #include "services/client/arguments.h"
 #include "services/runtime/identity.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 namespace {
 
 constexpr double kMotionTime = 600.0;       // s
@@ -53,7 +53,7 @@ RunState stateOf(const Snapshot& s) {
 std::uint8_t armIndex(const config::Robot& robot, const std::string& arm) {
   if (const auto k = config::findArm(robot, arm))
     return static_cast<std::uint8_t>(*k);
-  throw Failure(kUsage, "arm '" + arm + "', which the robot does not have");
+  throw Failure(kUsage, "arm: found '" + arm + "', expected one of: " + config::armNames(robot));
 }
 
 int jointIndex(const config::Arm& arm, const std::string& name) {
@@ -65,7 +65,7 @@ int jointIndex(const config::Arm& arm, const std::string& name) {
       return static_cast<int>(j);
     known += (j > 0 ? ", " : "") + names[j] + (arm.limits.isTranslation(static_cast<int>(j)) ? " (mm/s)" : " (deg/s)");
   }
-  throw Failure(kUsage, "joint '" + name + "', expected one of " + known);
+  throw Failure(kUsage, "joint: found '" + name + "', expected one of: " + known);
 }
 
 std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints) {
@@ -79,24 +79,22 @@ std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints) {
 }
 
 /// What a fault of time may come from.
-std::string lateWords(const Snapshot& s, safety::FaultMask faults) {
+std::string describeLateness(const Snapshot& s, safety::FaultMask faults) {
   const double late = std::max(s.status.jitter_max, s.hal.jitter_max);
   if (!safety::isOfTime(faults) || late <= safety::kLate)
     return {};
   std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                "; a wake-up was %.2g s late at worst since the start: `tandem doctor` tells what this PC can keep",
-                late);
+  std::snprintf(text.data(), text.size(), "; largest wake-up delay since the start: %.2g s; run `tandem doctor`", late);
   return text.data();
 }
 
 /// While it lives nothing interrupts.
-class Motions::Standstill {
+class Motions::Uninterruptible {
  public:
-  explicit Standstill(const Motions& motions) : motions_(motions) { motions_.calm_(true); }
-  ~Standstill() { motions_.calm_(false); }
-  Standstill(const Standstill&) = delete;
-  Standstill& operator=(const Standstill&) = delete;
+  explicit Uninterruptible(const Motions& motions) : motions_(motions) { motions_.uninterruptible_(true); }
+  ~Uninterruptible() { motions_.uninterruptible_(false); }
+  Uninterruptible(const Uninterruptible&) = delete;
+  Uninterruptible& operator=(const Uninterruptible&) = delete;
 
  private:
   const Motions& motions_;
@@ -105,9 +103,13 @@ class Motions::Standstill {
 Motions::Motions(Client& client,
                  const config::Deployment& deployment,
                  const config::Robot& robot,
-                 std::function<void(bool)> calm,
+                 std::function<void(bool)> uninterruptible,
                  Wait wait)
-    : client_(client), deployment_(deployment), robot_(robot), calm_(std::move(calm)), wait_(std::move(wait)) {
+    : client_(client),
+      deployment_(deployment),
+      robot_(robot),
+      uninterruptible_(std::move(uninterruptible)),
+      wait_(std::move(wait)) {
   if (!wait_)
     wait_ = [this](double seconds, const auto& condition) { return client_.waitFor(seconds, condition); };
 }
@@ -117,13 +119,13 @@ void Motions::expectNoFault(const Snapshot& s) const {
   for (std::size_t k = 0; k < std::min<std::size_t>(s.status.arm_count, robot_.arms.size()); ++k) {
     if (s.status.faults[k] != 0)
       throw Failure(kFailure, robot_.arms[k].name + " is in FAULT: " + safety::describeFaults(s.status.faults[k]) +
-                                  lateWords(s, s.status.faults[k]));
+                                  describeLateness(s, s.status.faults[k]));
   }
 }
 
 /// Pauses where a motion came to no end by itself, and says so.
 void Motions::abandon(const std::string& what, bool trajectory) {
-  const Standstill calm(*this);
+  const Uninterruptible guard(*this);
   expectNoFault(client_.snapshot());
   client_.stateCommand("pause");
   if (trajectory) {
@@ -136,8 +138,8 @@ void Motions::abandon(const std::string& what, bool trajectory) {
 
 void Motions::disable() {
   const Snapshot now = client_.snapshot();
-  const auto situation = operation::situationOf(robot_, now.state, now.status, planning::Phase::kIdle);
-  if (!judge(operation::Action::kDisable, operation::Asker::kAnybody, situation)) {
+  const auto condition = operation::conditionOf(robot_, now.state, now.status, planning::Phase::kIdle);
+  if (!judge(operation::Action::kDisable, operation::Requester::kNoLeaseOwner, condition)) {
     client_.stateCommand("disable");
     return;
   }
@@ -154,10 +156,10 @@ void Motions::disable() {
   try {
     client_.stateCommand("disable");
   } catch (...) {
-    giveLeaseBack();
+    releaseLease();
     throw;
   }
-  giveLeaseBack();
+  releaseLease();
 }
 
 void Motions::moveJp(std::size_t arm, const Eigen::VectorXd& joints) {
@@ -188,30 +190,31 @@ void Motions::recover(const dds::ControlRequest& request) {
     return s.state.recovery[arm] != 0 || (s.status.sequence > asked && s.status.recovery[arm] == 0);
   };
   if (!wait_(kMotionTime, ended) || client_.snapshot().state.recovery[arm] == 0)
-    throw Failure(kFailure,
-                  robot_.arms[arm].name +
-                      ": its drives give no power: no joint is left, or one that is lost has not been seen in good "
-                      "order since they were started; `tandem status` says what stands against them");
+    throw Failure(kFailure, robot_.arms[arm].name +
+                                ": the drives give no power: no joint is usable, or a lost joint has not reported a "
+                                "valid state since the drives were started; see `tandem status`");
 }
 
-void Motions::withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& news) {
+void Motions::withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& progress) {
   dds::ControlRequest request = controlRequest(dds::ControlKind::kWithdraw);
   request.arm = arm;
   const std::uint64_t asked = client_.control(request).value;
   const bool ended = wait_(kWithdrawTime, [&](const Snapshot& s) {
-    news(s);
+    progress(s);
     return s.status.faults[arm] != 0 || (s.status.sequence > asked && s.status.busy[arm] == 0);
   });
   if (const safety::FaultMask faults = client_.snapshot().status.faults[arm]; faults != 0)
-    throw Failure(kFailure, robot_.arms[arm].name + " is in FAULT: " + safety::describeFaults(faults) +
-                                "; it stands, `tandem robot recover` goes on with what is left");
+    throw Failure(kFailure,
+                  robot_.arms[arm].name + " is in FAULT: " + safety::describeFaults(faults) +
+                      "; it is at standstill, and `tandem robot recover` continues with the remaining joints");
   if (ended)
     return;
-  const Standstill calm(*this);
+  const Uninterruptible guard(*this);
   dds::ControlRequest hold = controlRequest(dds::ControlKind::kHold);  // the other arms go on
   hold.arm = arm;
   client_.control(hold);
-  throw Failure(kFailure, "the withdrawal was interrupted; the arm stands, and goes on with the next `withdraw`");
+  throw Failure(kFailure,
+                "the withdrawal was interrupted; the arm is at standstill, and the next `withdraw` continues it");
 }
 
 void Motions::home() {
@@ -222,7 +225,7 @@ void Motions::home() {
     return faulty(s) || (s.status.sequence > asked && !moves);
   });
   if (!there)
-    abandon("the arms did not get home", false);
+    abandon("the arms did not reach home", false);
   expectNoFault(client_.snapshot());
 }
 
@@ -239,24 +242,24 @@ RunState Motions::run(const Run& run) {
   try {
     id = client_.planning(request).value;
   } catch (const Failure&) {
-    const Standstill calm(*this);
+    const Uninterruptible guard(*this);
     if (!had_power)  // what was enabled for nothing
-      leaveCommand(client_);
+      endCommand(client_);
     throw;
   }
   const auto over = [&](const Snapshot& s) {
     if (faulty(s))
       return true;
     const bool ours = s.reference.trajectory_id == id;
-    if (run.news && ours && s.status.task_count > 0 && s.reference.point != reported) {
+    if (run.progress && ours && s.status.task_count > 0 && s.reference.point != reported) {
       reported = s.reference.point;
-      run.news(stateOf(s));
+      run.progress(stateOf(s));
     }
     const auto phase = static_cast<planning::Phase>(s.reference.phase);
     return ours && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
   };
-  if (!waitThroughPauses(run, over))
-    abandon("interrupted; the trajectory is given up", true);
+  if (!waitUntilFinished(run, over))
+    abandon("interrupted; the run was ended", true);
   RunState end = stateOf(client_.snapshot());
   if (end.phase == planning::Phase::kFailed) {
     wait_(kReason, faulty);
@@ -268,7 +271,7 @@ RunState Motions::run(const Run& run) {
   return end;
 }
 
-bool Motions::waitThroughPauses(const Run& run, const std::function<bool(const Snapshot&)>& over) {
+bool Motions::waitUntilFinished(const Run& run, const std::function<bool(const Snapshot&)>& over) {
   std::uint64_t reported = 0;
   const auto pauser = [&](const Snapshot& s) { return s.status.paused_by == client_.id() ? 0 : s.status.paused_by; };
   for (;;) {
@@ -280,9 +283,9 @@ bool Motions::waitThroughPauses(const Run& run, const std::function<bool(const S
       return woken;
     if (const std::uint64_t who = pauser(now); who != reported) {
       reported = who;
-      const auto known = client_.bus().who(who);
+      const auto known = client_.bus().identityOf(who);
       if (who != 0 && run.paused)
-        run.paused(known ? service::describe(*known) : "another client");
+        run.paused(known ? runtime::describe(*known) : "another client");
     } else {
       client_.stateCommand("resume");
       reported = 0;
@@ -305,12 +308,12 @@ std::string runText(const std::string& name_or_path) {
 }
 
 void takeCommand(Client& client, std::function<bool()> interrupted) {
-  client.interruptBy(std::move(interrupted));
-  client.connect(client.patience(20.0));
+  client.setInterrupt(std::move(interrupted));
+  client.connect(client.timeout(20.0));
   client.acquireLease();
 }
 
-void leaveCommand(Client& client) noexcept {
+void endCommand(Client& client) noexcept {
   try {
     client.stateCommand("disable");
     client.releaseLease();
@@ -328,11 +331,12 @@ void stopAndWait(Client& client, const std::string& reason) {
            std::all_of(s.state.velocity.begin(), s.state.velocity.end(), [](double v) { return v == 0.0; });
   });
   if (!stopped)
-    throw Failure(kFailure, "stop was sent, but the drives do not report standstill; is `tandem up` running?");
+    throw Failure(kFailure,
+                  "stop was sent, but the drives do not report standstill; check that `tandem up` is running");
 }
 
-void Motions::giveLeaseBack() noexcept {
-  const Standstill calm(*this);
+void Motions::releaseLease() noexcept {
+  const Uninterruptible guard(*this);
   try {
     client_.releaseLease();
     constexpr double kShown = 0.5;  // s: the answer may be faster than the status that says so
@@ -342,4 +346,4 @@ void Motions::giveLeaseBack() noexcept {
   }
 }
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Client procedures of several requests: motions, and recovery from a fault. */
+/** @file Procedures of a client: runs, joint motions, homing, recovery and withdrawal; each sends requests and waits
+ * for its end. */
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +9,7 @@
 #include "safety/recovery.h"
 #include "services/client/client.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 
 /** How far a run is, or how it ended. */
 struct RunState {
@@ -25,12 +26,13 @@ class Motions {
   using Wait = std::function<bool(double seconds, const std::function<bool(const Snapshot&)>& condition)>;
 
   /// Client and files are kept by reference.
-  /// @param calm  calm(true): from now on nothing interrupts the client, for what has to be said after an interruption
+  /// @param uninterruptible  uninterruptible(true): from now on nothing interrupts the client, for what has to be said
+  /// after an interruption
   /// @param wait  as Client::waitFor(); empty: that one
   Motions(Client& client,
           const config::Deployment& deployment,
           const config::Robot& robot,
-          std::function<void(bool)> calm,
+          std::function<void(bool)> uninterruptible,
           Wait wait = {});
 
   /// Disables all arms. Takes the lease where that has to clear a fault, and gives it back.
@@ -39,8 +41,8 @@ class Motions {
   void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
   /// As the request says, until the arm has power. @throw Failure with what stands against it
   void recover(const dds::ControlRequest& request);
-  /// Until nothing more can be retracted. @param news  called from here, again and again
-  void withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& news);
+  /// Until nothing more can be retracted. @param progress  called from here, again and again
+  void withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& progress);
   /// All arms to the home of the robot file.
   void home();
 
@@ -48,7 +50,7 @@ class Motions {
     std::string trajectory;  ///< YAML text of a trajectory, or of a path for catheters
     bool planned = false;    ///< with the joints that planning finds
     bool keep_enabled = false;
-    std::function<void(const RunState&)> news{};           ///< called from here at every new point
+    std::function<void(const RunState&)> progress{};       ///< called from here at every new point
     std::function<void(const std::string& who)> paused{};  ///< called when somebody else has paused the arms
     std::function<bool()> goes_on{};                       ///< asked again and again while they are: true resumes
   };
@@ -56,19 +58,19 @@ class Motions {
   RunState run(const Run& run);
 
   /// Gives the lease back, whatever interrupts. Who does not answer has forgotten it, or will: nobody keeps it alive.
-  void giveLeaseBack() noexcept;
+  void releaseLease() noexcept;
 
  private:
-  class Standstill;
+  class Uninterruptible;
   void expectNoFault(const Snapshot& snapshot) const;
   /// Until it is over, through pauses by others. @return false where it was interrupted
-  bool waitThroughPauses(const Run& run, const std::function<bool(const Snapshot&)>& over);
+  bool waitUntilFinished(const Run& run, const std::function<bool(const Snapshot&)>& over);
   [[noreturn]] void abandon(const std::string& what, bool trajectory);
 
   Client& client_;
   const config::Deployment& deployment_;
   const config::Robot& robot_;
-  std::function<void(bool)> calm_;
+  std::function<void(bool)> uninterruptible_;
   Wait wait_;
 };
 
@@ -90,9 +92,9 @@ std::string runText(const std::string& name_or_path);
 /// Connects, and takes the lease, as a run of one's own does. @param interrupted  asked while it waits
 void takeCommand(Client& client, std::function<bool()> interrupted);
 /// Disables all arms and gives the lease back, where there is still somebody to tell.
-void leaveCommand(Client& client) noexcept;
+void endCommand(Client& client) noexcept;
 
 /// Stops all arms and waits until the drives report it; needs no connection and no lease. @throw Failure
 void stopAndWait(Client& client, const std::string& reason);
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

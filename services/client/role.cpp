@@ -4,7 +4,7 @@
 #include "services/runtime/process.h"
 #include "services/security/verify.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 namespace {
 
 /// The one command line of this process.
@@ -22,12 +22,12 @@ bool has(const config::Deployment& deployment, dds::Role role) {
 
 void addRoleOption(CLI::App& app) {
   app.add_option("--role", wanted(),
-                 "operator or viewer (default: operator, unless there are credentials of a viewer alone)")
+                 "security role: operator or viewer (default: operator; viewer if only viewer credentials exist)")
       ->envname("TANDEM_ROLE")
       ->check(CLI::IsMember({"operator", "viewer"}));
 }
 
-dds::Role roleHere(const config::Deployment& deployment) {
+dds::Role localRole(const config::Deployment& deployment) {
   if (wanted() == "operator")
     return dds::Role::kConsoleOperator;
   if (wanted() == "viewer")
@@ -38,7 +38,7 @@ dds::Role roleHere(const config::Deployment& deployment) {
 }
 
 dds::BusOptions clientOptions(const config::Deployment& deployment) {
-  return service::busOptions(deployment, "cli", roleHere(deployment));
+  return runtime::busOptions(deployment, "cli", localRole(deployment));
 }
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

@@ -7,15 +7,15 @@
 #include "config/config.h"
 #include "services/dds/bus.h"
 
-namespace tandem::cli {
+namespace tandem::client {
 
 /// `tandem --role operator|viewer`, or TANDEM_ROLE in the environment; for all subcommands.
 void addRoleOption(CLI::App& app);
 
 /// What was asked for. Otherwise operator, unless the deployment is secured and only a viewer's credentials are there.
-dds::Role roleHere(const config::Deployment& deployment);
+dds::Role localRole(const config::Deployment& deployment);
 
 /// Options of a client's participant.
 dds::BusOptions clientOptions(const config::Deployment& deployment);
 
-}  // namespace tandem::cli
+}  // namespace tandem::client

@@ -8,12 +8,12 @@
 #include "services/computation/reports.h"
 #include "services/dds/validate.h"
 
-namespace tandem::service {
+namespace tandem::computation {
 namespace {
 
 using dds::ComputationKind;
 
-void tell(const ComputationHooks& hooks, double fraction, const std::string& at, int done, int all) {
+void reportProgress(const ComputationHooks& hooks, double fraction, const std::string& at, int done, int all) {
   if (hooks.progress)
     hooks.progress(fraction, at, done, all);
 }
@@ -30,8 +30,8 @@ void judge(const planning::FeasibilityReport& report, dds::ComputationResult& re
   if (!report.start.empty())
     result.reason = report.start;
   else if (!report.feasible && !report.cancelled)
-    result.reason =
-        std::to_string(report.unreachable()) + " of " + std::to_string(report.points.size()) + " points cannot be had";
+    result.reason = std::to_string(report.unreachable()) + " of " + std::to_string(report.points.size()) +
+                    " points are not reachable";
 }
 
 }  // namespace
@@ -66,7 +66,9 @@ planning::FeasibilityOptions Computation::feasibility(const ComputationHooks& ho
   options.ik = ik(hooks);
   if (problem_.request.accept > 0.0)
     options.accept = problem_.request.accept;
-  options.progress = [&hooks, share](int done, int all) { tell(hooks, share * done / all, "point", done, all); };
+  options.progress = [&hooks, share](int done, int all) {
+    reportProgress(hooks, share * done / all, "point", done, all);
+  };
   return options;
 }
 
@@ -113,7 +115,9 @@ planning::Rehearsal Computation::rehearsed(const ComputationHooks& hooks,
     options.arms.push_back(arm.name);
   options.cancelled = hooks.cancelled;
   const double begin = postures.empty() ? 0.9 : 0.8;
-  options.progress = [&hooks, at, begin](int done, int all) { tell(hooks, begin + 0.1 * done / all, at, done, all); };
+  options.progress = [&hooks, at, begin](int done, int all) {
+    reportProgress(hooks, begin + 0.1 * done / all, at, done, all);
+  };
   return planning::rehearse(problem_.arms, problem_.spec, problem_.start, postures, options);
 }
 
@@ -125,7 +129,7 @@ void Computation::repair(const ComputationHooks& hooks, dds::ComputationResult& 
     round += done < last ? 1 : 0;
     last = done;
     const std::string at = round == 0 ? "point" : "round " + std::to_string(round) + ", point";
-    tell(hooks, (round + static_cast<double>(done) / all) / kRounds, at, done, all);
+    reportProgress(hooks, (round + static_cast<double>(done) / all) / kRounds, at, done, all);
   };
   const auto answer =
       planning::repairTrajectory(problem_.arms, problem_.spec, problem_.start, options, problem_.request.smoothing);
@@ -174,7 +178,7 @@ void Computation::time(const ComputationHooks& hooks, dds::ComputationResult& re
                  limit.slew_limit, safety::kUnlimited);
     }
   }
-  tell(hooks, kCheck, "timing", 0, 0);
+  reportProgress(hooks, kCheck, "timing", 0, 0);
   const planning::Timing timing = planning::timeOptimal(problem, hooks.cancelled);
   result.timing = reportOf(timing);
   using planning::TimingStatus;
@@ -183,9 +187,9 @@ void Computation::time(const ComputationHooks& hooks, dds::ComputationResult& re
   result.outcome = static_cast<std::uint8_t>(timing.status == TimingStatus::kCancelled ? dds::Outcome::kCancelled
                                                                                        : dds::Outcome::kFailed);
   if (timing.status == TimingStatus::kUnlimited)
-    result.reason = "a piece of the path moves only joints without a velocity limit";
+    result.reason = "a segment of the path moves only joints without a velocity limit";
   else if (timing.status != TimingStatus::kCancelled)
-    result.reason = "no optimal timing was found within the limit of the iterations";
+    result.reason = "no optimal timing was found within the iteration limit";
 }
 
 void Computation::chooseStart(const ComputationHooks& hooks, dds::ComputationResult& result) const {
@@ -194,7 +198,9 @@ void Computation::chooseStart(const ComputationHooks& hooks, dds::ComputationRes
   options.feasibility.progress = {};
   if (problem_.request.tries > 0)
     options.tries = static_cast<int>(problem_.request.tries);
-  options.progress = [&hooks](int done, int all) { tell(hooks, static_cast<double>(done) / all, "start", done, all); };
+  options.progress = [&hooks](int done, int all) {
+    reportProgress(hooks, static_cast<double>(done) / all, "start", done, all);
+  };
   const auto choice = planning::chooseStart(problem_.arms, problem_.spec, problem_.start, options);
   for (const planning::StartCandidate& candidate : choice.candidates)
     result.starts.push_back(reportOf(candidate, problem_.start));
@@ -204,10 +210,10 @@ void Computation::chooseStart(const ComputationHooks& hooks, dds::ComputationRes
                                              : good                      ? dds::Outcome::kGood
                                                                          : dds::Outcome::kNot);
   if (choice.candidates.empty())
-    result.reason = "no start has these tips within the limits and demands";
+    result.reason = "no start configuration with these tips satisfies all limits and requirements";
   else if (!good)
     result.reason =
-        "from the best start, " + std::to_string(choice.candidates.front().unreachable) + " points cannot be had";
+        "from the best start, " + std::to_string(choice.candidates.front().unreachable) + " points are not reachable";
 }
 
 dds::ComputationResult Computation::run(const ComputationHooks& hooks) const noexcept {
@@ -243,4 +249,4 @@ dds::ComputationResult Computation::run(const ComputationHooks& hooks) const noe
   return result;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::computation

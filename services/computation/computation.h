@@ -10,7 +10,7 @@
 #include "services/computation/problem.h"
 #include "services/dds/messages.h"
 
-namespace tandem::service {
+namespace tandem::computation {
 
 /** How a computation is watched. Both are called often, on the thread that computes; empty ones are not. */
 struct ComputationHooks {
@@ -52,4 +52,4 @@ class Computation {
   ComputationProblem problem_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::computation

@@ -5,7 +5,7 @@
 
 #include "control/method_names.h"
 
-namespace tandem::service {
+namespace tandem::computation {
 namespace {
 
 using msg::ComputationKind;
@@ -42,7 +42,9 @@ ComputationProblem::ComputationProblem(msg::ComputationRequest wanted,
   if (kind < static_cast<int>(ComputationKind::kCheck) || kind > static_cast<int>(ComputationKind::kChooseStart))
     throw Refusal(msg::ReplyCode::kUnknown, "kind: found " + std::to_string(kind) + ", expected 1 to 7");
   checkNumbers();
-  if (!request.rehearse.empty() && !idl::fromName<control::Method>(request.rehearse))
+  const auto method = idl::fromName<control::Method>(request.rehearse);
+  const bool known = method && (*method != control::Method::kForeign || of.robot.parameters.foreign != nullptr);
+  if (!request.rehearse.empty() && !known)
     refuse("rehearse", "'" + request.rehearse.substr(0, 40) + "'", control::methodList());
   const auto joints = static_cast<std::size_t>(arms.jointCount());
   if (!request.joints.empty() && request.joints.size() != joints)
@@ -53,7 +55,7 @@ ComputationProblem::ComputationProblem(msg::ComputationRequest wanted,
   }
   if (request.joints.empty() && !present)
     throw Refusal(msg::ReplyCode::kWrongState,
-                  "joints: found none, expected some: the robot's present joints are not known (no valid "
+                  "joints: found none, expected values: the present joints of the robot are not known (no valid "
                   "actuation/state)");
   start = request.joints.empty() ? *present
                                  : safety::RobotVector(Eigen::Map<const Eigen::VectorXd>(
@@ -93,7 +95,7 @@ void ComputationProblem::readTargets() {
     target.arm = from.arm;
     for (const planning::TipTarget& other : targets) {
       if (other.arm == target.arm)
-        refuse(key + "arm", std::to_string(from.arm) + " a second time", "one target an arm");
+        refuse(key + "arm", std::to_string(from.arm) + " a second time", "one target per arm");
     }
     target.position = Eigen::Vector3d::Map(from.position.data());
     if (!target.position.allFinite())
@@ -101,7 +103,7 @@ void ComputationProblem::readTargets() {
     if (from.has_direction != 0) {
       const Eigen::Vector3d direction = Eigen::Vector3d::Map(from.direction.data());
       if (!direction.allFinite() || !(direction.norm() > 1e-9) || direction.norm() > 1e9)
-        refuse(key + "direction", "a length of " + textOf(direction.norm()), "a finite vector with a length");
+        refuse(key + "direction", "a length of " + textOf(direction.norm()), "a finite vector other than zero");
       target.direction = direction.normalized();
     }
     targets.push_back(target);
@@ -141,4 +143,4 @@ void ComputationProblem::readTrajectory() {
   }
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::computation

@@ -10,7 +10,7 @@
 #include "planning/reference_tracker.h"
 #include "robots/robot_model.h"
 
-namespace tandem::service {
+namespace tandem::computation {
 
 /** Why a request is not taken: the key, what was found, what was expected. */
 class Refusal : public std::runtime_error {
@@ -57,4 +57,4 @@ struct ComputationProblem {
   void readTrajectory();
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::computation

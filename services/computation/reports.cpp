@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace tandem::service {
+namespace tandem::computation {
 namespace {
 
 std::array<double, 3> arrayOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -90,4 +90,4 @@ int unreachable(const dds::TrajectoryReport& report) {
   }));
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::computation

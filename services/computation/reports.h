@@ -7,7 +7,7 @@
 #include "planning/timing.h"
 #include "services/dds/messages.h"
 
-namespace tandem::service {
+namespace tandem::computation {
 
 std::vector<double> listOf(const Eigen::Ref<const Eigen::VectorXd>& numbers);
 dds::TrajectoryReport reportOf(const planning::FeasibilityReport& report);
@@ -18,4 +18,4 @@ dds::StartReport reportOf(const planning::StartCandidate& candidate, const safet
 /// Points that cannot be had.
 int unreachable(const dds::TrajectoryReport& report);
 
-}  // namespace tandem::service
+}  // namespace tandem::computation

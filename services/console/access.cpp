@@ -37,7 +37,7 @@ std::string readToken(const std::filesystem::path& file, const char* key) {
       !std::all_of(token.begin(), token.end(), isTokenLetter))
     throw std::invalid_argument(where + ": expected " + std::to_string(Access::kMinToken) + " to " +
                                 std::to_string(Access::kMaxToken) +
-                                " letters, digits, '-', '_', '.' or '~', e.g. of `openssl rand -hex 32`");
+                                " letters, digits, '-', '_', '.' or '~', e.g. from `openssl rand -hex 32`");
   return token;
 }
 
@@ -70,14 +70,14 @@ std::string_view valueOf(std::string_view pairs, std::string_view name, char sep
   return {};
 }
 
-Verdict refusal(int status, std::string why) { return {std::nullopt, status, std::move(why), false}; }
+AccessDecision refusal(int status, std::string why) { return {std::nullopt, status, std::move(why), false}; }
 
 }  // namespace
 
 void expectPrivate(const std::filesystem::path& file, const std::string& where) {
   struct stat about {};
   if (stat(file.c_str(), &about) == 0 && (about.st_mode & S_IROTH) != 0)
-    throw std::invalid_argument(where + ": found a file that everybody on this machine may read, expected mode 0600");
+    throw std::invalid_argument(where + ": found a file that all users of this machine can read, expected mode 0600");
 }
 
 bool sameSecret(std::string_view a, std::string_view b) {
@@ -107,7 +107,7 @@ Access::Access(const config::Console& console, bool secured, const std::vector<s
     operator_token_ = readToken(console.operator_token, "operator_token");
   else if (secured || !console.loopback())
     throw std::invalid_argument(
-        "console.operator_token: is missing; a secured deployment, and one that others reach, serves nobody without");
+        "console.operator_token: is missing; required with `security`, and for a console.address that is not loopback");
   if (!console.viewer_token.empty())
     viewer_token_ = readToken(console.viewer_token, "viewer_token");
   if (!viewer_token_.empty() && sameSecret(operator_token_, viewer_token_))
@@ -136,29 +136,29 @@ bool Access::knowsOrigin(std::string_view origin, std::string_view host) const {
   return here == scheme_ + lower(host) || std::find(origins_.begin(), origins_.end(), here) != origins_.end();
 }
 
-Verdict Access::judge(const Introduction& introduction) const {
-  if (!knowsHost(introduction.host))
-    return refusal(403, "Host '" + introduction.host.substr(0, 100) +
-                            "': expected an address, localhost or a name of this machine (console.origins has others)");
-  const bool cross_site = introduction.fetch_site == "cross-site" && introduction.origin.empty();
-  if (cross_site || (!introduction.origin.empty() && !knowsOrigin(introduction.origin, introduction.host)))
-    return refusal(403, "Origin '" + introduction.origin.substr(0, 100) +
-                            "': pages of others may not connect; console.origins lists those that may");
+AccessDecision Access::judge(const AccessHeaders& headers) const {
+  if (!knowsHost(headers.host))
+    return refusal(
+        403, "Host '" + headers.host.substr(0, 100) +
+                 "': expected an address, localhost or a name of this machine (console.origins lists further ones)");
+  const bool cross_site = headers.fetch_site == "cross-site" && headers.origin.empty();
+  if (cross_site || (!headers.origin.empty() && !knowsOrigin(headers.origin, headers.host)))
+    return refusal(403, "Origin '" + headers.origin.substr(0, 100) +
+                            "': pages of other origins may not connect; console.origins lists the permitted ones");
   if (!asksForToken())
     return {dds::Role::kConsoleOperator, 200, "", false};
-  const std::string_view in_query = parameterOf(introduction.query, "token");
+  const std::string_view in_query = parameterOf(headers.query, "token");
   std::string_view token = in_query;
-  if (token.empty() && introduction.bearer.starts_with("Bearer "))
-    token = std::string_view(introduction.bearer).substr(7);
+  if (token.empty() && headers.bearer.starts_with("Bearer "))
+    token = std::string_view(headers.bearer).substr(7);
   if (token.empty())
-    token = cookieOf(introduction.cookie, kTokenCookie);
+    token = cookieOf(headers.cookie, kTokenCookie);
   // Both are compared, so that the time does not tell which one it was not.
   const bool commands = sameSecret(token, operator_token_), looks = sameSecret(token, viewer_token_);
   if (commands || (looks && !viewer_token_.empty()))
     return {commands ? dds::Role::kConsoleOperator : dds::Role::kConsoleViewer, 200, "", !in_query.empty()};
-  return refusal(401, token.empty()
-                          ? "a token is asked for: ?token=TOKEN, or a header `Authorization: Bearer TOKEN`"
-                          : "the token is not one of those that console.operator_token and viewer_token hold");
+  return refusal(401, token.empty() ? "a token is required: ?token=TOKEN, or a header `Authorization: Bearer TOKEN`"
+                                    : "the token is none of those in console.operator_token and console.viewer_token");
 }
 
 }  // namespace tandem::console

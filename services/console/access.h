@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Access control of the console: tokens, and pages of other servers. No sockets here.
+/** @file Access control of the console: tokens, Origin and Host headers. No sockets here.
  *
  * Browsers let any page of the web talk to servers on this machine. What keeps such pages out is the Origin that
  * browsers state, and what keeps out a name of others that leads here (DNS rebinding) is the Host that they ask for.
@@ -18,7 +18,7 @@
 namespace tandem::console {
 
 /** What a request says of itself; empty: nothing. */
-struct Introduction {
+struct AccessHeaders {
   std::string host;        ///< header Host
   std::string origin;      ///< header Origin: of browsers' pages
   std::string fetch_site;  ///< header Sec-Fetch-Site: of browsers
@@ -28,7 +28,7 @@ struct Introduction {
 };
 
 /** What becomes of a request. */
-struct Verdict {
+struct AccessDecision {
   std::optional<dds::Role> role;  ///< kConsoleOperator or kConsoleViewer; none: refused
   int status = 200;               ///< of HTTP, where it is refused
   std::string why;                ///< for people, where it is refused
@@ -42,7 +42,7 @@ inline constexpr const char* kTokenCookie = "tandem_token";
 /// people
 void expectPrivate(const std::filesystem::path& file, const std::string& where);
 
-/** Judges introductions. */
+/** Judges access headers. */
 class Access {
  public:
   /// Reads the tokens.
@@ -58,7 +58,7 @@ class Access {
   /// Whether a page of this origin may talk to us: it is ours (same host and port), or in the list.
   bool knowsOrigin(std::string_view origin, std::string_view host) const;
   /// For everything but files of the page.
-  Verdict judge(const Introduction& introduction) const;
+  AccessDecision judge(const AccessHeaders& headers) const;
   /// Whether tokens are asked for.
   bool asksForToken() const { return !operator_token_.empty(); }
 

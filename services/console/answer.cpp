@@ -13,8 +13,8 @@ namespace {
 void addCookie(const Context& context, const Request& request, Answer& answer) {
   if (parameterOf(request.query, "token").empty())
     return;
-  const Verdict verdict = context.access.judge(request.introduction);
-  if (verdict.role && verdict.show_cookie)
+  const AccessDecision decision = context.access.judge(request.access_headers);
+  if (decision.role && decision.show_cookie)
     answer.headers.emplace_back("Set-Cookie",
                                 std::string(kTokenCookie) + "=" + std::string(parameterOf(request.query, "token")) +
                                     "; Path=/; HttpOnly; SameSite=Strict" + (context.tls ? "; Secure" : ""));
@@ -31,7 +31,7 @@ Answer answerPage(Context& context, const Request& request) {
   }
   const auto file = context.page.find(request.path);
   if (!file)
-    return refuse(context, 404, "there is nothing of this name");
+    return refuse(context, 404, "not found: " + request.path.substr(0, 100));
   answer.type = file->type;
   answer.headers.emplace_back("ETag", file->etag);
   answer.headers.emplace_back("Cache-Control", file->lasting ? "public, max-age=31536000, immutable" : "no-cache");
@@ -75,14 +75,14 @@ Answer answer(Context& context, const Request& request) {
     return refuse(context, 405, "expected GET or HEAD");
   if (request.path == "/healthz")
     return {200, "application/json", "{\"status\":\"ok\"}\n"};
-  if (!context.access.knowsHost(request.introduction.host))
-    return refuse(context, 403, context.access.judge(request.introduction).why);
+  if (!context.access.knowsHost(request.access_headers.host))
+    return refuse(context, 403, context.access.judge(request.access_headers).why);
   if (!request.path.starts_with("/api/"))
     return answerPage(context, request);
-  const Verdict verdict = context.access.judge(request.introduction);
-  if (!verdict.role)
-    return refuse(context, verdict.status, verdict.why);
-  const auto json = context.api(std::string_view(request.path).substr(4), *verdict.role);
+  const AccessDecision decision = context.access.judge(request.access_headers);
+  if (!decision.role)
+    return refuse(context, decision.status, decision.why);
+  const auto json = context.api(std::string_view(request.path).substr(4), *decision.role);
   if (!json)
     return refuse(context, 404, "expected /api/robot, /api/trajectories or /api/stats");
   return {200, "application/json", *json, {{"Cache-Control", "no-store"}}};

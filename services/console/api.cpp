@@ -81,7 +81,7 @@ Json describeArms(const config::Robot& robot) {
 
 /// What the arms hold, and where it touches each of them; null where they hold nothing.
 Json describeObject(const config::Robot& robot) {
-  const config::HeldObject* object = robots::typeOf(robot).heldObject(robot);
+  const config::GraspedObject* object = robots::typeOf(robot).graspedObject(robot);
   if (object == nullptr)
     return nullptr;
   Json contacts = Json::array();
@@ -102,16 +102,17 @@ Json describeCapabilities(const config::Robot& robot) {
 
 Json describeControl(const config::Deployment& deployment, const config::Robot& robot) {
   Json parameters = Json::array();
-  for (const control::Tunable& tunable : control::kTunables) {
+  for (const control::TunableParameter& parameter : control::kTunableParameters) {
     Json readers = Json::array();
     for (const auto& [method, name, meaning] : idl::Enumeration<control::Method>::entries) {
-      if (tunable.readBy(method))
+      if (parameter.readBy(method))
         readers.push_back(name);
     }
     parameters.push_back(
-        {{"name", tunable.name}, {"value", robot.parameters.*tunable.member}, {"methods", std::move(readers)}});
+        {{"name", parameter.name}, {"value", robot.parameters.*parameter.member}, {"methods", std::move(readers)}});
   }
   return {{"method", control::name(deployment.method)},
+          {"method_library", deployment.method_library.filename().string()},
           {"parameters", parameters},
           {"period", deployment.control_period},
           {"relative_gain", deployment.relative_gain},
@@ -155,7 +156,7 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
   return {{"deployment", deployment.name},
           {"prefix", deployment.prefix},
           {"robot", robot.name},
-          {"fingerprint", config::fingerprintText(service::fingerprintOf(deployment))},
+          {"fingerprint", config::fingerprintText(runtime::fingerprintOf(deployment))},
           {"frame", deployment.prefix + "_base"},
           {"hardware", robot.hardware || !deployment.hardware.empty()},
           {"lock_step", deployment.clock == config::ClockMode::kLockStep},

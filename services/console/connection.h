@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Private: one connection over a stream of bytes, plain or TLS: requests, and a WebSocket if one asks for it.
+/** @file Internal: one client connection, plain or TLS, with HTTP requests and WebSocket upgrade.
  *
  * Everything runs on the thread of the sockets. A connection lives as long as an operation of its is under way.
  */
@@ -27,25 +27,25 @@ inline Clock::duration seconds(double value) {
 }
 
 /** A connection's place among the guests, until it is known or gone. */
-class Guest {
+class UnauthenticatedEntry {
  public:
-  explicit Guest(Context& context) : context_(context) {}
-  ~Guest() { leave(); }
-  Guest(const Guest&) = delete;
-  Guest& operator=(const Guest&) = delete;
+  explicit UnauthenticatedEntry(Context& context) : context_(context) {}
+  ~UnauthenticatedEntry() { leave(); }
+  UnauthenticatedEntry(const UnauthenticatedEntry&) = delete;
+  UnauthenticatedEntry& operator=(const UnauthenticatedEntry&) = delete;
 
   /// @param end  ends the connection
   void enter(std::function<void()> end) {
-    context_.guests.push_back([this, end = std::move(end)] {
+    context_.unauthenticated.push_back([this, end = std::move(end)] {
       present_ = false;  // whoever calls this has taken it out of the list
       end();
     });
-    place_ = std::prev(context_.guests.end());
+    place_ = std::prev(context_.unauthenticated.end());
     present_ = true;
   }
   void leave() {
     if (std::exchange(present_, false))
-      context_.guests.erase(place_);
+      context_.unauthenticated.erase(place_);
   }
 
  private:
@@ -55,17 +55,17 @@ class Guest {
 };
 
 /** Counts a connection as long as it lives. */
-class Counted {
+class ConnectionCounter {
  public:
-  explicit Counted(Context& context) : context_(&context) { ++context_->open; }
-  ~Counted() {
+  explicit ConnectionCounter(Context& context) : context_(&context) { ++context_->open; }
+  ~ConnectionCounter() {
     if (context_)
       --context_->open;
   }
-  Counted(Counted&& other) noexcept : context_(std::exchange(other.context_, nullptr)) {}
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-  Counted& operator=(Counted&&) = delete;
+  ConnectionCounter(ConnectionCounter&& other) noexcept : context_(std::exchange(other.context_, nullptr)) {}
+  ConnectionCounter(const ConnectionCounter&) = delete;
+  ConnectionCounter& operator=(const ConnectionCounter&) = delete;
+  ConnectionCounter& operator=(ConnectionCounter&&) = delete;
 
  private:
   Context* context_;
@@ -83,8 +83,8 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
   using Header = http::request<http::empty_body>;
 
   /// @param rate  most samples a second of a best-effort topic; 0: all
-  WebSocket(Stream stream, Context& context, Counted counted, dds::Role role, double rate)
-      : socket_(std::move(stream)), context_(context), counted_(std::move(counted)), role_(role), rate_(rate) {}
+  WebSocket(Stream stream, Context& context, ConnectionCounter counter, dds::Role role, double rate)
+      : socket_(std::move(stream)), context_(context), counter_(std::move(counter)), role_(role), rate_(rate) {}
 
   void start(const Header& request, std::string_view subprotocol) {
     report_.address = addressOf(beast::get_lowest_layer(socket_));
@@ -111,7 +111,7 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
   void close() override {
     if (std::exchange(closing_, true))
       return;
-    socket_.async_close({websocket::close_code::going_away, "tandem-console ends"},
+    socket_.async_close({websocket::close_code::going_away, "tandem-console is shutting down"},
                         [self = this->shared_from_this()](Failed) { self->drop(); });
   }
 
@@ -210,7 +210,7 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
 
   websocket::stream<Stream> socket_;
   Context& context_;
-  Counted counted_;
+  ConnectionCounter counter_;
   dds::Role role_;
   double rate_;
   std::shared_ptr<Client> client_;
@@ -226,11 +226,11 @@ template <class Stream>
 class Http final : public std::enable_shared_from_this<Http<Stream>> {
  public:
   Http(Stream stream, Context& context)
-      : stream_(std::move(stream)), context_(context), counted_(context), guest_(context) {}
+      : stream_(std::move(stream)), context_(context), counter_(context), unauthenticated_(context) {}
 
   /// Before its first byte.
   void enter() {
-    guest_.enter([weak = this->weak_from_this()] {
+    unauthenticated_.enter([weak = this->weak_from_this()] {
       if (const auto self = weak.lock())
         self->giveUp();
     });
@@ -254,17 +254,17 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     if (error == http::error::header_limit)
       return send(refuse(context_, 431, "the header is longer than " + std::to_string(kMaxHeader) + " bytes"), false);
     if (error == http::error::body_limit || error == http::error::unexpected_body)
-      return send(refuse(context_, 413, "a body: expected none"), false);
+      return send(refuse(context_, 413, "request body: found one, expected none"), false);
     if (error.category() == http::make_error_code(http::error::bad_method).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message)
-      return send(refuse(context_, 400, "no HTTP request: " + error.message()), false);
+      return send(refuse(context_, 400, "not an HTTP request: " + error.message()), false);
     if (error)
       return giveUp();
     const auto& message = parser_->get();
     const Request request = requestOf(message);
-    const bool known = context_.access.judge(request.introduction).role.has_value();
+    const bool known = context_.access.judge(request.access_headers).role.has_value();
     if (known)
-      guest_.leave();
+      unauthenticated_.leave();
     if (websocket::is_upgrade(message))
       return upgrade(request, message);
     head_ = request.head;
@@ -284,15 +284,15 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     request.path = target.substr(0, mark);
     request.query = mark == std::string::npos ? "" : target.substr(mark + 1);
     request.known_etag = text(http::field::if_none_match);
-    request.introduction = {text(http::field::host),          text(http::field::origin), text("Sec-Fetch-Site"),
-                            text(http::field::authorization), text(http::field::cookie), request.query};
+    request.access_headers = {text(http::field::host),          text(http::field::origin), text("Sec-Fetch-Site"),
+                              text(http::field::authorization), text(http::field::cookie), request.query};
     return request;
   }
 
   void upgrade(const Request& request, const http::request<http::empty_body>& message) {
-    const Verdict verdict = context_.access.judge(request.introduction);
-    if (!verdict.role)
-      return send(refuse(context_, verdict.status, verdict.why), false);
+    const AccessDecision decision = context_.access.judge(request.access_headers);
+    if (!decision.role)
+      return send(refuse(context_, decision.status, decision.why), false);
     const auto offered = message[http::field::sec_websocket_protocol];
     const auto subprotocol = chooseSubprotocol({offered.data(), offered.size()});
     if (!subprotocol)
@@ -302,9 +302,9 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
                   false);
     const auto rate = rateOf(request.query);
     if (!rate)
-      return send(refuse(context_, 400, "rate: expected a number from 0.1 to 1000, samples a second"), false);
+      return send(refuse(context_, 400, "rate: expected a number from 0.1 to 1000 samples per second"), false);
     const auto socket =
-        std::make_shared<WebSocket<Stream>>(std::move(stream_), context_, std::move(counted_), *verdict.role, *rate);
+        std::make_shared<WebSocket<Stream>>(std::move(stream_), context_, std::move(counter_), *decision.role, *rate);
     socket->start(message, *subprotocol);
   }
 
@@ -335,8 +335,8 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
 
   Stream stream_;
   Context& context_;
-  Counted counted_;
-  Guest guest_;
+  ConnectionCounter counter_;
+  UnauthenticatedEntry unauthenticated_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
   bool head_ = false;

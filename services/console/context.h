@@ -33,7 +33,7 @@ struct Context {
   std::set<std::shared_ptr<Session>> sessions{};
   std::size_t open = 0;  ///< connections of all kinds
   /// Those of which nobody knows yet whether they may do anything, the longest first: what ends them.
-  std::list<std::function<void()>> guests{};
+  std::list<std::function<void()>> unauthenticated{};
   std::uint64_t connections = 0, turned_away = 0, cut_off = 0;
 };
 
@@ -41,7 +41,7 @@ struct Context {
 struct Request {
   bool head = false, get = false;
   std::string path, query, known_etag;
-  Introduction introduction;
+  AccessHeaders access_headers;
 };
 
 /** The answer to a request. */

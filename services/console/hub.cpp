@@ -23,7 +23,7 @@ bool carriesAnswers(const dds::TopicInfo& topic) {
 
 }  // namespace
 
-void Client::tell(std::string text) {
+void Client::sendText(std::string text) {
   Outgoing frame;
   frame.text = true;
   frame.payload = std::make_shared<const std::string>(std::move(text));
@@ -32,7 +32,7 @@ void Client::tell(std::string text) {
 }
 
 void Client::note(StatusLevel level, const std::string& message, const std::string& id) {
-  tell(statusNote(level, message, id));
+  sendText(statusNote(level, message, id));
 }
 
 Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session) : bytes_(bytes) {
@@ -70,7 +70,7 @@ void Hub::open(std::uint32_t channel) {
 
 void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   ++received_;
-  const auto now = static_cast<std::uint64_t>(service::wallNow());
+  const auto now = static_cast<std::uint64_t>(runtime::wallNow());
   const std::lock_guard lock(line.mutex);
   if (line.subscribers.empty() && !line.latched)
     return;
@@ -93,8 +93,8 @@ void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
 
 void Hub::join(const std::shared_ptr<Client>& client) {
   clients_.push_back(client);
-  client->tell(hello_);
-  client->tell(advertisement_);
+  client->sendText(hello_);
+  client->sendText(advertisement_);
 }
 
 void Hub::leave(const std::shared_ptr<Client>& client) {
@@ -106,14 +106,12 @@ void Hub::leave(const std::shared_ptr<Client>& client) {
 void Hub::subscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription, std::uint32_t channel) {
   const std::string id = "subscribe/" + std::to_string(subscription);
   if (channel >= lines_.size())
-    return client->note(StatusLevel::kError, "channel " + std::to_string(channel) + ": there is none of this number",
-                        id);
+    return client->note(StatusLevel::kError, "channel " + std::to_string(channel) + ": unknown", id);
   if (client->channels_.contains(subscription) || client->subscriptions_.contains(channel))
-    return client->note(StatusLevel::kWarning,
-                        lines_[channel]->name +
-                            ": subscribed already; expected one subscription a channel, of a number "
-                            "of its own",
-                        id);
+    return client->note(
+        StatusLevel::kWarning,
+        lines_[channel]->name + ": already subscribed; expected one subscription per channel, each with its own number",
+        id);
   Line& line = *lines_[channel];
   client->channels_[subscription] = channel;
   client->subscriptions_[channel] = subscription;
@@ -154,7 +152,7 @@ void Hub::detach(const std::shared_ptr<Client>& client, std::uint32_t channel) {
 void Hub::unsubscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription) {
   const auto found = client->channels_.find(subscription);
   if (found == client->channels_.end())
-    return client->note(StatusLevel::kWarning, "subscription " + std::to_string(subscription) + ": there is none",
+    return client->note(StatusLevel::kWarning, "subscription " + std::to_string(subscription) + ": unknown",
                         "subscribe/" + std::to_string(subscription));
   const std::uint32_t channel = found->second;
   client->channels_.erase(found);
@@ -167,9 +165,9 @@ void Hub::advertise(const std::shared_ptr<Client>& client, const Advertise::Topi
       std::find_if(lines_.begin(), lines_.end(), [&](const auto& known) { return known->name == wanted.topic; });
   std::string problem;
   if (line == lines_.end())
-    problem = "there is no such topic";
+    problem = "unknown topic";
   else if (!(*line)->writer || !dds::mayPublish(client->role(), (*line)->topic))
-    problem = std::string(dds::name(client->role())) + " may not publish it";
+    problem = std::string("role ") + dds::name(client->role()) + " may not publish it";
   else if (wanted.encoding != "cdr")
     problem = "found encoding '" + wanted.encoding.substr(0, 40) + "', expected cdr";
   else if (wanted.type != (*line)->topic.type)
@@ -201,7 +199,7 @@ void Hub::onText(const std::shared_ptr<Client>& client, std::string_view frame) 
       client->publications_.erase(id);
   } else {
     ++refused_;
-    client->note(StatusLevel::kError, std::get<Misunderstood>(said).why, "text");
+    client->note(StatusLevel::kError, std::get<ProtocolError>(said).why, "text");
   }
 }
 
@@ -210,10 +208,11 @@ void Hub::onBinary(const std::shared_ptr<Client>& client, std::string_view frame
   const auto known = message ? client->publications_.find(message->topic) : client->publications_.end();
   if (known == client->publications_.end()) {
     ++refused_;
-    return client->note(StatusLevel::kError,
-                        message ? "topic " + std::to_string(message->topic) + ": not advertised, or refused"
-                                : "a binary frame that is no message: expected opcode 1, topic, CDR",
-                        "binary");
+    return client->note(
+        StatusLevel::kError,
+        message ? "topic " + std::to_string(message->topic) + ": not advertised, or its advertisement was refused"
+                : "binary frame: expected a message (opcode 1, topic, CDR)",
+        "binary");
   }
   Line& line = *lines_[known->second];
   const std::string id = "publish/" + std::to_string(message->topic);
@@ -223,15 +222,16 @@ void Hub::onBinary(const std::shared_ptr<Client>& client, std::string_view frame
   }
   ++published_;
   if (line.writer->matched() == 0)
-    client->note(StatusLevel::kWarning, line.name + ": nobody listens; is the robot running?", id);
+    client->note(StatusLevel::kWarning, line.name + ": no subscriber; is the robot running?", id);
 }
 
-void Hub::tellDropped() {
+void Hub::reportDropped() {
   for (const auto& client : clients_) {
     for (const auto& [channel, count] : client->queue().takeDropped()) {
       if (channel < lines_.size())
         client->note(StatusLevel::kWarning,
-                     lines_[channel]->name + ": " + std::to_string(count) + " samples left out, as you read too slowly",
+                     lines_[channel]->name + ": " + std::to_string(count) +
+                         " samples dropped, because this client reads too slowly",
                      "dropped/" + lines_[channel]->name);
     }
   }

@@ -30,7 +30,7 @@ class Client {
   dds::Role role() const { return role_; }
   ClientQueue& queue() { return queue_; }
   /// Adds a text frame.
-  void tell(std::string text);
+  void sendText(std::string text);
   /// Adds a note for people.
   void note(StatusLevel level, const std::string& message, const std::string& id);
 
@@ -63,7 +63,7 @@ class Hub {
   void onBinary(const std::shared_ptr<Client>& client, std::string_view frame);
 
   /// Tells clients what their queues have lost since the last call. About once a second.
-  void tellDropped();
+  void reportDropped();
 
   std::size_t clients() const { return clients_.size(); }
   std::size_t openReaders() const;

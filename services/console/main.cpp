@@ -44,7 +44,7 @@ console::Page findPage(const std::filesystem::path& given) {
 class Load {
  public:
   double look() {
-    const std::int64_t now = service::monotonicNow();
+    const std::int64_t now = runtime::monotonicNow();
     if (now - looked_ < 1'000'000'000)
       return share_;
     rusage usage{};
@@ -68,22 +68,22 @@ class Load {
 /** The process, put together. */
 class Console {
  public:
-  Console(const service::Setup& setup, const Options& options)
+  Console(const runtime::Setup& setup, const Options& options)
       : setup_(setup),
         options_(withPort(setup.deployment.console, options.port)),
         access_(options_, !setup.deployment.security.empty(), ownNames()),
         page_(findPage(options.page)),
         robot_(console::describeRobot(setup.deployment, setup.robot)),
         trajectories_(console::describeTrajectories(setup.robot).dump()),
-        bus_(service::busOptions(setup.deployment, setup.name)),
-        bytes_(service::ofAnyRobot(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole))),
+        bus_(runtime::busOptions(setup.deployment, setup.name)),
+        bytes_(runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole))),
         diagnostics_(bus_, setup.name, setup.robot.name),
         markers_(bus_, setup.robot),
         clock_(bus_, setup),
         hub_(bytes_, config::armList(setup.robot), std::to_string(setup.session)),
         server_(options_, hub_, access_, page_, [this](auto path, auto role) { return answer(path, role); }) {}
 
-  void run(service::StopSignal& stop) {
+  void run(runtime::StopSignal& stop) {
     spdlog::info("ready: {}://{}:{}/{}{}", options_.tls() ? "https" : "http", options_.address, options_.port,
                  access_.asksForToken() ? "?token=..." : "",
                  page_.present() ? "" : ", without the operator's page; deploy/run.sh --with page builds it");
@@ -91,7 +91,7 @@ class Console {
       setup_.heartbeat->beat();
       load_.look();
       markers_.look();
-      tellHealth();
+      reportHealth();
       return !stop.requested();
     });
   }
@@ -139,10 +139,10 @@ class Console {
         .dump();
   }
 
-  void tellHealth() {
+  void reportHealth() {
     const console::ServerReport report = server_.report();
-    const std::int64_t now = service::monotonicNow();
-    diagnostics_.publish(now, now, service::Diagnostics::Level::kOk, "serves " + std::to_string(report.clients.size()),
+    const std::int64_t now = runtime::monotonicNow();
+    diagnostics_.publish(now, now, runtime::Diagnostics::Level::kOk, "serves " + std::to_string(report.clients.size()),
                          {{"clients", std::to_string(report.clients.size())},
                           {"bytes_per_second", fmt::format("{:.0f}", report.bytes_per_second)},
                           {"cpu", fmt::format("{:.3f}", load_.look())},
@@ -151,7 +151,7 @@ class Console {
                           {"refused", std::to_string(hub_.refused())}});
   }
 
-  const service::Setup& setup_;
+  const runtime::Setup& setup_;
   config::Console options_;
   console::Access access_;
   console::Page page_;
@@ -159,9 +159,9 @@ class Console {
   std::string trajectories_;
   // Bytes have a bus of their own, beside the one for what we say.
   dds::Bus bus_, bytes_;
-  service::Diagnostics diagnostics_;
+  runtime::Diagnostics diagnostics_;
   console::Markers markers_;
-  service::ClockRequestHandler clock_;
+  runtime::ClockRequestHandler clock_;
   console::Hub hub_;
   console::Server server_;
   Load load_;
@@ -171,12 +171,12 @@ class Console {
 
 int main(int argc, char** argv) {
   Options options;
-  return service::runService(
+  return runtime::runService(
       argc, argv, "console", "Serves browsers and tools: the Foxglove WebSocket protocol, the operator's page, JSON.",
-      [&](const service::Setup& setup, service::StopSignal& stop) { Console(setup, options).run(stop); },
+      [&](const runtime::Setup& setup, runtime::StopSignal& stop) { Console(setup, options).run(stop); },
       [&](CLI::App& app) {
-        app.add_option("--port", options.port, "TCP port, in place of the deployment's console.port")
+        app.add_option("--port", options.port, "TCP port instead of the deployment's console.port")
             ->check(CLI::Range(1, 65535));
-        app.add_option("--page", options.page, "folder of the operator's page (default: the one that is installed)");
+        app.add_option("--page", options.page, "folder of the operator's page (default: the installed one)");
       });
 }

@@ -6,7 +6,7 @@
 #include <chrono>
 
 #include "config/arm_names.h"
-#include "services/console/held_object.h"
+#include "services/console/grasped_object.h"
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/process.h"
 
@@ -65,7 +65,7 @@ dds::MarkerArray markersOf(const dds::Shape& shape, const std::string& arm, std:
   return array;
 }
 
-dds::MarkerArray markersOf(const config::HeldObject& object,
+dds::MarkerArray markersOf(const config::GraspedObject& object,
                            const Eigen::Isometry3d& pose,
                            const std::string& frame,
                            std::int64_t stamp) {
@@ -85,7 +85,7 @@ dds::MarkerArray markersOf(const config::HeldObject& object,
 
 Markers::Markers(dds::Bus& bus, const config::Robot& robot)
     : bus_(bus), arms_(config::armList(robot)), writer_(bus.writer(dds::kMarkers)) {
-  if (const config::HeldObject* object = robots::typeOf(robot).heldObject(robot))
+  if (const config::GraspedObject* object = robots::typeOf(robot).graspedObject(robot))
     object_ = *object;
 }
 
@@ -104,7 +104,7 @@ void Markers::moved(std::size_t arm, const dds::PoseStamped& tip) {
     tips.push_back(*known);
   }
   if (arm + 1 == tips_.size())
-    writer_.write(markersOf(*object_, objectPose(*object_, tips), tip.frame, service::wallNow()));
+    writer_.write(markersOf(*object_, objectPose(*object_, tips), tip.frame, runtime::wallNow()));
 }
 
 void Markers::look() {
@@ -121,7 +121,7 @@ void Markers::look() {
   }
   for (const std::string& arm : wanted ? arms_ : std::vector<std::string>{})
     shapes_.push_back(bus_.reader(dds::kShape, arm, [this, arm](const dds::Shape& shape) {
-      writer_.write(markersOf(shape, arm, service::wallNow()));
+      writer_.write(markersOf(shape, arm, runtime::wallNow()));
     }));
 }
 

@@ -20,7 +20,7 @@ dds::MarkerArray markersOf(const dds::Shape& shape, const std::string& arm, std:
 
 /// A held object: a cube of its size.
 /// @param pose  robot base frame <- object  @param stamp  ns since the epoch
-dds::MarkerArray markersOf(const config::HeldObject& object,
+dds::MarkerArray markersOf(const config::GraspedObject& object,
                            const Eigen::Isometry3d& pose,
                            const std::string& frame,
                            std::int64_t stamp);
@@ -40,7 +40,7 @@ class Markers {
 
   dds::Bus& bus_;
   std::vector<std::string> arms_;
-  std::optional<config::HeldObject> object_;
+  std::optional<config::GraspedObject> object_;
   std::mutex mutex_;
   std::vector<std::optional<Eigen::Isometry3d>> tips_;  ///< of the arms that hold it
   dds::Writer<dds::MarkerArray> writer_;

@@ -65,7 +65,7 @@ std::optional<PageFile> Page::find(std::string_view path) const {
 const std::string_view kNoPage = R"(<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>tandem-console</title>
 <h1>tandem-console</h1>
-<p>The operator's page is not built here: <code>deploy/run.sh --with page</code> builds it (or option <code>--page FOLDER</code>). The robot is served all the same:</p>
+<p>The operator's page is not built here: <code>deploy/run.sh --with page</code> builds it (or option <code>--page FOLDER</code>). The robot's data is available nevertheless:</p>
 <ul>
 <li>Foxglove, Lichtblick, PlotJuggler: open a Foxglove WebSocket connection to this host and port.</li>
 <li><a href="/api/robot">/api/robot</a>, <a href="/api/trajectories">/api/trajectories</a>,

@@ -33,7 +33,7 @@ std::uint32_t number(const Json& value, const char* what) {
 std::string text(const Json& entry, const char* key) {
   const auto found = entry.find(key);
   if (found == entry.end() || !found->is_string())
-    throw std::invalid_argument(std::string(key) + ": expected a text");
+    throw std::invalid_argument(std::string(key) + ": expected a string");
   return found->get<std::string>();
 }
 
@@ -47,7 +47,8 @@ const Json& member(const Json& object, const char* key) {
 const Json& list(const Json& object, const char* key) {
   const Json& found = member(object, key);
   if (!found.is_array() || found.size() > kMaxEntries)
-    throw std::invalid_argument(std::string(key) + ": expected a list of at most " + std::to_string(kMaxEntries));
+    throw std::invalid_argument(std::string(key) + ": expected a list of at most " + std::to_string(kMaxEntries) +
+                                " entries");
   return found;
 }
 
@@ -60,11 +61,11 @@ std::vector<std::uint32_t> numbers(const Json& object, const char* key) {
 
 ClientText parse(std::string_view frame) {
   if (frame.size() > kMaxClientText)
-    throw std::invalid_argument("a text frame of " + std::to_string(frame.size()) + " bytes: expected at most " +
-                                std::to_string(kMaxClientText));
+    throw std::invalid_argument("WebSocket message: found " + std::to_string(frame.size()) +
+                                " bytes of text, expected at most " + std::to_string(kMaxClientText));
   const Json json = Json::parse(frame, nullptr, false);
   if (!json.is_object())
-    throw std::invalid_argument("a text frame: expected a JSON object");
+    throw std::invalid_argument("WebSocket message: found no JSON object, expected one with the key op");
   const std::string op = text(json, "op");
   if (op == "subscribe") {
     Subscribe request;
@@ -85,7 +86,7 @@ ClientText parse(std::string_view frame) {
   }
   if (op == "unadvertise")
     return Unadvertise{numbers(json, "channelIds")};
-  return Misunderstood{"op '" + op.substr(0, 40) + "': expected subscribe, unsubscribe, advertise or unadvertise"};
+  return ProtocolError{"op '" + op.substr(0, 40) + "': expected subscribe, unsubscribe, advertise or unadvertise"};
 }
 
 }  // namespace
@@ -132,10 +133,6 @@ std::string statusNote(StatusLevel level, const std::string& message, const std:
   return dump({{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}, {"id", id}});
 }
 
-std::string statusRemoval(const std::vector<std::string>& ids) {
-  return dump({{"op", "removeStatus"}, {"statusIds", ids}});
-}
-
 MessageHeader messageHeader(std::uint32_t subscription, std::uint64_t time) {
   MessageHeader header{kMessageData};
   writeLittleEndian(header.data() + 1, subscription);
@@ -147,7 +144,7 @@ ClientText parseText(std::string_view frame) noexcept {
   try {
     return parse(frame);
   } catch (const std::exception& error) {
-    return Misunderstood{error.what()};
+    return ProtocolError{error.what()};
   }
 }
 

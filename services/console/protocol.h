@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The Foxglove WebSocket protocol, version 1: what server and clients say, as values. No sockets here.
+/** @file Foxglove WebSocket protocol, version 1: parsing and generation of its messages. No sockets here.
  *
  * One protocol with two names of the subprotocol. Text frames are JSON with a member `op`; binary frames begin with an
  * opcode of one byte; numbers are little-endian. Payloads are plain CDR, described by ROS 2 message definitions.
@@ -38,7 +38,6 @@ std::string serverInfo(const std::string& name, const std::string& session);
 std::string advertisement(const std::vector<Channel>& channels);
 /// A note for people. @param id  a later note of the same id takes the place of this one
 std::string statusNote(StatusLevel level, const std::string& message, const std::string& id);
-std::string statusRemoval(const std::vector<std::string>& ids);
 
 /// Bytes in front of a sample's payload.
 inline constexpr std::size_t kMessageHeader = 13;
@@ -64,10 +63,10 @@ struct Unadvertise {
   std::vector<std::uint32_t> ids;
 };
 /** Nothing that this server understands. */
-struct Misunderstood {
+struct ProtocolError {
   std::string why;
 };
-using ClientText = std::variant<Subscribe, Unsubscribe, Advertise, Unadvertise, Misunderstood>;
+using ClientText = std::variant<Subscribe, Unsubscribe, Advertise, Unadvertise, ProtocolError>;
 
 /// Longest text frame that is looked at, bytes.
 inline constexpr std::size_t kMaxClientText = 256 * 1024;

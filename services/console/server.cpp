@@ -74,15 +74,15 @@ struct Server::Impl {
 
   void welcome(tcp::socket socket) {
     ++context.connections;
-    if (context.open - context.guests.size() >= kMaxConnections) {
+    if (context.open - context.unauthenticated.size() >= kMaxConnections) {
       ++context.turned_away;
       return;  // its end closes it
     }
     // Who has not shown a token waits for nobody else's: the one that has been here longest goes.
-    if (context.guests.size() >= kMaxGuests) {
+    if (context.unauthenticated.size() >= kMaxUnauthenticated) {
       ++context.turned_away;
-      const auto leave = std::move(context.guests.front());
-      context.guests.pop_front();
+      const auto leave = std::move(context.unauthenticated.front());
+      context.unauthenticated.pop_front();
       leave();
     }
     Failed ignored;
@@ -100,7 +100,7 @@ struct Server::Impl {
       // A copy: who is cut off leaves the set.
       for (const auto& session : std::set(context.sessions))
         session->look();
-      context.hub.tellDropped();
+      context.hub.reportDropped();
     }
     if (!tick())
       return io.stop();

@@ -24,7 +24,7 @@ inline constexpr double kSilenceTime = 10.0;    ///< of a WebSocket; it is pinge
 inline constexpr double kStallTime = 5.0;       ///< until a frame is taken by a client that reads nothing
 /// Sizes; what is larger is cut off.
 inline constexpr std::size_t kMaxConnections = 100;              ///< of those that may look or command
-inline constexpr std::size_t kMaxGuests = 30;                    ///< of those that have not shown yet that they may
+inline constexpr std::size_t kMaxUnauthenticated = 30;           ///< of those that have not shown yet that they may
 inline constexpr std::size_t kMaxHeader = 16 * 1024;             ///< bytes of a request
 inline constexpr std::size_t kMaxClientFrame = 2 * 1024 * 1024;  ///< bytes of a WebSocket message
 

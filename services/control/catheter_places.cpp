@@ -4,9 +4,9 @@
 #include "operation/convert.h"
 #include "robots/robot_type.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
-CatheterPlaces::CatheterPlaces(const Setup& setup, const robots::RobotModel& robot)
+CatheterPlaces::CatheterPlaces(const runtime::Setup& setup, const robots::RobotModel& robot)
     : setup_(setup), robot_(robot), follower_(robots::makeEquilibriumFollower(setup.robot)) {
   for (int k = 0; k < robot.armCount(); ++k)
     radius_.push_back(static_cast<float>(robots::typeOf(setup.robot).appearance(setup.robot, k).tubes[0].outer_radius));
@@ -41,4 +41,4 @@ dds::Shape CatheterPlaces::shape(int arm) const {
   return shape;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

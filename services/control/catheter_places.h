@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tips and shapes of catheters under load, for display. */
+/** @file Tip poses and shapes of loaded catheters, for display. */
 #pragma once
 
 #include <vector>
@@ -9,13 +9,13 @@
 #include "services/dds/messages.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /** Tips and shapes at measured joints. Allocates; for the publishing thread. */
 class CatheterPlaces {
  public:
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
-  CatheterPlaces(const Setup& setup, const robots::RobotModel& robot);
+  CatheterPlaces(const runtime::Setup& setup, const robots::RobotModel& robot);
 
   /// @return whether all arms are measured and in equilibrium; tips and shapes are then those of this state.
   bool update(const dds::ActuationState& state);
@@ -25,7 +25,7 @@ class CatheterPlaces {
   dds::Shape shape(int arm) const;
 
  private:
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   const robots::RobotModel& robot_;
   robots::EquilibriumFollower follower_;
   std::uint64_t session_ = 0;
@@ -35,4 +35,4 @@ class CatheterPlaces {
   std::vector<float> radius_;  ///< of each arm, m
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

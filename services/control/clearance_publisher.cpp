@@ -5,7 +5,7 @@
 
 #include "operation/convert.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 namespace {
 
 void copy(const Eigen::Vector3d& from, std::array<double, 3>& to) { std::copy(from.begin(), from.end(), to.begin()); }
@@ -32,7 +32,7 @@ dds::BodyClearance messageOf(const kinematics::Clearance& clearance, int arm, in
 
 }  // namespace
 
-ClearanceMeter::ClearanceMeter(const Setup& setup, const robots::RobotModel& robot)
+ClearanceMeter::ClearanceMeter(const runtime::Setup& setup, const robots::RobotModel& robot)
     : setup_(setup),
       robot_(robot),
       branches_(static_cast<std::size_t>(robot.armCount())),
@@ -72,7 +72,7 @@ dds::Clearances ClearanceMeter::measure(const dds::ActuationState& state) {
   return message;
 }
 
-ClearancePublisher::ClearancePublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot)
+ClearancePublisher::ClearancePublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot)
     : measures_(!robot.models().empty()),
       meter_(setup, robot),
       writer_(bus.writer(dds::kControlClearance)),
@@ -81,4 +81,4 @@ ClearancePublisher::ClearancePublisher(dds::Bus& bus, const Setup& setup, const 
           writer_.write(meter_.measure(state));
       })) {}
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -7,20 +7,20 @@
 #include "services/runtime/outbox.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /** Clearances of all pairs of whole bodies at measured joints. Stateful as elastic arms are: their equilibria are
  * followed from state to state. */
 class ClearanceMeter {
  public:
-  ClearanceMeter(const Setup& setup, const robots::RobotModel& robot);
+  ClearanceMeter(const runtime::Setup& setup, const robots::RobotModel& robot);
   /// Bodies of arms that are not measured, or for which the model cannot answer, are left out. Allocates.
   dds::Clearances measure(const dds::ActuationState& state);
 
  private:
   bool makeBody(const dds::ActuationState& state, int k);
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   const robots::RobotModel& robot_;
   std::vector<kinematics::Branch> branches_;
   std::vector<kinematics::Body> bodies_;
@@ -32,7 +32,7 @@ class ClearanceMeter {
  * elastic arms take long. */
 class ClearancePublisher {
  public:
-  ClearancePublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot);
+  ClearancePublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot);
   /// Before enterRealtime(): the thread inherits the scheduling of the caller.
   void start() { outbox_.start(); }
   void stop() { outbox_.stop(); }
@@ -46,8 +46,8 @@ class ClearancePublisher {
   bool measures_;
   ClearanceMeter meter_;
   dds::Writer<dds::Clearances> writer_;
-  Outbox outbox_;
-  Outbox::Latest<dds::ActuationState>& states_;
+  runtime::Outbox outbox_;
+  runtime::Outbox::Latest<dds::ActuationState>& states_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -8,7 +8,7 @@
 #include "control/method_names.h"
 #include "services/dds/reply.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 namespace {
 
 double positiveNumber(const std::string& name, const std::string& text) {
@@ -22,7 +22,7 @@ double positiveNumber(const std::string& name, const std::string& text) {
 
 }  // namespace
 
-ControlRequestHandler::ControlRequestHandler(const Setup& setup, const robots::RobotModel& robot)
+ControlRequestHandler::ControlRequestHandler(const runtime::Setup& setup, const robots::RobotModel& robot)
     : file_(setup.robot), robot_(robot), arm_names_(config::armList(setup.robot)) {
   settings_.method = setup.deployment.method;
   settings_.parameters = setup.robot.parameters;
@@ -69,22 +69,22 @@ ControlRequestHandler::Settings ControlRequestHandler::changed(const dds::Contro
   };
   if (set("relative_gain", s.gains.relative) || set("tip_gain", s.gains.tip))
     return s;
-  for (const control::Tunable& tunable : control::kTunables) {
-    if (set(tunable.name, s.parameters.*tunable.member))
+  for (const control::TunableParameter& parameter : control::kTunableParameters) {
+    if (set(parameter.name, s.parameters.*parameter.member))
       return s;
   }
   throw std::invalid_argument("found parameter '" + name + "', expected one of: " + names);
 }
 
-std::optional<operation::ControlOrder> ControlRequestHandler::parse(const dds::ControlRequest& request,
-                                                                    std::uint64_t holder,
-                                                                    dds::Reply& refusal) {
-  operation::ControlOrder order;
-  order.client = request.client;
-  order.request = request.request;
-  order.kind = static_cast<dds::ControlKind>(request.kind);
-  order.control_session = request.control_session;
-  order.answers_control = request.answers_control;
+std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(const dds::ControlRequest& request,
+                                                                            std::uint64_t holder,
+                                                                            dds::Reply& refusal) {
+  operation::ParsedControlRequest result;
+  result.client = request.client;
+  result.request = request.request;
+  result.kind = static_cast<dds::ControlKind>(request.kind);
+  result.control_session = request.control_session;
+  result.answers_control = request.answers_control;
   const auto refused = [&](dds::ReplyCode code, std::string reason) {
     refusal = dds::replyTo(request, code, std::move(reason));
     return std::nullopt;
@@ -92,21 +92,21 @@ std::optional<operation::ControlOrder> ControlRequestHandler::parse(const dds::C
   if (request.client == 0)
     return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
   if (request.client == dds::kCrtkClient)
-    return refused(dds::ReplyCode::kMalformed, "client: found 2^64 - 1, which stands for CRTK clients");
+    return refused(dds::ReplyCode::kMalformed, "client: found 2^64 - 1, which is reserved for CRTK clients");
   if (request.arm != dds::kAllArms) {
     if (request.arm >= arm_names_.size()) {
       return refused(dds::ReplyCode::kMalformed, "arm: found " + std::to_string(request.arm) + ", expected below " +
                                                      std::to_string(arm_names_.size()) + " or 255 for all");
     }
-    order.arm = request.arm;
+    result.arm = request.arm;
   }
-  switch (order.kind) {
+  switch (result.kind) {
     case dds::ControlKind::kAcquireLease:
     case dds::ControlKind::kReleaseLease:
     case dds::ControlKind::kKeepLease:
     case dds::ControlKind::kHome:
     case dds::ControlKind::kHold:
-      return order;
+      return result;
     case dds::ControlKind::kStateCommand: {
       const auto command = idl::fromName<safety::StateCommand>(request.value);
       if (!command) {
@@ -114,39 +114,39 @@ std::optional<operation::ControlOrder> ControlRequestHandler::parse(const dds::C
                        "state command: found '" + request.value +
                            "', expected enable, disable, pause, resume, home, unhome or recover");
       }
-      order.command = *command;
-      if (order.command != safety::StateCommand::kRecover)
-        return order;
-      if (order.arm == dds::kAllArms)
+      result.command = *command;
+      if (result.command != safety::StateCommand::kRecover)
+        return result;
+      if (result.arm == dds::kAllArms)
         return refused(dds::ReplyCode::kMalformed, "arm: expected one arm to recover, not all");
-      if (request.joint_count != 0 && request.joint_count != robot_.size(order.arm))
+      if (request.joint_count != 0 && request.joint_count != robot_.size(result.arm))
         return refused(dds::ReplyCode::kMalformed, "joints: found " + std::to_string(request.joint_count) +
-                                                       ", expected 0 or " + std::to_string(robot_.size(order.arm)));
-      order.joint_count = request.joint_count;
-      order.joints = request.joints;
-      return order;
+                                                       ", expected 0 or " + std::to_string(robot_.size(result.arm)));
+      result.joint_count = request.joint_count;
+      result.joints = request.joints;
+      return result;
     }
     case dds::ControlKind::kWithdraw:
-      if (order.arm == dds::kAllArms)
+      if (result.arm == dds::kAllArms)
         return refused(dds::ReplyCode::kMalformed, "arm: expected one arm to withdraw, not all");
-      return order;
+      return result;
     case dds::ControlKind::kMoveJp:
     case dds::ControlKind::kJog: {
-      if (order.arm == dds::kAllArms)
+      if (result.arm == dds::kAllArms)
         return refused(dds::ReplyCode::kMalformed, "arm: expected one arm, not all");
-      const int expected = robot_.size(order.arm);
+      const int expected = robot_.size(result.arm);
       if (request.joint_count != expected) {
         return refused(dds::ReplyCode::kMalformed, "joints: found " + std::to_string(request.joint_count) +
                                                        ", expected " + std::to_string(expected));
       }
-      order.joint_count = expected;
-      order.joints = request.joints;
+      result.joint_count = expected;
+      result.joints = request.joints;
       for (int j = 0; j < expected; ++j) {
         if (!std::isfinite(request.joints[static_cast<std::size_t>(j)])) {
           return refused(dds::ReplyCode::kMalformed, "joint " + std::to_string(j + 1) + " is not a finite number");
         }
       }
-      return order;
+      return result;
     }
     case dds::ControlKind::kSetMethod:
     case dds::ControlKind::kSetParameter:
@@ -157,10 +157,10 @@ std::optional<operation::ControlOrder> ControlRequestHandler::parse(const dds::C
       }
       try {
         const Settings settings = changed(request);
-        order.tracker = makeTracker(settings).release();
+        result.tracker = makeTracker(settings).release();
         const std::lock_guard lock(mutex_);
         proposed_ = settings;
-        return order;
+        return result;
       } catch (const std::invalid_argument& error) {
         return refused(dds::ReplyCode::kMalformed, error.what());
       }
@@ -168,15 +168,15 @@ std::optional<operation::ControlOrder> ControlRequestHandler::parse(const dds::C
   return refused(dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
 }
 
-std::optional<operation::ControlOrder> ControlRequestHandler::parse(const std::string& arm,
-                                                                    const dds::StringStamped& command,
-                                                                    std::string& refusal) const {
-  operation::ControlOrder order;
-  order.kind = dds::ControlKind::kStateCommand;
-  order.from_topic = true;
+std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(const std::string& arm,
+                                                                            const dds::StringStamped& command,
+                                                                            std::string& refusal) const {
+  operation::ParsedControlRequest result;
+  result.kind = dds::ControlKind::kStateCommand;
+  result.from_topic = true;
   for (std::size_t k = 0; k < arm_names_.size(); ++k) {
     if (arm_names_[k] == arm)
-      order.arm = static_cast<int>(k);
+      result.arm = static_cast<int>(k);
   }
   const auto parsed = idl::fromName<safety::StateCommand>(command.string);
   if (!parsed || *parsed == safety::StateCommand::kRecover) {  // a deliberate act, under the lease
@@ -184,11 +184,11 @@ std::optional<operation::ControlOrder> ControlRequestHandler::parse(const std::s
               "', expected enable, disable, pause, resume, home or unhome";
     return std::nullopt;
   }
-  order.command = *parsed;
-  return order;
+  result.command = *parsed;
+  return result;
 }
 
-dds::Reply ControlRequestHandler::replyTo(const operation::OrderReply& from) {
+dds::Reply ControlRequestHandler::replyTo(const operation::ControlReply& from) {
   delete from.retired;
   if (from.method_accepted) {
     const std::lock_guard lock(mutex_);
@@ -198,4 +198,4 @@ dds::Reply ControlRequestHandler::replyTo(const operation::OrderReply& from) {
                       static_cast<std::uint32_t>(from.status));
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -1,41 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Conversion of control requests to orders, and of answers to replies. */
+/** @file Conversion of control requests to internal structs, and of results to replies. */
 #pragma once
 
 #include <mutex>
 #include <optional>
 #include <string>
 
-#include "operation/orders.h"
-#include "operation/site.h"
+#include "operation/control_setup.h"
+#include "operation/requests.h"
 #include "planning/reference_tracker.h"
 #include "services/dds/messages.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /// What control operates. Both outlive it.
-inline operation::Site siteOf(const Setup& setup, const robots::RobotModel& robot) {
-  return {setup.deployment, setup.robot, robot, setup.session, monotonicNow};
+inline operation::ControlSetup controlSetupOf(const runtime::Setup& setup, const robots::RobotModel& robot) {
+  return {setup.deployment, setup.robot, robot, setup.session, runtime::monotonicNow};
 }
 
 /** Turns requests into orders; owns the settings of the method. Used by DDS threads and by the publisher thread, never
  * by the periodic one. */
 class ControlRequestHandler {
  public:
-  ControlRequestHandler(const Setup& setup, const robots::RobotModel& robot);
+  ControlRequestHandler(const runtime::Setup& setup, const robots::RobotModel& robot);
 
   /// @param holder  of the lease, 0: nobody  @return an order, or nothing and a reply that says why.
-  std::optional<operation::ControlOrder> parse(const dds::ControlRequest& request,
-                                               std::uint64_t holder,
-                                               dds::Reply& refusal);
-  std::optional<operation::ControlOrder> parse(const std::string& arm,
-                                               const dds::StringStamped& command,
-                                               std::string& refusal) const;
+  std::optional<operation::ParsedControlRequest> parse(const dds::ControlRequest& request,
+                                                       std::uint64_t holder,
+                                                       dds::Reply& refusal);
+  std::optional<operation::ParsedControlRequest> parse(const std::string& arm,
+                                                       const dds::StringStamped& command,
+                                                       std::string& refusal) const;
 
   /// What follows from the answer: settings become those of the accepted method, retired trackers are deleted.
-  dds::Reply replyTo(const operation::OrderReply& reply);
+  dds::Reply replyTo(const operation::ControlReply& reply);
 
   /// A tracker for the present settings.
   std::unique_ptr<planning::ReferenceTracker> makeTracker() const;
@@ -57,4 +57,4 @@ class ControlRequestHandler {
   Settings proposed_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

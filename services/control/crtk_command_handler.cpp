@@ -10,7 +10,7 @@
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 namespace {
 
 constexpr double kForgotten = 10.0;  ///< silence after which a stream is another one, s
@@ -42,11 +42,11 @@ std::vector<std::string> jointNames(const config::Arm& arm) {
 
 std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_t arrival) {
   if (stamp == 0)
-    return "stamp: found 0, which marks what is not valid";
+    return "stamp: found 0, which marks invalid samples";
   const double silence = 1e-9 * static_cast<double>(arrival - last_arrival_);
   const bool first = !known_ || silence > kForgotten;
   if (!first && stamp <= last_stamp_)
-    return "stamp: not above the one before";
+    return "stamp: not later than that of the previous sample";
   const double offset = 1e-9 * static_cast<double>(arrival - stamp);
   quickest_ = first ? offset : std::min(offset, quickest_ + kLeak * silence);
   known_ = true;
@@ -56,15 +56,15 @@ std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_
   const bool fresh = std::abs(age) <= budget_;
   if (by_arrival_) {
     if (first && !fresh)
-      return "the first one of a stream only opens it where clocks differ, since its age is not known; send it again";
+      return "first sample of a stream: its age is unknown because clocks differ; send the command again";
     if (offset - quickest_ > budget_)
-      return "comes " + milliseconds(offset - quickest_) + " later than the quickest of its stream, at most " +
-             milliseconds(budget_);
+      return "delayed by " + milliseconds(offset - quickest_) +
+             " relative to the fastest sample of its stream, allowed " + milliseconds(budget_);
     return "";
   }
   if (!fresh)
-    return "stamp: " + milliseconds(age) + " old by this clock, at most " + milliseconds(budget_) +
-           "; where wall clocks differ leave out teleoperation.crtk.stamps: wall";
+    return "stamp: found an age of " + milliseconds(age) + " by the clock of this host, allowed " +
+           milliseconds(budget_) + "; if the wall clocks differ, remove teleoperation.crtk.stamps: wall";
   return "";
 }
 
@@ -87,12 +87,12 @@ std::uint64_t FeedbackStamps::last() const {
 std::uint64_t CrtkCommandHandler::answered(std::int64_t stamp) const {
   if (const std::uint64_t status = feedback_.statusOf(stamp); status != 0)
     return status;
-  const double age = 1e-9 * static_cast<double>(wallNow() - stamp);
+  const double age = 1e-9 * static_cast<double>(runtime::wallNow() - stamp);
   const bool by_clock = !setup_.deployment.teleoperation.crtk.by_arrival;
   return by_clock && std::abs(age) <= setup_.deployment.budgets.planning_reference ? feedback_.last() : 0;
 }
 
-CrtkCommandHandler::CrtkCommandHandler(const Setup& setup, const robots::RobotModel& robot)
+CrtkCommandHandler::CrtkCommandHandler(const runtime::Setup& setup, const robots::RobotModel& robot)
     : setup_(setup), robot_(robot), frame_(setup.deployment.prefix + "_base") {}
 
 std::string CrtkCommandHandler::groupName(int group) const {
@@ -112,7 +112,7 @@ CrtkCommandHandler::Entry& CrtkCommandHandler::entry(int group, int verb) {
 }
 
 void CrtkCommandHandler::listen(dds::Bus& bus,
-                                OnOrder on_order,
+                                OnRequest on_request,
                                 const dds::ReaderOptions& admitted,
                                 std::vector<dds::Reader>& readers) {
   std::vector<int> groups(static_cast<std::size_t>(robot_.armCount()));
@@ -123,44 +123,45 @@ void CrtkCommandHandler::listen(dds::Bus& bus,
   dds::forEachTopic([&](const auto& topic) {
     using M = typename std::decay_t<decltype(topic)>::Message;
     const int verb = verbNamed(topic.name);
-    if constexpr (requires(operation::CrtkOrder order) { this->parse(M(), order); }) {
+    if constexpr (requires(operation::CrtkRequest request) { this->parse(M(), request); }) {
       for (const int group : verb < 0 ? std::vector<int>{} : groups) {
         {
           const std::lock_guard lock(mutex_);
           entry(group, verb);
         }
-        operation::CrtkOrder order;
-        order.verb = verb;
-        order.group = group;
+        operation::CrtkRequest request;
+        request.verb = verb;
+        request.group = group;
         readers.push_back(bus.reader(
-            topic, groupName(group), [this, order, on_order](const M& message) { take(message, order, on_order); },
-            admitted));
+            topic, groupName(group),
+            [this, request, on_request](const M& message) { take(message, request, on_request); }, admitted));
       }
     }
   });
 }
 
 template <class M>
-void CrtkCommandHandler::take(const M& message, operation::CrtkOrder order, const OnOrder& on_order) {
-  std::string refusal = parse(message, order);
+void CrtkCommandHandler::take(const M& message, operation::CrtkRequest request, const OnRequest& on_request) {
+  std::string refusal = parse(message, request);
   if constexpr (requires { message.stamp; }) {
     const std::lock_guard lock(mutex_);
-    const std::string late = entry(order.group, order.verb).stream.judge(message.stamp, wallNow(), monotonicNow());
+    const std::string late =
+        entry(request.group, request.verb).stream.judge(message.stamp, runtime::wallNow(), runtime::monotonicNow());
     refusal = late.empty() ? refusal : late;
   }
   if (refusal.empty()) {
-    on_order(order);
+    on_request(request);
   } else {
-    note(order, refusal);
+    note(request, refusal);
   }
 }
 
-void CrtkCommandHandler::note(const operation::CrtkOrder& order, const std::string& refusal) {
+void CrtkCommandHandler::note(const operation::CrtkRequest& request, const std::string& refusal) {
   const std::lock_guard lock(mutex_);
-  Entry& of = entry(order.group, order.verb);
+  Entry& of = entry(request.group, request.verb);
   ++of.refused;
   if (of.refusal != refusal && of.refusal.substr(0, 12) != refusal.substr(0, 12))
-    spdlog::warn("{}/{} refused: {}", groupName(order.group), operation::verbOf(order.verb).name, refusal);
+    spdlog::warn("{}/{} refused: {}", groupName(request.group), operation::verbOf(request.verb).name, refusal);
   of.refusal = refusal;
 }
 
@@ -170,59 +171,59 @@ std::string CrtkCommandHandler::badFrame(const std::string& frame) const {
   return "frame_id: found '" + frame.substr(0, 60) + "', expected " + frame_ + " or nothing";
 }
 
-std::string CrtkCommandHandler::parse(const dds::JointState& message, operation::CrtkOrder& order) const {
+std::string CrtkCommandHandler::parse(const dds::JointState& message, operation::CrtkRequest& request) const {
   std::vector<std::string> names;
-  for (const int k : armsOf(order.group)) {
-    for (const std::string& name : service::jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
+  for (const int k : armsOf(request.group)) {
+    for (const std::string& name : jointNames(setup_.robot.arms[static_cast<std::size_t>(k)]))
       names.push_back(name);
   }
-  const bool velocity = operation::verbOf(order.verb).kind == operation::CrtkKind::kVelocity;
+  const bool velocity = operation::verbOf(request.verb).kind == operation::CrtkKind::kVelocity;
   const std::vector<double>& values = velocity ? message.velocity : message.position;
   const char* member = velocity ? "velocity" : "position";
   if (values.size() != names.size())
     return fmt::format("{}: found {} numbers, expected {}", member, values.size(), names.size());
   if (!allFinite(values))
-    return fmt::format("{}: a number is not finite", member);
+    return fmt::format("{}: a number is NaN or infinite", member);
   if (!message.name.empty() && message.name != names)
     return "name: expected the joints in their order, " + names.front() + " to " + names.back() + ", or nothing";
-  order.count = static_cast<int>(values.size());
-  std::copy(values.begin(), values.end(), order.values.begin());
+  request.count = static_cast<int>(values.size());
+  std::copy(values.begin(), values.end(), request.values.begin());
   return "";
 }
 
-std::string CrtkCommandHandler::parse(const dds::PoseStamped& message, operation::CrtkOrder& order) const {
+std::string CrtkCommandHandler::parse(const dds::PoseStamped& message, operation::CrtkRequest& request) const {
   const auto& q = message.orientation;
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!allFinite(message.position))
-    return "position: a number is not finite";
+    return "position: a number is NaN or infinite";
   if (!(std::abs(norm - 1.0) <= 1e-2))
     return "orientation: expected a unit quaternion";
-  order.count = 3;
-  std::copy(message.position.begin(), message.position.end(), order.values.begin());
+  request.count = 3;
+  std::copy(message.position.begin(), message.position.end(), request.values.begin());
   return badFrame(message.frame);
 }
 
-std::string CrtkCommandHandler::parse(const dds::TwistStamped& message, operation::CrtkOrder& order) const {
+std::string CrtkCommandHandler::parse(const dds::TwistStamped& message, operation::CrtkRequest& request) const {
   if (!allFinite(message.linear) || !allFinite(message.angular))
-    return "twist: a number is not finite";
-  order.count = 3;
-  std::copy(message.linear.begin(), message.linear.end(), order.values.begin());
+    return "twist: a number is NaN or infinite";
+  request.count = 3;
+  std::copy(message.linear.begin(), message.linear.end(), request.values.begin());
   return badFrame(message.frame);
 }
 
-std::string CrtkCommandHandler::parse(const dds::Empty&, operation::CrtkOrder& order) const {
-  order.count = 0;
+std::string CrtkCommandHandler::parse(const dds::Empty&, operation::CrtkRequest& request) const {
+  request.count = 0;
   return "";
 }
 
 void CrtkCommandHandler::report(const operation::CrtkOutcome& outcome) {
-  operation::CrtkOrder order;
-  order.verb = outcome.verb;
-  order.group = outcome.group;
+  operation::CrtkRequest request;
+  request.verb = outcome.verb;
+  request.group = outcome.group;
   if (!outcome.accepted && outcome.counts)
-    return note(order, outcome.reason.data());
+    return note(request, outcome.reason.data());
   const std::lock_guard lock(mutex_);
-  Entry& of = entry(order.group, order.verb);
+  Entry& of = entry(request.group, request.verb);
   of.accepted += outcome.accepted ? 1 : 0;
   if (!outcome.accepted)
     of.refusal = outcome.reason.data();
@@ -241,4 +242,4 @@ void CrtkCommandHandler::fill(const operation::CrtkSnapshot& snapshot, dds::Crtk
   }
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

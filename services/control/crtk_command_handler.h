@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file CRTK commands off the wire: which of them are valid, what became of them. Runs on DDS threads and the
- * publisher thread, never on the periodic one. */
+/** @file CRTK command handler: validation of received commands, counters of accepted and refused ones. Runs on DDS
+ * threads and the publisher thread, never on the periodic one. */
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "operation/crtk_order.h"
+#include "operation/crtk_request.h"
 #include "robots/robot_model.h"
 #include "services/dds/bus.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /** How old the samples of one stream are, from writers that know nothing of control's clock. */
 class CrtkStream {
@@ -61,18 +61,21 @@ class FeedbackStamps {
 /** All command topics of all arms and of the pair. */
 class CrtkCommandHandler {
  public:
-  using OnOrder = std::function<void(const operation::CrtkOrder&)>;
-  CrtkCommandHandler(const Setup& setup, const robots::RobotModel& robot);
+  using OnRequest = std::function<void(const operation::CrtkRequest&)>;
+  CrtkCommandHandler(const runtime::Setup& setup, const robots::RobotModel& robot);
 
   /// Readers of all topics that the robot has.
   /// @param admitted  whose commands count
-  void listen(dds::Bus& bus, OnOrder on_order, const dds::ReaderOptions& admitted, std::vector<dds::Reader>& readers);
+  void listen(dds::Bus& bus,
+              OnRequest on_request,
+              const dds::ReaderOptions& admitted,
+              std::vector<dds::Reader>& readers);
 
   /// Turns a message into an order. @return why it is none; empty: it is one.
-  std::string parse(const dds::JointState& message, operation::CrtkOrder& order) const;
-  std::string parse(const dds::PoseStamped& message, operation::CrtkOrder& order) const;
-  std::string parse(const dds::TwistStamped& message, operation::CrtkOrder& order) const;
-  std::string parse(const dds::Empty& message, operation::CrtkOrder& order) const;
+  std::string parse(const dds::JointState& message, operation::CrtkRequest& request) const;
+  std::string parse(const dds::PoseStamped& message, operation::CrtkRequest& request) const;
+  std::string parse(const dds::TwistStamped& message, operation::CrtkRequest& request) const;
+  std::string parse(const dds::Empty& message, operation::CrtkRequest& request) const;
 
   /// The status that a state_command answers: see FeedbackStamps. 0: none.
   std::uint64_t answered(std::int64_t stamp) const;
@@ -90,14 +93,14 @@ class CrtkCommandHandler {
     std::string refusal{};
   };
   template <class M>
-  void take(const M& message, operation::CrtkOrder order, const OnOrder& on_order);
-  void note(const operation::CrtkOrder& order, const std::string& refusal);
+  void take(const M& message, operation::CrtkRequest request, const OnRequest& on_request);
+  void note(const operation::CrtkRequest& request, const std::string& refusal);
   std::string groupName(int group) const;
   std::vector<int> armsOf(int group) const;
   std::string badFrame(const std::string& frame) const;
   Entry& entry(int group, int verb);
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   const robots::RobotModel& robot_;
   std::string frame_;
   FeedbackStamps feedback_;
@@ -108,4 +111,4 @@ class CrtkCommandHandler {
 /// "arm_a_beta_1" ...: config::Arm::joint_names behind the arm's name, as in measured_js.
 std::vector<std::string> jointNames(const config::Arm& arm);
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

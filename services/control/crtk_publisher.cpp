@@ -7,9 +7,10 @@
 #include "robots/capability.h"
 #include "safety/operating_state.h"
 #include "services/control/crtk_command_handler.h"
+#include "services/runtime/method_library.h"
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 namespace {
 
 constexpr int kShapePoints = 60;
@@ -29,12 +30,9 @@ CrtkPublisher::Ends::Ends(dds::Bus& bus, const std::string& group)
       operating_state(bus.writer(dds::kOperatingState, group)) {}
 
 CrtkPublisher::Arm::Arm(dds::Bus& bus, const config::Arm& from)
-    : name(from.name),
-      joint_names(service::jointNames(from)),
-      ends(bus, from.name),
-      shape(bus.writer(dds::kShape, from.name)) {}
+    : name(from.name), joint_names(jointNames(from)), ends(bus, from.name), shape(bus.writer(dds::kShape, from.name)) {}
 
-CrtkPublisher::CrtkPublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot)
+CrtkPublisher::CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot)
     : setup_(setup),
       robot_(robot),
       frame_(setup.deployment.prefix + "_base"),
@@ -137,7 +135,7 @@ void CrtkPublisher::publish(Ends& ends,
                             const Joints& measured,
                             const Joints& setpoint,
                             std::int64_t stamp) {
-  const auto tell = [&](const Joints& joints, auto& js, auto& cp, auto& cv) {
+  const auto write = [&](const Joints& joints, auto& js, auto& cp, auto& cv) {
     // CRTK: a stamp of zero marks what is not valid.
     js.write({joints.valid ? stamp : 0, frame_, names, joints.position, joints.velocity, {}});
     if (!joints.place.known)
@@ -154,8 +152,8 @@ void CrtkPublisher::publish(Ends& ends,
     Eigen::Vector3d::Map(twist.angular.data()) = place.angular;
     cv.write(twist);
   };
-  tell(measured, ends.measured_js, ends.measured_cp, ends.measured_cv);
-  tell(setpoint, ends.setpoint_js, ends.setpoint_cp, ends.setpoint_cv);
+  write(measured, ends.measured_js, ends.measured_cp, ends.measured_cv);
+  write(setpoint, ends.setpoint_js, ends.setpoint_cp, ends.setpoint_cv);
 }
 
 /// Goals while there are any; once, with a stamp of zero, when they end.
@@ -165,7 +163,7 @@ void CrtkPublisher::publishGoals(Ends& ends,
                                  const Snapshot& snapshot) {
   const auto i = static_cast<std::size_t>(group);
   const operation::CrtkSnapshot& crtk = snapshot.crtk;
-  const auto tell = [&](bool has, bool& had, auto& writer, auto message) {
+  const auto write = [&](bool has, bool& had, auto& writer, auto message) {
     message.stamp = has ? snapshot.state.stamp : 0;
     message.frame = frame_;
     if (has || had)
@@ -174,10 +172,10 @@ void CrtkPublisher::publishGoals(Ends& ends,
   };
   dds::PoseStamped pose;
   pose.position = crtk.cp[i];
-  tell(crtk.has_cp[i] != 0, ends.has_cp, ends.goal_cp, pose);
+  write(crtk.has_cp[i] != 0, ends.has_cp, ends.goal_cp, pose);
   dds::TwistStamped twist;
   twist.linear = crtk.cv[i];
-  tell(crtk.has_cv[i] != 0, ends.has_cv, ends.goal_cv, twist);
+  write(crtk.has_cv[i] != 0, ends.has_cv, ends.goal_cv, twist);
   dds::JointState joints;
   joints.name = names;
   bool has = true;
@@ -186,7 +184,7 @@ void CrtkPublisher::publishGoals(Ends& ends,
     for (int j = 0; j < robot_.size(k); ++j)
       joints.position.push_back(crtk.js[dds::jointIndex(k, j)]);
   }
-  tell(has, ends.has_js, ends.goal_js, joints);
+  write(has, ends.has_js, ends.goal_js, joints);
 }
 
 dds::OperatingState CrtkPublisher::stateOf(int k, const Snapshot& snapshot) const {
@@ -211,7 +209,7 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
   for (int k = 0; k < robot_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     if (snapshot.faults[i].faults != 0)
-      faults += "; FAULT of " + describe(setup_.robot, {k, snapshot.faults[i]});
+      faults += "; FAULT of " + runtime::describe(setup_.robot, {k, snapshot.faults[i]});
     // The clock of an arm that loses its power is no warning; one that keeps it for ever is.
     if (status.idle[i] > setup_.deployment.idle_power_off && status.idle_left[i] < 0.0)
       idle += fmt::format("; {} has had power for {:.0f} s without a commander", arms_[i].name, status.idle[i]);
@@ -219,14 +217,17 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
               std::string(safety::name(static_cast<safety::OperatingState>(status.operating_state[i])));
   }
   const std::string hold(dds::name(static_cast<dds::HoldReason>(status.hold)));
-  const auto level = !faults.empty()                ? Diagnostics::Level::kError
-                     : hold.empty() && idle.empty() ? Diagnostics::Level::kOk
-                                                    : Diagnostics::Level::kWarn;
-  diagnostics_.publish(monotonicNow(), snapshot.state.stamp, level,
-                       states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + idle + faults,
+  const auto level = !faults.empty()                ? runtime::Diagnostics::Level::kError
+                     : hold.empty() && idle.empty() ? runtime::Diagnostics::Level::kOk
+                                                    : runtime::Diagnostics::Level::kWarn;
+  const auto method = static_cast<control::Method>(status.method);
+  const std::string method_text = runtime::describeMethod(method, setup_.deployment, setup_.robot);
+  const std::string foreign = method == control::Method::kForeign ? "; method " + method_text : "";
+  diagnostics_.publish(runtime::monotonicNow(), snapshot.state.stamp, level,
+                       states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + foreign + idle + faults,
                        {{"model", std::string(idl::name(robot_.kind()))},
                         {"feedback", std::string(planning::name(setup_.deployment.feedback))},
-                        {"method", std::string(control::name(static_cast<control::Method>(status.method)))},
+                        {runtime::kMethodKey, method_text},
                         {"cycles", std::to_string(status.cycles)},
                         {"overruns", std::to_string(status.overruns)},
                         {"state_success", std::to_string(status.state_success)},
@@ -266,4 +267,4 @@ void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eige
   arm.shape.write(shape);
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

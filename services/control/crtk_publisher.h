@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "operation/crtk_order.h"
+#include "operation/crtk_request.h"
 #include "operation/operator_input_handler.h"
 #include "robots/robot_model.h"
 #include "services/control/catheter_places.h"
@@ -14,7 +14,7 @@
 #include "services/runtime/fault_log.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /** A snapshot of the robot, handed over by the periodic thread. */
 struct Snapshot {
@@ -31,7 +31,7 @@ struct Snapshot {
  * shapes and allocates. */
 class CrtkPublisher {
  public:
-  CrtkPublisher(dds::Bus& bus, const Setup& setup, const robots::RobotModel& robot);
+  CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot);
   void publish(const Snapshot& snapshot);
 
  private:
@@ -83,7 +83,7 @@ class CrtkPublisher {
   void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
   void publishCatheter(Arm& arm, int k, std::int64_t stamp);
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   const robots::RobotModel& robot_;
   std::string frame_;
   std::optional<CatheterPlaces> catheters_;
@@ -91,8 +91,8 @@ class CrtkPublisher {
   std::vector<Arm> arms_;
   std::optional<Ends> pair_;
   std::vector<std::string> pair_names_;  ///< of its joints
-  Diagnostics diagnostics_;
+  runtime::Diagnostics diagnostics_;
   std::vector<kinematics::ShapePoint> shape_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -3,9 +3,9 @@
 
 #include <spdlog/spdlog.h>
 
-namespace tandem::service {
+namespace tandem::control_service {
 
-EquilibriumSolver::EquilibriumSolver(const Setup& setup)
+EquilibriumSolver::EquilibriumSolver(const runtime::Setup& setup)
     : setup_(setup),
       follower_(robots::makeEquilibriumFollower(setup.robot)),
       requests_(outbox_.latest<Request>([this](const Request& request) { solveEquilibrium(request); })) {}
@@ -30,7 +30,7 @@ void EquilibriumSolver::solveEquilibrium(const Request& request) {
   const bool moved = !result_.rest.known() || q != result_.rest.q();
   const std::string why = follower_->solveEquilibrium(q);
   if (!why.empty() && why != last_reason_)
-    spdlog::warn("no equilibrium at the present joints: {}", why);
+    spdlog::warn("no equilibrium of the common object at the present joints: {}", why);
   last_reason_ = why;
   if (!why.empty())
     return;
@@ -41,4 +41,4 @@ void EquilibriumSolver::solveEquilibrium(const Request& request) {
   results_.store(result_);
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

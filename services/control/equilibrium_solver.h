@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Background thread that computes equilibria of the common object: this takes long and allocates. */
+/** @file Background solver of equilibria of the common object, outside the periodic thread. */
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 #include "services/runtime/outbox.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /** Computes equilibria at requested joints. The newest request replaces older ones. */
 class EquilibriumSolver {
@@ -29,7 +29,7 @@ class EquilibriumSolver {
   };
 
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
-  explicit EquilibriumSolver(const Setup& setup);
+  explicit EquilibriumSolver(const runtime::Setup& setup);
 
   /// Before enterRealtime(): the thread inherits the scheduling of the caller. Without the thread ask() computes the
   /// equilibrium itself and allocates.
@@ -44,15 +44,15 @@ class EquilibriumSolver {
  private:
   void solveEquilibrium(const Request& request);
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   std::optional<robots::EquilibriumFollower> follower_;
   std::uint32_t joint_resets_ = 0;
   std::string last_reason_;  ///< why there was no equilibrium, at the last failure
   Result result_;
-  LatestValue<Result> results_;
+  runtime::LatestValue<Result> results_;
   bool started_ = false;
-  Outbox outbox_;
-  Outbox::Latest<Request>& requests_;
+  runtime::Outbox outbox_;
+  runtime::Outbox::Latest<Request>& requests_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 using planning::TrackStatus;
 
-ObjectLoop::ObjectLoop(const Setup& setup)
+ObjectLoop::ObjectLoop(const runtime::Setup& setup)
     : setup_(setup),
       period_(setup.deployment.control_period),
       oldest_(std::max(5.0 * period_, setup.deployment.budgets.commandAge(period_))) {
@@ -43,10 +43,10 @@ void ObjectLoop::stepAtOnce(const safety::RobotVector& q,
     return follower_->solveEquilibrium(joints);
   };
   const std::string why =
-      robots::stepByMiddle(follower_->mechanism(), solveEquilibrium, tracker, q, tasks.frame, period_, rest_, result);
+      robots::stepByMiddle(follower_->mechanism(), solveEquilibrium, tracker, q, tasks.object, period_, rest_, result);
   if (why.empty())
     return;
-  spdlog::error("no equilibrium at the present joints: {}", why);
+  spdlog::error("no equilibrium of the common object at the present joints: {}", why);
   tracker.hold(q, q, TrackStatus::kModel, result);
 }
 
@@ -71,7 +71,7 @@ dds::HoldReason ObjectLoop::step(std::int64_t now,
     return dds::HoldReason::kNoEquilibrium;
   }
   const safety::RobotVector middle = tracker.moved(setpoint, 0.5 * period_ * velocity);
-  tracker.step(latest_.rest, middle, setpoint, tasks.frame.after(0.5 * period_), result);
+  tracker.step(latest_.rest, middle, setpoint, tasks.object.after(0.5 * period_), result);
   return dds::HoldReason::kNone;
 }
 
@@ -88,4 +88,4 @@ void ObjectLoop::ask(std::int64_t now,
   equilibrium_solver_->ask(request_);
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

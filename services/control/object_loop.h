@@ -9,7 +9,7 @@
 #include "services/control/equilibrium_solver.h"
 #include "services/dds/messages.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /** In lock-step each step computes the equilibrium at its joints and in the middle of its period. In real time another
  * thread (EquilibriumSolver) computes it at the predicted joints in the middle of the next period, and the step
@@ -17,7 +17,7 @@ namespace tandem::service {
 class ObjectLoop : public operation::ObjectControl {
  public:
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
-  explicit ObjectLoop(const Setup& setup);
+  explicit ObjectLoop(const runtime::Setup& setup);
 
   /// Real time, before enterRealtime(). Without it every cycle computes its equilibrium itself: for tests.
   void start();
@@ -41,7 +41,7 @@ class ObjectLoop : public operation::ObjectControl {
                   planning::ReferenceTracker& tracker,
                   planning::TrackResult& result);
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   double period_;
   double oldest_;                                          ///< longest permitted age of an equilibrium, s
   std::optional<robots::EquilibriumFollower> follower_;    ///< lock-step
@@ -52,4 +52,4 @@ class ObjectLoop : public operation::ObjectControl {
   EquilibriumSolver::Result latest_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -6,7 +6,7 @@
 
 #include "control/conflict.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 namespace {
 
 using planning::teleoperation::Limiter;
@@ -14,7 +14,7 @@ using planning::teleoperation::Stage;
 
 }  // namespace
 
-OperatorPublisher::OperatorPublisher(dds::Bus& bus, const Setup& setup, const CrtkCommandHandler& handler)
+OperatorPublisher::OperatorPublisher(dds::Bus& bus, const runtime::Setup& setup, const CrtkCommandHandler& handler)
     : setup_(setup),
       handler_(handler),
       operators_(bus.writer(dds::kTeleopStatus)),
@@ -49,7 +49,7 @@ std::string OperatorPublisher::limiterOf(const operation::OperatorSnapshot::Stag
     case Limiter::kSpeed:
       return fmt::format("max_speed {:.4g} mm/s", 1e3 * guard.max_speed);
     case Limiter::kLeash:
-      return "the tip does not keep up";
+      return "leash (the tip lags behind its target)";
     case Limiter::kDeadband:
       return "deadband";
     case Limiter::kDeadMan:
@@ -82,7 +82,7 @@ dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
   m.answers_state = status.answers_state;
   m.stamp = status.stamp;
   m.state = static_cast<std::uint8_t>(snapshot.state);
-  m.reason = operation::operatorWords(snapshot.reason);
+  m.reason = operation::describeOperatorStop(snapshot.reason);
   m.client = snapshot.client;
   m.answers_input = snapshot.answers_input;
   m.device = snapshot.device;
@@ -100,7 +100,7 @@ dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
   m.refused = snapshot.refused;
   m.late = snapshot.late;
   m.refused_client = snapshot.refused_client;
-  m.refusal = operation::operatorWords(snapshot.refusal);
+  m.refusal = operation::describeOperatorStop(snapshot.refusal);
   m.tip_target = snapshot.tip_target;
   if (snapshot.client == 0)
     return m;
@@ -129,4 +129,4 @@ dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
   return m;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -6,11 +6,11 @@
 #include "services/control/crtk_command_handler.h"
 #include "services/dds/bus.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 class OperatorPublisher {
  public:
-  OperatorPublisher(dds::Bus& bus, const Setup& setup, const CrtkCommandHandler& handler);
+  OperatorPublisher(dds::Bus& bus, const runtime::Setup& setup, const CrtkCommandHandler& handler);
   void publish(const dds::ControlStatus& status,
                const operation::OperatorSnapshot& operators,
                const operation::CrtkSnapshot& crtk);
@@ -20,11 +20,11 @@ class OperatorPublisher {
   std::string limiterOf(const operation::OperatorSnapshot::Stage& stage) const;
   std::string jointLimits(const dds::ControlStatus& status) const;
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   const CrtkCommandHandler& handler_;
   std::uint64_t sequence_ = 0;
   dds::Writer<dds::TeleopStatus> operators_;
   dds::Writer<dds::CrtkStatus> crtk_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

@@ -22,25 +22,25 @@
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/identity.h"
 
-namespace tandem::service {
+namespace tandem::control_service {
 
 /** An arm that nobody commands, for the thread that logs. */
 struct IdleReport {
   int arm = 0;
   double idle = 0.0;  ///< s
-  safety::IdlePower::Verdict verdict{};
+  safety::IdlePower::Decision decision{};
 };
 
 /** What both ways of running share: the bus, the topics, the handler for requests. */
 struct Service {
-  explicit Service(const Setup& s)
+  explicit Service(const runtime::Setup& s)
       : setup(s),
         robot(s.robot, s.deployment.model),
         handler(s, robot),
-        frames(has(s.robot, robots::Capability::kCommonPath) ? std::make_unique<ObjectLoop>(s) : nullptr),
-        core(siteOf(s, robot), handler.makeTracker(), frames.get()),
+        object_loop(has(s.robot, robots::Capability::kCommonPath) ? std::make_unique<ObjectLoop>(s) : nullptr),
+        core(controlSetupOf(s, robot), handler.makeTracker(), object_loop.get()),
         crtk_command_handler(s, robot),
-        bus(busOptions(s.deployment, s.name)),
+        bus(runtime::busOptions(s.deployment, s.name)),
         crtk(bus, s, robot),
         operators(bus, s, crtk_command_handler),
         clearance(bus, s, robot) {
@@ -55,7 +55,7 @@ struct Service {
   template <class OnState,
             class OnTips,
             class OnReference,
-            class OnOrder,
+            class OnRequest,
             class OnStop,
             class OnInput,
             class OnCrtk,
@@ -63,7 +63,7 @@ struct Service {
   void listen(OnState on_state,
               OnTips on_tips,
               OnReference on_reference,
-              OnOrder on_order,
+              OnRequest on_request,
               OnStop on_stop,
               OnInput on_input,
               OnCrtk on_crtk,
@@ -74,18 +74,18 @@ struct Service {
     readers.push_back(bus.reader(dds::kTeleopInput, on_input));
     const config::Crtk& admission = setup.deployment.teleoperation.crtk;
     dds::ReaderOptions admitted;
-    if (!admission.anybody())
+    if (!admission.admitsAll())
       admitted.senders = admission.clients;
-    if (!admission.nobody())
+    if (!admission.admitsNone())
       crtk_command_handler.listen(bus, on_crtk, admitted, readers);
     if (setup.deployment.feedback == planning::Feedback::kSensor)
       readers.push_back(bus.reader(dds::kSensingTips, on_tips));
     readers.push_back(bus.reader(dds::kActuationState, on_state));
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
-    readers.push_back(bus.reader(dds::kControlRequest, [this, on_order](const dds::ControlRequest& request) {
+    readers.push_back(bus.reader(dds::kControlRequest, [this, on_request](const dds::ControlRequest& request) {
       dds::Reply refusal;
-      if (const auto order = handler.parse(request, holder.load(std::memory_order_relaxed), refusal)) {
-        on_order(*order);
+      if (const auto parsed = handler.parse(request, holder.load(std::memory_order_relaxed), refusal)) {
+        on_request(*parsed);
       } else {
         spdlog::warn("request refused: {}", refusal.reason);
         replies.write(refusal);
@@ -98,44 +98,44 @@ struct Service {
     std::vector<std::string> groups = config::armList(setup.robot);
     if (groups.size() >= 2)
       groups.push_back(dds::kPair);
-    if (admission.nobody())
+    if (admission.admitsNone())
       groups.clear();
     for (const std::string& group : groups) {
-      const auto take = [this, group, on_order](const dds::StringStamped& command) {
+      const auto take = [this, group, on_request](const dds::StringStamped& command) {
         std::string refusal;
-        auto order = handler.parse(group, command, refusal);
-        if (!order)
+        auto parsed = handler.parse(group, command, refusal);
+        if (!parsed)
           return spdlog::warn("{}", refusal);
-        order->control_session = setup.session;
-        order->answers_control = crtk_command_handler.answered(command.stamp);
-        if (order->arm != dds::kAllArms || robot.armCount() == 2)
-          return on_order(*order);
-        for (order->arm = 0; order->arm < 2; ++order->arm)  // the pair of a robot with more arms
-          on_order(*order);
+        parsed->control_session = setup.session;
+        parsed->answers_control = crtk_command_handler.answered(command.stamp);
+        if (parsed->arm != dds::kAllArms || robot.armCount() == 2)
+          return on_request(*parsed);
+        for (parsed->arm = 0; parsed->arm < 2; ++parsed->arm)  // the pair of a robot with more arms
+          on_request(*parsed);
       };
       readers.push_back(bus.reader(dds::kStateCommand, group, take, admitted));
     }
     clock.emplace(bus, setup);
   }
 
-  /// Calls `tell` with every arm that has been without a commander for too long.
-  template <class Tell>
-  static void tellIdle(const operation::CycleOutput& output, Tell tell) noexcept {
+  /// Calls `report` with every arm that has been without a commander for too long.
+  template <class Report>
+  static void reportIdle(const operation::CycleOutput& output, Report report) noexcept {
     for (std::size_t k = 0; k < output.idle.size(); ++k) {
-      if (output.idle[k] != safety::IdlePower::Verdict::kNothing)
-        tell(IdleReport{static_cast<int>(k), output.status.idle[k], output.idle[k]});
+      if (output.idle[k] != safety::IdlePower::Decision::kNothing)
+        report(IdleReport{static_cast<int>(k), output.status.idle[k], output.idle[k]});
     }
   }
 
   /// Not for the periodic thread.
   void logIdle(const IdleReport& report) const {
     const std::string& arm = setup.robot.arms[static_cast<std::size_t>(report.arm)].name;
-    if (report.verdict == safety::IdlePower::Verdict::kPowerOff) {
-      spdlog::warn("{}: power off: nobody has commanded it for {:.0f} s", arm, report.idle);
+    if (report.decision == safety::IdlePower::Decision::kPowerOff) {
+      spdlog::warn("{}: power removed after {:.0f} s without a commander", arm, report.idle);
     } else {
       spdlog::warn(
-          "{}: has had power for {:.0f} s without a commander, and keeps it: its axes are not declared to hold without "
-          "(holds_without_power in the hardware file); disable it",
+          "{}: has had power for {:.0f} s without a commander, and keeps it: its axes are not declared to hold their "
+          "position without power (holds_without_power in the hardware file); disable it",
           arm, report.idle);
     }
   }
@@ -161,7 +161,7 @@ struct Service {
     operators.publish(m.status, m.operators, m.crtk);
   }
 
-  void answer(const operation::OrderReply& reply) {
+  void answer(const operation::ControlReply& reply) {
     dds::Reply message = handler.replyTo(reply);
     message.reason += more(reply);
     if (message.accepted == 0 && message.request != 0)
@@ -171,25 +171,25 @@ struct Service {
   }
 
   /// What the bus knows beyond the reason of a refusal: whom it is about.
-  std::string more(const operation::OrderReply& reply) const {
+  std::string more(const operation::ControlReply& reply) const {
     std::string text;
     const operation::Reason reason = reply.refusal.reason;
     if (reason == operation::Reason::kMismatch) {
-      for (const std::string& words : service::mismatches(bus))
+      for (const std::string& words : runtime::mismatches(bus))
         text += "; " + words;
     }
     const bool others = reason == operation::Reason::kOtherLease || reason == operation::Reason::kLeaseTaken;
-    if (const auto who = bus.who(reply.holder); others && who)
-      text = ": " + service::describe(*who);
+    if (const auto who = bus.identityOf(reply.holder); others && who)
+      text = ": " + runtime::describe(*who);
     if (others)
-      text += "; it alone can resume what it has begun";
+      text += "; only that client can resume the motion that it started";
     return text;
   }
 
-  const Setup& setup;
+  const runtime::Setup& setup;
   robots::RobotModel robot;
   ControlRequestHandler handler;
-  std::unique_ptr<ObjectLoop> frames;  ///< of catheters
+  std::unique_ptr<ObjectLoop> object_loop;  ///< of catheters
   operation::ControlCore core;
   CrtkCommandHandler crtk_command_handler;
   dds::Bus bus;
@@ -201,10 +201,10 @@ struct Service {
   dds::Writer<dds::ControlStatus> statuses;
   dds::Writer<dds::Reply> replies;
   dds::Writer<dds::ControlPermissions> permissions;
-  std::optional<MismatchDesk> mismatches;
+  std::optional<runtime::MismatchHandler> mismatches;
   std::vector<dds::Reader> readers;
-  std::optional<ClockRequestHandler> clock;
+  std::optional<runtime::ClockRequestHandler> clock;
   std::atomic<std::uint64_t> holder{0};  ///< of the lease, as control's thread last knew
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::control_service

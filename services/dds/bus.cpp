@@ -22,8 +22,9 @@ concept Fingerprinted = !std::is_same_v<M, Identity> && requires(M message) {
 template <class M>
 std::string topicName(const Participant& participant, const Topic<M>& topic, const std::string& arm) {
   if (topic.per_arm == arm.empty()) {
-    throw std::invalid_argument(std::string("topic ") + topic.name +
-                                (topic.per_arm ? " belongs to an arm: name one" : " belongs to no arm"));
+    throw std::invalid_argument(
+        std::string("topic ") + topic.name +
+        (topic.per_arm ? " is published per arm: give the name of one" : " is not published per arm: give no name"));
   }
   return ddsTopicName(participant.options().prefix, topic.name, arm);
 }
@@ -122,7 +123,7 @@ Bus::~Bus() { onMismatch({}); }
 
 std::vector<Identity> Bus::others() const { return others_ ? others_->all() : std::vector<Identity>{}; }
 
-std::optional<Identity> Bus::who(std::uint64_t session) const {
+std::optional<Identity> Bus::identityOf(std::uint64_t session) const {
   return others_ ? others_->find(session) : std::nullopt;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Processes talk through a Bus: one DDS participant that hands out typed writers and readers.
+/** @file DDS bus: one participant with typed writers and readers.
  *
  * No traffic leaves the chosen interface: no multicast, no shared memory, unicast discovery among the peers.
  * A match proves nothing (a peer may match and yet refuse the data), so services judge one another by sequence and age.
@@ -189,7 +189,7 @@ class Bus {
   /// Everybody else who is there and has published its identity. Any thread.
   std::vector<Identity> others() const;
   /// Who has this session, also of those who have left of late.
-  std::optional<Identity> who(std::uint64_t session) const;
+  std::optional<Identity> identityOf(std::uint64_t session) const;
   /// Whom to call, on DDS threads, for each message of somebody who knows another robot or deployment; nobody from the
   /// moment on in which this returns with an empty function.
   void onMismatch(std::function<void(const Mismatch&)> handler);

@@ -41,7 +41,7 @@ void collect(const std::string& type, std::vector<std::string>& found) {
 
 std::string messageDefinition(const std::string& type) {
   if (!definitions().contains(type))
-    throw std::invalid_argument("type '" + type + "': no definition of it is known");
+    throw std::invalid_argument("type '" + type + "': unknown message type");
   std::vector<std::string> types;
   collect(type, types);
   std::string text = definitions().at(type);

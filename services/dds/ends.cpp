@@ -18,7 +18,7 @@ WriterEnd::WriterEnd(std::shared_ptr<Participant> participant,
   const auto qos = writerQos(profile, participant_->options(), type->is_plain());
   writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
   if (writer_ == nullptr) {
-    throw std::runtime_error("DDS refuses a writer of " + name_);
+    throw std::runtime_error("DDS rejected the writer of " + name_);
   }
 }
 
@@ -42,7 +42,7 @@ bool WriterEnd::write(const void* message) {
   return false;
 }
 
-const char* WriterEnd::hand(void* sample) { return writer_->write(sample) ? nullptr : "DDS did not take the sample"; }
+const char* WriterEnd::hand(void* sample) { return writer_->write(sample) ? nullptr : "DDS rejected the sample"; }
 
 void WriterEnd::on_publication_matched(fast::DataWriter*, const fast::PublicationMatchedStatus& status) {
   matched_ = status.current_count;
@@ -63,7 +63,7 @@ void ReaderEnd::open(Profile profile, fast::TopicDataType* type, const ReaderOpt
   senders_ = options.senders;
   reader_ = participant_->subscriber()->create_datareader(topic, qos, this);
   if (reader_ == nullptr) {
-    throw std::runtime_error("DDS refuses a reader of " + name_);
+    throw std::runtime_error("DDS rejected the reader of " + name_);
   }
 }
 
@@ -89,7 +89,7 @@ void ReaderEnd::on_data_available(fast::DataReader* reader) {
 
 void ReaderEnd::deliverGuarded(const fast::SampleInfo& info) {
   try {
-    if (const char* why = admits(info) ? deliver(info) : "its sender is not admitted by name") {
+    if (const char* why = admits(info) ? deliver(info) : "its sender is not in teleoperation.crtk.clients") {
       ++malformed_;
       participant_->noteDropped(name_, why);
       problem_.set(name_ + ": sample dropped: " + why);

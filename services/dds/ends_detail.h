@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Private: what all writers and readers do, whatever they carry: join, count, tell what is wrong, leave. */
+/** @file Private: type-independent base of writers and readers: matching, counters, error reports, shutdown. */
 #pragma once
 
 #include <atomic>

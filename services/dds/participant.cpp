@@ -49,7 +49,7 @@ void check(const BusOptions& options) {
       known += (known.empty() ? "" : ", ") + address;
     }
     throw std::invalid_argument("interface_address " + options.interface_address +
-                                ": no interface of this host has it (there are: " + known + ")");
+                                ": no interface of this host has this address, expected one of: " + known);
   }
   if (options.discovery && !isIpv4(options.discovery->address)) {
     throw std::invalid_argument("discovery server '" + options.discovery->address + "': expected an IPv4 address");
@@ -143,7 +143,9 @@ fast::DomainParticipantQos participantQos(const BusOptions& options) {
   // forgotten it while it has not forgotten them, and 2.9.1 may take a minute to match them again. Watchdogs of ours
   // notice silence long before.
   builtin.discovery_config.leaseDuration = Duration_t(15, 0);
-  builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0, 250'000'000);
+  // Newcomers announce themselves five times within their first 0.5 s, and whoever is there answers. Later
+  // announcements repair losses alone; each is a datagram to 32 ports of each peer.
+  builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(1, 0);
   return qos;
 }
 
@@ -229,10 +231,10 @@ Participant::Participant(const BusOptions& options) : options_(options) {
   }
   if (publisher_ == nullptr || subscriber_ == nullptr) {
     throw std::runtime_error(
-        "DDS refuses to start in domain " + std::to_string(options.domain) + " on " + options.interface_address +
-        (options.credentials ? ": does `tandem security verify` find the credentials of " +
-                                   options.credentials->certificate.parent_path().string() + " good?"
-                             : ": are all its ports taken?"));
+        "DDS did not start in domain " + std::to_string(options.domain) + " on " + options.interface_address +
+        (options.credentials ? ": check the credentials in " + options.credentials->certificate.parent_path().string() +
+                                   " with `tandem security verify`"
+                             : ": check whether all its UDP ports are in use"));
   }
 }
 
@@ -275,12 +277,12 @@ fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSup
     return typeid(known) != typeid(wanted);
   };
   if (!registered.empty() && differs(*registered.get())) {
-    throw std::runtime_error("topic " + dds_name + ": this bus has the type " + type.get_type_name() +
-                             " both as messages and as bytes; the bytes need a bus of their own");
+    throw std::runtime_error("topic " + dds_name + ": this bus uses type " + type.get_type_name() +
+                             " both as messages and as bytes; use a separate bus for the bytes");
   }
   if (auto* known = participant_->lookup_topicdescription(dds_name)) {
     if (known->get_type_name() != type.get_type_name()) {
-      throw std::runtime_error("topic " + dds_name + " has two types");
+      throw std::runtime_error("topic " + dds_name + ": found two types, expected one");
     }
     return static_cast<fast::Topic*>(known);
   }
@@ -289,7 +291,7 @@ fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSup
   }
   auto* created = participant_->create_topic(dds_name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
   if (created == nullptr) {
-    throw std::runtime_error("DDS refuses topic " + dds_name);
+    throw std::runtime_error("DDS rejected topic " + dds_name);
   }
   return created;
 }
@@ -373,8 +375,8 @@ std::string describeIncompatible(const std::string& topic, std::uint32_t policy)
     default:
       break;
   }
-  return "another process on " + topic + " was refused: its " + what +
-         " does not fit (do both use the same deployment file?)";
+  return "another process on topic " + topic + " was rejected: different " + what +
+         " (do both use the same deployment file?)";
 }
 
 }  // namespace tandem::dds::detail

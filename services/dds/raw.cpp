@@ -51,8 +51,8 @@ class RawSupport final : public fast::TopicDataType {
 };
 
 const char* wrong(std::string_view bytes) {
-  return bytes.size() < kEncapsulation ? "is no CDR: shorter than its encapsulation"
-         : bytes.size() > kMaxPayload  ? "is longer than any sample may be"
+  return bytes.size() < kEncapsulation ? "is not CDR: shorter than the encapsulation header"
+         : bytes.size() > kMaxPayload  ? "is longer than the largest permitted sample"
                                        : nullptr;
 }
 

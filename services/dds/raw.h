@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Topics as bytes: for recorders, replays and bridges, which need no code per type.
+/** @file Untyped topics: samples as serialized bytes, for recording, replay and bridges.
  *
  * A process that uses the messages of a type cannot use its bytes on the same Bus, nor the other way round: give the
  * bytes a Bus of their own. Bytes are CDR with its four bytes of encapsulation in front, as they are on the wire.

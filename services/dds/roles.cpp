@@ -43,9 +43,8 @@ constexpr unsigned rolesOf(std::string_view words) {
   return 0;
 }
 
-#define TANDEM_TOPIC(CONSTANT, ...)               \
-  static_assert(rolesOf(CONSTANT.publisher) != 0, \
-                "a topic's publisher is not in the table of publishers: who may write it?");
+#define TANDEM_TOPIC(CONSTANT, ...) \
+  static_assert(rolesOf(CONSTANT.publisher) != 0, "the publisher of a topic is not in the table of publishers");
 #include "services/dds/topic_table.inc"
 #undef TANDEM_TOPIC
 
@@ -88,7 +87,7 @@ const char* describe(Role role) {
     case kConsoleOperator:
       return "clients that command";
     case kConsoleViewer:
-      return "clients that only look";
+      return "clients that only observe";
     case kRecorder:
       return "the recorder";
     case kConsole:

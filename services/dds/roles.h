@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Security roles of processes and their rights to write and read, derived from the table of topics.
  *
- * With security on (docs/security.md) the permissions of every process are made from rightsOf(), and all others hold it
- * to them.
- */
+ * With security (docs/security.md), rightsOf() gives the permissions of each process, and all other processes
+ * enforce them. */
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-discovery: introduces the processes of a deployment to one another. It carries no data: who has met
- * goes on without it. */
+/** @file tandem-discovery: DDS discovery server of a deployment. It carries no data; processes that have discovered
+ * each other do not need it. */
 #include <spdlog/spdlog.h>
 
 #include <stdexcept>
@@ -11,10 +11,11 @@ using namespace tandem;
 
 namespace {
 
-void run(const service::Setup& setup, service::StopSignal& stop) {
-  dds::BusOptions options = service::busOptions(setup.deployment, setup.name);
+void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
+  dds::BusOptions options = runtime::busOptions(setup.deployment, setup.name);
   if (!options.discovery)
-    throw std::invalid_argument(setup.deployment.file.string() + ": has no `discovery`, expected a server to be");
+    throw std::invalid_argument(setup.deployment.file.string() +
+                                ": key `discovery` is missing; tandem-discovery needs it");
   options.discovery->serve = true;
   const dds::Bus bus(options);
   spdlog::info("ready: discovery server on {}:{}", options.discovery->address, options.discovery->port);
@@ -27,5 +28,5 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return service::runService(argc, argv, "discovery", "Introduces the processes of a deployment to one another.", run);
+  return runtime::runService(argc, argv, "discovery", "DDS discovery server of a deployment.", run);
 }

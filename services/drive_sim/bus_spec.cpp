@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/drive_sim/bus_spec.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -11,7 +13,7 @@
 
 #include "hal/drives/units.h"
 
-namespace tandem::service {
+namespace tandem::drive_sim {
 namespace {
 
 using sim::drives::DriveSpec;
@@ -24,14 +26,15 @@ double toNumber(const std::string& text, const std::string& what, double low, do
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (text.empty() || error != std::errc{} || end != text.data() + text.size() || !(value >= low && value <= high))
-    throw std::invalid_argument(what + " '" + text + "', expected a number in its range");
+    throw std::invalid_argument(
+        fmt::format("{}: found '{}', expected a number from {:.10g} to {:.10g}", what, text, low, high));
   return value;
 }
 
 std::uint8_t toNode(const std::string& text) {
   const double id = toNumber(text, "node", 1, 127);
   if (id != std::floor(id))
-    throw std::invalid_argument("node '" + text + "', expected 1 to 127");
+    throw std::invalid_argument("node: found '" + text + "', expected an integer from 1 to 127");
   return static_cast<std::uint8_t>(id);
 }
 
@@ -121,7 +124,8 @@ DriveSpec parseDrive(const std::string& text) {
                 {"max_acceleration", into(spec.motor.max_acceleration, "max_acceleration", 1.0, 1e12)},
                 {"incremental", [&](const std::string&) { spec.incremental = true; }}});
   if (spec.motor.low >= spec.motor.high)
-    throw std::invalid_argument("drive '" + text + "': expected low below high");
+    throw std::invalid_argument(fmt::format("drive '{}': found low {:.10g} and high {:.10g}, expected low below high",
+                                            text, spec.motor.low, spec.motor.high));
   return spec;
 }
 
@@ -164,4 +168,4 @@ void addNodes(const hal::HardwareConfig& hardware, const std::string& bus, sim::
   }
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::drive_sim

@@ -7,7 +7,7 @@
 #include "config/config.h"
 #include "sim/drives/drive_bus.h"
 
-namespace tandem::service {
+namespace tandem::drive_sim {
 
 /// "ID[,serial=N][,start=COUNTS][,low=COUNTS][,high=COUNTS][,max_velocity=N][,max_acceleration=N][,incremental]".
 /// @throw std::invalid_argument that says what was expected.
@@ -24,4 +24,4 @@ void addStandardNodes(sim::drives::BusSpec& spec);
  * @throw std::invalid_argument where there is no bus of that name. */
 void addNodes(const hal::HardwareConfig& hardware, const std::string& bus, sim::drives::BusSpec& spec);
 
-}  // namespace tandem::service
+}  // namespace tandem::drive_sim

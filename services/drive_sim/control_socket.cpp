@@ -10,7 +10,7 @@
 #include <cstring>
 #include <system_error>
 
-namespace tandem::service {
+namespace tandem::drive_sim {
 namespace {
 
 constexpr std::size_t kLongest = 1 << 16;
@@ -79,10 +79,10 @@ void ControlSocket::poll(const std::function<std::string(const std::string&)>& a
 std::string askControl(const std::string& path, const std::string& line, double seconds) {
   const sockaddr_un address = addressOf(path);
   const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  timeval patience{};
-  patience.tv_sec = static_cast<time_t>(seconds);
-  patience.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - static_cast<double>(patience.tv_sec)));
-  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  timeval timeout{};
+  timeout.tv_sec = static_cast<time_t>(seconds);
+  timeout.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - static_cast<double>(timeout.tv_sec)));
+  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   std::string reply(kLongest, '\0');
   ssize_t count = -1;
   if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
@@ -97,4 +97,4 @@ std::string askControl(const std::string& path, const std::string& line, double 
   return reply;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::drive_sim

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Control socket of tandem-drive-sim: AF_UNIX seqpacket, one line per packet. */
+/** @file Control socket of tandem-drive-sim, which injects faults and reports states: AF_UNIX seqpacket, one line per
+ * packet. */
 #pragma once
 
 #include <functional>
 #include <string>
 #include <vector>
 
-namespace tandem::service {
+namespace tandem::drive_sim {
 
 /** Server side; not blocking. */
 class ControlSocket {
@@ -32,4 +33,4 @@ class ControlSocket {
 /// Sends one line and waits for the answer. @throw std::system_error where nobody answers within so many seconds.
 std::string askControl(const std::string& path, const std::string& line, double seconds = 5.0);
 
-}  // namespace tandem::service
+}  // namespace tandem::drive_sim

@@ -26,7 +26,7 @@ struct Options {
 };
 
 void addOptions(CLI::App& app, Options& options) {
-  app.add_option("--bus", options.bus, "can:INTERFACE, or unix:SOCKET, where it becomes the hub");
+  app.add_option("--bus", options.bus, "can:INTERFACE, or unix:SOCKET (this process is then its hub)");
   app.add_option("--hardware", options.hardware, "hardware file, or the name of a preset: simulate one of its buses");
   app.add_option("--hardware-bus", options.hardware_bus, "name of that bus in the file; --bus overrides its interface");
   app.add_option("--drive", options.drives,
@@ -35,13 +35,14 @@ void addOptions(CLI::App& app, Options& options) {
       ->delimiter('\0');
   app.add_option("--encoder", options.encoders, "ID=DRIVE[,serial=N][,ratio=X][,offset=N]; may be repeated")
       ->delimiter('\0');
-  app.add_option("--drive-eds", options.drive_eds, "data sheet of the drives (default: the one compiled in)");
-  app.add_option("--encoder-eds", options.encoder_eds, "data sheet of the encoders (likewise)");
-  app.add_option("--control", options.control, "socket for commands while it runs");
-  app.add_option("--send", options.send,
-                 "send this line to the --control socket of a running one, print its answer and end: state | mark | "
-                 "inject NODE FAULT [VALUE] [for SECONDS] | clear NODE [FAULT]; node 0 is the bus");
-  app.add_option("--seed", options.seed, "of random losses and flips")->capture_default_str();
+  app.add_option("--drive-eds", options.drive_eds, "EDS file of the drives (default: built in)");
+  app.add_option("--encoder-eds", options.encoder_eds, "EDS file of the encoders (default: built in)");
+  app.add_option("--control", options.control, "socket that receives commands while the simulation runs");
+  app.add_option(
+      "--send", options.send,
+      "send one command to the --control socket of a running instance, print the reply, exit: state | mark | "
+      "inject NODE FAULT [VALUE] [for SECONDS] | clear NODE [FAULT]; node 0 is the bus");
+  app.add_option("--seed", options.seed, "seed of random losses and bit flips")->capture_default_str();
   app.add_option("--log", options.level, "trace, debug, info, warn, error or off (default: TANDEM_LOG, else info)");
   app.footer("Without --drive, --encoder and --hardware: drives 1 to 6, encoders 17 to 22.");
 }
@@ -58,22 +59,22 @@ sim::drives::BusSpec specOf(Options& options) {
     if (!hardware.simulated)
       spdlog::warn("hardware {} is not marked as simulated: make sure that no real drive is on this bus",
                    hardware.name);
-    service::addNodes(hardware, options.hardware_bus, spec);
+    drive_sim::addNodes(hardware, options.hardware_bus, spec);
     for (const hal::BusConfig& bus : hardware.buses) {
       if (bus.name == options.hardware_bus && options.bus.empty())
         options.bus = bus.address;
     }
   }
   for (const std::string& drive : options.drives)
-    spec.drives.push_back(service::parseDrive(drive));
+    spec.drives.push_back(drive_sim::parseDrive(drive));
   for (const std::string& encoder : options.encoders)
-    spec.encoders.push_back(service::parseEncoder(encoder));
+    spec.encoders.push_back(drive_sim::parseEncoder(encoder));
   if (spec.drives.empty() && spec.encoders.empty())
-    service::addStandardNodes(spec);
+    drive_sim::addStandardNodes(spec);
   return spec;
 }
 
-void run(Options& options, service::StopSignal& stop) {
+void run(Options& options, runtime::StopSignal& stop) {
   constexpr int kPeriod = 1;  // ms
   const sim::drives::BusSpec spec = specOf(options);
   // Others join the hub that this is: without drives there is no bus.
@@ -81,7 +82,7 @@ void run(Options& options, service::StopSignal& stop) {
     options.bus.replace(0, 5, "unix-hub:");
   const auto bus = hal::can::openBus(options.bus);
   sim::drives::DriveBus simulation(*bus, spec, hal::can::monotonicNow());
-  std::optional<service::ControlSocket> control;
+  std::optional<drive_sim::ControlSocket> control;
   if (!options.control.empty())
     control.emplace(options.control);
   spdlog::info("ready: {} drives, {} encoders on {}", spec.drives.size(), spec.encoders.size(), bus->name());
@@ -95,7 +96,7 @@ void run(Options& options, service::StopSignal& stop) {
     if (control)
       control->poll([&](const std::string& line) {
         spdlog::debug("control: {}", line);
-        return service::serveLine(simulation, line);
+        return drive_sim::serveLine(simulation, line);
       });
     if (bus->state() != state) {
       state = bus->state();
@@ -113,7 +114,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (!options.send.empty()) {
-      const std::string answer = service::askControl(options.control, options.send);
+      const std::string answer = drive_sim::askControl(options.control, options.send);
       std::cout << answer << '\n';
       return answer.starts_with("error") ? 1 : 0;
     }
@@ -127,10 +128,10 @@ int main(int argc, char** argv) {
     std::cerr << "tandem-drive-sim: " << error.what() << '\n';
     return 1;
   }
-  service::StopSignal stop;
+  runtime::StopSignal stop;
   int code = 0;
   try {
-    service::startLog("drive-sim", options.level);
+    runtime::startLog("drive-sim", options.level);
     run(options, stop);
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
@@ -139,6 +140,6 @@ int main(int argc, char** argv) {
                                dynamic_cast<const sim::drives::EdsError*>(&error) != nullptr;
     code = configuration ? 2 : 1;
   }
-  service::stopLog();
+  runtime::stopLog();
   return code;
 }

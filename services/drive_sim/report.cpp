@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-namespace tandem::service {
+namespace tandem::drive_sim {
 namespace {
 
 using nlohmann::json;
@@ -81,7 +81,7 @@ std::string reportState(DriveBus& bus) {
                 {"dropped", r.dropped},
                 {"lost", r.lost},
                 {"flipped", r.flipped},
-                {"babbled", r.babbled},
+                {"babbled", r.babble_frames},
                 {"off", bus.has(0, sim::drives::FaultKind::kBusOff)}}},
               {"drives", drives},
               {"encoders", encoders}}
@@ -99,7 +99,9 @@ std::string serveLine(DriveBus& bus, const std::string& line) {
                    : "error: node " + std::to_string(command.injection.node) + " cannot have the fault " +
                          std::string(name(command.injection.kind));
       case FaultCommand::Kind::kClear:
-        return bus.clear(command.node, command.fault) > 0 ? "ok" : "error: there is no such fault";
+        return bus.clear(command.node, command.fault) > 0
+                   ? "ok"
+                   : "error: node " + std::to_string(command.node) + " has no such fault";
       case FaultCommand::Kind::kMark:
         bus.mark();
         return "ok";
@@ -112,4 +114,4 @@ std::string serveLine(DriveBus& bus, const std::string& line) {
   }
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::drive_sim

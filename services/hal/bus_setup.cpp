@@ -9,7 +9,7 @@
 #include "hal/can/link.h"
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::hal_service {
 namespace {
 
 constexpr std::string_view kCan = "can:";
@@ -37,7 +37,7 @@ void checkLink(const hal::BusConfig& bus) {
 
 }  // namespace
 
-hal::HardwareConfig loadHardwareOf(const Setup& setup) {
+hal::HardwareConfig loadHardwareOf(const runtime::Setup& setup) {
   const config::Deployment& deployment = setup.deployment;
   const auto refuse = [&](const std::string& key, const std::string& message) {
     throw config::Error(deployment.file.string(), 0, 0, key, message);
@@ -57,11 +57,11 @@ hal::HardwareConfig loadHardwareOf(const Setup& setup) {
 }
 
 std::vector<std::unique_ptr<hal::can::Bus>> openBuses(const hal::HardwareConfig& hardware,
-                                                      const StopSignal& stop,
-                                                      double patience) {
+                                                      const runtime::StopSignal& stop,
+                                                      double timeout) {
   constexpr double kRetry = 0.1;  // s
   std::vector<std::unique_ptr<hal::can::Bus>> buses;
-  const std::int64_t deadline = monotonicNow() + static_cast<std::int64_t>(1e9 * patience);
+  const std::int64_t deadline = runtime::monotonicNow() + static_cast<std::int64_t>(1e9 * timeout);
   for (const hal::BusConfig& bus : hardware.buses) {
     checkLink(bus);
     for (bool reported = false;; reported = true) {
@@ -69,7 +69,7 @@ std::vector<std::unique_ptr<hal::can::Bus>> openBuses(const hal::HardwareConfig&
         buses.push_back(hal::can::openBus(bus.address));
         break;
       } catch (const std::exception& error) {
-        if (monotonicNow() > deadline)
+        if (runtime::monotonicNow() > deadline)
           throw std::runtime_error("bus " + bus.name + ": " + error.what());
         if (!reported)
           spdlog::info("bus {}: waiting for {} ({})", bus.name, bus.address, error.what());
@@ -81,4 +81,4 @@ std::vector<std::unique_ptr<hal::can::Bus>> openBuses(const hal::HardwareConfig&
   return buses;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::hal_service

@@ -7,7 +7,7 @@
 #include "operation/permission.h"
 #include "services/dds/reply.h"
 
-namespace tandem::service {
+namespace tandem::hal_service {
 namespace {
 
 hal::RobotOptions robotOptions(const config::Deployment& deployment) {
@@ -31,7 +31,9 @@ dds::Reply replyOf(const HalAnswer& answer) {
   return dds::replyTo(answer, answer.code, answer.reason.data(), answer.value);
 }
 
-HalCore::HalCore(const Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses)
+HalCore::HalCore(const runtime::Setup& setup,
+                 const hal::HardwareConfig& hardware,
+                 const std::vector<hal::can::Bus*>& buses)
     : DriveCore(setup, hardware, buses, robotOptions(setup.deployment)),
       commands_(setup.deployment.budgets.commandAge(setup.deployment.control_period)) {}
 
@@ -43,40 +45,40 @@ void HalCore::onCommand(const dds::ActuationCommand& command, std::int64_t now, 
   commands_.feed(now);
 }
 
-idl::RefusalReason HalCore::againstHoming(const HalOrder& order, int arm, std::int64_t now) const noexcept {
+idl::RefusalReason HalCore::againstHoming(const ParsedHalRequest& request, int arm, std::int64_t now) const noexcept {
   using enum idl::RefusalReason;
   if (commands_.expired(now))
     return kNoCommand;
-  switch (operation::askerOf(order.client, commander_)) {
-    case operation::Asker::kAnybody:
+  switch (operation::requesterOf(request.client, commander_)) {
+    case operation::Requester::kNoLeaseOwner:
       return kNoLease;
-    case operation::Asker::kOther:
+    case operation::Requester::kOtherClient:
       return kOtherLease;
-    case operation::Asker::kCommander:
+    case operation::Requester::kLeaseOwner:
       break;
   }
   return may_home_[static_cast<std::size_t>(arm)] != 0 ? kNone : kNotDisabled;
 }
 
-HalAnswer HalCore::onOrder(const HalOrder& order, std::int64_t now) noexcept {
+HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) noexcept {
   HalAnswer answer;
-  answer.client = order.client;
-  answer.request = order.request;
+  answer.client = request.client;
+  answer.request = request.request;
   const auto refuse = [&](dds::ReplyCode code, const char* who, const char* why) {
     answer.code = code;
     std::snprintf(answer.reason.data(), answer.reason.size(), "%s%s", who, why);
     return answer;
   };
-  if (order.kind != static_cast<std::uint8_t>(dds::HalKind::kHome))
+  if (request.kind != static_cast<std::uint8_t>(dds::HalKind::kHome))
     return refuse(dds::ReplyCode::kUnknown, "", "unknown kind of request, expected 1 (home)");
-  if (order.arm != dds::kAllArms && order.arm >= drives_.armCount())
-    return refuse(dds::ReplyCode::kMalformed, "", "arm: the robot has fewer, or 255 for all");
-  const int first = order.arm == dds::kAllArms ? 0 : order.arm;
-  const int last = order.arm == dds::kAllArms ? drives_.armCount() - 1 : order.arm;
+  if (request.arm != dds::kAllArms && request.arm >= drives_.armCount())
+    return refuse(dds::ReplyCode::kMalformed, "", "arm: expected an arm of the robot, or 255 for all");
+  const int first = request.arm == dds::kAllArms ? 0 : request.arm;
+  const int last = request.arm == dds::kAllArms ? drives_.armCount() - 1 : request.arm;
   answer.value = 1;
   for (int a = first; a <= last; ++a) {
     const char* name = drives_.config().arms[static_cast<std::size_t>(a)].name.c_str();
-    if (const operation::Refusal refusal{againstHoming(order, a, now), idl::Action::kHomeDrives}) {
+    if (const operation::Refusal refusal{againstHoming(request, a, now), idl::Action::kHomeDrives}) {
       std::snprintf(answer.reason.data(), answer.reason.size(), "%s: %s", name, idl::name(refusal.reason).data());
       answer.code = refusal.code();
       return answer;
@@ -90,7 +92,8 @@ HalAnswer HalCore::onOrder(const HalOrder& order, std::int64_t now) noexcept {
       case hal::ArmHardware::HomingAnswer::kNotDisabled:
         return refuse(dds::ReplyCode::kWrongState, name, " is not DISABLED; disable it first");
       case hal::ArmHardware::HomingAnswer::kNotReady:
-        return refuse(dds::ReplyCode::kWrongState, name, ": its nodes are not up, or something stands against it");
+        return refuse(dds::ReplyCode::kWrongState, name,
+                      ": a node is not operational, or a guard is active; see `tandem can monitor`");
     }
   }
   return answer;
@@ -136,4 +139,4 @@ void HalCore::status(dds::HalStatus& status) const noexcept {
   }
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::hal_service

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The hardware behind the topics of hal; no DDS, no threads. */
+/** @file Core of tandem-hal: hardware behind the actuation topics; without DDS and threads. */
 #pragma once
 
 #include <array>
@@ -8,10 +8,10 @@
 #include "safety/watchdog.h"
 #include "services/runtime/drive_core.h"
 
-namespace tandem::service {
+namespace tandem::hal_service {
 
 /** A request of a client as a plain struct that the periodic thread can take. */
-struct HalOrder {
+struct ParsedHalRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
   std::uint8_t kind = 0;
@@ -30,10 +30,10 @@ struct HalAnswer {
 dds::Reply replyOf(const HalAnswer& answer);
 
 /** Wire in, hardware, wire out. Nothing after construction allocates, locks or throws. Times are ns, monotonic. */
-class HalCore : public DriveCore<hal::RobotHardware> {
+class HalCore : public runtime::DriveCore<hal::RobotHardware> {
  public:
   /// @param buses open, in the order of the hardware file; they outlive the core.
-  HalCore(const Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses);
+  HalCore(const runtime::Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses);
 
   /// Before start(): receives who else is on the buses, and sends nothing; see RobotHardware::listen().
   void listen(std::int64_t now) noexcept { drives_.listen(now); }
@@ -42,7 +42,7 @@ class HalCore : public DriveCore<hal::RobotHardware> {
   void onCommand(const dds::ActuationCommand& command, std::int64_t now, std::uint64_t arrivals = 0) noexcept;
   void onEmergencyStop(bool pressed, std::int64_t now) noexcept { drives_.onEmergencyStop(pressed, now); }
   /// Homing runs are the commander's, where control allows them: as the last command says.
-  HalAnswer onOrder(const HalOrder& order, std::int64_t now) noexcept;
+  HalAnswer onRequest(const ParsedHalRequest& request, std::int64_t now) noexcept;
   /// One period of the bus.
   void step(std::int64_t now) noexcept { drives_.step(now); }
 
@@ -50,16 +50,16 @@ class HalCore : public DriveCore<hal::RobotHardware> {
   void state(std::int64_t now, dds::ActuationState& state) noexcept;
   void status(dds::HalStatus& status) const noexcept;
   bool nextEvent(hal::HardwareEvent& event) noexcept { return drives_.nextEvent(event); }
-  /// An operator wishes this bus to be restarted after bus-off; true once per wish.
+  /// An operator requests a restart of this bus after bus-off; true once per request.
   bool takeRestart(int bus) noexcept { return drives_.takeRestart(bus); }
   const hal::RobotHardware& robot() const noexcept { return drives_; }
 
  private:
-  idl::RefusalReason againstHoming(const HalOrder& order, int arm, std::int64_t now) const noexcept;
+  idl::RefusalReason againstHoming(const ParsedHalRequest& request, int arm, std::int64_t now) const noexcept;
 
   std::uint64_t commander_ = 0;  ///< of the last command that was taken
   dds::PerArm<std::uint8_t> may_home_{};
   safety::Watchdog commands_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::hal_service

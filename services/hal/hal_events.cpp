@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/hal/hal_events.h"
 
-namespace tandem::service {
+namespace tandem::hal_service {
 namespace {
 
 using Kind = hal::HardwareEvent::Kind;
@@ -16,11 +16,11 @@ std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::
     case Reason::kNotStarted:
       return "did not become operational";
     case Reason::kHeartbeatLost:
-      return "its heartbeat is lost";
+      return "heartbeat lost";
     case Reason::kRebooted:
-      return "it rebooted by itself";
+      return "rebooted without a request";
     case Reason::kLeftOperational:
-      return "it left the operational state by itself";
+      return "left the operational state without a request";
     case Reason::kAborted:
     case Reason::kMismatch:
       break;
@@ -36,10 +36,10 @@ std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::
 }
 
 std::string describeMaster(hal::canopen::MasterFrame frame) {
-  const std::string received = ": " + std::string(name(frame)) + " received that is not ours";
+  const std::string received = ": " + std::string(name(frame)) + " from another master";
   if (frame == hal::canopen::MasterFrame::kSdoRequest)
-    return received + "; two clients of one node disturb each other's access to parameters";
-  return received + ": somebody else commands the bus; stop it, then `disable`";
+    return received + "; two SDO clients of one node disturb each other's parameter access";
+  return received + "; stop it, then `tandem robot disable`";
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
   if (event.kind == Kind::kMaster)
     return nameOf(robot.config().buses[event.bus]) + describeMaster(event.master);
   if (event.kind == Kind::kReleased)
-    return "the emergency stop is released; disable clears the arms";
+    return "emergency stop released; `tandem robot disable` clears the faults";
   const hal::Axis& axis = robot.arm(event.arm).axis(event.joint);
   const hal::canopen::Node* encoder = axis.encoderNode();
   const hal::canopen::Node& node = event.encoder && encoder != nullptr ? *encoder : axis.driveNode();
@@ -67,8 +67,7 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
     case Kind::kGuard:
       return axis.config().name + ": " + hal::describeGuards(event.guards);
     case Kind::kEmergency:
-      return who + ": " +
-             (event.code == 0 ? "its emergency is over" : "emergency, " + hal::describeErrorCode(event.code));
+      return who + ": " + (event.code == 0 ? "emergency cleared" : "emergency, " + hal::describeErrorCode(event.code));
     case Kind::kNode:
       return who + ": " + describeFailure(node, event.failure);
     case Kind::kReady:
@@ -81,4 +80,4 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
   return who;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::hal_service

@@ -6,7 +6,7 @@
 
 #include "hal/robot_hardware.h"
 
-namespace tandem::service {
+namespace tandem::hal_service {
 
 /// "bus bus_a (can:can0)".
 std::string nameOf(const hal::BusConfig& bus);
@@ -18,4 +18,4 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
 /// Something that somebody has to look at.
 bool isProblem(const hal::HardwareEvent& event);
 
-}  // namespace tandem::service
+}  // namespace tandem::hal_service

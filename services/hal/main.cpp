@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-hal: real drives and encoders on CAN, behind the topics that control knows. */
+/** @file tandem-hal: real drives and encoders on CAN, behind the actuation topics. */
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using namespace tandem;
 
 namespace {
 
-/// A CAN controller off its bus comes back by an operator's wish only; the wish is what clears a fault.
+/// A CAN controller off its bus is restarted on an operator's request only; that request clears the fault.
 void restartBus(const hal::BusConfig& bus) {
   constexpr std::string_view kCan = "can:";
   if (!bus.address.starts_with(kCan))
@@ -34,50 +34,50 @@ void restartBus(const hal::BusConfig& bus) {
 /** A periodic thread that sees the buses and never DDS; publishers that see DDS and never the buses. */
 class Service {
  public:
-  Service(const service::Setup& setup, const hal::HardwareConfig& hardware, service::HalCore& core)
+  Service(const runtime::Setup& setup, const hal::HardwareConfig& hardware, hal_service::HalCore& core)
       : hardware_(hardware),
         core_(core),
         shell_(setup, hardware.period, [this](const auto& m) { return details(m); }),
         replies_(shell_.bus().writer(dds::kHalReply)),
-        answers_out_(shell_.publisher().queue<service::HalAnswer>(
+        answers_out_(shell_.publisher().queue<hal_service::HalAnswer>(
             64,
-            [this](const auto& m) { replies_.write(service::replyOf(m)); })),
-        events_out_(shell_.publisher().queue<hal::HardwareEvent>(256, [this](const auto& m) { tell(m); })),
+            [this](const auto& m) { replies_.write(hal_service::replyOf(m)); })),
+        events_out_(shell_.publisher().queue<hal::HardwareEvent>(256, [this](const auto& m) { log(m); })),
         restarts_out_(shell_.publisher().queue<int>(8, [this](int b) {
           restartBus(hardware_.buses[static_cast<std::size_t>(b)]);
         })) {}
 
-  void run(const service::StopSignal& stop) {
+  void run(const runtime::StopSignal& stop) {
     const auto requests = shell_.bus().reader(dds::kHalRequest, [this](const dds::HalRequest& m) {
-      const std::lock_guard lock(order_mutex_);  // DDS threads; the periodic one takes no lock
-      orders_.push({m.client, m.request, m.kind, m.arm});
+      const std::lock_guard lock(request_mutex_);  // DDS threads; the periodic one takes no lock
+      requests_.push({m.client, m.request, m.kind, m.arm});
     });
     const std::string what =
         fmt::format("hardware {}, {} axes on {} buses", hardware_.name, hardware_.axes.size(), hardware_.buses.size());
-    shell_.run(what, [&](const service::Tick& tick) {
+    shell_.run(what, [&](const runtime::Tick& tick) {
       cycle(tick);
-      return goOn(stop.requested(), tick.now);
+      return keepsRunning(stop.requested(), tick.now);
     });
   }
 
  private:
   /// Leaving means a stop of all arms first, and no torque; the drives' own watchdogs are for what dies.
-  bool goOn(bool asked, std::int64_t now) noexcept {
-    constexpr std::int64_t kPatience = 2'000'000'000;  // ns
+  bool keepsRunning(bool asked, std::int64_t now) noexcept {
+    constexpr std::int64_t kTimeout = 2'000'000'000;  // ns
     if (asked && leaving_since_ == 0) {
       leaving_since_ = now;
       core_.onStop();
     }
-    return leaving_since_ == 0 || (!core_.robot().off() && now - leaving_since_ < kPatience);
+    return leaving_since_ == 0 || (!core_.robot().off() && now - leaving_since_ < kTimeout);
   }
 
-  void cycle(const service::Tick& tick) noexcept {
+  void cycle(const runtime::Tick& tick) noexcept {
     if (tick.cycle == 1)
       core_.start(tick.now);
     shell_.take(core_, tick.now);
-    service::HalOrder order;
-    while (orders_.pop(order))
-      answers_out_.post(core_.onOrder(order, tick.now));
+    hal_service::ParsedHalRequest request;
+    while (requests_.pop(request))
+      answers_out_.post(core_.onRequest(request, tick.now));
     core_.step(tick.now);
     shell_.show(core_, tick);
     hal::HardwareEvent event;
@@ -89,9 +89,9 @@ class Service {
     }
   }
 
-  void tell(const hal::HardwareEvent& event) {
-    const std::string text = service::describe(event, core_.robot());
-    if (service::isProblem(event)) {
+  void log(const hal::HardwareEvent& event) {
+    const std::string text = hal_service::describe(event, core_.robot());
+    if (hal_service::isProblem(event)) {
       spdlog::error("{}", text);
       last_problem_ = text;
     } else {
@@ -99,7 +99,7 @@ class Service {
     }
   }
 
-  service::Details details(const dds::HalStatus& status) const {
+  runtime::Details details(const dds::HalStatus& status) const {
     const double* const success = status.bus_success.data();
     const double worst = status.bus_count > 0 ? *std::min_element(success, success + status.bus_count) : 1.0;
     return {{"bus_load", fmt::format("{:.3f}", status.bus_load)},
@@ -108,35 +108,35 @@ class Service {
   }
 
   const hal::HardwareConfig& hardware_;
-  service::HalCore& core_;
+  hal_service::HalCore& core_;
   std::string last_problem_ = "none";  ///< publisher thread
-  service::DriveShell shell_;
+  runtime::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;
-  service::Outbox::Queue<service::HalAnswer>& answers_out_;
-  service::Outbox::Queue<hal::HardwareEvent>& events_out_;
-  service::Outbox::Queue<int>& restarts_out_;
-  std::mutex order_mutex_;
-  service::SpscQueue<service::HalOrder> orders_{64};
+  runtime::Outbox::Queue<hal_service::HalAnswer>& answers_out_;
+  runtime::Outbox::Queue<hal::HardwareEvent>& events_out_;
+  runtime::Outbox::Queue<int>& restarts_out_;
+  std::mutex request_mutex_;
+  runtime::SpscQueue<hal_service::ParsedHalRequest> requests_{64};
   std::int64_t leaving_since_ = 0;
 };
 
-void run(const service::Setup& setup, service::StopSignal& stop) {
-  constexpr double kPatience = 15.0;  // s
-  const hal::HardwareConfig hardware = service::loadHardwareOf(setup);
-  const auto buses = service::openBuses(hardware, stop, kPatience);
+void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
+  constexpr double kTimeout = 15.0;  // s
+  const hal::HardwareConfig hardware = hal_service::loadHardwareOf(setup);
+  const auto buses = hal_service::openBuses(hardware, stop, kTimeout);
   if (buses.empty())
     return;
   std::vector<hal::can::Bus*> open;
   for (const auto& bus : buses)
     open.push_back(bus.get());
-  const auto locks = service::lockBuses(hardware);
-  service::HalCore core(setup, hardware, open);
-  if (service::listenFirst(core, stop))
+  const auto locks = hal_service::lockBuses(hardware);
+  hal_service::HalCore core(setup, hardware, open);
+  if (hal_service::waitForSilentBus(core, stop))
     Service(setup, hardware, core).run(stop);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return service::runService(argc, argv, "hal", "Drives and encoders on CAN: watches, gates and moves them.", run);
+  return runtime::runService(argc, argv, "hal", "Controls drives and encoders on CAN, and checks every setpoint.", run);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/planning/computation_request_handler.h"
 
+#include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -11,13 +12,13 @@
 #include "services/dds/reply.h"
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::planning_service {
 namespace {
 
 using dds::CancelledBy;
 using dds::ComputationKind;
 
-double secondsSince(std::int64_t then) { return 1e-9 * static_cast<double>(monotonicNow() - then); }
+double secondsSince(std::int64_t then) { return 1e-9 * static_cast<double>(runtime::monotonicNow() - then); }
 
 std::optional<Plan> planOf(const dds::ComputationRequest& request, const dds::ComputationResult& result) {
   if (static_cast<ComputationKind>(result.kind) != ComputationKind::kCheck ||
@@ -34,7 +35,8 @@ std::optional<Plan> planOf(const dds::ComputationRequest& request, const dds::Co
 
 }  // namespace
 
-ComputationRequestHandler::ComputationRequestHandler(const Setup& setup, std::function<void(const Outgoing&)> send)
+ComputationRequestHandler::ComputationRequestHandler(const runtime::Setup& setup,
+                                                     std::function<void(const Outgoing&)> send)
     : setup_(setup), robot_(setup.robot, setup.deployment.model), send_(std::move(send)) {
   sender_ = std::thread([this] { this->send(); });
   computer_ = std::thread([this] { compute(); });
@@ -68,7 +70,7 @@ void ComputationRequestHandler::onRequest(const dds::ComputationRequest& request
   if (kind == ComputationKind::kCancel || kind == ComputationKind::kKeepAlive) {
     const bool ours = job_ && job_->request.client == request.client && job_->request.request == request.computation;
     if (ours && kind == ComputationKind::kKeepAlive)
-      job_->received = monotonicNow();
+      job_->received = runtime::monotonicNow();
     auto nobody = CancelledBy::kNobody;
     if (ours && kind == ComputationKind::kCancel)
       job_->cancelled.compare_exchange_strong(nobody, CancelledBy::kClient);
@@ -77,7 +79,7 @@ void ComputationRequestHandler::onRequest(const dds::ComputationRequest& request
       answer(request, ours ? dds::ReplyCode::kOk : dds::ReplyCode::kUnknown,
              ours ? ""
                   : "computation: found " + std::to_string(request.computation) +
-                        ", expected one of this client's that runs; it may have ended");
+                        ", expected a running computation of this client; it may have ended");
     return;
   }
   if (const std::string why = refusal(setup_.robot, robots::Capability::kComputation); !why.empty()) {
@@ -87,12 +89,13 @@ void ComputationRequestHandler::onRequest(const dds::ComputationRequest& request
   }
   if (job_) {
     lock.unlock();
-    answer(request, dds::ReplyCode::kBusy, "planning computes for a client already; ask again when that has ended");
+    answer(request, dds::ReplyCode::kBusy,
+           "planning is busy with another computation; send the request again when that has ended");
     return;
   }
   job_ = std::make_shared<Job>();
   job_->request = request;
-  job_->begin = job_->received = monotonicNow();
+  job_->begin = job_->received = runtime::monotonicNow();
   taken_ = false;
   lock.unlock();
   arrived_.notify_all();
@@ -117,28 +120,28 @@ std::optional<safety::RobotVector> ComputationRequestHandler::presentJoints() {
   return q;
 }
 
-dds::ComputationResult ComputationRequestHandler::run(const Computation& computation, Job& job) {
+dds::ComputationResult ComputationRequestHandler::run(const computation::Computation& computation, Job& job) {
   const dds::ComputationRequest& request = computation.request();
   dds::ComputationProgress progress;
   progress.client = request.client;
   progress.request = request.request;
   progress.kind = request.kind;
   std::int64_t reported = 0;
-  const auto tell = [&](bool at_once) {
+  const auto publish = [&](bool at_once) {
     if (!at_once && secondsSince(reported) < kProgress)
       return;
-    reported = monotonicNow();
+    reported = runtime::monotonicNow();
     progress.elapsed = secondsSince(job.begin);
     outgoing_.put(Outgoing(progress));
   };
-  ComputationHooks hooks;
+  computation::ComputationHooks hooks;
   hooks.cancelled = [&] {
     auto nobody = CancelledBy::kNobody;
     if (secondsSince(job.received) > kSilence)
       job.cancelled.compare_exchange_strong(nobody, CancelledBy::kSilence);
     else if (secondsSince(job.begin) > computation.timeLimit())
       job.cancelled.compare_exchange_strong(nobody, CancelledBy::kTimeLimit);
-    tell(false);
+    publish(false);
     return job.cancelled != CancelledBy::kNobody;
   };
   hooks.progress = [&](double fraction, const std::string& at, int done, int all) {
@@ -146,9 +149,9 @@ dds::ComputationResult ComputationRequestHandler::run(const Computation& computa
     progress.at = at;
     progress.done = static_cast<std::uint32_t>(done);
     progress.all = static_cast<std::uint32_t>(all);
-    tell(done == all);
+    publish(done == all);
   };
-  tell(true);
+  publish(true);
   dds::ComputationResult result = computation.run(hooks);
   if (result.outcome == static_cast<std::uint8_t>(dds::Outcome::kCancelled)) {
     result.cancelled_by = static_cast<std::uint8_t>(job.cancelled.load());
@@ -159,9 +162,12 @@ dds::ComputationResult ComputationRequestHandler::run(const Computation& computa
 }
 
 void ComputationRequestHandler::compute() {
-  // Of this thread alone; the kernel schedules threads, not processes.
-  if (setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice) != 0)
-    spdlog::warn("computations run at the priority of the process");
+  // Of this thread alone; the kernel schedules threads, not processes. References and other programs have priority
+  // over computations.
+  const sched_param none{};
+  if (sched_setscheduler(0, SCHED_BATCH, &none) != 0 ||
+      setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice) != 0)
+    spdlog::warn("cannot lower the priority of computations: they run at the priority of the process");
   while (true) {
     std::shared_ptr<Job> job;
     {
@@ -173,24 +179,24 @@ void ComputationRequestHandler::compute() {
       taken_ = true;
     }
     std::optional<dds::ComputationResult> result;
-    std::optional<Refusal> refusal;
+    std::optional<computation::Refusal> refusal;
     try {
       if (const auto& port = setup_.deployment.port; port && job->request.port_radius == 0.0) {
         job->request.port_radius = port->radius;
         job->request.port_depth = port->depth;
       }
       const config::Deployment& deployment = setup_.deployment;
-      const Computation computation(
+      const computation::Computation computation(
           job->request,
           {setup_.robot, robot_, deployment.model == "rigid",
            planning::Gains{deployment.relative_gain, deployment.tip_gain}, deployment.control_period},
           presentJoints());
       answer(job->request, dds::ReplyCode::kOk, "");
       result = run(computation, *job);
-    } catch (const Refusal& why) {
+    } catch (const computation::Refusal& why) {
       refusal = why;
     } catch (const std::exception& error) {
-      refusal = Refusal(dds::ReplyCode::kFailed, error.what());
+      refusal = computation::Refusal(dds::ReplyCode::kFailed, error.what());
     }
     {
       // Free before the answer: whoever sees it may ask for the next one.
@@ -217,4 +223,4 @@ void ComputationRequestHandler::send() {
   }
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::planning_service

@@ -16,7 +16,7 @@
 #include "services/runtime/mailbox.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::planning_service {
 
 /** Takes requests, computes one at a time, tells how far it is, answers.
  *
@@ -36,7 +36,7 @@ class ComputationRequestHandler {
 
   /// A Plan goes out before the result of the check that found it feasible.
   /// @param send  called by the handler's sending thread, one message after another
-  ComputationRequestHandler(const Setup& setup, std::function<void(const Outgoing&)> send);
+  ComputationRequestHandler(const runtime::Setup& setup, std::function<void(const Outgoing&)> send);
   /// Cancels what runs and sends its result.
   ~ComputationRequestHandler();
   ComputationRequestHandler(const ComputationRequestHandler&) = delete;
@@ -58,21 +58,21 @@ class ComputationRequestHandler {
   void answer(const dds::ComputationRequest& request, dds::ReplyCode code, const std::string& reason);
   void compute();
   void send();
-  dds::ComputationResult run(const Computation& computation, Job& job);
+  dds::ComputationResult run(const computation::Computation& computation, Job& job);
   std::optional<safety::RobotVector> presentJoints();
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   robots::RobotModel robot_;
   std::function<void(const Outgoing&)> send_;
-  LatestValue<dds::ActuationState> states_;
+  runtime::LatestValue<dds::ActuationState> states_;
   dds::ActuationState state_;  ///< the computing thread's
   std::mutex mutex_;
   std::condition_variable arrived_;
   std::shared_ptr<Job> job_;  ///< the one that waits or runs
   bool taken_ = false;        ///< it runs
   bool end_ = false;
-  Mailbox<std::optional<Outgoing>> outgoing_;  ///< nothing: the end
+  runtime::Mailbox<std::optional<Outgoing>> outgoing_;  ///< nothing: the end
   std::thread computer_, sender_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::planning_service

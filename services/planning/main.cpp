@@ -20,9 +20,9 @@ namespace {
 /** One way in real time and in lock-step: what comes moves the planner. */
 class Planner {
  public:
-  explicit Planner(const service::Setup& setup)
+  explicit Planner(const runtime::Setup& setup)
       : setup_(setup),
-        bus_(service::busOptions(setup.deployment, setup.name)),
+        bus_(runtime::busOptions(setup.deployment, setup.name)),
         references_(bus_.writer(dds::kPlanningReference)),
         replies_(bus_.writer(dds::kPlanningReply)),
         paths_(bus_.writer(dds::kPlanningPath)),
@@ -32,9 +32,9 @@ class Planner {
         core_(setup),
         diagnostics_(bus_, setup.name, setup.robot.name) {}
 
-  void run(const service::StopSignal& stop) {
+  void run(const runtime::StopSignal& stop) {
     const auto put = [this](const auto& message) { loop_.put(message); };
-    const service::MismatchDesk mismatches(
+    const runtime::MismatchHandler mismatches(
         bus_, [this](const dds::Reply& reply) { replies_.write(reply); }, [] {});
     const auto states = bus_.reader(dds::kActuationState, [this](const dds::ActuationState& message) {
       loop_.put(message);
@@ -47,17 +47,17 @@ class Planner {
     const auto requests = bus_.reader(dds::kPlanningRequest, put);
     const auto computations = bus_.reader(
         dds::kPlanningCompute, [this](const dds::ComputationRequest& request) { handler_.onRequest(request); });
-    const service::ClockRequestHandler clock(bus_, setup_);
+    const runtime::ClockRequestHandler clock(bus_, setup_);
     spdlog::info("ready: robot {}, {}", setup_.robot.name, setup_.deployment.name);
     std::int64_t published = 0;
     loop_.run(setup_, stop, kRefresh, [&](auto message) {
-      if (service::monotonicNow() - published > static_cast<std::int64_t>(1e9 * kRefresh))
+      if (runtime::monotonicNow() - published > static_cast<std::int64_t>(1e9 * kRefresh))
         core_.refresh();
       take(std::move(message));
       if (const auto reference = core_.take()) {
-        published = service::monotonicNow();
+        published = runtime::monotonicNow();
         references_.write(*reference);
-        tellHealth(*reference);
+        reportHealth(*reference);
       }
     });
   }
@@ -69,7 +69,7 @@ class Planner {
   void take(const dds::ActuationState& state) { core_.onState(state); }
   void take(const dds::TipPoses& tips) { core_.onTips(tips); }
   void take(const dds::ControlStatus& status) { core_.onStatus(status); }
-  void take(service::Plan plan) { core_.onPlan(std::move(plan)); }
+  void take(planning_service::Plan plan) { core_.onPlan(std::move(plan)); }
   void take(const dds::PlanningRequest& request) {
     std::optional<dds::Path> path;
     const dds::Reply reply = core_.onRequest(request, path);
@@ -83,7 +83,7 @@ class Planner {
   // What the handler of computations has to say; its own thread.
   void send(const dds::Reply& reply) { replies_.write(reply); }
   void send(const dds::ComputationProgress& step) { progress_.write(step); }
-  void send(const service::Plan& plan) { loop_.put(plan); }
+  void send(const planning_service::Plan& plan) { loop_.put(plan); }
   void send(const dds::ComputationResult& result) {
     if (results_.write(result))
       return;
@@ -97,33 +97,36 @@ class Planner {
     results_.write(failed);
   }
 
-  void tellHealth(const dds::PlanningReference& reference) {
-    using Level = service::Diagnostics::Level;
+  void reportHealth(const dds::PlanningReference& reference) {
+    using Level = runtime::Diagnostics::Level;
     const auto phase = static_cast<planning::Phase>(reference.phase);
     const bool failed = phase == planning::Phase::kFailed;
     diagnostics_.publish(
-        service::monotonicNow(), reference.stamp, failed ? Level::kWarn : Level::kOk,
+        runtime::monotonicNow(), reference.stamp, failed ? Level::kWarn : Level::kOk,
         std::string(planning::name(phase)) + (failed && !core_.ended().empty() ? ": " + core_.ended() : ""),
         {{"point", std::to_string(reference.point)}, {"points", std::to_string(reference.point_count)}});
   }
 
-  const service::Setup& setup_;
-  service::EventLoop<dds::ActuationState, dds::TipPoses, dds::ControlStatus, dds::PlanningRequest, service::Plan> loop_;
+  const runtime::Setup& setup_;
+  runtime::
+      EventLoop<dds::ActuationState, dds::TipPoses, dds::ControlStatus, dds::PlanningRequest, planning_service::Plan>
+          loop_;
   dds::Bus bus_;
   dds::Writer<dds::PlanningReference> references_;
   dds::Writer<dds::Reply> replies_;
   dds::Writer<dds::Path> paths_;
   dds::Writer<dds::ComputationProgress> progress_;
   dds::Writer<dds::ComputationResult> results_;
-  service::ComputationRequestHandler handler_;
-  service::PlanningCore core_;
-  service::Diagnostics diagnostics_;
+  planning_service::ComputationRequestHandler handler_;
+  planning_service::PlanningCore core_;
+  runtime::Diagnostics diagnostics_;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return service::runService(argc, argv, "planning",
-                             "Plans trajectories and relative positions of two tips and asks control to follow them.",
-                             [](const service::Setup& setup, service::StopSignal& stop) { Planner(setup).run(stop); });
+  return runtime::runService(
+      argc, argv, "planning",
+      "Plans trajectories and relative positions of two tips, and sends them to control as references.",
+      [](const runtime::Setup& setup, runtime::StopSignal& stop) { Planner(setup).run(stop); });
 }

@@ -7,7 +7,7 @@
 
 #include "safety/dimensions.h"
 
-namespace tandem::service {
+namespace tandem::planning_service {
 
 struct Plan {
   std::string trajectory;                   ///< the text that was checked
@@ -15,4 +15,4 @@ struct Plan {
   std::vector<safety::RobotVector> points;  ///< joints at each point
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::planning_service

@@ -12,7 +12,7 @@
 #include "services/dds/reply.h"
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::planning_service {
 namespace {
 
 using dds::replyTo;
@@ -25,13 +25,13 @@ bool operated(const dds::ControlStatus& status) {
 
 }  // namespace
 
-PlanningCore::PlanningCore(const Setup& setup)
+PlanningCore::PlanningCore(const runtime::Setup& setup)
     : setup_(setup),
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
       robot_(setup.robot, setup.deployment.model),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
       run_(robots::makeRun(setup.robot, robot_, setup.deployment.control_period)),
-      trajectory_id_(static_cast<std::uint32_t>(randomIdentity())) {}
+      trajectory_id_(static_cast<std::uint32_t>(runtime::randomIdentity())) {}
 
 bool PlanningCore::active() const {
   const planning::Phase phase = run_->progress().phase;
@@ -111,7 +111,7 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
   if (control_restarted)
     return end("control restarted");
   if (status.lease_holder != commander_)
-    return end("its commander gave up or lost the control lease");
+    return end("the client that started the run released or lost the control lease");
   if (operated(status))
     return end("an operator has taken over");
   bool enabled = true;
@@ -164,7 +164,7 @@ void PlanningCore::publish() {
   message.state_session = state_.session;
   message.answers_state = complete() ? state_.sequence : 0;
   message.answers_control = status_.sequence;
-  message.stamp = lock_step_ ? state_.stamp : monotonicNow();
+  message.stamp = lock_step_ ? state_.stamp : runtime::monotonicNow();
   message.trajectory_id = trajectory_id_;
   message.point = static_cast<std::uint32_t>(progress.point);
   message.point_count = static_cast<std::uint32_t>(progress.point_count);
@@ -185,8 +185,8 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
   using Kind = dds::PlanningKind;
   const auto kind = static_cast<Kind>(request.kind);
   const auto action = kind == Kind::kStart ? operation::Action::kStart : operation::Action::kSteer;
-  const auto situation = operation::situationOf(setup_.robot, state_, status_, run_->progress().phase);
-  const auto refusal = judge(action, operation::askerOf(request.client, status_.lease_holder), situation);
+  const auto condition = operation::conditionOf(setup_.robot, state_, status_, run_->progress().phase);
+  const auto refusal = judge(action, operation::requesterOf(request.client, status_.lease_holder), condition);
   if (kind != Kind::kStop && refusal)
     return replyTo(request, refusal.code(), describe(refusal, setup_.robot));
   switch (kind) {
@@ -212,13 +212,13 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
 std::string PlanningCore::unplanned(const dds::PlanningRequest& request) const {
   constexpr double kAway = 5e-4, kTurned = 5e-3;  // m, rad: noise of encoders
   if (!plan_ || plan_->trajectory != request.trajectory || plan_->start.size() != robot_.jointCount())
-    return "planned: no feasible check of this trajectory is known; check it first";
+    return "planned: this trajectory has not been checked as feasible; run a check first (`tandem plan check -d`)";
   for (int k = 0; k < robot_.armCount(); ++k) {
     for (int j = 0; j < robot_.size(k); ++j) {
       const double away = std::abs(state_.position[dds::jointIndex(k, j)] - plan_->start[robot_.offset(k) + j]);
       if (!(away <= (robot_.limits()[static_cast<std::size_t>(k)]->isTranslation(j) ? kAway : kTurned)))
-        return "planned: the trajectory was checked from other joints than those of " +
-               setup_.robot.arms[static_cast<std::size_t>(k)].name + " now; check it again";
+        return "planned: the trajectory was checked from other joints than the present ones of " +
+               setup_.robot.arms[static_cast<std::size_t>(k)].name + "; check it again";
     }
   }
   return "";
@@ -263,4 +263,4 @@ dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) con
   return path;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::planning_service

@@ -11,7 +11,7 @@
 #include "services/planning/plan.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::planning_service {
 
 /** Runs trajectories: requests in, references out. One thread.
  *
@@ -22,7 +22,7 @@ namespace tandem::service {
  * knows when a trajectory may start. */
 class PlanningCore {
  public:
-  explicit PlanningCore(const Setup& setup);
+  explicit PlanningCore(const runtime::Setup& setup);
 
   void onState(const dds::ActuationState& state);
   void onStatus(const dds::ControlStatus& status);
@@ -54,7 +54,7 @@ class PlanningCore {
   void end(const std::string& why);
   bool active() const;
 
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   bool lock_step_;
   robots::RobotModel robot_;
   bool sensor_;  ///< where the tips are is measured
@@ -75,4 +75,4 @@ class PlanningCore {
   std::optional<dds::PlanningReference> outgoing_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::planning_service

@@ -9,7 +9,7 @@
 #include <chrono>
 #include <system_error>
 
-namespace tandem::service {
+namespace tandem::recorder {
 namespace {
 
 constexpr std::size_t kMostEvents = 100;  // in one file
@@ -41,7 +41,7 @@ BlackBox::BlackBox(const config::Deployment& deployment, const config::Robot& ro
     : deployment_(deployment),
       topics_(std::move(topics)),
       directory_(blackBoxDirectory(deployment)),
-      info_(describeRun(deployment, robot)),
+      info_(recordings::describeRun(deployment, robot)),
       ring_(static_cast<std::size_t>(deployment.black_box.memory) * kMegabyte),
       trigger_(robot) {
   checkDirectory();
@@ -87,7 +87,8 @@ BlackBox::Status BlackBox::status() const {
   const std::lock_guard lock(mutex_);
   Status status = status_;
   if (extent.oldest != 0)
-    status.held = 1e-9 * static_cast<double>(wallClock() - std::min(wallClock(), extent.oldest));
+    status.held =
+        1e-9 * static_cast<double>(recordings::wallClock() - std::min(recordings::wallClock(), extent.oldest));
   status.too_small =
       extent.begin.sample > 0 && status.held < deployment_.black_box.before + deployment_.black_box.after;
   return status;
@@ -112,13 +113,14 @@ void BlackBox::run() {
 void BlackBox::writeFile(const std::vector<Event>& events) {
   const std::uint64_t first = events.front().time, since = first - nanoseconds(deployment_.black_box.before);
   const std::filesystem::path file =
-      directory_ / (timeName(first) + "_" + std::filesystem::path(deployment_.prefix).filename().string() + ".mcap");
+      directory_ /
+      (recordings::timeName(first) + "_" + std::filesystem::path(deployment_.prefix).filename().string() + ".mcap");
   std::string problem;
   const recording::SampleRing::Extent extent = ring_.extent();
   try {
     std::filesystem::create_directories(directory_);
     prune();
-    RunFile out(file, info_, deployment_.prefix, topics_);
+    recordings::RunFile out(file, info_, deployment_.prefix, topics_);
     std::map<std::string, std::string> values{
         {"fault", events.front().words}, {"fault_time_ns", std::to_string(first)}, {"details", trigger_.details()}};
     for (std::size_t i = 1; i < events.size(); ++i)
@@ -142,7 +144,7 @@ void BlackBox::writeFile(const std::vector<Event>& events) {
     spdlog::error("black box: {}: {} ({:.1f} s)", events.front().words, file.string(), statistics.duration());
   } catch (const std::exception& error) {
     problem = error.what();
-    spdlog::error("black box: {}: not kept: {}", events.front().words, problem);
+    spdlog::error("black box: {}: not saved: {}", events.front().words, problem);
   }
   const std::lock_guard lock(mutex_);
   status_.problem = problem;
@@ -165,4 +167,4 @@ void BlackBox::prune() const {
     std::filesystem::remove(files[i]);
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::recorder

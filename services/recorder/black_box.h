@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The last half minute of a robot, in constant memory, and on disk as soon as something goes wrong.
+/** @file Black box: recorder of the last 30 s of all topics in memory of constant size, written to disk after a fault
+ * or stop.
  *
  * Taking samples never waits for the disk: a thread of its own writes files. Where the disk is full or the folder
  * cannot be written, that is reported, and the robot goes on.
@@ -16,7 +17,7 @@
 #include "services/recorder/fault_trigger.h"
 #include "services/recordings/run_file.h"
 
-namespace tandem::service {
+namespace tandem::recorder {
 
 /// Where files go: the deployment's folder; else STATE_DIRECTORY (systemd), XDG_STATE_HOME/tandem,
 /// ~/.local/state/tandem or /var/lib/tandem, and black-box in it.
@@ -62,7 +63,7 @@ class BlackBox {
   const config::Deployment& deployment_;
   const std::vector<dds::TopicInfo> topics_;
   const std::filesystem::path directory_;
-  const RunInfo info_;  ///< files may change later; these are the ones that the processes have read
+  const recordings::RunInfo info_;  ///< files may change later; these are the ones that the processes have read
   recording::SampleRing ring_;
   FaultTrigger trigger_;
   mutable std::mutex mutex_;
@@ -73,4 +74,4 @@ class BlackBox {
   std::thread thread_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::recorder

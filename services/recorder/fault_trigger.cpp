@@ -8,7 +8,7 @@
 #include "services/dds/raw.h"
 #include "services/runtime/fault_log.h"
 
-namespace tandem::service {
+namespace tandem::recorder {
 
 template <class M>
 std::optional<std::string> FaultTrigger::lookAt(const M& message, Side& side, const char* who) {
@@ -52,9 +52,9 @@ std::string FaultTrigger::details() const {
   for (int k = 0; k < static_cast<int>(std::min<std::size_t>(status_.arm_count, robot_.arms.size())); ++k) {
     const safety::FaultRecord record = dds::faultRecordOf(status_, k);
     if (record.faults != 0)
-      text += (text.empty() ? "" : "; ") + describe(robot_, {k, record});
+      text += (text.empty() ? "" : "; ") + runtime::describe(robot_, {k, record});
   }
   return text;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::recorder

@@ -12,7 +12,7 @@
 #include "safety/faults.h"
 #include "services/dds/topics.h"
 
-namespace tandem::service {
+namespace tandem::recorder {
 
 /** Looks at samples as they come. Any thread. */
 class FaultTrigger {
@@ -45,4 +45,4 @@ class FaultTrigger {
   dds::HalStatus status_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::recorder

@@ -23,9 +23,9 @@ std::string oneDecimal(double value) {
   return text;
 }
 
-void tell(service::Diagnostics& diagnostics, const service::BlackBox& box, const service::Capture& capture) {
-  using Level = service::Diagnostics::Level;
-  const service::BlackBox::Status status = box.status();
+void report(runtime::Diagnostics& diagnostics, const recorder::BlackBox& box, const recordings::Capture& capture) {
+  using Level = runtime::Diagnostics::Level;
+  const recorder::BlackBox::Status status = box.status();
   Level level = Level::kOk;
   std::string message = "records";
   if (!status.problem.empty()) {
@@ -35,7 +35,7 @@ void tell(service::Diagnostics& diagnostics, const service::BlackBox& box, const
     level = Level::kWarn;
     message = "black_box.memory_mb is too small: it holds " + oneDecimal(status.held) + " s";
   }
-  const std::int64_t now = service::monotonicNow();
+  const std::int64_t now = runtime::monotonicNow();
   diagnostics.publish(now, now, level, message,
                       {{"held_s", oneDecimal(status.held)},
                        {"received", std::to_string(capture.received())},
@@ -46,31 +46,31 @@ void tell(service::Diagnostics& diagnostics, const service::BlackBox& box, const
                        {"last_file", status.last_file}});
 }
 
-void run(const service::Setup& setup, service::StopSignal& stop) {
+void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
   signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is a full disk, not an end
   // Bytes have a bus of their own, beside the one for what we say.
-  dds::Bus bus(service::busOptions(setup.deployment, setup.name));
+  dds::Bus bus(runtime::busOptions(setup.deployment, setup.name));
   dds::Bus bytes(
-      service::ofAnyRobot(service::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder)));
-  service::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
-  const service::ClockRequestHandler clock(bus, setup);
+      runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder)));
+  runtime::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
+  const runtime::ClockRequestHandler clock(bus, setup);
   std::vector<std::string> wanted = setup.deployment.black_box.topics;
-  wanted.insert(wanted.end(), service::FaultTrigger::kTopics.begin(), service::FaultTrigger::kTopics.end());
-  service::BlackBox box(setup.deployment, setup.robot,
-                        service::chooseTopics(dds::allTopics(config::armList(setup.robot)), wanted));
-  service::Capture capture(bytes, box.topics(),
-                           [&](const auto& tag, std::string_view sample) { box.take(tag, sample); });
+  wanted.insert(wanted.end(), recorder::FaultTrigger::kTopics.begin(), recorder::FaultTrigger::kTopics.end());
+  recorder::BlackBox box(setup.deployment, setup.robot,
+                         recordings::chooseTopics(dds::allTopics(config::armList(setup.robot)), wanted));
+  recordings::Capture capture(bytes, box.topics(),
+                              [&](const auto& tag, std::string_view sample) { box.take(tag, sample); });
   spdlog::info("ready: {} topics, files in {}", box.topics().size(),
-               service::blackBoxDirectory(setup.deployment).string());
+               recorder::blackBoxDirectory(setup.deployment).string());
   do {
     setup.heartbeat->beat();
-    tell(diagnostics, box, capture);
+    report(diagnostics, box, capture);
   } while (!stop.waitFor(0.5));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return service::runService(argc, argv, "recorder",
-                             "The black box: keeps the last seconds in memory, writes them on a fault.", run);
+  return runtime::runService(argc, argv, "recorder",
+                             "Black box: keeps the last seconds in memory, and writes them to a file on a fault.", run);
 }

@@ -5,7 +5,7 @@
 
 #include "services/recordings/run_file.h"
 
-namespace tandem::service {
+namespace tandem::recordings {
 namespace {
 
 constexpr int kDepth = 1000;  // samples that wait for us: a second of the fastest topics
@@ -59,4 +59,4 @@ std::string Capture::lastProblem() const {
   return problem;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

@@ -9,7 +9,7 @@
 #include "recording/sample_ring.h"
 #include "services/dds/raw.h"
 
-namespace tandem::service {
+namespace tandem::recordings {
 
 /** Reads topics until it is destroyed. */
 class Capture {
@@ -31,4 +31,4 @@ class Capture {
   std::vector<dds::Reader> readers_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-namespace tandem::service {
+namespace tandem::recordings {
 namespace {
 
 dds::TopicInfo named(const std::string& name) {
@@ -26,34 +26,34 @@ HalWatch::HalWatch(dds::Bus& bus)
                              named(dds::kActuationState.name),
                              [this](const dds::RawSample& sample) {
                                const std::lock_guard lock(mutex_);
-                               state_heard_ = state_heard_ || !sample.own;
+                               state_received_ = state_received_ || !sample.own;
                              })),
       statuses_(dds::rawReader(bus, named(dds::kHalStatus.name), [this](const dds::RawSample& sample) {
-        heardStatus(sample);
+        onStatus(sample);
       })) {}
 
-void HalWatch::heardStatus(const dds::RawSample& sample) {
+void HalWatch::onStatus(const dds::RawSample& sample) {
   if (sample.own)
     return;
   const auto status = dds::decode<dds::HalStatus>(sample.bytes);
   const std::lock_guard lock(mutex_);
-  status_heard_ = true;
+  status_received_ = true;
   hardware_ = hardware_ || !status || status->bus_count > 0;
 }
 
-HalWatch::Found HalWatch::found() const {
+HalWatch::DriveSource HalWatch::driveSource() const {
   const std::lock_guard lock(mutex_);
-  if (hardware_ || (state_heard_ && !status_heard_))
-    return Found::kHardware;
-  return status_heard_ ? Found::kSimulator : Found::kNothing;
+  if (hardware_ || (state_received_ && !status_received_))
+    return DriveSource::kHardware;
+  return status_received_ ? DriveSource::kSimulator : DriveSource::kNothing;
 }
 
 std::string HalWatch::describe() const {
   const std::lock_guard lock(mutex_);
-  return hardware_       ? "a HAL with hardware publishes hal/status"
-         : status_heard_ ? "a simulator publishes hal/status"
-         : state_heard_  ? "somebody publishes actuation/state and does not say what drives it has"
-                         : "nobody publishes actuation/state";
+  return hardware_          ? "a HAL with hardware publishes hal/status"
+         : status_received_ ? "a simulator publishes hal/status"
+         : state_received_  ? "a process publishes actuation/state, but no hal/status"
+                            : "no process publishes actuation/state";
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

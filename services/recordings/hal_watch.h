@@ -7,7 +7,7 @@
 
 #include "services/dds/raw.h"
 
-namespace tandem::service {
+namespace tandem::recordings {
 
 /// Whether hal, sim, control or planning act upon a topic: streams of the control path, and what clients ask for.
 bool actedUpon(const dds::TopicInfo& topic);
@@ -15,7 +15,7 @@ bool actedUpon(const dds::TopicInfo& topic);
 /** Listens for a drive side other than what this bus itself writes. */
 class HalWatch {
  public:
-  enum class Found {
+  enum class DriveSource {
     kNothing,
     kSimulator,  ///< it says that it has no buses
     kHardware,   ///< it has, or it does not say what it is
@@ -24,16 +24,16 @@ class HalWatch {
   explicit HalWatch(dds::Bus& bus);
 
   /// What was received so far; never less than before.
-  Found found() const;
+  DriveSource driveSource() const;
   /// For people.
   std::string describe() const;
 
  private:
-  void heardStatus(const dds::RawSample& sample);
+  void onStatus(const dds::RawSample& sample);
 
   mutable std::mutex mutex_;
-  bool state_heard_ = false, status_heard_ = false, hardware_ = false;
+  bool state_received_ = false, status_received_ = false, hardware_ = false;
   dds::Reader states_, statuses_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

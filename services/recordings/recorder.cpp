@@ -4,7 +4,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace tandem::service {
+namespace tandem::recordings {
 
 Recorder::Recorder(const RunInfo& info,
                    const std::string& prefix,
@@ -93,4 +93,4 @@ Recorder::Totals Recorder::totals() const {
   return totals;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

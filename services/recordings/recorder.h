@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Topics into files, for as long as one likes: `tandem record`.
+/** @file Recorder of topics to MCAP files, for `tandem record`.
  *
  * Samples go through a ring of memory, so that DDS never waits for the disk; whoever owns a Recorder empties it with
  * drain(). What the ring could not hold is counted, and so are gaps in the sequences of the writers.
@@ -15,7 +15,7 @@
 #include "recording/sample_ring.h"
 #include "services/recordings/run_file.h"
 
-namespace tandem::service {
+namespace tandem::recordings {
 
 struct RecorderOptions {
   std::filesystem::path file;       ///< NAME.mcap; further ones are called NAME_2.mcap, NAME_3.mcap ...
@@ -66,4 +66,4 @@ class Recorder {
   Totals totals_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

@@ -16,7 +16,7 @@
 #include "services/dds/definitions.h"
 #include "services/runtime/identity.h"
 
-namespace tandem::service {
+namespace tandem::recordings {
 namespace {
 
 std::string utc(std::uint64_t nanoseconds, const char* format) {
@@ -67,7 +67,7 @@ RunInfo describeRun(const config::Deployment& deployment, const config::Robot& r
   const std::uint64_t now = wallClock();
   info.values = {{"version", TANDEM_VERSION},
                  {"wire", config::fingerprintText(idl::kWireVersion)},
-                 {"fingerprint", config::fingerprintText(fingerprintOf(deployment))},
+                 {"fingerprint", config::fingerprintText(runtime::fingerprintOf(deployment))},
                  {"created", utc(now, "%Y-%m-%dT%H:%M:%S")},
                  {"host", system.nodename},
                  {"kernel", std::string(system.sysname) + " " + system.release + " " + system.machine},
@@ -79,6 +79,8 @@ RunInfo describeRun(const config::Deployment& deployment, const config::Robot& r
                  {"method", std::string(control::name(deployment.method))},
                  {"arms", arms},
                  {"joints", joints}};
+  if (!deployment.method_library.empty())
+    info.values["method_library"] = deployment.method_library.string();
   const auto attach = [&](const std::string& name, const std::filesystem::path& file) {
     if (!file.empty())
       info.files.push_back({now, now, name, "application/yaml", contentsOf(file)});
@@ -136,4 +138,4 @@ void RunFile::write(const recording::SampleTag& tag, std::string_view bytes) {
   writer_.write({channel, static_cast<std::uint32_t>(tag.sequence), tag.log_time, tag.publish_time, bytes});
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

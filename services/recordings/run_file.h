@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file MCAP files of runs: topics of one robot, with what is needed to understand them years later. */
+/** @file MCAP files of one robot, with configuration files and metadata as attachments. */
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 #include "recording/writer.h"
 #include "services/dds/topics.h"
 
-namespace tandem::service {
+namespace tandem::recordings {
 
 /// Name of the metadata that every file of ours has.
 inline constexpr const char* kRunMetadata = "tandem";
@@ -61,4 +61,4 @@ class RunFile {
   std::map<std::pair<std::uint32_t, std::array<std::uint8_t, 16>>, std::uint16_t> channels_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::recordings

@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 std::int64_t wallNow() noexcept {
   return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -18,4 +18,4 @@ ClockRequestHandler::ClockRequestHandler(dds::Bus& bus, const Setup& setup)
                        replies_.write({request.client, request.request, name, host, received, wallNow()});
                      })) {}
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -5,7 +5,7 @@
 #include "services/dds/bus.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /// Wall clock, ns since 1970.
 std::int64_t wallNow() noexcept;
@@ -24,4 +24,4 @@ class ClockRequestHandler {
   dds::Reader requests_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -8,7 +8,7 @@
 #include "services/runtime/identity.h"
 #include "services/runtime/log.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 Diagnostics::Diagnostics(dds::Bus& bus, std::string service, std::string robot)
     : bus_(bus),
@@ -62,4 +62,4 @@ void Diagnostics::publish(std::int64_t now,
   writer_.write(array);
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -9,7 +9,7 @@
 #include "services/dds/bus.h"
 #include "services/runtime/log_topic.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /// Keys and values of a message.
 using Details = std::vector<dds::KeyValue>;
@@ -45,4 +45,4 @@ class Diagnostics {
   Level last_level_ = Level::kOk;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

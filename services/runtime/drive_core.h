@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Conversion between actuation topics and the drive side, shared by hal and sim. */
+/** @file Common core of hal and sim: checks commands, sessions and stops, and publishes the state of the drives. */
 #pragma once
 
 #include <utility>
@@ -10,7 +10,7 @@
 #include "services/runtime/drive_side.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** Wire in, drives, wire out: what the cores of hal and sim have in common. Nothing after construction allocates, locks
  * or throws. Times are ns. */
@@ -32,21 +32,23 @@ class DriveCore {
         drives_(std::forward<Arguments>(of_drives)...) {}
 
   /// Whether a command answers a state of this session.
-  bool isAnswer(const dds::ActuationCommand& command) const noexcept { return command.state_session == setup_.session; }
+  bool isOfThisSession(const dds::ActuationCommand& command) const noexcept {
+    return command.state_session == setup_.session;
+  }
 
   /// A command as the drives take it. One that answers none of our states is infinitely old; in lock-step the others
   /// have no age. @param arrivals  commands that have come so far, with this one; 0: nobody counts
   const safety::RobotCommand& read(const dds::ActuationCommand& from,
                                    std::int64_t now,
                                    std::uint64_t arrivals) noexcept {
-    const bool ours = isAnswer(from);
+    const bool ours = isOfThisSession(from);
     const double age = !ours ? safety::kUnlimited : lock_step_ ? 0.0 : stamps_.age(from.answers_state, now);
-    command_.head = {.session = from.control_session,
-                     .sequence = from.sequence,
-                     .age = age,
-                     .arm_count = from.arm_count,
-                     .stamp = from.stamp,
-                     .arrivals = arrivals};
+    command_.header = {.session = from.control_session,
+                       .sequence = from.sequence,
+                       .age = age,
+                       .arm_count = from.arm_count,
+                       .stamp = from.stamp,
+                       .arrivals = arrivals};
     for (std::size_t k = 0; k < safety::kMaxArms; ++k) {
       const bool known = from.request[k] <= static_cast<std::uint8_t>(safety::DriveRequest::kRecover);
       command_.request[k] = known ? static_cast<safety::DriveRequest>(from.request[k]) : safety::DriveRequest::kKeep;
@@ -57,7 +59,7 @@ class DriveCore {
     command_.velocity = from.velocity;
     command_.position = from.position;
     for (int k = 0; k < armCount(); ++k)
-      keepUnseenFault(k, ours ? from.answers_state : 0);
+      ignoreClearOfUnseenFault(k, ours ? from.answers_state : 0);
     return command_;
   }
 
@@ -72,7 +74,7 @@ class DriveCore {
     state.arm_count = static_cast<std::uint8_t>(armCount());
     for (int k = 0; k < armCount(); ++k) {
       showArm(k, state);
-      shown_faults_.record(k, drives_.faults(k), sequence_);
+      reported_faults_.record(k, drives_.faults(k), sequence_);
     }
     stamps_.record(sequence_, now);
   }
@@ -109,15 +111,15 @@ class DriveCore {
 
  private:
   /// Takes out of the command what would clear a fault that its sender cannot have seen.
-  void keepUnseenFault(int arm, std::uint64_t answers_state) noexcept {
+  void ignoreClearOfUnseenFault(int arm, std::uint64_t answers_state) noexcept {
     safety::DriveRequest& request = command_.request[static_cast<std::size_t>(arm)];
     if (drives_.state(arm) != safety::OperatingState::kFault)
       return;
-    const bool seen = shown_faults_.seen(arm, drives_.faults(arm), answers_state);
+    const bool seen = reported_faults_.seen(arm, drives_.faults(arm), answers_state);
     if (request == safety::DriveRequest::kRecover)
       command_.unseen[static_cast<std::size_t>(arm)] = !seen;
     else if (request == safety::DriveRequest::kDisable && seen)
-      shown_faults_.forget(arm);
+      reported_faults_.forget(arm);
     else if (request == safety::DriveRequest::kDisable)
       request = safety::DriveRequest::kKeep;
   }
@@ -143,8 +145,8 @@ class DriveCore {
   }
 
   safety::StateStamps stamps_;
-  safety::ShownFaults shown_faults_;
+  safety::ReportedFaults reported_faults_;
   safety::RobotCommand command_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -6,7 +6,7 @@
 #include "operation/convert.h"
 #include "services/runtime/clock_request_handler.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 void diagnose(Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status, const Details& more) {
   std::string faults;
@@ -28,18 +28,18 @@ void diagnose(Diagnostics& diagnostics, const config::Robot& robot, const dds::H
                       faults.empty() ? "ok" : "FAULT of " + faults, std::move(values));
 }
 
-DriveShell::DriveShell(const Setup& setup, double period, std::function<Details(const dds::HalStatus&)> tell)
+DriveShell::DriveShell(const Setup& setup, double period, std::function<Details(const dds::HalStatus&)> details)
     : RealtimeShell(setup, period),
       setup_(setup),
       bus_(busOptions(setup.deployment, setup.name)),
       states_(bus_.writer(dds::kActuationState)),
       statuses_(bus_.writer(dds::kHalStatus)),
       diagnostics_(bus_, setup.name, setup.robot.name),
-      tell_(std::move(tell)),
+      details_(std::move(details)),
       state_out_(outbox().latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
       status_out_(publisher().latest<dds::HalStatus>([this](const auto& m) {
         statuses_.write(m);
-        diagnose(diagnostics_, setup_.robot, m, tell_(m));
+        diagnose(diagnostics_, setup_.robot, m, details_(m));
       })) {}
 
 void DriveShell::refuseMismatches(std::function<void(const dds::Reply&)> answer) {
@@ -78,4 +78,4 @@ void DriveShell::writeLoop() noexcept {
   status_.left_out = measured.skipped;  // unless the core makes up for them, and says so itself
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -13,7 +13,7 @@
 #include "services/runtime/latest_value.h"
 #include "services/runtime/realtime_shell.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /// The service's line on `diagnostics`, with `more` behind it. For publisher threads.
 void diagnose(Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status, const Details& more);
@@ -24,7 +24,7 @@ class DriveShell : public RealtimeShell {
  public:
   /// @param period  s; @param tell  with each status that is published, on the publisher's thread: what else
   /// `diagnostics` shall say
-  DriveShell(const Setup& setup, double period, std::function<Details(const dds::HalStatus&)> tell);
+  DriveShell(const Setup& setup, double period, std::function<Details(const dds::HalStatus&)> details);
 
   /// For further topics of the service.
   dds::Bus& bus() noexcept { return bus_; }
@@ -52,7 +52,7 @@ class DriveShell : public RealtimeShell {
     core.state(tick.now, state_);
     state_out_.post(state_);
     close(core, core.armCount());
-    if (!isTold(tick))
+    if (!isStatusCycle(tick))
       return;
     writeLoop();
     core.status(status_);
@@ -74,8 +74,8 @@ class DriveShell : public RealtimeShell {
   dds::Writer<dds::ActuationState> states_;
   dds::Writer<dds::HalStatus> statuses_;
   Diagnostics diagnostics_;
-  std::function<Details(const dds::HalStatus&)> tell_;
-  std::optional<MismatchDesk> mismatches_;
+  std::function<Details(const dds::HalStatus&)> details_;
+  std::optional<MismatchHandler> mismatches_;
   Outbox::Latest<dds::ActuationState>& state_out_;
   Outbox::Latest<dds::HalStatus>& status_out_;
   LatestSample<dds::ActuationCommand> commands_;
@@ -85,4 +85,4 @@ class DriveShell : public RealtimeShell {
   dds::HalStatus status_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -9,7 +9,7 @@
 #include "safety/gate.h"
 #include "safety/robot_command.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** The drives of all arms, those on buses (hal::RobotHardware) and those that are simulated (sim::SimulatedDrives).
  * Times are ns on one clock; m, rad, s. */
@@ -43,4 +43,4 @@ concept DriveSide = requires(T drives, const T seen, const safety::RobotCommand 
 };
 // clang-format on
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -3,15 +3,14 @@
 
 #include <spdlog/spdlog.h>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 std::string describe(const config::Robot& robot, const FaultReport& report) {
   const config::Arm& arm = robot.arms[static_cast<std::size_t>(report.arm)];
   std::string text = arm.name + ": " + safety::describe(report.record, &arm.limits);
   if (safety::isOfTime(report.record.faults) && report.late > safety::kLate)
     text += fmt::format(
-        "; this PC was late by {:.2g} s just before: `tandem doctor` tells what it can keep, the deployment's "
-        "budgets what it has to",
+        "; wake-up delay of {:.2g} s just before: run `tandem doctor`, and compare with the budgets of the deployment",
         report.late);
   return text;
 }
@@ -20,4 +19,4 @@ void logFault(const config::Robot& robot, const FaultReport& report) {
   spdlog::error("FAULT of {}", describe(robot, report));
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

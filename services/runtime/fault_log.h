@@ -9,7 +9,7 @@
 #include "safety/dimensions.h"
 #include "safety/faults.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** A fault of one arm, as a periodic thread hands it to the thread that logs. */
 struct FaultReport {
@@ -28,12 +28,12 @@ class FaultWatch {
     reported = record.faults;
     return is_new;
   }
-  /// Calls `tell` with a FaultReport for each arm whose record, `core.faultRecord(arm)`, is a new one.
-  template <class Core, class Tell>
-  void look(const Core& core, int arm_count, Tell tell) noexcept {
+  /// Calls `report` with a FaultReport for each arm whose record, `core.faultRecord(arm)`, is a new one.
+  template <class Core, class Report>
+  void look(const Core& core, int arm_count, Report report) noexcept {
     for (int k = 0; k < arm_count; ++k) {
       if (fresh(k, core.faultRecord(k)))
-        tell(FaultReport{k, core.faultRecord(k), 0.0});
+        report(FaultReport{k, core.faultRecord(k), 0.0});
     }
   }
 
@@ -48,4 +48,4 @@ std::string describe(const config::Robot& robot, const FaultReport& report);
 /// Writes it to the log. Not for the periodic thread.
 void logFault(const config::Robot& robot, const FaultReport& report);
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -19,12 +19,12 @@
 #include <string_view>
 #include <system_error>
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 constexpr std::int64_t kMillisecond = 1'000'000;
 constexpr std::int64_t kLookForReady = 10 * kMillisecond;
-constexpr std::int64_t kTell = 1000 * kMillisecond;
+constexpr std::int64_t kReportPeriod = 1000 * kMillisecond;
 
 std::string_view variable(const char* name) {
   const char* value = std::getenv(name);
@@ -117,7 +117,9 @@ std::string Heartbeat::words(bool alive) const {
 void Heartbeat::run() {
   std::int64_t look = 0, reported = 0;
   while (true) {
-    const std::int64_t every = !ready_ ? kLookForReady : watchdog_ != 0 ? std::min(watchdog_ / 4, kTell) : kTell;
+    const std::int64_t every = !ready_          ? kLookForReady
+                               : watchdog_ != 0 ? std::min(watchdog_ / 4, kReportPeriod)
+                                                : kReportPeriod;
     const std::int64_t left = std::max<std::int64_t>(0, look + every - monotonicNow());
     // A stop that has been reported needs no second look: it stays readable.
     std::array<pollfd, 2> sources{{{ended_, POLLIN, 0}, {stopping_ ? -1 : stop_.fd(), POLLIN, 0}}};
@@ -138,7 +140,7 @@ void Heartbeat::run() {
     }
     if (alive && watchdog_ != 0)
       send("WATCHDOG=1");
-    if (ready_ && !stopping_ && look - reported >= kTell) {
+    if (ready_ && !stopping_ && look - reported >= kReportPeriod) {
       reported = look;
       send("STATUS=" + words(alive));
     }
@@ -155,4 +157,4 @@ void Heartbeat::send(const std::string& state) const noexcept {
       sendto(socket_, state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), length);
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

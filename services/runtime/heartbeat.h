@@ -10,7 +10,7 @@
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/stop_signal.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** Speaks systemd's notification protocol (sd_notify(3)): datagrams to the socket that NOTIFY_SOCKET names. Where that
  * is not set, nothing is sent and no thread is started.
@@ -66,4 +66,4 @@ class Heartbeat {
   std::thread thread_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

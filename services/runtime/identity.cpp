@@ -13,7 +13,7 @@
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 /// Processes whose commands and measurements move the robot.
@@ -66,9 +66,9 @@ std::string mismatch(const dds::Identity& ours, const dds::Identity& theirs) {
     return {};
   const std::string who = describe(theirs);
   if (ours.wire_version != theirs.wire_version)
-    return who + " speaks another version of the wire (" + config::fingerprintText(theirs.wire_version) + ", here " +
+    return who + " uses another wire version (" + config::fingerprintText(theirs.wire_version) + ", here " +
            config::fingerprintText(ours.wire_version) + "): install the same release on both sides";
-  return who + " knows another robot or deployment: " + config::differences(ours.values, theirs.values);
+  return who + " uses another robot or deployment: " + config::differences(ours.values, theirs.values);
 }
 
 std::vector<std::string> mismatches(const dds::Bus& bus) {
@@ -80,42 +80,44 @@ std::vector<std::string> mismatches(const dds::Bus& bus) {
   return all;
 }
 
-MismatchDesk::MismatchDesk(dds::Bus& bus, std::function<void(const dds::Reply&)> answer, std::function<void()> stop)
+MismatchHandler::MismatchHandler(dds::Bus& bus,
+                                 std::function<void(const dds::Reply&)> answer,
+                                 std::function<void()> stop)
     : bus_(bus), answer_(std::move(answer)), stop_(std::move(stop)) {
   bus_.onMismatch([this](const dds::Mismatch& met) { meet(met); });
 }
 
-MismatchDesk::~MismatchDesk() { bus_.onMismatch({}); }
+MismatchHandler::~MismatchHandler() { bus_.onMismatch({}); }
 
-void MismatchDesk::meet(const dds::Mismatch& met) {
+void MismatchHandler::meet(const dds::Mismatch& met) {
   if (met.client == 0)
     stop_();
   if (met.fingerprint == reported_ && met.request == 0)
     return;
-  if (met.client != 0 && isForAnother(met))
+  if (met.client != 0 && isForOtherService(met))
     return;
   const std::string words = describe(met);
-  spdlog::error("{}: not obeyed: {}", met.topic, words);
+  spdlog::error("{}: ignored: {}", met.topic, words);
   reported_ = met.fingerprint;
   if (met.request != 0)
     answer_({met.client, met.request, 0, static_cast<std::uint16_t>(dds::ReplyCode::kMismatch), words, 0});
 }
 
-bool MismatchDesk::isForAnother(const dds::Mismatch& met) const {
+bool MismatchHandler::isForOtherService(const dds::Mismatch& met) const {
   const auto others = bus_.others();
   return std::ranges::any_of(others, [&](const dds::Identity& other) {
     return other.process == bus_.options().identity.process && other.fingerprint == met.fingerprint;
   });
 }
 
-std::string MismatchDesk::describe(const dds::Mismatch& met) const {
+std::string MismatchHandler::describe(const dds::Mismatch& met) const {
   for (const dds::Identity& other : bus_.others()) {
     if (other.fingerprint == met.fingerprint)
       return mismatch(bus_.options().identity, other);
   }
-  return "its sender knows another robot or deployment, or none (fingerprint " +
+  return "the sender uses another robot or deployment, or none (fingerprint " +
          config::fingerprintText(met.fingerprint) + ", expected " +
-         config::fingerprintText(bus_.options().identity.fingerprint) + "; tandem validate DEPLOYMENT tells it)";
+         config::fingerprintText(bus_.options().identity.fingerprint) + "; `tandem validate DEPLOYMENT` prints it)";
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

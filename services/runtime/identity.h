@@ -11,7 +11,7 @@
 #include "config/config.h"
 #include "services/dds/bus.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /// Of robot and deployment, and of this definition of the wire.
 std::uint64_t fingerprintOf(const config::Deployment& deployment) noexcept;
@@ -31,16 +31,16 @@ std::vector<std::string> mismatches(const dds::Bus& bus);
 
 /** What a service does about messages of those who know another robot or deployment: it refuses requests in words, and
  * calls `stop` for the others, on DDS threads. Logs whom it meets, once each. */
-class MismatchDesk {
+class MismatchHandler {
  public:
-  MismatchDesk(dds::Bus& bus, std::function<void(const dds::Reply&)> answer, std::function<void()> stop);
-  ~MismatchDesk();
-  MismatchDesk(const MismatchDesk&) = delete;
+  MismatchHandler(dds::Bus& bus, std::function<void(const dds::Reply&)> answer, std::function<void()> stop);
+  ~MismatchHandler();
+  MismatchHandler(const MismatchHandler&) = delete;
 
  private:
   void meet(const dds::Mismatch& met);
   /// Whether there is a service of our kind that its sender may mean.
-  bool isForAnother(const dds::Mismatch& met) const;
+  bool isForOtherService(const dds::Mismatch& met) const;
   std::string describe(const dds::Mismatch& met) const;
 
   dds::Bus& bus_;
@@ -49,4 +49,4 @@ class MismatchDesk {
   std::uint64_t reported_ = 0;  ///< fingerprint
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** One writer stores values, one reader takes the latest; values in between are lost, as they shall be. Wait-free on
  * both sides (triple buffer: each side owns one slot and swaps it with the third). No allocation, no torn values. */
@@ -72,4 +72,4 @@ class LatestSample {
   Counted written_, read_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

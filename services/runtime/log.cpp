@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 constexpr std::size_t kPendingLines = 8192;
@@ -61,4 +61,4 @@ void removeLogSink(const spdlog::sink_ptr& sink) {
 
 void stopLog() { spdlog::shutdown(); }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** Makes the process's logger; afterwards spdlog::info() and friends go through it.
  * @param service its name in every line.
@@ -21,4 +21,4 @@ void removeLogSink(const spdlog::sink_ptr& sink);
 /// Writes what is pending and ends the log's thread. Call it before main() ends.
 void stopLog();
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 std::uint8_t LogTopic::levelOf(spdlog::level::level_enum level) {
   switch (level) {
@@ -44,7 +44,7 @@ void LogTopic::sink_it_(const spdlog::details::log_msg& line) {
   message.name = service_;
   message.msg.assign(line.payload.data(), line.payload.size());
   if (left_out_ > 0)
-    message.msg += " (" + std::to_string(std::exchange(left_out_, 0)) + " lines before this were left out here)";
+    message.msg += " (" + std::to_string(std::exchange(left_out_, 0)) + " earlier lines were dropped)";
   std::replace(message.msg.begin(), message.msg.end(), '\0', ' ');
   if (line.source.filename != nullptr)
     message.file = line.source.filename;
@@ -54,4 +54,4 @@ void LogTopic::sink_it_(const spdlog::details::log_msg& line) {
   writer_.write(message);
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

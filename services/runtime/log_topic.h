@@ -10,7 +10,7 @@
 
 #include "services/dds/bus.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** Writes log lines to /rosout: on the thread of the log, from its queue, never on that of who logs. At most kRate
  * lines a second after a burst of kBurst; the next line tells how many were left out. */
@@ -36,4 +36,4 @@ class LogTopic final : public spdlog::sinks::base_sink<std::mutex> {
   std::uint64_t left_out_ = 0;  ///< lines since the last one that passed
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

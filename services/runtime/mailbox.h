@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A queue between threads that may wait. Not for the periodic path: it locks and allocates. */
+/** @file Blocking queue between threads outside the periodic path. Not for the periodic path: it locks and
+ * allocates. */
 #pragma once
 
 #include <chrono>
@@ -12,7 +13,7 @@
 
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** Messages from DDS threads to a worker thread, in order. Any thread may put and take. */
 template <class T>
@@ -55,11 +56,11 @@ class EventLoop {
   }
 
   /// Until a stop is requested: calls `handle` with each message, and with std::monostate when none came for
-  /// `patience` s; beats before each.
+  /// `timeout` s; beats before each.
   template <class Handle>
-  void run(const Setup& setup, const StopSignal& stop, double patience, Handle handle) {
+  void run(const Setup& setup, const StopSignal& stop, double timeout, Handle handle) {
     while (!stop.requested()) {
-      Event event = mailbox_.take(patience).value_or(Event{});
+      Event event = mailbox_.take(timeout).value_or(Event{});
       setup.heartbeat->beat();
       std::visit(handle, std::move(event));
     }
@@ -70,4 +71,4 @@ class EventLoop {
   Mailbox<Event> mailbox_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 Outbox::Outbox() : event_(eventfd(0, EFD_CLOEXEC)) {
   if (event_ < 0) {
@@ -53,4 +53,4 @@ void Outbox::run() {
   }
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -14,7 +14,7 @@
 #include "services/runtime/latest_value.h"
 #include "services/runtime/spsc_queue.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** A publisher thread with lock-free channels into it.
  *
@@ -134,4 +134,4 @@ class Outbox {
   std::thread thread_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -11,7 +11,7 @@
 #include <ctime>
 #include <stdexcept>
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -90,4 +90,4 @@ void PeriodicLoop::account(const Tick& tick, std::int64_t end) {
   s.execution_mean += (s.execution_last - s.execution_mean) / count;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /// ns on CLOCK_MONOTONIC.
 std::int64_t monotonicNow();
@@ -58,4 +58,4 @@ class PeriodicLoop {
   LoopStatistics statistics_;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

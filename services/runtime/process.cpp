@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <random>
 #include <regex>
 #include <stdexcept>
@@ -20,10 +21,11 @@
 #include "services/dds/host_addresses.h"
 #include "services/runtime/identity.h"
 #include "services/runtime/log.h"
+#include "services/runtime/method_library.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/security/verify.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 namespace {
 
@@ -44,8 +46,9 @@ void placeByEnvironment(config::Deployment& deployment) {
   }
   if (const std::string text = environment(kPrefix); !text.empty()) {
     if (!std::regex_match(text, std::regex("[a-z][a-z0-9_]*")))
-      throw config::Error(kPrefix, 0, 0, "prefix",
-                          "found '" + text + "', expected a name of small letters, digits and _, a letter first");
+      throw config::Error(
+          kPrefix, 0, 0, "prefix",
+          "found '" + text + "', expected a name of lower-case letters, digits and _, starting with a letter");
     deployment.prefix = text;
   }
 }
@@ -67,7 +70,7 @@ void addPlaceOptions(CLI::App& app) {
   const auto add = [&app](const char* option, const char* variable, const char* what) {
     app.add_option_function<std::string>(
            option, [variable](const std::string& value) { ::setenv(variable, value.c_str(), 1); },
-           std::string(what) + ", in place of the deployment's (environment: " + variable + ")")
+           std::string(what) + "; overrides the deployment (environment variable: " + variable + ")")
         ->trigger_on_parse();
   };
   add("--domain", kDomain, "DDS domain");
@@ -104,7 +107,7 @@ dds::Role roleOf(const std::string& service) {
     return dds::Role::kHal;
   if (const auto role = dds::roleFromName(service))
     return *role;
-  throw std::invalid_argument("process '" + service + "' stands for no role");
+  throw std::invalid_argument("process '" + service + "' has no security role");
 }
 
 std::string exposure(const config::Deployment& deployment) {
@@ -112,16 +115,16 @@ std::string exposure(const config::Deployment& deployment) {
   if (alone || !deployment.security.empty())
     return {};
   return deployment.file.string() +
-         ": NOT SECURED: whoever is on this network can command the robot; set `security` (docs/security.md)";
+         ": NOT SECURED: every program on this network can command the robot; set `security` (docs/security.md)";
 }
 
 namespace {
 
 dds::Credentials goodCredentials(const config::Deployment& deployment, dds::Role role) {
-  security::Purpose purpose;
-  purpose.prefix = deployment.prefix;
-  purpose.domain = deployment.domain;
-  const std::string obstacle = security::obstacle(deployment.security, role, purpose);
+  security::VerificationTarget target;
+  target.prefix = deployment.prefix;
+  target.domain = deployment.domain;
+  const std::string obstacle = security::obstacle(deployment.security, role, target);
   if (!obstacle.empty())
     throw std::invalid_argument(deployment.file.string() + ": security, role " + dds::name(role) + ": " + obstacle);
   return dds::credentialsOf(deployment.security, role);
@@ -164,15 +167,17 @@ dds::BusOptions ofAnyRobot(dds::BusOptions options) {
 
 namespace {
 
-/// Threads that carry commands, states and stops go before others on this PC: all that are made from now on. Who
-/// started the process may have chosen another policy; lock-step has no deadlines.
+/// Threads that carry references, commands, states and stops go before others on this PC: all that are made from now
+/// on. Who started the process may have chosen another policy; lock-step has no deadlines.
 void takePriority(const Setup& setup) {
-  constexpr int kDrives = 30, kControl = 20;  // SCHED_FIFO, as the units of systemd have them
-  const int priority = setup.name == "sim" || setup.name == "hal" ? kDrives : setup.name == "control" ? kControl : 0;
-  if (priority == 0 || setup.deployment.clock == config::ClockMode::kLockStep || ::sched_getscheduler(0) != SCHED_OTHER)
+  // SCHED_FIFO, as the units of systemd have them
+  static const std::map<std::string, int> kPriorities{{"hal", 30}, {"sim", 30}, {"control", 20}, {"planning", 10}};
+  const auto found = kPriorities.find(setup.name);
+  if (found == kPriorities.end() || setup.deployment.clock == config::ClockMode::kLockStep ||
+      ::sched_getscheduler(0) != SCHED_OTHER)
     return;
-  for (const std::string& refusal : enterRealtime(priority, false))
-    spdlog::info("{}; a busy PC may stop the robot", refusal);
+  for (const std::string& refusal : enterRealtime(found->second, false))
+    spdlog::info("{}; on a loaded PC missed deadlines can stop the robot", refusal);
 }
 
 /// Allocations beyond so many megabytes fail, which ends the process: it dies alone, before the kernel chooses whom to
@@ -209,7 +214,7 @@ int runService(int argc,
   app.add_option("--log", level, "trace, debug, info, warn, error or off (default: TANDEM_LOG, else info)");
   if (more_options)
     more_options(app);
-  app.footer("Started by hand only for debugging; `tandem up` starts all processes of a deployment.");
+  app.footer("Usually started by `tandem up`; start it directly only for debugging.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -225,6 +230,10 @@ int runService(int argc,
     setup.deployment = loadDeployment(deployment);
     setup.robot = config::loadAnyRobot(setup.deployment.robot);
     setup.session = randomIdentity();
+    if (name == "control" || name == "planning") {  // where methods run
+      if (const std::string found = loadMethod(setup.deployment, setup.robot); !found.empty())
+        spdlog::info("{}", found);
+    }
     takePriority(setup);
     limitMemory(setup.deployment.memory_limit);
     for (const std::string& warning : setup.robot.warnings)
@@ -234,12 +243,12 @@ int runService(int argc,
     body(setup, stop);
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
-    code = dynamic_cast<const config::Error*>(&error) != nullptr ? 2
-           : dynamic_cast<const Occupied*>(&error) != nullptr    ? 3
-                                                                 : 1;
+    code = dynamic_cast<const config::Error*>(&error) != nullptr   ? 2
+           : dynamic_cast<const ResourceInUse*>(&error) != nullptr ? 3
+                                                                   : 1;
   }
   stopLog();
   return code;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

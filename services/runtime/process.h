@@ -19,7 +19,7 @@ namespace CLI {
 class App;
 }
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** What a service knows once it has started. */
 struct Setup {
@@ -31,7 +31,7 @@ struct Setup {
 };
 
 /** What the service is there to command is somebody else's at present; the message says whose. */
-struct Occupied : std::runtime_error {
+struct ResourceInUse : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -39,7 +39,7 @@ struct Occupied : std::runtime_error {
  * which beats setup.heartbeat with every round of its loop and returns when `stop` is requested. Errors are printed as
  * FILE:LINE:COLUMN: KEY: MESSAGE.
  * @param more_options  adds those that this service alone has
- * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file, 3 for Occupied. */
+ * @return exit code: 0 after a stop, 1 after a failure, 2 for a wrong command line or file, 3 for ResourceInUse. */
 int runService(int argc,
                char** argv,
                const std::string& name,
@@ -90,4 +90,4 @@ std::string exposure(const config::Deployment& deployment);
 /// A random number that is not zero: sessions and clients.
 std::uint64_t randomIdentity();
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -3,12 +3,12 @@
 
 #include <spdlog/spdlog.h>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 RealtimeShell::RealtimeShell(const Setup& setup, double period)
     : setup_(setup),
       loop_(period),
-      told_every_(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(setup.deployment.status_period / period))),
+      status_interval_(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(setup.deployment.status_period / period))),
       beats_(outbox_.latest<LoopStatistics>([this](const auto& m) { setup_.heartbeat->beat(m); })),
       faults_(publisher_.queue<FaultReport>(64, [this](const auto& m) { logFault(setup_.robot, m); })) {}
 
@@ -37,4 +37,4 @@ void RealtimeShell::run(const std::string& what, const std::function<bool(const 
   publisher_.stop();
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A service in real time: a periodic thread that never sees DDS, and publishers that do. */
+/** @file Real-time shell of a service: a periodic thread without DDS calls, and publisher threads. */
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** The loop, the threads that publish for it, the heartbeat, and the log of faults. What a service does in a cycle is
  * its own. */
@@ -26,7 +26,7 @@ class RealtimeShell {
   Outbox& publisher() noexcept { return publisher_; }
   const PeriodicLoop& loop() const noexcept { return loop_; }
   /// Whether people learn of this cycle: once in a status_period.
-  bool isTold(const Tick& tick) const noexcept { return tick.cycle % told_every_ == 0; }
+  bool isStatusCycle(const Tick& tick) const noexcept { return tick.cycle % status_interval_ == 0; }
 
   /// Behind what a cycle has posted: the loop lives, and which arms have a new fault. `core` knows faultRecord(arm).
   template <class Core>
@@ -47,7 +47,7 @@ class RealtimeShell {
 
   const Setup& setup_;
   PeriodicLoop loop_;
-  std::uint64_t told_every_;
+  std::uint64_t status_interval_;
   Outbox outbox_, publisher_;
   Outbox::Latest<LoopStatistics>& beats_;
   Outbox::Queue<FaultReport>& faults_;
@@ -56,4 +56,4 @@ class RealtimeShell {
   std::int64_t late_since_ = 0;  ///< ns
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** First in, first out, from one producer thread to one consumer thread. Wait-free; allocates in its constructor only.
  */
@@ -55,4 +55,4 @@ class SpscQueue {
   alignas(64) std::atomic<std::size_t> tail_{0};
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -14,7 +14,7 @@
 
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 // A signal handler reaches nothing but globals.
@@ -92,4 +92,4 @@ bool StopSignal::waitFor(double seconds) const {
   return requested();
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -4,7 +4,7 @@
 
 #include <csignal>
 
-namespace tandem::service {
+namespace tandem::runtime {
 
 /** Catches SIGINT, SIGTERM and SIGHUP as long as it lives. One per process; create it before any thread. */
 class StopSignal {
@@ -33,4 +33,4 @@ class StopSignal {
   struct sigaction old_hangup_ {};
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::runtime

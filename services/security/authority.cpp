@@ -29,9 +29,9 @@ void makeFolder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
-    throw Error(folder.string() + ": cannot be made: " + error.message());
+    throw Error(folder.string() + ": cannot be created: " + error.message());
   if (chmod(folder.c_str(), 0700) != 0)
-    throw Error(folder.string() + ": cannot be closed to others");
+    throw Error(folder.string() + ": cannot be set to mode 0700");
 }
 
 void checkName(const std::string& what, const std::string& name) {
@@ -125,7 +125,7 @@ Files opened(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(files.key, ignored))
     throw Error(folder.string() + ": found no authority (" + files.key.string() +
-                "), expected the folder that `tandem security init` has made");
+                "), expected the folder that `tandem security init` created");
   return files;
 }
 
@@ -149,8 +149,10 @@ void init(const fs::path& folder, const std::string& organisation, const Validit
   const Files files(folder);
   std::error_code ignored;
   if (fs::exists(files.home, ignored) || fs::exists(files.certificate, ignored))
-    throw Error(folder.string() +
-                ": found an authority, expected none; every certificate would have to be issued anew");
+    throw Error(
+        folder.string() +
+        ": found a certificate authority, expected none; `tandem security issue` uses it. A new authority in its "
+        "place would make every issued certificate invalid; for one choose another folder");
   makeFolder(folder);
   makeFolder(files.home);
   makeFolder(files.issued);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The authority of a robot: certifies processes, signs what they may do, revokes.
+/** @file Certificate authority of a robot: issues and revokes certificates, signs permissions.
  *
  * A folder of credentials holds ca.pem, governance.p7s, crl.pem and one folder per role (dds::credentialsOf()); beside
  * them ca/, the authority itself: its private key and what it has issued. ca/ stays where it was made, the rest is

@@ -44,11 +44,11 @@ T* readPem(const std::filesystem::path& file, const char* what, T* (*read)(BIO*,
 
 }  // namespace
 
-std::string complaint() {
+std::string takeLastError() {
   const unsigned long code = ERR_peek_last_error();
   const char* reason = code != 0 ? ERR_reason_error_string(code) : nullptr;
   ERR_clear_error();
-  return reason != nullptr ? reason : "OpenSSL refuses";
+  return reason != nullptr ? reason : "unknown OpenSSL error";
 }
 
 std::string readText(const std::filesystem::path& file) {
@@ -129,14 +129,14 @@ std::string verified(const std::filesystem::path& file, X509* authority) {
   const Pkcs7 signature(SMIME_read_PKCS7(in.get(), &part));
   const Bio signed_part(part);
   if (!signature)
-    throw Error(file.string() + ": found no signed document (S/MIME): " + complaint());
+    throw Error(file.string() + ": found no signed document (S/MIME): " + takeLastError());
   const Store store(good(X509_STORE_new(), "store"));
   good(X509_STORE_add_cert(store.get(), authority), "store");
   // Dates are judged by themselves, with words of their own.
   X509_STORE_set_flags(store.get(), X509_V_FLAG_NO_CHECK_TIME);
   const Bio out = memory();
   if (PKCS7_verify(signature.get(), nullptr, store.get(), signed_part.get(), out.get(), PKCS7_TEXT) <= 0)
-    throw Error(file.string() + ": the authority has not signed this: " + complaint());
+    throw Error(file.string() + ": not signed by the authority: " + takeLastError());
   std::string document = contents(out.get());
   std::erase(document, '\r');  // S/MIME ends its lines with both
   return document;

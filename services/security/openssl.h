@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Private: OpenSSL's objects, owned; files in and out; errors as words. */
+/** @file Private: RAII wrappers of OpenSSL objects, PEM files, error texts. */
 #pragma once
 
 #include <openssl/bio.h>
@@ -32,18 +32,18 @@ using Store = std::unique_ptr<X509_STORE, Release<X509_STORE_free>>;
 using Pkcs7 = std::unique_ptr<PKCS7, Release<PKCS7_free>>;
 
 /// What OpenSSL complains about; empties its queue.
-std::string complaint();
+std::string takeLastError();
 
 /// The result of a call, if it is good. @throw Error "WHAT: complaint".
 template <class T>
 T* good(T* result, const std::string& what) {
   if (result == nullptr)
-    throw Error(what + ": " + complaint());
+    throw Error(what + ": " + takeLastError());
   return result;
 }
 inline void good(int result, const std::string& what) {
   if (result <= 0)
-    throw Error(what + ": " + complaint());
+    throw Error(what + ": " + takeLastError());
 }
 
 /// @throw Error for a file that is missing, or is not what it should be.

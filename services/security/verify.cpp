@@ -56,14 +56,14 @@ void checkDates(Report& report,
                 Clock::time_point now,
                 const char* remedy) {
   if (now < from)
-    report.say(Level::kBad, fmt::format("{}: good from {} on; it is {} here: is the clock right?", file.string(),
-                                        day(from), day(now)));
+    report.say(Level::kBad, fmt::format("{}: valid from {} on; the clock of this host shows {}: check it",
+                                        file.string(), day(from), day(now)));
   else if (now >= until)
     report.say(Level::kBad, fmt::format("{}: expired {}; {}", file.string(), day(until), remedy));
   else if (until - now < std::chrono::hours(24) * kSoon)
     report.say(Level::kWarning, fmt::format("{}: expires {}; {}", file.string(), day(until), remedy));
   else
-    report.say(Level::kGood, fmt::format("{}: good until {}", file.string(), day(until)));
+    report.say(Level::kGood, fmt::format("{}: valid until {}", file.string(), day(until)));
 }
 
 /// Nobody but the owner may get at keys; nobody but the owner may exchange the rest.
@@ -81,12 +81,12 @@ void checkChain(const fs::path& file, X509* certificate, X509* authority, X509_C
   const Key key(good(X509_get_pubkey(authority), "public key"));
   if (X509_NAME_cmp(X509_get_issuer_name(certificate), X509_get_subject_name(authority)) != 0 ||
       X509_verify(certificate, key.get()) != 1) {
-    complaint();
-    throw Error(file.string() + ": the authority of ca.pem has not certified this; is it of another folder?");
+    takeLastError();
+    throw Error(file.string() + ": not certified by the authority in ca.pem; is it from another folder?");
   }
   X509_REVOKED* revoked = nullptr;
   if (crl != nullptr && X509_CRL_get0_by_cert(crl, &revoked, certificate) == 1)
-    throw Error(file.string() + ": revoked; `tandem security issue` certifies anew");
+    throw Error(file.string() + ": revoked; run `tandem security issue` again");
 }
 
 /// What stands between <NAME> and </NAME>, from `begin` on; moves `begin` behind it.
@@ -124,14 +124,16 @@ void checkTopics(const fs::path& file,
   for (const std::string& topic : wanted) {
     if (std::find(found.begin(), found.end(), topic) == found.end())
       throw Error(
-          fmt::format("{}: may not {} {}: issued for another robot or by another version; "
-                      "`tandem security issue` anew",
+          fmt::format("{}: no permission to {} {}: issued for another robot or by another version; "
+                      "run `tandem security issue` again",
                       file.string(), kind, topic));
   }
   for (const std::string& topic : found) {
     if (topic.starts_with(robot) && std::find(wanted.begin(), wanted.end(), topic) == wanted.end())
-      throw Error(fmt::format("{}: may {} {}, which this role may not; `tandem security issue` anew", file.string(),
-                              kind, topic));
+      throw Error(
+          fmt::format("{}: permission to {} {} exceeds this role: issued for another role or by another version; "
+                      "run `tandem security issue` again",
+                      file.string(), kind, topic));
   }
 }
 
@@ -140,47 +142,51 @@ void checkPermissions(const fs::path& file,
                       const std::string& document,
                       X509* certificate,
                       dds::Role role,
-                      const Purpose& purpose) {
+                      const VerificationTarget& target) {
   const std::string subject = subjectOf(certificate), named = element(document, "subject_name").value_or("");
   if (named != subject)
     throw Error(fmt::format("{}: subject_name: found '{}', expected '{}', as the certificate has it, in this order",
                             file.string(), named, subject));
   const std::vector<std::string> domains = elements(document, "id");
-  if (std::find(domains.begin(), domains.end(), std::to_string(purpose.domain)) == domains.end())
-    throw Error(fmt::format("{}: not for domain {}; `tandem security issue` anew for this deployment", file.string(),
-                            purpose.domain));
-  const dds::Rights rights = dds::rightsOf(role, purpose.prefix);
-  checkTopics(file, document, "publish", rights.publish, purpose.prefix);
-  checkTopics(file, document, "subscribe", rights.subscribe, purpose.prefix);
+  if (std::find(domains.begin(), domains.end(), std::to_string(target.domain)) == domains.end())
+    throw Error(fmt::format("{}: not for domain {}; run `tandem security issue` again for this deployment",
+                            file.string(), target.domain));
+  const dds::Rights rights = dds::rightsOf(role, target.prefix);
+  checkTopics(file, document, "publish", rights.publish, target.prefix);
+  checkTopics(file, document, "subscribe", rights.subscribe, target.prefix);
 }
 
-void checkAuthority(Report& report, const fs::path& folder, const dds::Credentials& files, const Purpose& purpose) {
+void checkAuthority(Report& report,
+                    const fs::path& folder,
+                    const dds::Credentials& files,
+                    const VerificationTarget& target) {
   const Certificate authority = readCertificate(files.ca);
   report.check([&] { checkChain(files.ca, authority.get(), authority.get(), nullptr); });
   checkDates(report, files.ca, timeOf(X509_get0_notBefore(authority.get())),
-             timeOf(X509_get0_notAfter(authority.get())), purpose.now, "a new authority has to issue everything anew");
+             timeOf(X509_get0_notAfter(authority.get())), target.now,
+             "create a new authority and issue all credentials again");
   report.check([&] {
     if (verified(files.governance, authority.get()) != governance())
       throw Error(files.governance.string() +
-                  ": not the governance of this version: processes whose governance differs never meet");
-    report.say(Level::kGood, "governance and authority: " + fingerprint(folder).substr(0, 16) +
-                                 ", has to be the same on all machines");
+                  ": governance of another version: processes with different governance cannot connect");
+    report.say(Level::kGood,
+               "governance and authority: " + fingerprint(folder).substr(0, 16) + ", must be the same on all machines");
   });
   report.check([&] {
     const Crl crl = readCrl(files.crl);
     const Key key(good(X509_get_pubkey(authority.get()), "public key"));
     if (X509_CRL_verify(crl.get(), key.get()) != 1) {
-      complaint();
-      throw Error(files.crl.string() + ": the authority has not signed this");
+      takeLastError();
+      throw Error(files.crl.string() + ": not signed by the authority");
     }
     checkDates(report, files.crl, timeOf(X509_CRL_get0_lastUpdate(crl.get())),
-               timeOf(X509_CRL_get0_nextUpdate(crl.get())), purpose.now, "`tandem security revoke` writes it anew");
+               timeOf(X509_CRL_get0_nextUpdate(crl.get())), target.now, "`tandem security revoke` writes it again");
   });
 }
 
 }  // namespace
 
-std::vector<Finding> checkCommon(const fs::path& folder, const Purpose& purpose) {
+std::vector<Finding> checkCommon(const fs::path& folder, const VerificationTarget& target) {
   Report report;
   const dds::Credentials files = dds::credentialsOf(folder, dds::Role::kControl);
   checkMode(report, folder, S_IWGRP | S_IWOTH, "chmod go-w");
@@ -188,11 +194,11 @@ std::vector<Finding> checkCommon(const fs::path& folder, const Purpose& purpose)
     checkMode(report, folder / "ca", S_IRWXG | S_IRWXO, "chmod 0700");
     checkMode(report, folder / "ca" / "key.pem", S_IRWXG | S_IRWXO, "chmod 0600");
   }
-  report.check([&] { checkAuthority(report, folder, files, purpose); });
+  report.check([&] { checkAuthority(report, folder, files, target); });
   return report.take();
 }
 
-std::vector<Finding> checkRole(const fs::path& folder, dds::Role role, const Purpose& purpose) {
+std::vector<Finding> checkRole(const fs::path& folder, dds::Role role, const VerificationTarget& target) {
   Report report;
   const dds::Credentials files = dds::credentialsOf(folder, role);
   checkMode(report, files.key.parent_path(), S_IRWXG | S_IRWXO, "chmod 0700");
@@ -202,18 +208,18 @@ std::vector<Finding> checkRole(const fs::path& folder, dds::Role role, const Pur
     const Crl crl = readCrl(files.crl);
     report.check([&] { checkChain(files.certificate, certificate.get(), authority.get(), crl.get()); });
     checkDates(report, files.certificate, timeOf(X509_get0_notBefore(certificate.get())),
-               timeOf(X509_get0_notAfter(certificate.get())), purpose.now, "`tandem security issue` certifies anew");
+               timeOf(X509_get0_notAfter(certificate.get())), target.now, "run `tandem security issue` again");
     report.check([&] {
       if (X509_check_private_key(certificate.get(), readKey(files.key).get()) != 1) {
-        complaint();
-        throw Error(files.key.string() + ": not the key of the certificate beside it");
+        takeLastError();
+        throw Error(files.key.string() + ": not the key of the certificate in the same folder");
       }
     });
     report.check([&] {
       checkPermissions(files.permissions, verified(files.permissions, authority.get()), certificate.get(), role,
-                       purpose);
+                       target);
       report.say(Level::kGood, fmt::format("{}: {} at robot {}, domain {}", files.permissions.string(),
-                                           subjectOf(certificate.get()), purpose.prefix, purpose.domain));
+                                           subjectOf(certificate.get()), target.prefix, target.domain));
     });
   });
   return report.take();
@@ -241,9 +247,9 @@ std::string fingerprint(const fs::path& folder) {
   return hex;
 }
 
-std::string obstacle(const fs::path& folder, dds::Role role, const Purpose& purpose) {
-  std::vector<Finding> findings = checkCommon(folder, purpose);
-  for (Finding& finding : checkRole(folder, role, purpose))
+std::string obstacle(const fs::path& folder, dds::Role role, const VerificationTarget& target) {
+  std::vector<Finding> findings = checkCommon(folder, target);
+  for (Finding& finding : checkRole(folder, role, target))
     findings.push_back(std::move(finding));
   const auto bad = std::find_if(findings.begin(), findings.end(),
                                 [](const Finding& finding) { return finding.level == Level::kBad; });

@@ -20,17 +20,17 @@ struct Finding {
 };
 
 /** What the credentials shall be good for. */
-struct Purpose {
+struct VerificationTarget {
   std::string prefix = "tandem";
   int domain = 0;
   std::chrono::system_clock::time_point now = std::chrono::system_clock::now();
 };
 
 /// What all roles share: authority, governance, revocations. Never throws for what is in the files.
-std::vector<Finding> checkCommon(const std::filesystem::path& folder, const Purpose& purpose);
+std::vector<Finding> checkCommon(const std::filesystem::path& folder, const VerificationTarget& target);
 
 /// The credentials of one role, which has to be there.
-std::vector<Finding> checkRole(const std::filesystem::path& folder, dds::Role role, const Purpose& purpose);
+std::vector<Finding> checkRole(const std::filesystem::path& folder, dds::Role role, const VerificationTarget& target);
 
 /// Roles that have a folder there.
 std::vector<dds::Role> rolesIn(const std::filesystem::path& folder);
@@ -40,6 +40,6 @@ std::vector<dds::Role> rolesIn(const std::filesystem::path& folder);
 std::string fingerprint(const std::filesystem::path& folder);
 
 /// The first thing that keeps a process of this role from taking part; empty where nothing does.
-std::string obstacle(const std::filesystem::path& folder, dds::Role role, const Purpose& purpose);
+std::string obstacle(const std::filesystem::path& folder, dds::Role role, const VerificationTarget& target);
 
 }  // namespace tandem::security

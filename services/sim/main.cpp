@@ -25,10 +25,10 @@ class SnapLog {
   explicit SnapLog(const config::Robot& robot) : robot_(robot) {}
 
   /// @return what `diagnostics` shall say of it
-  service::Details tell(const dds::HalStatus& status) {
+  runtime::Details details(const dds::HalStatus& status) {
     for (std::size_t k = 0; k < status.arm_count; ++k) {
       if (status.snaps[k] != reported_[k])
-        spdlog::warn("{}: the plant snapped into another equilibrium, {} times so far", robot_.arms[k].name,
+        spdlog::warn("{}: the simulated arm snapped into another equilibrium ({} times so far)", robot_.arms[k].name,
                      status.snaps[k]);
     }
     reported_ = status.snaps;
@@ -40,20 +40,20 @@ class SnapLog {
   dds::PerArm<std::uint32_t> reported_{};
 };
 
-std::optional<service::CatheterTips> cathetersOf(const service::Setup& setup) {
+std::optional<simulation::CatheterTips> cathetersOf(const runtime::Setup& setup) {
   if (!has(setup.robot, robots::Capability::kCommonPath))
     return std::nullopt;
-  return std::optional<service::CatheterTips>(std::in_place, setup);
+  return std::optional<simulation::CatheterTips>(std::in_place, setup);
 }
 
 /** Lock-step: commands move the time. */
 class LockStep {
  public:
-  explicit LockStep(const service::Setup& setup)
+  explicit LockStep(const runtime::Setup& setup)
       : setup_(setup),
         core_(setup),
         catheters_(cathetersOf(setup)),
-        bus_(service::busOptions(setup.deployment, setup.name)),
+        bus_(runtime::busOptions(setup.deployment, setup.name)),
         states_(bus_.writer(dds::kActuationState)),
         statuses_(bus_.writer(dds::kHalStatus)),
         replies_(bus_.writer(dds::kSimReply)),
@@ -62,17 +62,17 @@ class LockStep {
         snaps_(setup.robot) {
     if (core_.tracking())
       measured_tips_ = bus_.writer(dds::kSensingTips);
-    core_.state(service::monotonicNow(), state_);
+    core_.state(runtime::monotonicNow(), state_);
   }
 
-  void run(const service::StopSignal& stop) {
+  void run(const runtime::StopSignal& stop) {
     const auto put = [this](const auto& message) { loop_.put(message); };
-    const service::MismatchDesk mismatches(
+    const runtime::MismatchHandler mismatches(
         bus_, [this](const dds::Reply& reply) { replies_.write(reply); }, [put] { put(dds::Mismatch{}); });
     const auto commands = bus_.reader(dds::kActuationCommand, put);
     const auto requests = bus_.reader(dds::kSimRequest, put);
     const auto stops = bus_.reader(dds::kStop, put);
-    const service::ClockRequestHandler clock(bus_, setup_);
+    const runtime::ClockRequestHandler clock(bus_, setup_);
     spdlog::info("ready: robot {}, lock-step", setup_.robot.name);
     constexpr double kRepeat = 0.1;  // s: whoever came late receives the present state
     loop_.run(setup_, stop, kRepeat, [this](const auto& message) { take(message); });
@@ -81,7 +81,7 @@ class LockStep {
  private:
   void take(std::monostate) { publish(); }
   void take(const dds::ActuationCommand& command) {
-    if (core_.onCommand(command, service::monotonicNow()))
+    if (core_.onCommand(command, runtime::monotonicNow()))
       publishNext();
   }
   void take(const dds::SimRequest& request) {
@@ -100,7 +100,7 @@ class LockStep {
   }
 
   void publishNext() {
-    core_.state(service::monotonicNow(), state_);
+    core_.state(runtime::monotonicNow(), state_);
     publish();
   }
 
@@ -109,7 +109,7 @@ class LockStep {
     statuses_.write(status_);
     core_.trueTips(tips_);
     if (catheters_) {
-      core_.trueJoints(snapshot_);
+      core_.plantJoints(snapshot_);
       tips_ = catheters_->at(snapshot_);
     }
     true_tips_.write(tips_);
@@ -119,22 +119,22 @@ class LockStep {
       measured_tips_.write(tips_);
     }
     states_.write(state_);
-    watch_.look(core_, core_.armCount(), [this](const auto& report) { service::logFault(setup_.robot, report); });
-    service::diagnose(diagnostics_, setup_.robot, status_, snaps_.tell(status_));
+    watch_.look(core_, core_.armCount(), [this](const auto& report) { runtime::logFault(setup_.robot, report); });
+    runtime::diagnose(diagnostics_, setup_.robot, status_, snaps_.details(status_));
   }
 
-  const service::Setup& setup_;
-  service::SimCore core_;
-  std::optional<service::CatheterTips> catheters_;
-  service::CatheterSnapshot snapshot_;
-  service::EventLoop<dds::ActuationCommand, dds::SimRequest, dds::Stop, dds::Mismatch> loop_;
+  const runtime::Setup& setup_;
+  simulation::SimCore core_;
+  std::optional<simulation::CatheterTips> catheters_;
+  simulation::CatheterSnapshot snapshot_;
+  runtime::EventLoop<dds::ActuationCommand, dds::SimRequest, dds::Stop, dds::Mismatch> loop_;
   dds::Bus bus_;
   dds::Writer<dds::ActuationState> states_;
   dds::Writer<dds::HalStatus> statuses_;
   dds::Writer<dds::Reply> replies_;
   dds::Writer<dds::TipPoses> true_tips_, measured_tips_;
-  service::Diagnostics diagnostics_;
-  service::FaultWatch watch_;
+  runtime::Diagnostics diagnostics_;
+  runtime::FaultWatch watch_;
   SnapLog snaps_;
   dds::ActuationState state_;
   dds::HalStatus status_;
@@ -145,27 +145,27 @@ class LockStep {
  * mailbox. */
 class RealTime {
  public:
-  explicit RealTime(const service::Setup& setup)
+  explicit RealTime(const runtime::Setup& setup)
       : core_(setup),
         catheters_(cathetersOf(setup)),
         snaps_(setup.robot),
-        shell_(setup, setup.deployment.sim_period, [this](const auto& m) { return snaps_.tell(m); }),
+        shell_(setup, setup.deployment.sim_period, [this](const auto& m) { return snaps_.details(m); }),
         replies_(shell_.bus().writer(dds::kSimReply)),
         true_tips_(shell_.bus().writer(dds::kSimTips)),
         tips_out_(shell_.outbox().latest<dds::TipPoses>([this](const auto& m) { measured_tips_.write(m); })),
         true_tips_out_(shell_.publisher().latest<dds::TipPoses>([this](const auto& m) { true_tips_.write(m); })),
-        moment_out_(
-            places_.latest<service::CatheterSnapshot>([this](const auto& m) { true_tips_.write(catheters_->at(m)); })),
+        moment_out_(places_.latest<simulation::CatheterSnapshot>(
+            [this](const auto& m) { true_tips_.write(catheters_->at(m)); })),
         period_(std::llround(1e9 * setup.deployment.sim_period)) {
     if (core_.tracking())
       measured_tips_ = shell_.bus().writer(dds::kSensingTips);
   }
 
-  void run(const std::string& robot, const service::StopSignal& stop) {
+  void run(const std::string& robot, const runtime::StopSignal& stop) {
     places_.start();
     shell_.refuseMismatches([this](const dds::Reply& reply) { replies_.write(reply); });
     const auto requests = shell_.bus().reader(dds::kSimRequest, [this](const dds::SimRequest& m) { onRequest(m); });
-    shell_.run("robot " + robot, [&](const service::Tick& tick) {
+    shell_.run("robot " + robot, [&](const runtime::Tick& tick) {
       in_cycle_ = true;
       cycle(tick);
       in_cycle_ = false;
@@ -187,13 +187,13 @@ class RealTime {
   }
 
   /// How many periods have passed by now, the first cycle's included.
-  std::uint64_t periodsDue(const service::Tick& tick) noexcept {
+  std::uint64_t periodsDue(const runtime::Tick& tick) noexcept {
     if (tick.cycle == 1)
       start_ = tick.scheduled - period_;
     return static_cast<std::uint64_t>((tick.now - start_) / period_);
   }
 
-  void cycle(const service::Tick& tick) noexcept {
+  void cycle(const runtime::Tick& tick) noexcept {
     const std::uint64_t due = periodsDue(tick);
     // While a request is served the drives wait; a cycle right behind a late one has nothing to do.
     if (serving_ || due == stepped_)
@@ -207,13 +207,13 @@ class RealTime {
     shell_.show(core_, tick);
     if (core_.tracking() && core_.measuredTips(tips_))
       tips_out_.post(tips_);
-    if (shell_.isTold(tick))
+    if (shell_.isStatusCycle(tick))
       postTrueTips();
   }
 
   void postTrueTips() noexcept {
     if (catheters_) {
-      core_.trueJoints(snapshot_);
+      core_.plantJoints(snapshot_);
       moment_out_.post(snapshot_);
     } else {
       core_.trueTips(tips_);
@@ -221,24 +221,24 @@ class RealTime {
     }
   }
 
-  service::SimCore core_;
-  std::optional<service::CatheterTips> catheters_;
-  service::CatheterSnapshot snapshot_;
+  simulation::SimCore core_;
+  std::optional<simulation::CatheterTips> catheters_;
+  simulation::CatheterSnapshot snapshot_;
   SnapLog snaps_;
-  service::DriveShell shell_;
+  runtime::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;
   dds::Writer<dds::TipPoses> true_tips_, measured_tips_;
-  service::Outbox places_;  ///< of tips that take long to find
-  service::Outbox::Latest<dds::TipPoses>& tips_out_;
-  service::Outbox::Latest<dds::TipPoses>& true_tips_out_;
-  service::Outbox::Latest<service::CatheterSnapshot>& moment_out_;
+  runtime::Outbox places_;  ///< of tips that take long to find
+  runtime::Outbox::Latest<dds::TipPoses>& tips_out_;
+  runtime::Outbox::Latest<dds::TipPoses>& true_tips_out_;
+  runtime::Outbox::Latest<simulation::CatheterSnapshot>& moment_out_;
   std::atomic<bool> serving_{false}, in_cycle_{false};
   std::int64_t period_, start_ = 0;  ///< ns
   std::uint64_t stepped_ = 0;        ///< periods that the drives have gone
   dds::TipPoses tips_;
 };
 
-void run(const service::Setup& setup, service::StopSignal& stop) {
+void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
   if (setup.deployment.clock == config::ClockMode::kLockStep)
     LockStep(setup).run(stop);
   else
@@ -248,6 +248,6 @@ void run(const service::Setup& setup, service::StopSignal& stop) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return service::runService(argc, argv, "sim", "The simulated robot: the same topics, states and gate as the HAL.",
+  return runtime::runService(argc, argv, "sim", "Simulates the robot, with the topics, states and gate of tandem-hal.",
                              run);
 }

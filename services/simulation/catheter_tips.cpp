@@ -3,7 +3,7 @@
 
 #include "operation/convert.h"
 
-namespace tandem::service {
+namespace tandem::simulation {
 
 dds::TipPoses CatheterTips::at(const CatheterSnapshot& snapshot) {
   if (snapshot.joint_resets != joint_resets_)
@@ -18,4 +18,4 @@ dds::TipPoses CatheterTips::at(const CatheterSnapshot& snapshot) {
   return message;
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::simulation

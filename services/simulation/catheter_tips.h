@@ -6,7 +6,7 @@
 #include "services/dds/messages.h"
 #include "services/runtime/process.h"
 
-namespace tandem::service {
+namespace tandem::simulation {
 
 /** Joints of the plant, and the message with the tips at these joints, yet without the tips. A plain struct. */
 struct CatheterSnapshot {
@@ -21,15 +21,16 @@ struct CatheterSnapshot {
 class CatheterTips {
  public:
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
-  explicit CatheterTips(const Setup& setup) : setup_(setup), follower_(robots::makeEquilibriumFollower(setup.robot)) {}
+  explicit CatheterTips(const runtime::Setup& setup)
+      : setup_(setup), follower_(robots::makeEquilibriumFollower(setup.robot)) {}
 
   /// The message with the tips; they are invalid where there is no equilibrium.
   dds::TipPoses at(const CatheterSnapshot& snapshot);
 
  private:
-  const Setup& setup_;
+  const runtime::Setup& setup_;
   robots::EquilibriumFollower follower_;
   std::uint32_t joint_resets_ = 0;
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::simulation

@@ -11,12 +11,12 @@
 #include "services/dds/reply.h"
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::simulation {
 namespace {
 
 constexpr double kLongestCatchUp = 1.0;  // s
 
-sim::SimulatedDrives makeDrives(const Setup& setup) {
+sim::SimulatedDrives makeDrives(const runtime::Setup& setup) {
   std::vector<safety::ArmLimits> limits;
   std::vector<safety::ArmVector> start;
   for (const config::Arm& arm : setup.robot.arms) {
@@ -36,7 +36,7 @@ sim::SimulatedDrives makeDrives(const Setup& setup) {
   return {limits, start, options};
 }
 
-std::optional<sim::PlantTips> makeTips(const Setup& setup) {
+std::optional<sim::PlantTips> makeTips(const runtime::Setup& setup) {
   if (!has(setup.robot, robots::Capability::kTips))
     return std::nullopt;
   return robots::makePlantTips(setup.robot, setup.deployment.plant);
@@ -44,7 +44,7 @@ std::optional<sim::PlantTips> makeTips(const Setup& setup) {
 
 }  // namespace
 
-SimCore::SimCore(const Setup& setup)
+SimCore::SimCore(const runtime::Setup& setup)
     : DriveCore(setup, makeDrives(setup)), reports_(setup.deployment.emergency_stop_budget), tips_(makeTips(setup)) {
   const sim::PlantOptions& plant = setup.deployment.plant;
   if (plant.tracker.present)
@@ -75,7 +75,7 @@ bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now, std
     drives_.command(command, now);
     return false;
   }
-  const bool answers_now = isAnswer(from) && from.answers_state == sequence_;
+  const bool answers_now = isOfThisSession(from) && from.answers_state == sequence_;
   if (from.advance != 0 && !answers_now)
     return false;  // late: the state that it answers has passed
   drives_.command(command, simulated_time_);
@@ -148,7 +148,7 @@ void SimCore::trueTips(dds::TipPoses& tips) const noexcept {
   }
 }
 
-void SimCore::trueJoints(CatheterSnapshot& snapshot) const noexcept {
+void SimCore::plantJoints(CatheterSnapshot& snapshot) const noexcept {
   trueTips(snapshot.head);
   snapshot.joint_resets = drives_.jointResets();
   snapshot.joint_count = 0;
@@ -169,7 +169,8 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
     for (int k = 0; k < drives_.armCount(); ++k)
       joints += drives_.jointCount(k);
     if (request.arm_count != drives_.armCount())
-      return answer(dds::ReplyCode::kMalformed, "wrong number of arms");
+      return answer(dds::ReplyCode::kMalformed, "arm_count: found " + std::to_string(request.arm_count) +
+                                                    ", expected " + std::to_string(drives_.armCount()));
     safety::RobotVector q(joints);
     for (int k = 0, i = 0; k < drives_.armCount(); ++k) {
       for (int j = 0; j < drives_.jointCount(k); ++j) {
@@ -182,7 +183,7 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
       advance();
     const sim::ResetResult result = drives_.reset(q);
     if (result == sim::ResetResult::kDone) {
-      placeTips(lock_step_ ? simulated_time_ : monotonicNow());
+      placeTips(lock_step_ ? simulated_time_ : runtime::monotonicNow());
       return answer(dds::ReplyCode::kOk, "");
     }
     return answer(
@@ -200,12 +201,14 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
       return answer(dds::ReplyCode::kMalformed, "unknown fault '" + request.fault.substr(0, 40) + "'");
     if (drives_.inject(request.arm, request.joint, *fault))
       return answer(dds::ReplyCode::kOk, "");
-    return answer(dds::ReplyCode::kMalformed, "no such axis");
+    return answer(dds::ReplyCode::kMalformed, "axis: found arm " + std::to_string(request.arm) + ", joint " +
+                                                  std::to_string(request.joint) +
+                                                  " (from 0), expected one of the robot's joints");
   }
   if (kind == Kind::kStep) {
     constexpr std::uint32_t kMost = 100000;
     if (!lock_step_)
-      return answer(dds::ReplyCode::kWrongState, "stepping is for lock-step; this is real time");
+      return answer(dds::ReplyCode::kWrongState, "step: this simulator runs in real time; steps need clock: lock_step");
     if (request.steps < 1 || request.steps > kMost)
       return answer(dds::ReplyCode::kMalformed, "steps: expected 1 to 100000");
     for (std::uint32_t i = 0; i < request.steps; ++i)
@@ -216,4 +219,4 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
                 "found kind " + std::to_string(request.kind) + ", expected 1 (reset), 2 (step) or 3 (fault)");
 }
 
-}  // namespace tandem::service
+}  // namespace tandem::simulation

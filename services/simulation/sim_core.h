@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The simulated robot behind the topics of hal; no DDS, no threads. */
+/** @file Core of tandem-sim: simulated robot behind the actuation topics; without DDS and threads. */
 #pragma once
 
 #include <optional>
@@ -10,12 +10,12 @@
 #include "sim/simulated_drives.h"
 #include "sim/tip_tracker.h"
 
-namespace tandem::service {
+namespace tandem::simulation {
 
 /** Wire in, simulated drives, wire out. After construction nothing but request() allocates. */
-class SimCore : public DriveCore<sim::SimulatedDrives> {
+class SimCore : public runtime::DriveCore<sim::SimulatedDrives> {
  public:
-  explicit SimCore(const Setup& setup);
+  explicit SimCore(const runtime::Setup& setup);
 
   /// Takes a command. Lock-step: takes one step if the command asks for it and answers the present state.
   /// @param arrivals  commands that have come so far, with this one; 0: nobody counts
@@ -40,10 +40,10 @@ class SimCore : public DriveCore<sim::SimulatedDrives> {
   /// What the tracker says; in lock-step that goes with the state published last. @return whether it is a measurement
   /// that has not been asked for yet.
   bool measuredTips(dds::TipPoses& tips) noexcept;
-  /// Where the plant's tips really are; of catheters trueJoints() tells.
+  /// Where the plant's tips really are; of catheters plantJoints() tells.
   void trueTips(dds::TipPoses& tips) const noexcept;
   /// Of catheters: what CatheterTips needs to find the tips.
-  void trueJoints(CatheterSnapshot& snapshot) const noexcept;
+  void plantJoints(CatheterSnapshot& snapshot) const noexcept;
 
  private:
   void advance() noexcept;  ///< lock-step: one control period
@@ -60,4 +60,4 @@ class SimCore : public DriveCore<sim::SimulatedDrives> {
   std::uint64_t caught_up_ = 0, left_out_ = 0;  ///< periods
 };
 
-}  // namespace tandem::service
+}  // namespace tandem::simulation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Devices that an operator holds. */
+/** @file Interface of operator input devices. */
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ struct Reading {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   std::uint32_t buttons = 0;
-  // Wishes, each reported once.
+  // Requests, each reported once.
   int scale_steps = 0;     ///< up or down
   bool next_mode = false;  ///< tip, pair, relative, ...
   bool next_arm = false;

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "services/teleop/device.h"
+#include "services/teleop/frozen_input_guard.h"
 #include "services/teleop/sdl.h"
-#include "services/teleop/still.h"
 
 namespace tandem::teleop {
 namespace {
@@ -27,9 +27,10 @@ class Gamepad final : public Device {
     if (pad_ == nullptr) {
       const int others = SDL_NumJoysticks();
       SDL_QuitSubSystem(sdl::kInitGameController);
-      throw DeviceError("gamepad: found none (" + std::to_string(others) +
-                        " other joysticks), expected one that SDL knows; plugged in, and readable for this user "
-                        "(/dev/input/event*, group input)?");
+      throw DeviceError(
+          "gamepad: found none (" + std::to_string(others) +
+          " other joysticks), expected one that SDL supports; check that it is plugged in and readable for this user "
+          "(/dev/input/event*, group input)");
     }
   }
   ~Gamepad() override {
@@ -40,7 +41,7 @@ class Gamepad final : public Device {
   Reading read(double time) override {
     SDL_GameControllerUpdate();
     if (!SDL_GameControllerGetAttached(pad_))
-      throw DeviceError("gamepad: it is gone");
+      throw DeviceError("gamepad: disconnected");
     Reading reading;
     reading.present = axis(sdl::kAxisTriggerRight) > kHeld;
     reading.clutch = held(sdl::kButtonLeftShoulder);
@@ -51,7 +52,8 @@ class Gamepad final : public Device {
       reading.buttons |= held(b) ? 1U << b : 0U;
     const std::vector<int> raw{rawAxis(sdl::kAxisTriggerRight), rawAxis(sdl::kAxisLeftX), rawAxis(sdl::kAxisLeftY),
                                rawAxis(sdl::kAxisRightY), static_cast<int>(reading.buttons)};
-    reading.present = still_.lets(raw, reading.present && reading.linear.norm() > 0.0, reading.present, time);
+    reading.present =
+        frozen_input_guard_.update(raw, reading.present && reading.linear.norm() > 0.0, reading.present, time);
     const std::uint32_t pressed = reading.buttons & ~buttons_;
     buttons_ = reading.buttons;
     const auto now = [pressed](int b) { return (pressed & (1U << b)) != 0; };
@@ -66,9 +68,8 @@ class Gamepad final : public Device {
   std::string describe() const override {
     const char* name = SDL_GameControllerName(pad_);
     return std::string(name != nullptr ? name : "gamepad") +
-           ": hold the right trigger to move (again, where it stopped because nothing changed for 1.5 s); left stick x "
-           "and y, right stick z; left shoulder clutch; Y mode, X arm, "
-           "cross up and down scale, B stop";
+           ": hold the right trigger to move (press it again after a stop because nothing changed for 1.5 s); left "
+           "stick x and y, right stick z; left shoulder clutch; Y mode, X arm, cross up and down scale, B stop";
   }
   void showLimited(bool limited) override {
     if (limited != limited_)
@@ -90,7 +91,7 @@ class Gamepad final : public Device {
   SDL_GameController* pad_ = nullptr;
   std::uint32_t buttons_ = 0;
   bool limited_ = false;
-  StillGuard still_;
+  FrozenInputGuard frozen_input_guard_;
 };
 
 }  // namespace

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The keyboard of a terminal: it says when a key is pressed, and again while it is held, but not when it is
- * released. */
+/** @file Terminal keyboard as input device: reports presses and repeats, but no releases. */
 #include <poll.h>
 #include <termios.h>
 #include <unistd.h>
@@ -19,7 +18,7 @@ class Keyboard final : public Device {
  public:
   explicit Keyboard(double speed) : speed_(speed) {
     if (tcgetattr(STDIN_FILENO, &before_) != 0)
-      throw DeviceError("keyboard: standard input is no terminal");
+      throw DeviceError("keyboard: found no terminal on standard input; start it in a terminal");
     termios raw = before_;
     raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
     raw.c_cc[VMIN] = 0;
@@ -36,7 +35,7 @@ class Keyboard final : public Device {
     char key = 0;
     while (poll(&input, 1, 0) > 0) {
       if (::read(STDIN_FILENO, &key, 1) <= 0)
-        throw DeviceError("keyboard: the terminal is gone");
+        throw DeviceError("keyboard: the terminal was closed");
       if (const auto move = moves.find(key); move != moves.end()) {
         until_ = time + kKeyHeld;
         direction_ = move->second;

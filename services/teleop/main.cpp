@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-teleop: an operator's device moves the tips. It reads the device and says on teleop/input what it says;
- * control does the rest, and answers on teleop/status. */
+/** @file tandem-teleop: publishes the state of an operator's device on teleop/input; tandem-control does the rest,
+ * and answers on teleop/status. */
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <mutex>
@@ -19,7 +19,7 @@
 #include "services/teleop/device.h"
 
 using namespace tandem;
-using cli::Failure;
+using client::Failure;
 using planning::teleoperation::Mode;
 using planning::teleoperation::State;
 
@@ -42,7 +42,7 @@ std::unique_ptr<teleop::Device> open(const Options& options) {
     return teleop::openSpaceMouse(speed);
   if (options.device == "keyboard")
     return teleop::openKeyboard(speed);
-  throw Failure(cli::kUsage, "device trace: expected --trace FILE");
+  throw Failure(client::kUsage, "device trace: expected --trace FILE");
 }
 
 std::uint8_t armIndex(const config::Robot& robot, const std::string& name, std::size_t otherwise) {
@@ -50,7 +50,7 @@ std::uint8_t armIndex(const config::Robot& robot, const std::string& name, std::
     return static_cast<std::uint8_t>(std::min(otherwise, robot.arms.size() - 1));
   if (const auto k = config::findArm(robot, name))
     return static_cast<std::uint8_t>(*k);
-  throw Failure(cli::kUsage, "arm '" + name + "', expected one of " + config::armNames(robot));
+  throw Failure(client::kUsage, "arm '" + name + "', expected one of " + config::armNames(robot));
 }
 
 /** The two messages, and what the other threads receive. */
@@ -59,7 +59,7 @@ class Session {
   Session(const Options& options, const config::Deployment& deployment, const config::Robot& robot)
       : options_(options),
         robot_(robot),
-        client_(deployment, taps()),
+        client_(deployment, callbacks()),
         inputs_(client_.bus().writer(dds::kTeleopInput)),
         statuses_(client_.bus().reader(dds::kTeleopStatus, [this](const dds::TeleopStatus& s) { receive(s); })) {
     input_.client = client_.id();
@@ -69,7 +69,7 @@ class Session {
                                             : options.mode == "pair" ? Mode::kPair
                                                                      : Mode::kRelative);
     if (robot.arms.size() < 2 && input_.mode != static_cast<std::uint8_t>(Mode::kTip))
-      throw Failure(cli::kUsage, "mode " + options.mode + " needs two arms, and this robot has one; use --mode tip");
+      throw Failure(client::kUsage, "mode " + options.mode + " needs two arms, and this robot has one; use --mode tip");
     input_.scale = options.scale;
     if (!options.view.empty()) {
       constexpr double kDegree = std::numbers::pi / 180.0;
@@ -81,7 +81,7 @@ class Session {
     }
   }
 
-  cli::Client& client() { return client_; }
+  client::Client& client() { return client_; }
 
   /// Says what the device says.
   void send(const teleop::Reading& reading, planning::teleoperation::Device kind) {
@@ -96,7 +96,7 @@ class Session {
     Eigen::Vector4d::Map(input_.orientation.data()) = reading.orientation.coeffs();
     input_.buttons = reading.buttons;
     ++input_.sequence;
-    input_.stamp = service::monotonicNow();
+    input_.stamp = runtime::monotonicNow();
     {
       const std::lock_guard lock(mutex_);
       input_.control_session = session_;
@@ -112,7 +112,7 @@ class Session {
 
   /// The first arm in FAULT, with what led there and what to do; empty where there is none.
   std::string fault() const {
-    const cli::Snapshot now = client_.snapshot();
+    const client::Snapshot now = client_.snapshot();
     for (std::size_t k = 0; k < now.status.arm_count; ++k)
       if (const safety::FaultMask faults = now.status.faults[k] | now.state.faults[k]; faults != 0)
         return robot_.arms[k].name + " is in FAULT: " + safety::describeFaults(faults) +
@@ -130,7 +130,7 @@ class Session {
   }
 
   /// A line for people whenever something changes.
-  void tell() {
+  void report() {
     const dds::TeleopStatus s = status();
     if (s.client != client_.id() && s.state != static_cast<std::uint8_t>(State::kRefused))
       return;
@@ -149,10 +149,10 @@ class Session {
   }
 
  private:
-  cli::Client::Taps taps() {
-    cli::Client::Taps taps;
-    taps.status = [this](const dds::ControlStatus& message) { receive(message); };
-    return taps;
+  client::Client::Callbacks callbacks() {
+    client::Client::Callbacks callbacks;
+    callbacks.status = [this](const dds::ControlStatus& message) { receive(message); };
+    return callbacks;
   }
 
   void take(const teleop::Reading& reading) {
@@ -186,7 +186,7 @@ class Session {
   dds::TeleopStatus status_;
   dds::TeleopInput input_;
   std::string reported_;
-  cli::Client client_;
+  client::Client client_;
   dds::Writer<dds::TeleopInput> inputs_;
   dds::Reader statuses_;
 };
@@ -197,22 +197,22 @@ void expectEnabled(Session& session, const Options& options) {
     if (status.operating_state[k] == static_cast<std::uint8_t>(safety::OperatingState::kEnabled))
       continue;
     if (!options.enable)
-      throw Failure(cli::kFailure, "the arms are not ENABLED; add --enable");
+      throw Failure(client::kFailure, "the arms are not ENABLED; add --enable");
     return session.client().stateCommand("enable");
   }
 }
 
 /// Until the device or somebody ends it. @return why a trace was not followed to its end
-std::string drive(Session& session, teleop::Device& device, const Options& options, const service::StopSignal& stop) {
-  const std::int64_t start = service::monotonicNow();
+std::string drive(Session& session, teleop::Device& device, const Options& options, const runtime::StopSignal& stop) {
+  const std::int64_t start = runtime::monotonicNow();
   while (!stop.requested()) {
-    const teleop::Reading reading = device.read(1e-9 * static_cast<double>(service::monotonicNow() - start));
+    const teleop::Reading reading = device.read(1e-9 * static_cast<double>(runtime::monotonicNow() - start));
     session.send(reading, device.kind());
-    session.tell();
+    session.report();
     device.showLimited(session.status().clamped != 0);
     const dds::ControlStatus status = session.client().snapshot().status;
     if (status.lease_holder != session.client().id())
-      throw Failure(cli::kFailure, "the control lease is lost");
+      throw Failure(client::kFailure, "the control lease was lost");
     // A trace cannot let go of the switch and hold it again: what is left of it would not be the recorded motion.
     if (device.kind() == planning::teleoperation::Device::kTrace) {
       if (const std::string reason = session.stopped(); !reason.empty())
@@ -226,30 +226,30 @@ std::string drive(Session& session, teleop::Device& device, const Options& optio
 }
 
 int run(const Options& options) {
-  service::StopSignal stop;
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadTubes(deployment, "catheters that work together are not moved tip by tip");
+  runtime::StopSignal stop;
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
+  const config::Robot robot = config::loadTubes(deployment, "teleoperation of tips is not available for other robots");
   if (deployment.clock == config::ClockMode::kLockStep)
-    throw Failure(cli::kUsage,
-                  deployment.file.string() + ": clock: found lock_step, where nobody can drive; expected real_time");
+    throw Failure(client::kUsage,
+                  deployment.file.string() + ": clock: found lock_step, expected real_time for teleoperation");
   const std::unique_ptr<teleop::Device> device = open(options);
   Session session(options, deployment, robot);
-  session.client().interruptBy([&] { return stop.requested(); });
+  session.client().setInterrupt([&] { return stop.requested(); });
   session.client().connect(10.0);
   session.client().acquireLease();
   expectEnabled(session, options);
   if (!options.quiet)
     std::cout << device->describe() << std::endl;
-  std::string trouble;
+  std::string error;
   try {
-    trouble = drive(session, *device, options, stop);
+    error = drive(session, *device, options, stop);
   } catch (...) {
     session.send({}, device->kind());  // at once, rather than by silence
     throw;
   }
-  session.client().interruptBy({});
+  session.client().setInterrupt({});
   // Let go first: who ends while the robot moves for it loses the lease in motion.
-  session.client().waitFor(1.0, [&](const cli::Snapshot& s) {
+  session.client().waitFor(1.0, [&](const client::Snapshot& s) {
     session.send({}, device->kind());
     return s.status.source != static_cast<std::uint8_t>(dds::Source::kTeleoperation);
   });
@@ -257,20 +257,20 @@ int run(const Options& options) {
   if (options.enable && fault.empty())  // a fault stays latched: it is for people to look at
     session.client().stateCommand("disable");
   session.client().releaseLease();
-  if (trouble.empty())
-    trouble = fault;
-  if (!trouble.empty())
-    throw Failure(cli::kFailure, trouble);
-  return cli::kOk;
+  if (error.empty())
+    error = fault;
+  if (!error.empty())
+    throw Failure(client::kFailure, error);
+  return client::kOk;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("An operator's device moves the tips of a running robot.", "tandem-teleop");
+  CLI::App app("Teleoperation: moves the tips of a running robot with an operator's device.", "tandem-teleop");
   Options options;
-  int exit_code = cli::kOk;
-  cli::addRoleOption(app);
+  int exit_code = client::kOk;
+  client::addRoleOption(app);
   app.add_option("-d,--deployment", options.deployment, "deployment file or preset")->capture_default_str();
   app.add_option("--device", options.device, "gamepad, spacemouse, keyboard or trace")
       ->capture_default_str()
@@ -279,29 +279,32 @@ int main(int argc, char** argv) {
   app.add_option("--mode", options.mode, "tip, pair (the relative position is kept) or relative (it is moved)")
       ->capture_default_str()
       ->check(CLI::IsMember({"tip", "pair", "relative"}));
-  app.add_option("--arm", options.arm, "the arm that is driven (default: the first one)");
+  app.add_option("--arm", options.arm, "driven arm (default: the first one)");
   app.add_option("--other-arm", options.other_arm, "its partner (default: the second one, or the first)");
-  app.add_option("--view", options.view, "deg: rotations about x, y and z from the device's axes to the base frame's")
+  app.add_option("--view", options.view,
+                 "rotation from device axes to base frame: angles about x, then y, then z of the base frame, deg")
       ->expected(3);
-  app.add_option("--scale", options.scale, "of the motion (default: the deployment's)")
+  app.add_option("--scale", options.scale, "motion scale (default: the deployment's)")
       ->check(CLI::Range(planning::teleoperation::kMinScale, planning::teleoperation::kMaxScale));
-  app.add_option("--speed", options.speed, "mm/s before scaling of a fully deflected axis")
+  app.add_option("--speed", options.speed, "tip speed at full deflection, before scaling, mm/s")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  app.add_option("--rate", options.rate, "readings a second")->capture_default_str()->check(CLI::Range(20.0, 1000.0));
-  app.add_flag("--enable", options.enable, "enable the arms, and disable them in the end");
-  app.add_flag("--quiet", options.quiet, "say nothing but errors");
-  app.footer("The robot moves only while the device's dead-man switch is held. docs/teleoperation.md has the devices.");
+  app.add_option("--rate", options.rate, "readings of the device per second")
+      ->capture_default_str()
+      ->check(CLI::Range(20.0, 1000.0));
+  app.add_flag("--enable", options.enable, "enable the arms at the start and disable them at the end");
+  app.add_flag("--quiet", options.quiet, "print errors only");
+  app.footer("The robot moves only while the device's dead-man switch is held. Devices: docs/teleoperation.md");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::kOk : cli::kUsage;
+    return app.exit(error) == 0 ? client::kOk : client::kUsage;
   }
-  cli::guarded(exit_code, [&] {
+  client::guarded(exit_code, [&] {
     try {
       return run(options);
     } catch (const teleop::DeviceError& error) {
-      throw Failure(cli::kFailure, error.what());
+      throw Failure(client::kFailure, error.what());
     }
   });
   return exit_code;

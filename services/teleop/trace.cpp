@@ -9,7 +9,7 @@
 #include "recording/reader.h"
 #include "services/dds/raw.h"
 #include "services/dds/topics.h"
-#include "services/recordings/today.h"
+#include "services/recordings/message_upgrader.h"
 #include "services/teleop/device.h"
 
 namespace tandem::teleop {
@@ -97,14 +97,14 @@ std::vector<Line> readCsv(const std::string& file) {
 
 std::vector<Line> readRecording(const std::string& file) {
   recording::Reader reader(file);
-  service::Today today(reader);
+  recordings::MessageUpgrader upgrader(reader);
   std::vector<Line> lines;
   recording::Selection selection;
   const std::string ending = std::string("/") + dds::kTeleopInput.name;
   selection.channel = [&](const recording::Channel& channel) { return channel.topic.ends_with(ending); };
   std::uint64_t start = 0;
   reader.forEach(selection, [&](const recording::Channel& channel, const recording::Message& message) {
-    const auto bytes = today(channel, message.data);
+    const auto bytes = upgrader(channel, message.data);
     const auto input = bytes ? dds::decode<dds::TeleopInput>(*bytes) : std::nullopt;
     if (!input)
       return true;  // a damaged one
@@ -135,7 +135,7 @@ class Trace final : public Device {
       throw DeviceError(error.what());
     }
     if (lines_.empty())
-      throw DeviceError(file + ": no line of motion in it");
+      throw DeviceError(file + ": found no motion");
   }
 
   /// The last line whose time has come. One moment with the switch released comes first, and last.

@@ -145,7 +145,7 @@ void Device::onSync(const CanFrame& frame) noexcept {
   ++counters_.syncs;
   written_.clear();
   pdos_.syncReceive(written_);
-  tellWritten();
+  notifyWritten();
   synchronized();
   refresh();
   const std::size_t before = out_.size();
@@ -181,10 +181,10 @@ void Device::onRpdo(const CanFrame& frame) noexcept {
       break;
   }
   ++counters_.rpdos;
-  tellWritten();
+  notifyWritten();
 }
 
-void Device::tellWritten() noexcept {
+void Device::notifyWritten() noexcept {
   for (const Entry* entry : written_)
     written(*entry);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A CANopen slave (CiA 301): NMT, SDO, PDOs, SYNC, heartbeats, emergencies. What it does beyond is its heirs'.
- */
+/** @file A CANopen slave (CiA 301): NMT, SDO, PDOs, SYNC, heartbeats, emergencies. Derived classes add the device
+ * profile. */
 #pragma once
 
 #include <cstdint>
@@ -113,7 +113,7 @@ class Device : private SdoAccess {
   void enter(NmtState state) noexcept;
   void boot(bool application) noexcept;
   void loadProducers() noexcept;
-  void tellWritten() noexcept;
+  void notifyWritten() noexcept;
   void send(const CanFrame& frame) noexcept;
 
   std::uint8_t id_;

@@ -259,13 +259,13 @@ void Drive::fail(std::uint16_t code, ErrorBit bit) noexcept {
   brakeTo(static_cast<double>(dictionary().require(option == 1 ? 0x6084 : 0x6085).value), DriveState::kFault, false);
 }
 
-bool Drive::causeStands() const noexcept {
+bool Drive::causePersists() const noexcept {
   return sensor.alarm || motor_.faults.over_current ||
          motor_.temperature() > static_cast<double>(temperature_limit_.value);
 }
 
 void Drive::resetFault() noexcept {
-  if (causeStands())
+  if (causePersists())
     return;
   error_code_.value = 0;
   for (const ErrorBit bit : {ErrorBit::kCurrent, ErrorBit::kVoltage, ErrorBit::kTemperature, ErrorBit::kCommunication,

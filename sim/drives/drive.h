@@ -122,7 +122,7 @@ class Drive final : public Device {
   void quickStop() noexcept;
   void fail(std::uint16_t code, ErrorBit bit) noexcept;
   void resetFault() noexcept;
-  bool causeStands() const noexcept;
+  bool causePersists() const noexcept;
   bool moves() const noexcept;  ///< the power stage is on
   void brakeTo(double deceleration, DriveState then, bool stay) noexcept;
   void moveBrake(double dt) noexcept;

@@ -252,7 +252,7 @@ void DriveBus::advance(std::int64_t now) noexcept {
   while (time_ + kStep <= now) {
     time_ += kStep;
     expire(time_);
-    intermit(time_);
+    applyIntermittentFault(time_);
     for (Node& node : nodes_) {
       node.device->advance(time_, 1e-9 * static_cast<double>(kStep));
       if (!node.device->out().empty())
@@ -271,7 +271,7 @@ void DriveBus::expire(std::int64_t now) noexcept {
   }
 }
 
-void DriveBus::intermit(std::int64_t now) noexcept {
+void DriveBus::applyIntermittentFault(std::int64_t now) noexcept {
   for (Node& node : nodes_) {
     if (node.blink > 0)
       node.muted = (now - node.blink_start) / node.blink % 2 == 0;
@@ -359,7 +359,7 @@ void DriveBus::babble(std::int64_t now) noexcept {
       frame.id = 1;  // wins every arbitration but NMT's, and means nothing
       frame.length = 8;
       outgoing_.push_back(frame);
-      ++record_.babbled;
+      ++record_.babble_frames;
     }
   }
 }

@@ -32,7 +32,7 @@ struct BusRecord {
   std::uint64_t dropped = 0;  ///< found the queue to the bus full
   std::uint64_t lost = 0;     ///< by injected faults, either way
   std::uint64_t flipped = 0;
-  std::uint64_t babbled = 0;
+  std::uint64_t babble_frames = 0;
 };
 
 /** Call poll() whenever frames have come, and every millisecond. Times are ns on the clock of the bus. */
@@ -79,7 +79,7 @@ class DriveBus {
   void applyTo(Node& node, const Injection& injection, bool on) noexcept;
   void advance(std::int64_t now) noexcept;
   void expire(std::int64_t now) noexcept;
-  void intermit(std::int64_t now) noexcept;
+  void applyIntermittentFault(std::int64_t now) noexcept;
   void receive(std::int64_t now) noexcept;
   void collect(Node& node, std::int64_t now) noexcept;
   void release(std::int64_t now) noexcept;

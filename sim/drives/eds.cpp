@@ -10,7 +10,7 @@
 #include <set>
 #include <sstream>
 
-#include "sim/drives/builtin_eds.h"
+#include "sim/drives/detail/builtin_eds.h"
 
 namespace tandem::sim::drives {
 namespace {
@@ -104,7 +104,7 @@ class Ini {
     const auto [place, fresh] = sections_.try_emplace(lower(name), Section{name, number, {}});
     if (!fresh) {
       throw EdsError(file_, number,
-                     "section [" + name + "] is there already, in line " + std::to_string(place->second.line));
+                     "section [" + name + "] is already defined in line " + std::to_string(place->second.line));
     }
     return place->second;
   }
@@ -209,7 +209,8 @@ class Reader {
     }
     if (found != ini_.number(count)) {
       throw EdsError(ini_.file(), count.line,
-                     "SubNumber says " + count.text + ", " + std::to_string(found) + " sub-indices are there");
+                     "SubNumber: found " + count.text + ", expected " + std::to_string(found) +
+                         ", the number of sections [" + section.name + "subN]");
     }
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A motor with its position controller and winding. Lengths are encoder counts, of whatever axis it drives. */
+/** @file Simulated motor with position controller and winding temperature model; lengths in encoder counts. */
 #pragma once
 
 #include <limits>

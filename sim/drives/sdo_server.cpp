@@ -19,7 +19,7 @@ CanFrame SdoServer::refuse(SdoAbort code) noexcept {
 bool SdoServer::handle(const CanFrame& request, std::int64_t now, CanFrame& answer) noexcept {
   if (request.length != 8)
     return false;
-  deadline_ = now + kPatience;
+  deadline_ = now + kSegmentTimeout;
   switch (sdo::requestOf(request)) {
     case sdo::Request::kDownload:
       answer = beginDownload(request);

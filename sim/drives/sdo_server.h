@@ -25,8 +25,8 @@ class SdoAccess {
 
 class SdoServer {
  public:
-  static constexpr std::size_t kCapacity = 1024;            ///< bytes of a transfer
-  static constexpr std::int64_t kPatience = 1'000'000'000;  ///< between two segments, ns
+  static constexpr std::size_t kCapacity = 1024;                  ///< bytes of a transfer
+  static constexpr std::int64_t kSegmentTimeout = 1'000'000'000;  ///< between two segments, ns
 
   SdoServer(std::uint8_t node, SdoAccess& access) noexcept : node_(node), access_(access) {}
 

@@ -22,7 +22,7 @@ async function main() {
       "both catheters, and between them what they hold",
       (s) => s.blue > 100 && s.orange > 100 && s.green > 30,
     );
-    await me.text(".legend", /A catheter.*B catheter.*what they hold/);
+    await me.text(".legend", /A catheter.*B catheter.*grasped object/);
     assert.doesNotMatch(await me.page.textContent(".legend"), /tube|nearest/);
     const names = await me.page.$$eval(".bar .name", (all) => all.map((name) => name.textContent));
     assert.deepStrictEqual(names, ["insertion", "roll", "bend", "insertion", "roll", "bend"]);
@@ -39,7 +39,7 @@ async function main() {
     await robot.states("ENABLED");
     await me.page.selectOption("#trajectory", "tip-eight");
     await me.press("#run-start");
-    await me.said(/Start refused: the path asks for .*missing: /);
+    await me.said(/Start refused: the path requires .*not possible: /);
 
     await me.page.selectOption("#trajectory", "lift");
     const before = await me.scene();

@@ -46,7 +46,10 @@ async function afterStop(how, since) {
   await robot.until(`stop after ${how}`, stoppedByRequest);
   const standing = await robot.stands(`after ${how}`, since);
   const note = await me.text("#stop-note", /confirmed after \d+ ms/);
-  await me.text('[data-fault="arm_a"]', /stop_requested: somebody pressed stop\. When it is safe/);
+  await me.text(
+    '[data-fault="arm_a"]',
+    /stop_requested: a client requested a stop, or the emergency stop was pressed\. When it is safe/,
+  );
   console.log(
     `    ${how}: ${note.trim()}; the last joint moved ${standing.toFixed(0)} ms after the press, as seen every 100 ms`,
   );
@@ -79,13 +82,13 @@ const scenes = {
     const other = await Operator.open(browser, server.url);
     await other.text("#lease", /another client/);
     await other.press("#take");
-    await other.said(/Taking control refused: another client holds the control lease/);
+    await other.said(/Taking control refused: another client has the control lease/);
     assert.strictEqual(await other.page.getAttribute("#enable", "aria-disabled"), "true");
     await shot("second-client", other);
     await other.page.context().close();
     const cli = robot.command("enable");
     assert.notStrictEqual(cli.status, 0);
-    assert.match(cli.stderr, /another client holds the control lease/);
+    assert.match(cli.stderr, /another client has the control lease/);
   },
 
   async "the arms move in an experiment, and a pause holds them"() {
@@ -193,8 +196,8 @@ const scenes = {
     process.kill(setting.pids.control, "SIGSTOP");
     try {
       await me.state("#link", "stale");
-      await me.text("#link", /CONTROL SILENT/);
-      await me.text("#curtain", /not the present\. Commands are disabled/);
+      await me.text("#link", /NO DATA FROM CONTROL/);
+      await me.text("#curtain", /Last data: .* old\. Commands are disabled/);
       assert.strictEqual(await me.page.getAttribute("#disable", "aria-disabled"), "true");
     } finally {
       process.kill(setting.pids.control, "SIGCONT");
@@ -219,7 +222,7 @@ const scenes = {
     const back = monotonic();
     await server.start();
     await me.state("#link", "live");
-    await me.text('[data-fault="arm_a"]', /lease_lost: whoever commanded fell silent/);
+    await me.text('[data-fault="arm_a"]', /lease_lost: the control lease expired while an arm moved/);
     await me.text("#lease", /Control: free/);
     await robot.stands("after the server is back", monotonic());
     assert.ok(robot.changed < back, "a joint moved after the link was back");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file SocketCAN itself, on virtual interfaces: vcan0, and vcan1 with a queue of four frames that takes a second.
+/** @file SocketCAN bus on virtual interfaces: vcan0, and vcan1 with a transmit queue of four frames and 1 s delay.
  *
  * Run through uml.sh where the kernel has no CAN; see CMakeLists.txt beside. */
-#include "hal/can/socketcan.h"
+#include "hal/can/detail/socketcan.h"
 
 #include <gtest/gtest.h>
 #include <linux/can/error.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Lets user-mode Linux run on processors with more registers than it makes room for; linux_uml.sh loads it.
+/** @file LD_PRELOAD library that lets user-mode Linux run on processors with larger register sets than it supports.
  *
  * User-mode Linux saves and restores the registers of its processes by ptrace, in a buffer that ends with AVX-512 and
  * the protection keys. The host's kernel takes the whole state or none, and with AMX there is more of it: the first

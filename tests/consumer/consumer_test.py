@@ -2,23 +2,14 @@
 """The project of docs/cpp.md, built against an installation alone, answers as the installed command line does.
 
 Arguments: cmake, the C++ compiler, the build tree, its version."""
-import pathlib
-import re
-import subprocess
 import sys
 import tempfile
 import unittest
 
+from installation import Installation, project_of, run
+
 CMAKE, COMPILER, BUILD, VERSION = sys.argv[1:5]
 del sys.argv[1:5]
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-
-
-def run(*words, fails=False, **more):
-    answer = subprocess.run([str(word) for word in words], capture_output=True, text=True, timeout=200, check=False, **more)
-    if (answer.returncode != 0) != fails:
-        raise AssertionError(f"{' '.join(map(str, words))}: exit code {answer.returncode}\n{answer.stdout}{answer.stderr}")
-    return answer.stdout + (answer.stderr if fails else "")
 
 
 def numbers(line):
@@ -30,24 +21,14 @@ class Consumer(unittest.TestCase):
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory(prefix="tandem-consumer-")
         cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        cls.prefix = cls.folder / "prefix"
-        for component in ("dev", "robot"):
-            run(CMAKE, "--install", BUILD, "--component", component, "--prefix", cls.prefix)
-        page = (SOURCE / "docs/cpp.md").read_text()
-        cls.project = {name: re.search(rf"```{kind}\n(.*?)```", page, re.DOTALL).group(1)
-                       for name, kind in (("CMakeLists.txt", "cmake"), ("main.cpp", "cpp"))}
+        cls.installation = Installation(CMAKE, COMPILER, BUILD, folder.name, "dev", "robot")
+        cls.prefix = cls.installation.prefix
+        cls.project = project_of("cpp.md", cmake="CMakeLists.txt", cpp="main.cpp")
 
     def configure(self, name, fails=False, **files):
-        """Configures a copy of the page's project, which sees nothing but the installation."""
-        folder = self.folder / name
-        folder.mkdir()
-        for file, text in {**self.project, **files}.items():
-            (folder / file).write_text(text)
-        # For this machine, which has vector instructions that the libraries were not built for.
-        output = run(CMAKE, "-S", folder, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={self.prefix}",
-                     f"-DCMAKE_CXX_COMPILER={COMPILER}", "-DCMAKE_CXX_FLAGS=-O1 -march=native", fails=fails)
-        return folder / "build", output
+        """Configures a copy of the page's project, for this machine, which has vector instructions that the libraries were not built
+        for."""
+        return self.installation.configure(name, {**self.project, **files}, "-O1 -march=native", fails)
 
     def tandem(self, *words, row):
         answer = run(self.prefix / "bin/tandem", *words, "--csv", "-", input=",".join(map(repr, row)) + "\n")
@@ -61,7 +42,7 @@ class Consumer(unittest.TestCase):
 
     def test_project_of_the_page(self):
         build, _ = self.configure("example")
-        run(CMAKE, "--build", build)
+        self.installation.build(build)
         joints, place, jacobian, velocity = (numbers(line) for line in run(build / "example").splitlines())
         fk = self.tandem("fk", "--arm", "a", "--jacobian", row=joints[:6])
         self.assertEqual(fk["status"], "ok")

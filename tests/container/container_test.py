@@ -147,7 +147,7 @@ class Containers(unittest.TestCase):
         self.assertEqual(self.states(), ["ENABLED", "ENABLED"], self.compose("logs", "--no-color").stdout[-4000:])
         stranger = self.inside("console", "robot", "-d", "bare", "disable", check=False)
         self.assertNotEqual(stranger.returncode, 0)
-        self.assertIn("no sign of life", stranger.stdout)
+        self.assertIn("not running or not connected", stranger.stdout)
         self.assertEqual(self.states(), ["ENABLED", "ENABLED"])
         self.compose("down", "-t", "10")
         (deployments / "containers.yaml").write_text(bare)

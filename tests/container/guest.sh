@@ -5,8 +5,8 @@
 source /trial/guest_common.sh
 deployment=boot
 show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }
-status() { tandem status $deployment --json | tr -d '\n'; }
-# As the system is now; a virtual machine that its host leaves waiting may need another try.
+status() { tandem status $deployment --json --wait 120 | tr -d '\n'; }
+# As the system is now. Discovery takes a client up to 30 s here, and begins anew with each try.
 receive() {
   received=''
   said() { received=$(status) && [[ $received == *operating_state* ]]; }
@@ -34,20 +34,19 @@ look() {
 mapfile -t units < <(tandem units boot)
 systemctl enable --now tandem@boot.target "${units[@]}"
 note target "$(systemctl is-active tandem@boot.target)"
-until_true 120 tandem status boot --check
+until_true 120 tandem status boot --check --wait 120
 look sim control planning
 
 # Control hangs while the arms are enabled.
-until_true 240 tandem robot -d boot enable
+until_true 240 tandem robot -d boot --wait 120 enable
 receive
 note enabled "$received"
 kill -STOP "$(show control MainPID)"
 restarted() { [[ $(show control NRestarts) == 1 && $(show control ActiveState) == active ]]; }
 until_true 240 restarted
-until_true 120 tandem status boot --check
 receive
 note restarted "$received"
-until_true 240 tandem robot -d boot disable
+until_true 240 tandem robot -d boot --wait 120 disable
 receive
 note cleared "$received"
 for name in sim control planning; do note ${name}_restarts "$(show $name NRestarts)"; done

@@ -45,18 +45,18 @@ def unit(memory, oom, watchdog, **more):
     return {"MemoryMax": str(memory * MB), "OOMScoreAdjust": str(oom), "WatchdogUSec": watchdog, **more}
 
 
-def periodic(priority):
+def realtime(priority):
     return {"CPUSchedulingPolicy": FIFO, "CPUSchedulingPriority": str(priority)}
 
 
 # What differs, or is added, by unit.
 OWN = {
     "discovery": unit(256, -900, "10s"),
-    "hal": unit(1536, -900, "2s", **periodic(30), CapabilityBoundingSet="cap_net_admin", AmbientCapabilities="cap_net_admin",
+    "hal": unit(1536, -900, "2s", **realtime(30), CapabilityBoundingSet="cap_net_admin", AmbientCapabilities="cap_net_admin",
                 RestrictAddressFamilies="AF_CAN AF_INET AF_NETLINK AF_UNIX"),
-    "sim": unit(1536, -900, "2s", **periodic(30)),
-    "control": unit(2048, -900, "2s", **periodic(20)),
-    "planning": unit(1024, -900, "10s"),
+    "sim": unit(1536, -900, "2s", **realtime(30)),
+    "control": unit(2048, -900, "2s", **realtime(20)),
+    "planning": unit(1024, -900, "10s", **realtime(10)),
     "recorder": unit(1024, 0, "10s", Nice="5", StateDirectory="tandem"),
     "console": unit(1536, 0, "10s", Nice="5"),
 }
@@ -200,7 +200,8 @@ class Units(unittest.TestCase):
         self.assertEqual(differences(found, expected), [])
         threads = set(seen[f"{name}_threads"].strip(",").split(","))
         if wanted["CPUSchedulingPolicy"] == FIFO:
-            self.assertEqual(threads, {f"SCHED_FIFO {wanted['CPUSchedulingPriority']}", f"SCHED_FIFO {PRIORITY}"})
+            own = "SCHED_BATCH 0" if name == "planning" else f"SCHED_FIFO {PRIORITY}"  # that computes, or is periodic
+            self.assertEqual(threads, {f"SCHED_FIFO {wanted['CPUSchedulingPriority']}", own})
         else:
             self.assertEqual(threads, {"SCHED_OTHER 0"})
         self.assertLess(2 * int(seen[f"{name}_peak"]), int(wanted["MemoryMax"]), "room")

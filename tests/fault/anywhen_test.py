@@ -131,7 +131,7 @@ class Anywhen(system.SystemTest):
         self.assert_ok(self.parts.robot("disable"))
         self.assertEqual([arm["operating_state"] for arm in self.parts.status()["arms"]], ["DISABLED"] * 2)
 
-    def test_whoever_goes_whenever(self):
+    def test_random_processes_fail_at_random_times(self):
         deeds = collections.Counter()
         for number in range(int(os.environ.get("TANDEM_DEEDS", "20"))):
             name = self.random.choice((*PROGRAMS, "client"))

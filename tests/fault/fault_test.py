@@ -24,7 +24,6 @@ class Fault(system.SystemTest):
     def setUp(self):
         super().setUp()
         self.system = self.start("laptop", control_period_s=PERIOD, budgets=BUDGETS)
-        self.system.give_priorities()  # what is provoked shall be the first fault
 
     def begin_run(self):
         self.run_process = self.start_run(self.system, self.long_line())
@@ -92,7 +91,6 @@ class Fault(system.SystemTest):
         """On the same domain, at once: everything is there, and nothing moves by itself. The next run shows the rest."""
         again = system.System(self.system.path)
         self.addCleanup(again.close)
-        again.give_priorities()
         self.assertEqual(again.states(), ["DISABLED", "DISABLED"])
         still = again.assert_still(self)
         self.assertEqual([joints[:3] for joints in still], [[-0.15, -0.10, -0.05], [-0.13, -0.12, -0.10]])

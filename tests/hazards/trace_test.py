@@ -34,7 +34,7 @@ class Trace(unittest.TestCase):
         self.assertEqual(self.judge(["b*"], b1="run", b2="notrun"), ["H1 (it burns): b2 skipped"])
         self.assertEqual(self.judge(["d"], a="run"), ["H1 (it burns): no test is called d"])
 
-    def test_the_page_is_what_the_list_says(self):
+    def test_docs_match_the_hazard_list(self):
         self.assertEqual((ROOT / "docs/hazards.md").read_text(), hazards.page(hazards.load()))
 
     def test_a_list_with_a_hole_is_refused(self):
@@ -50,7 +50,7 @@ class Trace(unittest.TestCase):
             results.flush()
             answer = subprocess.run([sys.executable, HERE / "trace.py", "--results", results.name], capture_output=True, text=True)
         self.assertEqual(answer.returncode, 1)
-        self.assertIn("H02 (The robot goes on moving after somebody asked it to stop): no test is called fault_latched", answer.stderr)
+        self.assertIn("H02 (The robot continues to move after a stop request): no test is called fault_latched", answer.stderr)
 
 
 if __name__ == "__main__":

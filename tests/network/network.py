@@ -95,8 +95,8 @@ class Wire(threading.Thread):
         for tap in self._ends:
             selector.register(tap, selectors.EVENT_READ)
         while not self._ended:
-            patience = self._waiting[0][0] - time.monotonic() if self._waiting else 0.05
-            for key, _ in selector.select(max(0.0, min(patience, 0.05))):
+            wait = self._waiting[0][0] - time.monotonic() if self._waiting else 0.05
+            for key, _ in selector.select(max(0.0, min(wait, 0.05))):
                 self._fetch(key.fd)
             while self._waiting and self._waiting[0][0] <= time.monotonic():
                 _, _, to, frame = heapq.heappop(self._waiting)

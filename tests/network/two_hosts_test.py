@@ -15,7 +15,7 @@ import network  # noqa: E402
 
 PRESET = "two-hosts"
 # On any machine, however busy: two hosts share its processors here, and drives and control go first.
-BUDGETS = "{minimum_age_ms: 200, planning_reference_ms: 1000, lease_ms: 4000}"
+BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 4000}"
 REFERENCE_AGE = 1.0   # s without a reference
 RAMP = 5e-3 / 0.1     # s: V_max over the deceleration of a stop
 MACHINE = 1.0         # s: how late a busy machine, its wire and the look at it may be
@@ -85,11 +85,16 @@ class TwoHosts(system.SystemTest):
         bare = system.deployment(self.folder, PRESET, budgets=BUDGETS, domain=domain, prefix=prefix)
         stranger = system.run("status", bare, inside=self.console_host.inside)
         self.assertEqual(stranger.returncode, 1, stranger.stdout)
-        self.assertIn("no sign of life from: sim (or hal) control planning", stranger.stderr)
+        self.assertIn("not running or not connected: sim (or hal) control planning", stranger.stderr)
 
     def trouble(self, kinds):
         for key, value in kinds.items():
             setattr(self.wire, key, value)
+
+    def standing(self):
+        """The joints, if two looks see the same: an arm in FAULT still slows down for a moment."""
+        first = self.robot.joints()
+        return first if first == self.robot.joints() else None
 
     def test_a_link_that_is_cut_stops_the_arms_until_somebody_enables_them(self):
         self.start_both()
@@ -106,7 +111,7 @@ class TwoHosts(system.SystemTest):
             self.wire.cut = True
             began = time.monotonic()
             states = system.until(lambda: (lambda s: s == ["FAULT"] * 2 and s)(self.robot.states()), 5, "both arms are in FAULT")
-            stood = self.robot.joints()
+            stood = system.until(self.standing, 5, "the arms stand")
             took = time.monotonic() - began
             self.assertEqual(states, ["FAULT", "FAULT"])
             self.assertLess(took, REFERENCE_AGE + RAMP + MACHINE, f"cut {cut}")

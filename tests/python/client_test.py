@@ -50,7 +50,7 @@ class Running(unittest.TestCase):
     def states(self):
         return {arm["operating_state"] for arm in self.client.status()["arms"].values()}
 
-    def test_looking(self):
+    def test_status_and_measurements(self):
         status = self.client.status()
         self.assertEqual((status["deployment"], status["robot"], status["lease"]), ("laptop", "ark2024", "free"))
         self.assertEqual(list(status["arms"]), self.client.robot.arms)
@@ -200,11 +200,11 @@ class Alone(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.path = system.deployment(folder.name, "laptop", budgets=BUDGETS)
 
-    def test_nobody_there(self):
+    def test_no_running_system(self):
         with self.assertRaisesRegex(tandem.ConfigError, "laptop"):
             tandem.Client("nowhere")
         client = tandem.Client(str(self.path))
-        with self.assertRaisesRegex(tandem.ClientError, r"no sign of life from: sim \(or hal\) control planning"):
+        with self.assertRaisesRegex(tandem.ClientError, r"not running or not connected: sim \(or hal\) control planning"):
             client.connect(timeout=0.3)
         with self.assertRaisesRegex(tandem.ClientError, "do not report standstill"):
             client.stop()
@@ -224,7 +224,7 @@ class Alone(unittest.TestCase):
                 try:
                     client.status()
                 except tandem.ClientError as error:
-                    return "fallen silent" in str(error)
+                    return "message from control" in str(error)
                 return False
 
             system.until(silent, 10, "status() raises once control is silent")
@@ -233,7 +233,7 @@ class Alone(unittest.TestCase):
 class Catheters(unittest.TestCase):
     """Arms that hold an object: what of a client needs no kinematic model, and what does."""
 
-    def test_they_are_led_along_a_path(self):
+    def test_arms_follow_a_path(self):
         with tempfile.TemporaryDirectory(prefix="tandem-test-") as folder:
             path = system.deployment(folder, "ablation-pair", budgets=BUDGETS,
                                      robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
@@ -247,7 +247,7 @@ class Catheters(unittest.TestCase):
                 start = client.measured_cp("a")
                 with self.assertRaisesRegex(ValueError, "found the catheters of .*expected concentric tubes"):
                     client.robot.arm("a")
-                with self.assertRaisesRegex(tandem.ClientError, "planning refused: the path asks for .*missing: "):
+                with self.assertRaisesRegex(tandem.ClientError, "planning refused: the path requires .*not possible: "):
                     client.run("tip-eight")
                 points = []
                 end = client.run(str(lift), progress=lambda point, *_: points.append(point))

@@ -210,7 +210,7 @@ class Documentation(unittest.TestCase):
 
 class Wire(unittest.TestCase):
     def test_constants_are_those_of_the_libraries(self):
-        self.assertEqual([method.label for method in tandem.wire.Method], list(tandem.METHODS))
+        self.assertEqual([method.label for method in tandem.wire.Method], [*tandem.METHODS, "foreign"])
         self.assertEqual(tandem.wire.Fault.DRIVE | tandem.wire.Fault.SENSOR, tandem.wire.Fault(768))
 
 

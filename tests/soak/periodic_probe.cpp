@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Preloaded into a service, counts what its periodic thread must not do: allocate, free, lock a mutex.
+/** @file LD_PRELOAD probe that counts allocations, frees and mutex locks of the periodic thread.
  *
  * It is the thread that sleeps until a point of the monotonic clock (clock_nanosleep with TIMER_ABSTIME), once a cycle.
  * What comes before cycle kStart, and after the last one, does not count. At the end of the process

@@ -35,7 +35,6 @@ class Soak(system.SystemTest):
         self.addCleanup(os.environ.pop, "LD_PRELOAD", None)
         running = self.start("laptop-1khz", budgets=system.WIDE_BUDGETS)
         del os.environ["LD_PRELOAD"]  # clients need none
-        running.give_priorities()
         line = self.trajectory("to-and-fro", [0, 8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
         back = self.trajectory("back", [0, -8, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
         began, runs, seen = time.monotonic(), 0, []

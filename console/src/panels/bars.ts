@@ -87,7 +87,7 @@ export class Bars implements Panel {
   private jogButton(bar: Bar, sign: number, said: string): HTMLButtonElement {
     const speed = bar.translation ? `${1000 * kJogTranslation} mm/s` : "10 °/s";
     const button = action(sign < 0 ? "−" : "+", `Hold to jog at ${speed}`, () => {}, "jog");
-    button.setAttribute("aria-label", `jog ${said} ${sign < 0 ? "down" : "up"}, as long as it is held`);
+    button.setAttribute("aria-label", `Hold to jog ${said} ${sign < 0 ? "down" : "up"}`);
     const begin = (): void => this.begin(bar, sign);
     const end = (): void => this.end();
     button.addEventListener("pointerdown", begin);
@@ -105,7 +105,7 @@ export class Bars implements Panel {
     const enabled = status
       ? [...status.operating_state.slice(0, status.arm_count)].every((s) => stateName(s) === "ENABLED")
       : false;
-    return whyNotMove(this.c, now) || (enabled ? "" : "The arms have to be ENABLED.");
+    return whyNotMove(this.c, now) || (enabled ? "" : "The arms must be ENABLED.");
   }
 
   private begin(bar: Bar, sign: number): void {

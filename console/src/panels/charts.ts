@@ -49,7 +49,7 @@ export class Charts implements Panel {
         values: (s) => [1e3 * s.solve_time, 1e3 * s.cycle_time],
       },
       {
-        title: "period off by, ms",
+        title: "period jitter, ms",
         series: ["mean", "worst"],
         least: 0,
         values: (s) => [this.jitter(s), 1e3 * s.jitter_max],

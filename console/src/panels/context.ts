@@ -25,7 +25,7 @@ export interface Panel {
 
 /** Why this page may not command at all; empty where it may. */
 export function whyNotCommand(c: Context, now: number): string {
-  if (!mayCommand(c.robot)) return "This page is a viewer: it may look and stop, but not command.";
+  if (!mayCommand(c.robot)) return "Viewer: this page can read and stop, but not command.";
   if (c.link.state !== "open") return "There is no connection to the server.";
   if (!c.world.live(now)) return "The robot's data is out of date.";
   return "";

@@ -10,7 +10,7 @@ import { action, card, h, millimetres, setAttribute, setClass, setText, setUsabl
 
 /** Stages whose results are velocities of the device; those of the others are places. */
 const kVelocities = ["deadband", "dead_man", "clutch", "frame", "scale"];
-const kStates = ["nobody sends", "refused", "released", "clutched", "following", "stopped: let go and hold again"];
+const kStates = ["no input", "refused", "released", "clutched", "following", "stopped: release and hold again"];
 
 export class Hands implements Panel {
   readonly element: HTMLElement;
@@ -19,8 +19,8 @@ export class Hands implements Panel {
   private readonly state = h("output.line", { id: "teleop-state", "aria-live": "polite" });
   private readonly clamped = h("p.limits", { id: "teleop-clamped", hidden: true });
   private readonly numbers = h("output.line");
-  private readonly stages = h("ol.stages", { "aria-label": "From the hand to the robot, stage by stage" });
-  private readonly mode = h("select", { id: "teleop-mode", "aria-label": "What is driven" });
+  private readonly stages = h("ol.stages", { "aria-label": "Teleoperation pipeline, stage by stage" });
+  private readonly mode = h("select", { id: "teleop-mode", "aria-label": "Teleoperation mode" });
   private readonly driven = h("select", { id: "teleop-arm", "aria-label": "Driven arm" });
   private readonly scale = h("input", {
     type: "range",
@@ -37,7 +37,7 @@ export class Hands implements Panel {
     const { pilot, robot } = c;
     this.arm = action(
       "Teleoperation on",
-      "Listen to keys, pointer and gamepad. Nothing moves until something is held.",
+      "Accept input from keys, pointer and gamepad. The robot moves only while one of them is held.",
       () => pilot.arm(!pilot.armed),
       "go",
     );
@@ -50,7 +50,7 @@ export class Hands implements Panel {
     this.driven.append(...robot.arms.map((arm, k) => h("option", { value: String(k) }, `arm ${shortName(arm.name)}`)));
     this.scale.value = String(pilot.choice.scale);
     const choose = (): void => {
-      pilot.gate.release("the choice was changed"); // what is held shall not go on as something else
+      pilot.gate.release("the selection was changed"); // what is held shall not go on as something else
       pilot.choice.mode = Number(this.mode.value);
       pilot.choice.arm = Number(this.driven.value);
       pilot.choice.otherArm = robot.arms.length > 1 ? (pilot.choice.arm === 0 ? 1 : 0) : pilot.choice.arm;
@@ -99,7 +99,7 @@ export class Hands implements Panel {
     const fresh = teleop !== null && !this.c.world.stale(this.c.world.teleop, now);
     setClass(this.stages, "stale", !fresh);
     if (!teleop) {
-      setText(this.state, "Control says nothing of teleoperation.");
+      setText(this.state, "No teleop/status received.");
       return;
     }
     const mine = teleop.client === this.c.commander.client;
@@ -110,10 +110,10 @@ export class Hands implements Panel {
     );
     setAttribute(this.state, "data-state", String(teleop.state));
     this.clamped.hidden = teleop.clamped === 0;
-    setText(this.clamped, teleop.clamped ? `Clamped by ${teleop.limited_by || "a limit that is not named"}` : "");
+    setText(this.clamped, teleop.clamped ? `Clamped by ${teleop.limited_by || "an unknown limit"}` : "");
     setText(
       this.numbers,
-      `control takes ${teleop.input_rate.toFixed(0)} inputs/s · there and back ${(1e3 * teleop.latency).toFixed(0)} ms · tip lags ${(1e3 * teleop.tip_latency).toFixed(0)} ms · late ${teleop.late} · refused ${teleop.refused}`,
+      `control receives ${teleop.input_rate.toFixed(0)} inputs/s · round trip ${(1e3 * teleop.latency).toFixed(0)} ms · tip delay ${(1e3 * teleop.tip_latency).toFixed(0)} ms · late ${teleop.late} · refused ${teleop.refused}`,
     );
     if (this.c.world.teleop.count === this.shown) return;
     this.shown = this.c.world.teleop.count;

@@ -24,7 +24,7 @@ export class Header implements Panel {
     this.arms = c.robot.arms.map((arm) => h("span.arm", { "data-arm": arm.name }));
     this.take = action(
       "Take control",
-      "Acquire the control lease: one client at a time may command",
+      "Acquire the control lease: only the client that has it may command",
       () => void this.toggle(),
       "take",
     );
@@ -35,7 +35,7 @@ export class Header implements Panel {
       h("div.brand", {}, h("strong", {}, "Tandem"), h("span", {}, `${c.robot.robot} · ${c.robot.deployment}`)),
       this.link,
       h("div.arms", { role: "group", "aria-label": "State of the arms" }, ...this.arms),
-      h("div.lease", { role: "group", "aria-label": "Who commands" }, this.who, this.take),
+      h("div.lease", { role: "group", "aria-label": "Control lease" }, this.who, this.take),
       stop.element,
     );
   }
@@ -44,7 +44,7 @@ export class Header implements Panel {
     const { commander } = this.c;
     if (commander.holds) {
       this.c.pilot.arm(false);
-      await order(this.c, "Giving control back", commander.release());
+      await order(this.c, "Releasing control", commander.release());
     } else {
       await order(this.c, "Taking control", commander.acquire());
     }
@@ -58,14 +58,14 @@ export class Header implements Panel {
     const late = staleAfter(Math.max(robot.control.period, robot.status_period));
     let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
     if (link.state !== "open") text = `✕ NO LINK · ${ageWords(age(link.heardAt, now))}`;
-    else if (old > late) text = `◔ CONTROL SILENT · ${ageWords(old)}`;
-    else if (!live) text = `◔ DRIVES SILENT · ${ageWords(drives)}`;
+    else if (old > late) text = `◔ NO DATA FROM CONTROL · ${ageWords(old)}`;
+    else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageWords(drives)}`;
     setText(this.link, text);
     setAttribute(this.link, "data-state", live ? "live" : link.state === "open" ? "stale" : "lost");
     this.updateArms(live);
     this.updateLease(now);
     setUsable(this.take, whyNotCommand(this.c, now));
-    setText(this.take, commander.holds ? "Give back" : "Take control");
+    setText(this.take, commander.holds ? "Release control" : "Take control");
   }
 
   private updateArms(live: boolean): void {

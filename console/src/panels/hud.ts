@@ -43,7 +43,7 @@ export class Hud implements Panel {
     thick.addEventListener("change", () => this.thickness(Number(thick.value)));
     const trail = action(
       "clear trail",
-      "Forget where the tips have been",
+      "Clear the trails of the tips",
       () => {
         view.arms.forEach((arm) => arm.clearTrail());
         view.touch();
@@ -71,10 +71,10 @@ export class Hud implements Panel {
     const tubes = this.c.robot.arms.flatMap((arm, k) =>
       arm.tubes.map((tube, t) => swatch(bodyColor(k, t, arm.tubes.length), `${this.names[k]} ${tube.name}`)),
     );
-    if (this.c.robot.object) tubes.push(swatch(kObject, "what they hold"));
+    if (this.c.robot.object) tubes.push(swatch(kObject, "grasped object"));
     return h(
       "ul.legend",
-      { "aria-label": "What the colours mean" },
+      { "aria-label": "Legend of the colours" },
       ...tubes,
       ...this.c.robot.arms.map((_, k) => swatch(armColor(k), `trail of tip ${this.names[k]}`, "thin")),
       swatch(kGoal, "target, planned path", "dashed"),
@@ -103,8 +103,8 @@ export class Hud implements Panel {
           ? "No connection to the server"
           : world.status.at < 0
             ? "Waiting for control"
-            : "The robot's processes are silent";
-      setText(this.curtain, `${what}. What is shown is ${old}, and not the present. Commands are disabled.`);
+            : "No messages from the robot's processes";
+      setText(this.curtain, `${what}. Last data: ${old}. Commands are disabled.`);
     }
     const bodies = world.clearances()?.bodies ?? [];
     const nearest = bodies.reduce<(typeof bodies)[number] | null>(
@@ -151,6 +151,6 @@ export class Hud implements Panel {
       .map((x) => millimetres(x, 1))
       .join(", ")} mm`;
     const off = task ? Math.hypot(...now.toArray().map((x, k) => x - task.position[k]!)) : null;
-    setText(this.relative, off === null ? words : `${words} · off by ${millimetres(off, 3)} mm`);
+    setText(this.relative, off === null ? words : `${words} · error ${millimetres(off, 3)} mm`);
   }
 }

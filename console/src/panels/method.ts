@@ -26,7 +26,10 @@ export class MethodPanel implements Panel {
   private readonly apply: HTMLButtonElement;
 
   constructor(private readonly c: Context) {
-    this.options = wordsOf("Method").map(({ name, meaning }) => {
+    const library = c.robot.control.method_library;
+    const methods = wordsOf("Method").filter(({ name }) => name !== "foreign" || library !== "");
+    this.options = methods.map(({ name, meaning: built }) => {
+      const meaning = name === "foreign" ? `${built}: ${library}` : built;
       const button = action(name, meaning, () => void order(c, `Method ${name}`, c.commander.method(name)), "option");
       button.setAttribute("role", "radio");
       button.dataset["method"] = name;
@@ -38,7 +41,7 @@ export class MethodPanel implements Panel {
       "change",
       () => void order(c, `Bounds ${this.bounds.value}`, c.commander.parameter("bounds", this.bounds.value)),
     );
-    this.apply = action("Apply", "Send the values that differ from those in force", () => void this.send());
+    this.apply = action("Apply", "Apply changed values", () => void this.send());
     this.apply.id = "apply";
     this.element = card(
       "Method",
@@ -50,7 +53,7 @@ export class MethodPanel implements Panel {
       h(
         "p.fine",
         {},
-        "Values start as configured; those that this page has set are marked. What other clients set is not reported.",
+        "Values start as configured; those that this page has set are marked. Values set by other clients are not reported.",
       ),
     );
   }

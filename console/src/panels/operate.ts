@@ -7,7 +7,7 @@ import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
 import { action, card, h, setAttribute, setShown, setText, setUsable } from "./dom";
 
-const kRepeat = 200; // ms: the drives home as long as somebody repeats the wish
+const kRepeat = 200; // ms: the drives home as long as the request is repeated
 
 export class Operate implements Panel {
   readonly element: HTMLElement;
@@ -15,7 +15,7 @@ export class Operate implements Panel {
   private readonly emergency = h(
     "div.fault",
     { hidden: true, role: "alert", id: "emergency-stop" },
-    "✕ EMERGENCY STOP pressed: all arms stand. When it is safe: release it, disable, then enable.",
+    "✕ EMERGENCY STOP pressed: all arms are stopped. When safe: release it, disable, then enable.",
   );
   private readonly hold = h("p.hold", { hidden: true });
   private readonly idle = h("p.hold", { hidden: true, id: "idle", role: "status" });
@@ -33,7 +33,7 @@ export class Operate implements Panel {
     };
     this.commands = [
       button("Enable", "enable", "Power on: the arms may move. Nothing moves by itself."),
-      button("Pause", "pause", "Power on, but hold still"),
+      button("Pause", "pause", "Keep power on and hold position"),
       button("Resume", "resume", "From PAUSED back to ENABLED"),
       button("Disable", "disable", "Power off; clears faults whose cause is gone"),
     ];
@@ -58,17 +58,17 @@ export class Operate implements Panel {
   /** Homing runs of the drives go on while it is held. */
   private holdButton(): HTMLButtonElement {
     const element = action(
-      "Hold to reference drives",
-      "Homing runs of drives without absolute encoders, as long as this is held",
+      "Hold to home drives",
+      "Run the homing procedures of drives without absolute encoders while this is held",
       () => {},
     );
     const begin = (): void => {
       if (element.getAttribute("aria-disabled") === "true" || this.homing !== undefined) return;
       const ask = async (): Promise<void> => {
         const answer = await this.c.commander.homeDrives();
-        if (!answer.accepted) this.c.messages.add("bad", `Referencing refused: ${answer.reason}`);
+        if (!answer.accepted) this.c.messages.add("bad", `Homing refused: ${answer.reason}`);
         if (!answer.accepted || answer.value !== 0) {
-          if (answer.value !== 0) this.c.messages.add("done", "All joints know where they are");
+          if (answer.value !== 0) this.c.messages.add("done", "All joints are homed");
           end();
         }
       };

@@ -31,19 +31,19 @@ export class Run implements Panel {
     const { commander } = c;
     this.start = action(
       "Start",
-      "Follow this trajectory from where the arms are",
+      "Follow this trajectory from the present joints",
       () => void order(c, "Start", commander.start(this.text.value)),
       "go",
     );
     this.pause = action(
       "Pause",
-      "Hold on this point",
+      "Pause at this point",
       () => void order(c, "Pausing the trajectory", commander.pauseTrajectory()),
     );
     this.resume = action(
-      "Go on",
-      "Go on with the trajectory",
-      () => void order(c, "Going on", commander.resumeTrajectory()),
+      "Resume",
+      "Resume the trajectory",
+      () => void order(c, "Resuming the trajectory", commander.resumeTrajectory()),
     );
     this.stop = action(
       "End",
@@ -55,7 +55,7 @@ export class Run implements Panel {
     this.element = card(
       "Trajectory",
       h("div.row", {}, this.choice, this.start),
-      h("details", {}, h("summary", {}, "As YAML, to be changed before the start"), this.text),
+      h("details", {}, h("summary", {}, "As YAML, editable before the start"), this.text),
       this.bar,
       h("div.line", {}, this.progress, this.errors),
       this.limits,
@@ -101,8 +101,8 @@ export class Run implements Panel {
     const goes = phase === Phase.running || phase === Phase.paused;
     const start = this.c.world.whyNot(Action.start) || (this.text.value === "" ? "There is no trajectory." : "");
     setUsable(this.start, why || start);
-    setUsable(this.pause, why || (phase === Phase.running ? "" : "Nothing runs."));
-    setUsable(this.resume, why || (phase === Phase.paused ? "" : "Nothing is paused."));
-    setUsable(this.stop, why || (goes ? "" : "Nothing runs."));
+    setUsable(this.pause, why || (phase === Phase.running ? "" : "No trajectory runs."));
+    setUsable(this.resume, why || (phase === Phase.paused ? "" : "No trajectory is paused."));
+    setUsable(this.stop, why || (goes ? "" : "No trajectory runs."));
   }
 }

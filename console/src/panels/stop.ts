@@ -83,7 +83,7 @@ export class StopKey {
     if (this.since >= 0) {
       if (now - this.again > kAgain) {
         this.again = now;
-        this.c.commander.stop("operator's page: again, not confirmed yet");
+        this.c.commander.stop("operator's page: repeated, not confirmed yet");
       }
       if (now - this.since > kConfirm) {
         setAttribute(this.button, "data-state", "failed");

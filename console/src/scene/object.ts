@@ -2,7 +2,7 @@
 /** What the arms hold: a box where their tips have it. */
 import * as THREE from "three";
 
-import type { HeldObject, Pose } from "../state/robot";
+import type { GraspedObject, Pose } from "../state/robot";
 import type { PoseStamped } from "../wire/messages";
 import { kObject } from "./colors";
 
@@ -16,9 +16,12 @@ const placed = ({ position, orientation: [x = 0, y = 0, z = 0, w = 1] }: Pose): 
   turn: new THREE.Quaternion(x, y, z, w),
 });
 
-/** Robot base frame <- object, as services/console/held_object.cpp has it: a grip turns it with the tip; of contacts that
+/** Robot base frame <- object, as services/console/grasped_object.cpp has it: a grip turns it with the tip; of contacts that
  * turn, the line from the first to the second one says how it lies. @param tips in the order of the contacts */
-export function objectPose(object: HeldObject, tips: readonly Pose[]): { position: number[]; orientation: number[] } {
+export function objectPose(
+  object: GraspedObject,
+  tips: readonly Pose[],
+): { position: number[]; orientation: number[] } {
   const places = object.contacts.map(({ frame }) => placed(frame).position);
   const touches = object.contacts.map(({ hand }, k) => {
     const tip = placed(tips[k]!);
@@ -43,7 +46,7 @@ const known = ({ header }: PoseStamped): boolean => header.stamp.sec !== 0 || he
 export class ObjectView {
   readonly mesh: THREE.Mesh;
 
-  constructor(private readonly object: HeldObject) {
+  constructor(private readonly object: GraspedObject) {
     this.mesh = new THREE.Mesh(
       new THREE.BoxGeometry(object.size, object.size, object.size),
       new THREE.MeshStandardMaterial({ color: kObject, roughness: 0.6, transparent: true, opacity: 0.65 }),

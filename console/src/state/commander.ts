@@ -62,12 +62,12 @@ export class Commander {
       waiting.resolve({
         accepted: false,
         code: 8,
-        reason: "the connection was lost before the answer came",
+        reason: "the connection was lost before the reply arrived",
         value: 0,
         took: 0,
       });
     }
-    if (this.holds) this.drop("the connection was lost; nothing is moved by this page any more");
+    if (this.holds) this.drop("the connection was lost; this page no longer commands");
     this.client = randomIdentity();
   }
 
@@ -79,7 +79,9 @@ export class Commander {
       status.lease_holder !== this.client &&
       performance.now() - this.acquiredAt > 1000 * this.robot.budgets.lease
     )
-      this.drop(status.lease_holder === 0n ? "the lease has expired" : "another client holds the lease now");
+      this.drop(
+        status.lease_holder === 0n ? "the control lease has expired" : "another client has the control lease now",
+      );
   }
   private acquiredAt = 0;
   private seen: ControlStatus | undefined;

@@ -41,7 +41,7 @@ export interface Arm {
 }
 
 /** What catheters hold, touched by the arms in the order of the robot. */
-export interface HeldObject {
+export interface GraspedObject {
   size: number;
   contacts: { arm: string; type: string; frame: Pose; hand: Pose }[];
 }
@@ -67,12 +67,14 @@ export interface Robot {
   fingerprint: string;
   role: string;
   arms: Arm[];
-  object: HeldObject | null;
+  object: GraspedObject | null;
   port: { frame: Pose; radius: number; depth: number } | null;
   hardware: boolean;
   lock_step: boolean;
   status_period: number;
   control: {
+    /** File of the method `foreign`; empty: there is none. */
+    method_library: string;
     parameters: (Parameter & { methods: string[] })[];
     period: number;
     relative_gain: number;
@@ -105,6 +107,6 @@ export function parametersOf(robot: Robot, method: string): Parameter[] {
 /** @throw Error that names the address and what came. */
 export async function fetchJson<T>(path: string): Promise<T> {
   const answer = await fetch(path + window.location.search, { cache: "no-store" });
-  if (!answer.ok) throw new Error(`${path}: the server answers ${answer.status} ${answer.statusText}`);
+  if (!answer.ok) throw new Error(`${path}: the server replied ${answer.status} ${answer.statusText}`);
   return (await answer.json()) as T;
 }

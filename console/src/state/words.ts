@@ -40,7 +40,7 @@ export function faultsOf(mask: number): Word[] {
     found.push({
       value: rest,
       name: "unknown",
-      meaning: "a fault that this page does not know",
+      meaning: "unknown fault",
       remedy: "See `tandem status`.",
     });
   return found;
@@ -85,7 +85,7 @@ export function limitName(kind: number, arm: LimitedArm, tube: number): string {
   const whose = `${joints[tube - 1]?.part ?? `tube ${tube}`} of arm ${shortName(arm.name)}`;
   if (kind === LimitKind.neighbour) return `${whose} against tube ${tube - 1}`;
   const name = nameOf("LimitKind", kind, "");
-  return name ? `${name} of ${whose}` : `a limit of ${whose} that this page does not know`;
+  return name ? `${name} of ${whose}` : `unknown limit of ${whose}`;
 }
 
 /** Empty where no limit holds the tasks back. */
@@ -97,11 +97,10 @@ export function limitsInTheWay(status: ControlStatus, arms: readonly LimitedArm[
     names.push(limitName(status.limit_kind[i] ?? 255, arm, status.limit_tube[i] ?? 0));
   }
   const how = status.limited === Limited.forbidden ? "Limits forbid the tasks" : "Limits hold the tasks back";
-  return `${how}: ${names.join(", ") || "none is named"}`;
+  return `${how}: ${names.join(", ") || "unknown"}`;
 }
 
-export const holdReason = (hold: number): string =>
-  nameOf("HoldReason", hold, "for a reason that this page does not know");
+export const holdReason = (hold: number): string => nameOf("HoldReason", hold, "unknown reason");
 
 const kMentionIdle = 5; // s
 
@@ -111,8 +110,8 @@ export function idleWords(status: ControlStatus, arm: number): string {
   const left = status.idle_left[arm] ?? -1;
   if (idle < kMentionIdle) return "";
   return left < 0
-    ? `has power, and nobody has commanded it for ${idle.toFixed(0)} s: disable it`
-    : `nobody commands it: it loses its power in ${left.toFixed(0)} s`;
+    ? `has had power without a commander for ${idle.toFixed(0)} s: disable it`
+    : `not commanded: power off in ${left.toFixed(0)} s`;
 }
 
 export type StateCommand = "enable" | "disable" | "pause" | "resume";
@@ -128,7 +127,7 @@ export function whyNot(
   for (let k = 0; k < Math.min(permissions?.arm_count ?? 0, arms.length); ++k) {
     const reason = permissions?.reason[k * actionsPerArm + action] ?? RefusalReason.none;
     if ((arm === -1 || arm === k) && reason !== RefusalReason.none)
-      return `Arm ${shortName(arms[k]!)}: ${nameOf("RefusalReason", reason, "for a reason that this page does not know")}.`;
+      return `Arm ${shortName(arms[k]!)}: ${nameOf("RefusalReason", reason, "unknown reason")}.`;
   }
   return "";
 }

@@ -9,12 +9,12 @@
 export const kConditions = {
   link: "the connection to the server is lost",
   live: "the robot's data is out of date",
-  lease: "this page does not hold control",
+  lease: "this page does not have the control lease",
   enabled: "the driven arm is not ENABLED",
   armed: "teleoperation is switched off",
   visible: "the tab is hidden",
   focused: "the window has lost the focus",
-  device: "the device is gone",
+  device: "the device was disconnected",
 } as const;
 export type Condition = keyof typeof kConditions;
 

@@ -141,7 +141,8 @@ export class Link {
     socket.onmessage = (event) => {
       if (this.socket === socket) this.received(event.data as string | ArrayBuffer);
     };
-    socket.onclose = (event) => closed(event.reason || (opened ? "the server has gone" : "the server does not answer"));
+    socket.onclose = (event) =>
+      closed(event.reason || (opened ? "connection to the server closed" : "the server does not answer"));
   }
 
   /** @returns false where it could not be sent; nothing is kept for later. */

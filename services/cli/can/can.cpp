@@ -19,7 +19,7 @@ namespace {
 using hal::canopen::ObjectAddress;
 
 /// What a node says of itself.
-struct Found {
+struct FoundNode {
   std::uint32_t type = 0;
   std::map<int, std::uint32_t> identity;  ///< by sub-index of 0x1018
   std::string name;
@@ -37,8 +37,8 @@ std::string profileName(std::uint32_t type) {
   }
 }
 
-std::map<int, Found> findNodes(CanTool& tool) {
-  std::map<int, Found> found;
+std::map<int, FoundNode> findNodes(CanTool& tool) {
+  std::map<int, FoundNode> found;
   std::vector<int> all(hal::canopen::kMaxNodeId);
   std::iota(all.begin(), all.end(), 1);
   // A few at a time: a queue of 127 requests is more than most controllers hold.
@@ -75,7 +75,7 @@ int scan(const CanOptions& options) {
   CanTool tool(options);
   tool.refuseBesideMaster();
   tool.listen(kHeartbeats);
-  const std::map<int, Found> found = findNodes(tool);
+  const std::map<int, FoundNode> found = findNodes(tool);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   if (!options.json)
     std::printf("%4s  %-12s %10s %10s %10s %10s  %-16s %-22s %s\n", "node", "profile", "vendor", "product", "revision",
@@ -160,7 +160,7 @@ int od(const CanOptions& options) {
   std::vector<std::uint8_t> data = tool.read(node, object);
   if (!options.value.empty()) {
     if (data.empty() || data.size() > 8)
-      throw Failure(kUsage, describe(object) + " is no number; only numbers are written");
+      throw Failure(kUsage, describe(object) + " is not a number; only numbers can be written");
     hal::canopen::toBytes(static_cast<std::uint64_t>(parseValue(options.value, data.size())), data);
     tool.write(node, object, data);
     data = tool.read(node, object);
@@ -178,8 +178,8 @@ CLI::App* addCanCommand(CLI::App& can,
   CLI::App* command = can.add_subcommand(name, text);
   command->add_option("-b,--bus", options->bus, "can:INTERFACE, or unix:SOCKET of a simulated bus")->required();
   command->add_flag("--json", options->json, "JSON instead of text");
-  command->add_flag("--force", options->force, "although a master is on the bus");
-  command->add_option("--timeout", options->timeout, "for an answer, s")
+  command->add_flag("--force", options->force, "run even if a master is active on the bus");
+  command->add_option("--timeout", options->timeout, "time-out of a reply, s")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   command->callback([options, run, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
@@ -190,13 +190,15 @@ CLI::App* addCanCommand(CLI::App& can,
 
 void registerCan(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CanOptions>();
-  CLI::App* can = app.add_subcommand("can", "CAN buses and CANopen nodes: look, read, write, watch, record");
+  CLI::App* can =
+      app.add_subcommand("can", "CAN buses and CANopen nodes: scan, read and write objects, monitor, record");
   can->require_subcommand(1);
-  addCanCommand(*can, options, exit_code, "scan", "who is on a bus: profile, identity, state", scan);
+  addCanCommand(*can, options, exit_code, "scan", "list the nodes of a bus: profile, identity, state", scan);
   CLI::App* access = addCanCommand(*can, options, exit_code, "od", "read or write an object of a node, by SDO", od);
   access->add_option("node", options->node, "1 to 127")->required();
   access->add_option("object", options->object, "INDEX or INDEX:SUB, hexadecimal: 6041, 607D:1")->required();
-  access->add_option("value", options->value, "decimal or 0x...; written, then read back; -- before a negative one");
+  access->add_option("value", options->value,
+                     "value to write (decimal or 0x...), then read back; put -- before a negative value");
   registerCanTools(*can, options, exit_code);
   registerCanMonitor(*can, exit_code);
 }

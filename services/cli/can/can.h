@@ -10,7 +10,7 @@
 #include "hal/can/bus.h"
 #include "hal/canopen/cob.h"
 #include "hal/canopen/sdo_client.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 

@@ -19,7 +19,7 @@ namespace tandem::cli {
 namespace {
 
 struct MonitorCommand {
-  std::string deployment = service::defaultDeployment();
+  std::string deployment = runtime::defaultDeployment();
   bool json = false, once = false;
 };
 
@@ -31,7 +31,7 @@ std::string stateText(const dds::HalStatus& hal, std::size_t i) {
                                          : std::string(name(phase));
 }
 
-Json axisJson(const Snapshot& s, const config::Arm& arm, std::size_t k, std::size_t j) {
+Json axisJson(const client::Snapshot& s, const config::Arm& arm, std::size_t k, std::size_t j) {
   const std::size_t i = dds::jointIndex(static_cast<int>(k), static_cast<int>(j));
   Json json{{"arm", arm.name},
             {"joint", arm.joint_names[j]},
@@ -47,7 +47,7 @@ Json axisJson(const Snapshot& s, const config::Arm& arm, std::size_t k, std::siz
   return json;
 }
 
-Json monitorJson(const config::Robot& robot, const Snapshot& s) {
+Json monitorJson(const config::Robot& robot, const client::Snapshot& s) {
   Json json{{"arms", Json::array()}, {"axes", Json::array()}, {"buses", Json::array()}, {"guards", Json::object()}};
   for (std::size_t k = 0; k < std::min<std::size_t>(s.hal.arm_count, robot.arms.size()); ++k) {
     json["arms"].push_back({{"name", robot.arms[k].name},
@@ -119,19 +119,19 @@ std::string monitorText(const Json& json) {
 }
 
 int monitor(const MonitorCommand& options) {
-  service::StopSignal stop;
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  runtime::StopSignal stop;
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Robot robot = config::loadRobot(deployment.robot);
-  Client client(deployment);
-  client.interruptBy([&] { return stop.requested(); });
+  client::Client client(deployment);
+  client.setInterrupt([&] { return stop.requested(); });
   const bool live = !options.once && !options.json && isatty(STDOUT_FILENO) != 0;
-  if (!client.waitFor(5.0, [](const Snapshot& s) { return s.states > 0 && s.hals > 0; })) {
+  if (!client.waitFor(5.0, [](const client::Snapshot& s) { return s.states > 0 && s.hals > 0; })) {
     if (stop.requested())
       return kOk;
-    throw Failure(kFailure, "no sign of life from tandem-hal; is `tandem up` running?");
+    throw Failure(kFailure, "no messages from tandem-hal; check that `tandem up` is running");
   }
   if (client.snapshot().hal.bus_count == 0)
-    throw Failure(kFailure, "this robot has no buses: it is tandem-sim that runs; try `tandem status`");
+    throw Failure(kFailure, "no CAN buses: tandem-sim is running, not tandem-hal; use `tandem status`");
   constexpr double kRefresh = 0.2;  // s
   do {
     const Json json = monitorJson(robot, client.snapshot());
@@ -150,8 +150,8 @@ void registerCanMonitor(CLI::App& can, int& exit_code) {
       can.add_subcommand("monitor", "axes of a running tandem-hal: states, positions, temperatures, faults");
   command->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")
       ->capture_default_str();
-  command->add_flag("--json", options->json, "one JSON object a line");
-  command->add_flag("--once", options->once, "once, instead of until Ctrl-C");
+  command->add_flag("--json", options->json, "one JSON object per line");
+  command->add_flag("--once", options->once, "print once and exit");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return monitor(*options); }); });
 }
 

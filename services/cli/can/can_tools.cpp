@@ -53,11 +53,11 @@ int budget(const CanOptions& options) {
       continue;
     std::printf("%s (%s)\n", hardware.buses[b].name.c_str(), hardware.buses[b].address.c_str());
     for (const auto& stream : bus["streams"]) {
-      std::printf("  %-28s %d bytes, %3d bits, %5.1f a cycle, %6.1f a second\n",
+      std::printf("  %-28s %d bytes, %3d bits, %5.1f per cycle, %6.1f per second\n",
                   stream["what"].get<std::string>().c_str(), stream["data_bytes"].get<int>(), stream["bits"].get<int>(),
                   stream["frames_per_cycle"].get<double>(), stream["frames_per_second"].get<double>());
     }
-    std::printf("  a cycle: %.0f frames, %.3f ms of %.3g ms on the wire\n  %s: %s\n",
+    std::printf("  per cycle: %.0f frames, %.3f ms of %.3g ms on the wire\n  %s: %s\n",
                 bus["frames_per_cycle"].get<double>(), 1e3 * bus["cycle_time_s"].get<double>(),
                 1e3 * bus["period_s"].get<double>(), bus["fits"].get<bool>() ? "fits" : "DOES NOT FIT",
                 bus["text"].get<std::string>().c_str());
@@ -68,7 +68,7 @@ int budget(const CanOptions& options) {
 }
 
 /// Waits for frames, the stop signal, or the deadline. @return false: stop.
-bool waitFor(const hal::can::Bus& bus, const service::StopSignal& stop, int milliseconds) {
+bool waitFor(const hal::can::Bus& bus, const runtime::StopSignal& stop, int milliseconds) {
   std::array<pollfd, 2> sources{{{bus.fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}}};
   poll(sources.data(), sources.size(), milliseconds);
   return !stop.requested();
@@ -80,7 +80,7 @@ std::string interfaceName(const std::string& address) {
 }
 
 int record(const CanOptions& options) {
-  service::StopSignal stop;
+  runtime::StopSignal stop;
   CanTool tool(options);
   std::ofstream file;
   if (!options.file.empty()) {
@@ -110,7 +110,7 @@ int record(const CanOptions& options) {
 }
 
 int replay(const CanOptions& options) {
-  service::StopSignal stop;
+  runtime::StopSignal stop;
   std::vector<hal::can::LogEntry> entries;
   try {
     entries = hal::can::readLogFile(options.file);
@@ -142,20 +142,21 @@ void registerCanTools(CLI::App& can, const std::shared_ptr<CanOptions>& options,
     command->callback([options, run, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
     return command;
   };
-  CLI::App* calculator = add("budget", "what a hardware file asks of its buses, and whether it fits", budget);
+  CLI::App* calculator =
+      add("budget", "worst-case bus load of a hardware file, and whether it is within the limit", budget);
   calculator->add_option("file", options->file, "hardware file or preset")->required();
   calculator->add_flag("--json", options->json, "JSON instead of text");
   CLI::App* recorder = add("log", "record a bus in candump's log format", record);
   recorder->add_option("-b,--bus", options->bus, "can:INTERFACE or unix:SOCKET")->required();
   recorder->add_option("-o,--out", options->file, "file (default: standard output)");
-  recorder->add_option("--for", options->seconds, "stop by itself after so many seconds")->check(CLI::PositiveNumber);
-  CLI::App* player = add("replay", "send a recorded log again, with its times", replay);
+  recorder->add_option("--for", options->seconds, "stop after this many seconds")->check(CLI::PositiveNumber);
+  CLI::App* player = add("replay", "send a recorded log with its original timing", replay);
   player->add_option("file", options->file, "candump log")->required();
   player->add_option("-b,--bus", options->bus, "can:INTERFACE or unix:SOCKET")->required();
-  player->add_option("--speed", options->speed, "2: twice as fast as recorded")
+  player->add_option("--speed", options->speed, "speed factor; 2: twice as fast as recorded")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  player->add_flag("--force", options->force, "although a master is on the bus");
+  player->add_flag("--force", options->force, "run even if a master is active on the bus");
 }
 
 }  // namespace tandem::cli

@@ -5,14 +5,14 @@
 
 #include "config/robot_files.h"
 #include "services/cli/deployment/doctor_checks.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/runtime/process.h"
 
 namespace tandem::cli {
 namespace {
 
 struct DoctorCommand {
-  std::string deployment = service::defaultDeployment();
+  std::string deployment = runtime::defaultDeployment();
   double seconds = 3.0;
   bool json = false;
 };
@@ -29,11 +29,11 @@ void printDoctor(const Finding& finding) {
 }
 
 int runDoctor(const DoctorCommand& options) {
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   config::loadAnyRobot(deployment.robot);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   Finding::Level worst = Finding::Level::kGood;
-  const auto tell = [&](const std::vector<Finding>& findings) {
+  const auto report = [&](const std::vector<Finding>& findings) {
     for (const Finding& finding : findings) {
       worst = std::max(worst, finding.level);
       all.push_back({{"subject", finding.subject},
@@ -45,24 +45,24 @@ int runDoctor(const DoctorCommand& options) {
     }
     std::cout << std::flush;
   };
-  tell(checkMachine(deployment));
-  tell(checkRights(deployment));
-  tell(checkClock(deployment));
-  tell(checkNetwork(deployment));
-  tell(checkSecurity(deployment));
-  tell(checkCan(deployment));
+  report(checkMachine(deployment));
+  report(checkRights(deployment));
+  report(checkClock(deployment));
+  report(checkNetwork(deployment));
+  report(checkSecurity(deployment));
+  report(checkCan(deployment));
   const double period = shortestPeriod(deployment);
   if (!options.json)
     std::cout << "         timer: watching for " << options.seconds << " s ..." << std::endl;
-  tell({judgeTimer(measureTimer(period, deployment.realtime_priority, deployment.lock_memory, options.seconds),
-                   deployment)});
+  report({judgeTimer(measureTimer(period, deployment.realtime_priority, deployment.lock_memory, options.seconds),
+                     deployment)});
   if (options.json) {
     std::cout
         << nlohmann::ordered_json{{"deployment", deployment.name}, {"level", nameOf(worst)}, {"findings", all}}.dump(2)
         << '\n';
   } else {
-    constexpr const char* kVerdicts[] = {"this PC will do", "this PC will do, with the reservations above",
-                                         "this PC will not do as it is"};
+    constexpr const char* kVerdicts[] = {"this PC is suitable", "this PC is suitable, with the warnings above",
+                                         "this PC is not suitable"};
     std::cout << deployment.name << ": " << kVerdicts[static_cast<int>(worst)] << '\n';
   }
   return worst == Finding::Level::kBad ? kFailure : kOk;
@@ -72,16 +72,15 @@ int runDoctor(const DoctorCommand& options) {
 
 void registerDoctor(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DoctorCommand>();
-  CLI::App* command = app.add_subcommand(
-      "doctor", "will this PC do: kernel, rights, clock, network, CAN, timer; and what to do about it");
+  CLI::App* command =
+      app.add_subcommand("doctor", "check this PC: kernel, rights, clock, network, CAN, timer; suggest remedies");
   command->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")
       ->capture_default_str();
-  command->add_option("--for", options->seconds, "how long the timer is watched, s")
+  command->add_option("--for", options->seconds, "duration of the timer measurement, s")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 3600.0));
   command->add_flag("--json", options->json, "JSON instead of text");
-  command->footer(
-      "Ends with 1 where something is bad. Run it while nothing else moves the robot: all cores are kept busy.");
+  command->footer("Exit code 1: a check failed. Run it while no robot moves: it loads all cores.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runDoctor(*options); }); });
 }
 

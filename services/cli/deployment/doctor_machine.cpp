@@ -64,7 +64,7 @@ std::vector<Finding> checkMachine(const config::Deployment& deployment) {
   kernel.found += real_time ? ", PREEMPT_RT" : ", not a PREEMPT_RT kernel";
   if (!real_time && deployment.realtime_priority > 0) {
     kernel.level = Level::kWarning;
-    kernel.advice = "the deployment asks for real-time scheduling: install linux-image-rt-amd64 where deadlines matter";
+    kernel.advice = "the deployment requests real-time scheduling: install linux-image-rt-amd64 where deadlines matter";
   }
   findings.push_back(kernel);
 
@@ -82,9 +82,9 @@ std::vector<Finding> checkMachine(const config::Deployment& deployment) {
 
 std::vector<Finding> checkRights(const config::Deployment& deployment) {
   if (deployment.realtime_priority == 0 && !deployment.lock_memory)
-    return {{"rights", Level::kGood, "the deployment asks for default scheduling and no locked memory", ""}};
+    return {{"rights", Level::kGood, "the deployment requests default scheduling and no locked memory", ""}};
   std::vector<std::string> refused;
-  std::thread probe([&] { refused = service::enterRealtime(deployment.realtime_priority, deployment.lock_memory); });
+  std::thread probe([&] { refused = runtime::enterRealtime(deployment.realtime_priority, deployment.lock_memory); });
   probe.join();
   if (refused.empty())
     return {{"rights", Level::kGood,
@@ -107,13 +107,13 @@ std::vector<Finding> checkClock(const config::Deployment& deployment) {
   findings.push_back({"clock", slow ? Level::kWarning : Level::kGood,
                       fmt::format("source {}, resolution {} ns", source.empty() ? "unknown" : source,
                                   resolution.tv_nsec + 1'000'000'000 * resolution.tv_sec),
-                      slow ? "reading this clock takes microseconds; see why the kernel distrusts tsc (dmesg)" : ""});
+                      slow ? "reading this clock takes microseconds; dmesg says why the kernel does not use tsc" : ""});
   if (!deployment.hosts.empty()) {
     timex state{};
     const bool disciplined = adjtimex(&state) != TIME_ERROR;
     findings.push_back({"clock", disciplined ? Level::kGood : Level::kWarning,
                         disciplined ? "disciplined by NTP or PTP" : "not synchronised",
-                        disciplined ? "" : "freshness needs no common time, but recordings of two hosts do: chrony"});
+                        disciplined ? "" : "needed only to compare recordings of two hosts: install chrony"});
   }
   return findings;
 }
@@ -125,10 +125,10 @@ TimerLatency measureTimer(double period, int priority, bool lock_memory, double 
   lateness.reserve(static_cast<std::size_t>(seconds / period) + 2);
   const Load load;
   std::thread periodic([&] {
-    service::enterRealtime(priority, lock_memory);
-    const std::int64_t end = service::monotonicNow() + static_cast<std::int64_t>(1e9 * seconds);
-    service::PeriodicLoop loop(period);
-    loop.run([&](const service::Tick& tick) {
+    runtime::enterRealtime(priority, lock_memory);
+    const std::int64_t end = runtime::monotonicNow() + static_cast<std::int64_t>(1e9 * seconds);
+    runtime::PeriodicLoop loop(period);
+    loop.run([&](const runtime::Tick& tick) {
       if (lateness.size() < lateness.capacity())
         lateness.push_back(1e-9 * static_cast<double>(tick.now - tick.scheduled));
       return tick.now < end;
@@ -159,7 +159,7 @@ Finding judgeTimer(const TimerLatency& latency, const config::Deployment& deploy
   finding.level = many && !deployment.hardware.empty() ? Level::kBad : Level::kWarning;
   finding.advice = deployment.realtime_priority == 0
                        ? "set realtime_priority and lock_memory in the deployment, or take a longer period"
-                       : "a PREEMPT_RT kernel, fewer other programs, isolcpus; or a longer period";
+                       : "use a PREEMPT_RT kernel, fewer other programs or isolcpus, or take a longer period";
   return finding;
 }
 

@@ -53,10 +53,10 @@ class RoundTrip {
     while (k < 100 && !once(k, 0.1))
       ++k;
     for (std::uint64_t trip = 0; trip < count; ++trip) {
-      const std::int64_t begin = service::monotonicNow();
+      const std::int64_t begin = runtime::monotonicNow();
       if (!once(++k, 1.0))
         break;
-      times.push_back(1e-9 * static_cast<double>(service::monotonicNow() - begin));
+      times.push_back(1e-9 * static_cast<double>(runtime::monotonicNow() - begin));
     }
     std::sort(times.begin(), times.end());
     return times;
@@ -101,7 +101,7 @@ Finding checkFragments() {
   std::ifstream file("/proc/sys/net/ipv4/ipfrag_time");
   int seconds = 0;
   file >> seconds;
-  Finding finding{"network", Level::kGood, fmt::format("parts of datagrams are kept for {} s", seconds), ""};
+  Finding finding{"network", Level::kGood, fmt::format("parts of incomplete datagrams are kept for {} s", seconds), ""};
   if (seconds > kWanted) {
     finding.level = Level::kWarning;
     finding.advice = fmt::format(
@@ -117,7 +117,8 @@ Finding checkBus(const hal::BusConfig& bus) {
   const std::string name = bus.address.substr(4);
   const auto link = hal::can::findLink(name);
   if (!link)
-    return {subject, Level::kBad, "there is no CAN interface " + name, "ip link show type can; see docs/hardware.md"};
+    return {subject, Level::kBad, "CAN interface " + name + " was not found",
+            "ip link show type can; see docs/hardware.md"};
   Finding finding{subject, Level::kGood, fmt::format("{}: {}, {}", name, link->kind, link->up ? "up" : "down"), ""};
   const auto say = [&](Level level, const std::string& advice) {
     finding.level = std::max(finding.level, level);
@@ -128,9 +129,9 @@ Finding checkBus(const hal::BusConfig& bus) {
   if (!link->up)
     say(Level::kBad, fmt::format("ip link set {} up", name));
   if (link->bit_rate && *link->bit_rate != static_cast<std::uint32_t>(bus.bit_rate))
-    say(Level::kBad, fmt::format("the hardware file says {:.0f} kbit/s", bus.bit_rate / 1e3));
+    say(Level::kBad, fmt::format("set the bit rate to {:.0f} kbit/s, as in the hardware file", bus.bit_rate / 1e3));
   if (link->restart_ms.value_or(0) > 0)
-    say(Level::kWarning, "restart-ms 0: a bus shall not come back behind the HAL's back");
+    say(Level::kWarning, "set restart-ms 0: the HAL does not notice an automatic restart after bus-off");
   if (link->kind == "can" && link->queue_length < 64)
     say(Level::kWarning, fmt::format("ip link set {} txqueuelen 64", name));
   return finding;
@@ -145,14 +146,15 @@ std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
     config::Deployment plain = deployment;
     plain.security.clear();
     plain.discovery.reset();
-    const dds::BusOptions options = service::busOptions(plain, "doctor");
+    const dds::BusOptions options = runtime::busOptions(plain, "doctor");
     RoundTrip trip(options);
     constexpr std::uint64_t kTrips = 500;
     const std::vector<double> times = trip.measure(kTrips);
     if (times.size() < kTrips) {
-      findings.push_back({"network", Level::kBad,
-                          fmt::format("two participants on {} do not receive each other", options.interface_address),
-                          fmt::format("a firewall? UDP from port {} on must pass", dds::firstPort(options.domain))});
+      findings.push_back(
+          {"network", Level::kBad,
+           fmt::format("two participants on {} do not receive each other", options.interface_address),
+           fmt::format("check the firewall: UDP from port {} upwards must pass", dds::firstPort(options.domain))});
     } else {
       findings.push_back({"network", Level::kGood,
                           fmt::format("DDS on {}, domain {}: round trip {:.0f} us (median), {:.0f} us (99 %)",
@@ -172,18 +174,18 @@ std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
 
 std::vector<Finding> checkSecurity(const config::Deployment& deployment) {
   if (deployment.security.empty()) {
-    const std::string exposure = service::exposure(deployment);
+    const std::string exposure = runtime::exposure(deployment);
     if (!exposure.empty())
       return {
           {"security", Level::kWarning, exposure, "tandem security init, issue; then `security` in the deployment"}};
     return {{"security", Level::kGood, "off; all traffic stays on this machine", ""}};
   }
-  security::Purpose purpose;
-  purpose.prefix = deployment.prefix;
-  purpose.domain = deployment.domain;
-  std::vector<security::Finding> all = security::checkCommon(deployment.security, purpose);
+  security::VerificationTarget target;
+  target.prefix = deployment.prefix;
+  target.domain = deployment.domain;
+  std::vector<security::Finding> all = security::checkCommon(deployment.security, target);
   for (dds::Role role : security::rolesIn(deployment.security)) {
-    for (security::Finding& finding : security::checkRole(deployment.security, role, purpose))
+    for (security::Finding& finding : security::checkRole(deployment.security, role, target))
       all.push_back(std::move(finding));
   }
   std::vector<Finding> findings;
@@ -193,7 +195,7 @@ std::vector<Finding> checkSecurity(const config::Deployment& deployment) {
   }
   if (findings.empty())
     findings.push_back(
-        {"security", Level::kGood, "on; credentials in " + deployment.security.string() + " are good", ""});
+        {"security", Level::kGood, "on; credentials in " + deployment.security.string() + " are valid", ""});
   return findings;
 }
 

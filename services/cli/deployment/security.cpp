@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "config/config.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/runtime/process.h"
 #include "services/security/authority.h"
 #include "services/security/verify.h"
@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct SecurityCommand {
-  std::string folder, name, to, from, deployment = service::defaultDeployment();
+  std::string folder, name, to, from, deployment = runtime::defaultDeployment();
   std::vector<std::string> roles, folders, prefixes;
   std::vector<int> domains;
   int days = 0;
@@ -73,13 +73,13 @@ int withAuthority(const std::function<void()>& command) {
 int runInit(const SecurityCommand& options) {
   return withAuthority([&] {
     security::init(options.folder, options.name, validityOf(options));
-    std::cout << options.folder << ": authority '" << options.name << "' made; keep " << options.folder
-              << "/ca to yourself, and certify processes with `tandem security issue " << options.folder << "`\n";
+    std::cout << options.folder << ": authority '" << options.name << "' created; keep " << options.folder
+              << "/ca secret, and certify processes with `tandem security issue " << options.folder << "`\n";
   });
 }
 
 int runIssue(const SecurityCommand& options) {
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   security::Grant grant;
   grant.prefixes = options.prefixes.empty() ? std::vector{deployment.prefix} : options.prefixes;
   grant.domains = options.domains.empty() ? std::vector{deployment.domain} : options.domains;
@@ -107,30 +107,30 @@ int runRevoke(const SecurityCommand& options) {
 }
 
 int runVerify(const SecurityCommand& options) {
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
-  security::Purpose purpose;
-  purpose.prefix = deployment.prefix;
-  purpose.domain = deployment.domain;
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
+  security::VerificationTarget target;
+  target.prefix = deployment.prefix;
+  target.domain = deployment.domain;
   std::vector<std::string> folders = options.folders;
   if (folders.empty() && !deployment.security.empty())
     folders.push_back(deployment.security.string());
   if (folders.empty())
-    throw Failure(kUsage, deployment.file.string() + ": has no `security`: name the folder to look at");
+    throw Failure(kUsage, deployment.file.string() + ": key `security` is missing; give the folder to check");
   std::vector<security::Finding> findings;
   const auto take = [&findings](std::vector<security::Finding> more) {
     findings.insert(findings.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
   };
   for (const std::string& folder : folders) {
-    take(security::checkCommon(folder, purpose));
+    take(security::checkCommon(folder, target));
     const std::vector<dds::Role> roles = options.roles.empty() ? security::rolesIn(folder) : rolesOf(options.roles);
     if (roles.empty())
       take({{security::Finding::Level::kBad, folder + ": found no credentials, expected a folder for each role"}});
     for (dds::Role role : roles)
-      take(security::checkRole(folder, role, purpose));
+      take(security::checkRole(folder, role, target));
     try {
       if (security::fingerprint(folder) != security::fingerprint(folders.front()))
-        take({{security::Finding::Level::kBad,
-               folder + ": another authority or governance than " + folders.front() + ": their processes never meet"}});
+        take({{security::Finding::Level::kBad, folder + ": another authority or governance than " + folders.front() +
+                                                   ": their processes cannot connect"}});
     } catch (const security::Error&) {
       // Reported above, with its file.
     }
@@ -163,50 +163,56 @@ CLI::App* addCredentialOptions(CLI::App& parent,
 
 void addValidity(CLI::App* command, const std::shared_ptr<SecurityCommand>& options, int days) {
   options->days = days;
-  command->add_option("--days", options->days, "how long it is good")->capture_default_str();
-  command->add_option("--from", options->from, "from this day on, e.g. 2026-12-31 (default: yesterday)");
+  command->add_option("--days", options->days, "validity, days")->capture_default_str();
+  command->add_option("--from", options->from, "first day of validity, e.g. 2026-12-31 (default: yesterday)");
 }
 
 }  // namespace
 
 void registerSecurity(CLI::App& app, int& exit_code) {
-  CLI::App* all = app.add_subcommand("security", "credentials: who may take part, and say what (docs/security.md)");
+  CLI::App* all =
+      app.add_subcommand("security", "create, issue, revoke and verify DDS Security credentials (docs/security.md)");
   all->require_subcommand(1);
 
   auto making = std::make_shared<SecurityCommand>();
   making->name = "tandem";
-  CLI::App* init = addCredentialOptions(*all, exit_code, "init", "make an authority in a folder", making, runInit);
-  init->add_option("folder", making->folder, "folder of credentials; is created")->required();
-  init->add_option("--name", making->name, "the organisation in all certificates")->capture_default_str();
+  CLI::App* init =
+      addCredentialOptions(*all, exit_code, "init", "create a certificate authority in a folder", making, runInit);
+  init->add_option("folder", making->folder, "folder of credentials; it is created")->required();
+  init->add_option("--name", making->name, "organisation name in all certificates")->capture_default_str();
   addValidity(init, making, 3650);
 
   auto issuing = std::make_shared<SecurityCommand>();
-  CLI::App* issue = addCredentialOptions(*all, exit_code, "issue", "certify processes: keys, certificates, permissions",
-                                         issuing, runIssue);
+  CLI::App* issue = addCredentialOptions(*all, exit_code, "issue",
+                                         "issue keys, certificates and permissions to processes", issuing, runIssue);
   issue->add_option("folder", issuing->folder, "the authority's folder")->required();
   issue->add_option("roles", issuing->roles, roleNames() + " (default: all)");
-  issue->add_option("--name", issuing->name, "of the process or person, e.g. anna; for one role (default: the role)");
+  issue->add_option("--name", issuing->name,
+                    "name of the process or person, e.g. anna; only with one role (default: the role)");
   issue->add_option("--to", issuing->to, "folder to write to, for another machine (default: the authority's)");
-  issue->add_option("-d,--deployment", issuing->deployment, "whose prefix and domain")->capture_default_str();
-  issue->add_option("--prefix", issuing->prefixes, "topic prefixes in its place, of several robots");
-  issue->add_option("--domain", issuing->domains, "DDS domains in its place")->check(CLI::Range(0, 232));
+  issue->add_option("-d,--deployment", issuing->deployment, "deployment that gives topic prefix and DDS domain")
+      ->capture_default_str();
+  issue->add_option("--prefix", issuing->prefixes, "topic prefixes instead of the deployment's (several robots)");
+  issue->add_option("--domain", issuing->domains, "DDS domains instead of the deployment's")->check(CLI::Range(0, 232));
   addValidity(issue, issuing, 365);
 
   auto revoking = std::make_shared<SecurityCommand>();
   CLI::App* revoke =
-      addCredentialOptions(*all, exit_code, "revoke", "take back what was issued to a name", revoking, runRevoke);
+      addCredentialOptions(*all, exit_code, "revoke", "revoke the certificates issued to a name", revoking, runRevoke);
   revoke->add_option("folder", revoking->folder, "the authority's folder")->required();
-  revoke->add_option("name", revoking->name, "as given to issue; a role where none was given")->required();
+  revoke->add_option("name", revoking->name, "name given to `issue` (default name: the role)")->required();
 
   auto verifying = std::make_shared<SecurityCommand>();
-  CLI::App* verify = addCredentialOptions(
-      *all, exit_code, "verify", "look at credentials before DDS does, which gives no reasons", verifying, runVerify);
+  CLI::App* verify = addCredentialOptions(*all, exit_code, "verify",
+                                          "verify credentials and report the reason of each error (DDS reports none)",
+                                          verifying, runVerify);
   verify->add_option("folders", verifying->folders,
-                     "folders of credentials; several must fit together (default: the deployment's)");
-  verify->add_option("--role", verifying->roles, "only these roles (default: those that are there)");
-  verify->add_option("-d,--deployment", verifying->deployment, "whose prefix and domain")->capture_default_str();
+                     "folders of credentials; several must match one another (default: the deployment's)");
+  verify->add_option("--role", verifying->roles, "roles to verify (default: all that are present)");
+  verify->add_option("-d,--deployment", verifying->deployment, "deployment that gives topic prefix and DDS domain")
+      ->capture_default_str();
   verify->add_flag("--json", verifying->json, "JSON instead of text");
-  verify->footer("Ends with 1 where something is bad.");
+  verify->footer("Exit code 1: a check failed.");
 }
 
 }  // namespace tandem::cli

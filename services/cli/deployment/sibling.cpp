@@ -7,7 +7,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 

@@ -12,15 +12,15 @@
 #include <filesystem>
 #include <thread>
 
-#include "services/cli/deployment/place.h"
-#include "services/client/arguments.h"
+#include "services/cli/deployment/domain.h"
+#include "services/cli/subcommand.h"
 #include "services/dds/host_addresses.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
 
 namespace tandem::cli {
 
-std::string DeadProcess::describe() const {
+std::string ProcessExit::describe() const {
   const std::string who = name + " (pid " + std::to_string(pid) + ") ";
   if (WIFSIGNALED(status)) {
     return who + "was killed by signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")";
@@ -74,25 +74,25 @@ void Supervisor::start(const config::Deployment& deployment,
   children_.push_back({process.name, pid, process.is_service, process.essential});
 }
 
-std::optional<DeadProcess> Supervisor::poll() {
+std::optional<ProcessExit> Supervisor::poll() {
   for (auto child = children_.begin(); child != children_.end(); ++child) {
     int status = 0;
     if (waitpid(child->pid, &status, WNOHANG) != child->pid)
       continue;
-    DeadProcess dead{child->name, child->pid, status, child->essential};
+    ProcessExit exited{child->name, child->pid, status, child->essential};
     children_.erase(child);
-    return dead;
+    return exited;
   }
   return std::nullopt;
 }
 
-void Supervisor::stop(bool services, double patience) {
+void Supervisor::stop(bool services, double timeout) {
   const auto concerned = [services](const Child& child) { return child.is_service == services; };
   for (const Child& child : children_) {
     if (concerned(child))
       kill(child.pid, SIGTERM);
   }
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(patience);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout);
   while (std::any_of(children_.begin(), children_.end(), concerned) && std::chrono::steady_clock::now() < deadline) {
     while (poll()) {
     }
@@ -100,9 +100,9 @@ void Supervisor::stop(bool services, double patience) {
   }
 }
 
-void Supervisor::stopAll(double patience) {
-  stop(true, patience);
-  stop(false, patience);  // simulated drives outlive the HAL, which brings the arms to a stand
+void Supervisor::stopAll(double timeout) {
+  stop(true, timeout);
+  stop(false, timeout);  // simulated drives outlive the HAL, which brings the arms to a stand
   for (const Child& child : children_) {
     kill(child.pid, SIGKILL);
     waitpid(child.pid, nullptr, 0);
@@ -113,16 +113,16 @@ void Supervisor::stopAll(double patience) {
 void withProcesses(const config::Deployment& deployment,
                    const std::string& log_level,
                    const std::function<void(const std::function<bool()>&)>& body) {
-  service::StopSignal stop;
-  const std::string host = service::hostName(deployment);
-  const PlaceLock place(deployment, host);
+  runtime::StopSignal stop;
+  const std::string host = runtime::hostName(deployment);
+  const DomainLock domain_lock(deployment, host);
   Supervisor supervisor(deployment, host, log_level);
-  std::optional<DeadProcess> dead;
+  std::optional<ProcessExit> exited;
   try {
-    body([&] { return stop.requested() || dead || (dead = supervisor.poll()).has_value(); });
+    body([&] { return stop.requested() || exited || (exited = supervisor.poll()).has_value(); });
   } catch (const Failure&) {
-    if (dead)
-      throw Failure(kFailure, dead->describe());
+    if (exited)
+      throw Failure(kFailure, exited->describe());
     if (stop.requested())
       throw Failure(kFailure, "interrupted");
     throw;

@@ -14,7 +14,7 @@
 namespace tandem::cli {
 
 /** A process that ended although nobody asked it to. */
-struct DeadProcess {
+struct ProcessExit {
   std::string name;
   pid_t pid = 0;
   int status = 0;         ///< as waitpid() gives it
@@ -37,11 +37,11 @@ class Supervisor {
   Supervisor& operator=(const Supervisor&) = delete;
 
   /// The first process that died since the last call, if any. Never waits.
-  std::optional<DeadProcess> poll();
+  std::optional<ProcessExit> poll();
 
   static constexpr double kLeave = 3.0;  ///< s, that processes have to end
   /// SIGTERM to the services, then to what they stand on; SIGKILL to those that are still there after so many s each.
-  void stopAll(double patience = kLeave);
+  void stopAll(double timeout = kLeave);
 
   struct Child {
     std::string name;
@@ -53,7 +53,7 @@ class Supervisor {
 
  private:
   void start(const config::Deployment& deployment, const config::Process& process, const std::string& log_level);
-  void stop(bool services, double patience);
+  void stop(bool services, double timeout);
 
   std::vector<Child> children_;
 };

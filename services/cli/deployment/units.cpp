@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/robot_files.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/runtime/process.h"
 
 namespace tandem::cli {
@@ -30,7 +30,7 @@ std::string instanceOf(const std::string& name) {
 
 /// With whom the services exchange packets: processes of this host, and of the deployment's.
 std::string addressesOf(const config::Deployment& deployment) {
-  const std::vector<std::string> peers = service::peersOf(deployment);
+  const std::vector<std::string> peers = runtime::peersOf(deployment);
   std::set<std::string> addresses(peers.begin(), peers.end());
   if (deployment.hosts.empty())
     addresses.insert(deployment.interface_address);
@@ -62,17 +62,17 @@ void restrict(const std::vector<std::string>& units,
       throw Failure(kFailure, file.string() + ": cannot be written; as root, or with another folder behind --restrict");
     std::cout << file.string() << '\n';
   }
-  std::cerr << "in force after: systemctl daemon-reload, and a restart of what runs\n";
+  std::cerr << "active after `systemctl daemon-reload` and a restart of the running units\n";
 }
 
 int runUnits(const std::string& name, const std::optional<std::string>& restrict_in) {
   const std::string instance = instanceOf(name);
-  const config::Deployment deployment = service::loadDeployment(name);
+  const config::Deployment deployment = runtime::loadDeployment(name);
   config::loadAnyRobot(deployment.robot);
   const auto fail = [&](const std::string& text) { throw Failure(kUsage, deployment.file.string() + ": " + text); };
   if (deployment.clock == config::ClockMode::kLockStep)
     fail("clock: found lock_step, expected real_time: units are for robots, `tandem experiment` runs in lock-step");
-  const std::string host = service::hostName(deployment);
+  const std::string host = runtime::hostName(deployment);
   std::vector<std::string> units;
   for (const config::Process& process : deployment.processes) {
     if (process.host != host)
@@ -83,7 +83,7 @@ int runUnits(const std::string& name, const std::optional<std::string>& restrict
     units.push_back(process.executable + "@" + instance + ".service");
   }
   if (units.empty())
-    fail("processes: none of them runs on host '" + host + "', which is here");
+    fail("processes: none of them runs on this host ('" + host + "')");
   if (restrict_in) {
     restrict(units, instance, deployment, *restrict_in);
     return kOk;
@@ -98,10 +98,11 @@ int runUnits(const std::string& name, const std::optional<std::string>& restrict
 void registerUnits(CLI::App& app, int& exit_code) {
   auto name = std::make_shared<std::string>();
   auto folder = std::make_shared<std::string>("/etc/systemd/system");
-  CLI::App* command = app.add_subcommand("units", "the systemd units that are a deployment on this host, one a line");
+  CLI::App* command = app.add_subcommand("units", "print the systemd units of a deployment on this host, one per line");
   command->add_option("deployment,-d,--deployment", *name, "name of a deployment")->required();
   CLI::Option* restricted = command->add_option(
-      "--restrict", *folder, "write drop-ins of them: no packets but of this host and of the deployment's hosts");
+      "--restrict", *folder,
+      "write systemd drop-ins that block all packets except those of this host and of the deployment's hosts");
   restricted->expected(0, 1)->type_name("FOLDER")->capture_default_str();
   command->footer(
       "  systemctl enable --now tandem@NAME.target $(tandem units NAME)\n"

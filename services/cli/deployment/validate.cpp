@@ -5,7 +5,7 @@
 
 #include "config/config.h"
 #include "config/values.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/runtime/identity.h"
 
 namespace tandem::cli {
@@ -24,7 +24,7 @@ int runValidate(const std::vector<std::string>& files, bool as_json) {
       result["warnings"] = summary.warnings;
       std::string fingerprint;
       if (summary.kind == "deployment") {
-        fingerprint = config::fingerprintText(service::fingerprintOf(config::loadDeployment(file)));
+        fingerprint = config::fingerprintText(runtime::fingerprintOf(config::loadDeployment(file)));
         result["fingerprint"] = fingerprint;
         fingerprint.insert(0, ", fingerprint ");
       }

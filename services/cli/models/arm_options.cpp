@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "config/arm_names.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 
@@ -44,10 +44,15 @@ std::string refusal(const config::Arm& arm, const experiments::CsvRow& row) {
   if (!row.error.empty())
     return row.error;
   const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), arm.jointCount());
-  const double violation = safety::largestViolation(arm.limits, q);
-  if (violation <= experiments::kViolation)
+  const safety::LimitViolation outside = safety::worstLimitViolation(arm.limits, q);
+  if (outside.amount <= experiments::kViolation)
     return "";
-  return "outside the limits of the robot file (equation (1)) by " + experiments::number(violation) + " m or rad";
+  return "outside the limits of the robot file (equation (1)): " +
+         describe(outside, arm.limits, arm.joint_names.at(static_cast<std::size_t>(outside.joint)));
+}
+
+std::string describe(const safety::LimitViolation& outside, const safety::ArmLimits& limits, const std::string& joint) {
+  return joint + " by " + experiments::number(outside.amount) + (limits.isTranslation(outside.joint) ? " m" : " rad");
 }
 
 std::string unstable(int conjugate_points) {

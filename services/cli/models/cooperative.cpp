@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem cooperative: catheters that hold an object together or push one another. */
+/** @file tandem cooperative: computations for cooperating catheters. */
 #include "services/cli/models/cooperative.h"
 
 #include "config/config.h"
 #include "services/cli/models/arm_options.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 
@@ -14,9 +14,9 @@ config::CooperativeRobot cooperativeRobot(const std::string& name) {
 
 void addHeldOptions(CLI::App& command, HeldOptions& options) {
   command.add_option("-r,--robot", options.robot, "cooperative robot file or preset")->capture_default_str();
-  command.add_option("--contact", options.contact, "contact type instead of those of the file")
+  command.add_option("--contact", options.contact, "contact type instead of the file's")
       ->check(CLI::IsMember({"frictionless", "point", "soft_finger", "rigid"}));
-  command.add_option("--squeeze", options.squeeze, "normal force to be held at each contact instead of the file's, N")
+  command.add_option("--squeeze", options.squeeze, "normal force to maintain at each contact instead of the file's, N")
       ->check(CLI::NonNegativeNumber);
   command.add_option("--load", options.load, "force x,y,z on the object instead of the file's, N");
 }
@@ -37,8 +37,8 @@ config::CooperativeRobot heldRobot(const HeldOptions& options) {
 }
 
 void registerCooperative(CLI::App& app, int& exit_code) {
-  CLI::App* command =
-      app.add_subcommand("cooperative", "catheters that hold an object together, or of which one pushes the other");
+  CLI::App* command = app.add_subcommand(
+      "cooperative", "cooperating catheters: a jointly grasped object, or a target arm pushed by an assist arm");
   command->require_subcommand(1);
   registerTracks(*command, exit_code);
   registerMobility(*command, exit_code);

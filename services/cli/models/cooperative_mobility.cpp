@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem cooperative mobility: possible motions of a held object. */
+/** @file tandem cooperative mobility: possible motions of a grasped object. */
 #include <Eigen/Eigenvalues>
 #include <cstdio>
 #include <iostream>
@@ -8,7 +8,7 @@
 #include "robots/catheters.h"
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/cooperative.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -134,9 +134,12 @@ int runMobility(const MobilityCommand& options) {
 
 void registerMobility(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MobilityCommand>();
-  CLI::App* command = app.add_subcommand("mobility", "in which directions arms can move what they hold, and how well");
+  CLI::App* command =
+      app.add_subcommand("mobility", "motions of a grasped object: possible and missing directions, manipulability");
   command->add_option("-r,--robot", options->robot, "cooperative robot file or preset")->capture_default_str();
-  command->add_option("--contact", options->contact, "contact type; all: rigid, soft_finger, point; file: as there")
+  command
+      ->add_option("--contact", options->contact,
+                   "contact type; all: rigid, soft_finger and point; file: as in the robot file")
       ->check(CLI::IsMember({"all", "file", "frictionless", "point", "soft_finger", "rigid"}))
       ->capture_default_str();
   command->add_option("--joints", options->joints, "insertion,roll,bend of each arm, m and rad, instead of home");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem cooperative payload: how stiff an object is held and what it carries, by all arms and by each alone. */
+/** @file tandem cooperative payload: stiffness and payload of a grasped object, for all arms and for each arm
+ * alone. */
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -13,7 +14,7 @@
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"
 #include "services/cli/models/table.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -86,13 +87,14 @@ void write(const std::string& file, const std::vector<Answer>& answers) {
 }
 
 void printPayload(const Json& json) {
-  std::printf("the joints stand still; the object may give way by %g mm\n", 1e3 * json["most_sag_m"].get<double>());
+  std::printf("joints at standstill; permitted displacement of the object %g mm\n",
+              1e3 * json["most_sag_m"].get<double>());
   for (const Json& holder : json["holders"]) {
     std::printf("held by %s%s\n", holder["name"].get<std::string>().c_str(),
                 holder["refused"] == "" ? "" : (": " + holder["refused"].get<std::string>()).c_str());
     if (holder["refused"] != "")
       continue;
-    std::printf("  %-4s %14s %12s %10s  %s\n", "load", "stiffness N/m", "payload N", "sag mm", "more of it");
+    std::printf("  %-4s %14s %12s %10s  %s\n", "load", "stiffness N/m", "payload N", "sag mm", "limited by");
     for (const Json& row : holder["directions"])
       std::printf("  %-4s %14.4g %12.4g %10.3f  %s\n", row["along"].get<std::string>().c_str(),
                   row["stiffness_N_per_m"].get<double>(), row["payload_N"].get<double>(),
@@ -152,23 +154,25 @@ int runPayload(const PayloadCommand& o) {
 void registerPayload(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PayloadCommand>();
   CLI::App* command =
-      app.add_subcommand("payload", "how stiff arms hold an object and what it carries, together and each alone");
+      app.add_subcommand("payload", "stiffness and payload of a grasped object, for all arms and for each arm alone");
   addHeldOptions(*command, options->held);
-  command->add_option("--sag", options->sag, "by how much the object may give way, m")
+  command->add_option("--sag", options->sag, "permitted displacement of the object, m")
       ->check(CLI::Range(1e-5, 1.0))
       ->capture_default_str();
-  command->add_option("--most", options->most, "load at which the search ends, N")
+  command->add_option("--most", options->most, "largest load of the search, N")
       ->check(CLI::Range(1e-6, 1e4))
       ->capture_default_str();
-  command->add_option("--directions", options->directions, "in each of three planes, of --csv and --figure")
+  command
+      ->add_option("--directions", options->directions,
+                   "number of directions per plane (three planes) in --csv and --figure")
       ->check(CLI::Range(4, 3600))
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
-  command->add_option("--csv", options->csv, "file with a row a holder and direction, SI");
+  command->add_option("--csv", options->csv, "CSV file, one row per holding arm and direction, SI");
   command->add_option("--figure", options->figure, "PNG file: stiffness and payload by direction");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
-      "Ends with 1 where the arms cannot hold the object at all, with the reason.\n"
+      "Exit code 1: the arms cannot hold the object; the reason is printed.\n"
       "Documentation: docs/cooperative.md");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runPayload(*options); }); });
 }

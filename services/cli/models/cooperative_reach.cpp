@@ -11,7 +11,7 @@
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"
 #include "services/cli/models/table.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -104,21 +104,20 @@ int runReach(ReachCommand o) {
 
 void registerReach(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReachCommand>();
-  CLI::App* command =
-      app.add_subcommand("reach", "where the target's tip reaches alone, and with assistance beyond that");
+  CLI::App* command = app.add_subcommand("reach", "workspace of the target's tip, without and with the assist arm");
   command->add_option("-r,--robot", options->robot, "cooperative robot file or preset")->capture_default_str();
-  command->add_option("-n,--samples", options->samples, "joint vectors, each from a cold start")
+  command->add_option("-n,--samples", options->samples, "number of joint vectors, each solved independently")
       ->check(CLI::Range(16, 1 << 24))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "shifts the sequence of joint vectors")->capture_default_str();
+  command->add_option("--seed", options->seed, "seed: shift of the sequence of joint vectors")->capture_default_str();
   command->add_option("--cell", options->cell, "edge of the cells that are counted, m")
       ->check(CLI::Range(1e-3, 0.1))
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
-  command->add_option("--csv", options->csv, "file with a row a joint vector, SI");
-  command->add_option("--figure", options->figure, "PNG file: what is reached alone and with assistance");
+  command->add_option("--csv", options->csv, "CSV file, one row per joint vector, SI");
+  command->add_option("--figure", options->figure, "PNG file: workspace without and with assistance");
   command->add_flag("--json", options->json, "JSON instead of text");
-  command->footer("Volumes with assistance grow with the number of samples: they are what these samples have shown.");
+  command->footer("Volumes with assistance are lower bounds: they grow with the number of samples.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runReach(*options); }); });
 }
 

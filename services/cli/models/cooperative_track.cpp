@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem cooperative co-manipulate, target-assist: an object or a tip along a path, over DDS or in one process.
- */
+/** @file tandem cooperative co-manipulate, target-assist: motion of an object or of the target's tip along a path,
+ * over DDS or in one process. */
 #include <unistd.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@
 #include "services/cli/models/figure.h"
 #include "services/cli/models/path_runner.h"
 #include "services/cli/models/table.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -62,11 +62,10 @@ std::vector<int> possible(robots::Mechanism& mechanism, planning::ObjectPath pat
       found.push_back(k);
   }
   if (found.size() < wanted) {
-    throw Failure(kFailure,
-                  "the arms move what they hold along " +
-                      (found.empty() ? std::string("none") : "no more than " + planning::directionName(found[0])) +
-                      " of x, y, z, rx, ry, rz, and the shape needs " + std::to_string(wanted) +
-                      "; see tandem cooperative mobility, or use --shape line");
+    throw Failure(kFailure, "the arms can move the common object along " +
+                                (found.empty() ? std::string("none") : "only " + planning::directionName(found[0])) +
+                                " of x, y, z, rx, ry, rz, but the shape needs " + std::to_string(wanted) +
+                                "; see tandem cooperative mobility, or use --shape line");
   }
   return found;
 }
@@ -97,7 +96,7 @@ void writeTrackRows(std::ostream& out, const TrackRecord& record, const std::vec
     row.insert(row.end(), step.joints.begin(), step.joints.end());
     append(row, poseNumbers(step.pose));
     append(row, {step.error, step.drift});
-    append(row, step.facts);
+    append(row, step.columns);
     row.push_back(step.active_limits);
     table.add(row, std::string(control::name(step.status)));
   }
@@ -124,8 +123,8 @@ std::pair<double, double> rangeOf(const TrackRecord& record, std::size_t fact) {
   for (const TrackStep& step : record.steps) {
     if (step.time < 0.0)
       continue;
-    lower = std::min(lower, step.facts[fact]);
-    upper = std::max(upper, step.facts[fact]);
+    lower = std::min(lower, step.columns[fact]);
+    upper = std::max(upper, step.columns[fact]);
   }
   return {lower, upper};
 }
@@ -169,7 +168,7 @@ void printTrack(const Json& json, bool assisted) {
   std::string along;
   for (const Json& name : json["along"])
     along += (along.empty() ? "" : ", ") + name.get<std::string>();
-  std::printf("%s along %s of %.1f mm, held: %s, %s: %d periods, %d with a limit in force\n",
+  std::printf("%s along %s of %.1f mm, held: %s, %s: %d periods, %d with an active limit\n",
               json["shape"].get<std::string>().c_str(), along.c_str(), 1e3 * json["size_m"].get<double>(),
               json["hold"].get<std::string>().c_str(), json["method"].get<std::string>().c_str(),
               json["periods"].get<int>(), json["periods_at_limits"].get<int>());
@@ -184,15 +183,16 @@ void printTrack(const Json& json, bool assisted) {
                 range[1].is_null() ? NAN : range[1].get<double>());
   std::printf("  %s\n", json["offline"].get<bool>() ? "in one process" : "over DDS in lock-step");
   if (json["stopped"] != "")
-    std::printf("not good: %s\n", json["stopped"].get<std::string>().c_str());
+    std::printf("failed: %s\n", json["stopped"].get<std::string>().c_str());
 }
 
 /// The services run a robot file as it is.
 void refuseChanges(const HeldOptions& held) {
   const auto refuse = [](const char* option) {
-    throw Failure(kUsage, std::string(option) +
-                              ": found beside a run over DDS, whose processes read the robot file as it is; expected "
-                              "--offline with it, or the value in the file");
+    throw Failure(kUsage,
+                  std::string(option) +
+                      ": needs --offline, because the processes of a run over DDS read the robot file unchanged; "
+                      "add --offline, or change the robot file");
   };
   if (!held.contact.empty())
     refuse("--contact");
@@ -212,7 +212,7 @@ TrackRecord trackOverDds(const TrackCommand& o,
                          const robots::TrackOptions& options,
                          const TrackProgress& progress) {
   config::loadAnyRobot(robot.file);  // refused here, once, rather than by every process
-  const OwnDeployment own(robot.file, options.parameters.period, options.gain, options.method);
+  const TemporaryDeployment own(robot.file, options.parameters.period, options.gain, options.method);
   TrackRecord record;
   withProcesses(own.deployment(), o.log, [&](const std::function<bool()>& interrupted) {
     record = PathRunner(own.deployment(), interrupted).run(mechanism, path, options, progress);
@@ -280,8 +280,8 @@ int runTrack(TrackCommand o) {
 void addTrackCommand(CLI::App& app, int& exit_code, bool assist) {
   auto options = std::make_shared<TrackCommand>();
   options->assist = assist;
-  CLI::App* command = assist ? app.add_subcommand("target-assist", "both arms move the tip of the one that is pushed")
-                             : app.add_subcommand("co-manipulate", "arms move the object that they hold");
+  CLI::App* command = assist ? app.add_subcommand("target-assist", "move the target's tip with both arms along a path")
+                             : app.add_subcommand("co-manipulate", "move the grasped object along a path");
   if (assist) {
     options->held.robot = "ablation-assist";
     options->hold = "places";
@@ -295,27 +295,31 @@ void addTrackCommand(CLI::App& app, int& exit_code, bool assist) {
       ->check(CLI::IsMember({"line", "circle", "lissajous"}))
       ->capture_default_str();
   command->add_option("--along", options->along,
-                      "directions of the shape: of x, y, z, rx, ry, rz one for a line, else two; the first that the "
-                      "arms can move in");
-  command->add_option("--size", options->size, "amplitude, m; of a turn the same on the object's size")
+                      "directions of the path, separated by commas, from x,y,z,rx,ry,rz: one for a line, two otherwise "
+                      "(default: the first that the arms can move in)");
+  command->add_option("--size", options->size, "amplitude, m; for rotations: arc length at the size of the object")
       ->check(CLI::Range(1e-6, 1.0))
       ->capture_default_str();
-  command->add_option("--duration", options->duration, "s")->check(CLI::Range(0.1, 3600.0))->capture_default_str();
-  command->add_option("--hold", options->hold, "what is held beside the directions: none, places, or all")
+  command->add_option("--duration", options->duration, "duration of the motion, s")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  command
+      ->add_option("--hold", options->hold,
+                   "components held constant besides the directions: none, places (positions), or all")
       ->check(CLI::IsMember({"none", "places", "all"}))
       ->capture_default_str();
   command->add_option("--method", options->method, "redundancy resolution")
       ->check(CLI::IsMember(control::methodNames()))
       ->capture_default_str();
-  command->add_option("--csv", options->csv, "file with a row a period, SI");
+  command->add_option("--csv", options->csv, "CSV file, one row per control period, SI");
   command->add_option("--figure", options->figure, "PNG file: arms, path, errors, forces");
-  command->add_flag("--offline", options->offline, "in one process, without DDS: the same numbers");
+  command->add_flag("--offline", options->offline, "run in one process, without DDS; the same results within rounding");
   command->add_option("--log", options->log, "log level of the services")->capture_default_str();
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
-      "Runs simulator, control and planning as processes, over DDS in lock-step.\nEnds with 1 where the arms cannot do "
-      "it, with the reason, or do it worse than 1 mm or 0.1 mm of "
-      "contact drift.\nDocumentation: docs/cooperative.md");
+      "Runs simulator, control and planning as processes, over DDS in lock-step.\nExit code 1: the path is not "
+      "feasible (the reason is printed), or errors exceed 1 mm or contact residuals 0.1 mm.\nDocumentation: "
+      "docs/cooperative.md");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runTrack(*options); }); });
 }
 

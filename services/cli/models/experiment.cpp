@@ -12,11 +12,12 @@
 #include "experiments/comparison.h"
 #include "experiments/csv.h"
 #include "robots/capability.h"
-#include "services/cli/deployment/place.h"
+#include "services/cli/deployment/domain.h"
 #include "services/cli/deployment/supervisor.h"
 #include "services/cli/models/experiment_runner.h"
 #include "services/cli/models/figure.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
+#include "services/runtime/method_library.h"
 #include "services/runtime/process.h"
 
 namespace tandem::cli {
@@ -124,16 +125,20 @@ std::vector<experiments::RunPlan> selected(const ExperimentCommand& options, con
     names += " " + plan.key.name();
   std::erase_if(plans, [&](const auto& plan) { return plan.key.name().find(options.only) == std::string::npos; });
   if (plans.empty())
-    throw Failure(kUsage, "--only " + options.only + ": no such run; there are:" + names);
+    throw Failure(kUsage, "--only " + options.only + ": unknown run; expected one of:" + names);
   return plans;
 }
 
 int runExperiment(ExperimentCommand options) {
   const config::Experiment experiment = config::loadExperiment(config::findFile(options.experiment, "experiment"));
-  config::Deployment deployment = service::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadAnyRobot(experiment.robot);
+  config::Deployment deployment = runtime::loadDeployment(options.deployment);
+  config::Robot robot = config::loadAnyRobot(experiment.robot);
   if (const std::string why = refusal(robot, robots::Capability::kTips); !why.empty())
     throw Failure(kUsage, why);
+  if (options.offline) {
+    if (const std::string found = runtime::loadMethod(experiment.method_library, 0.0, robot); !found.empty())
+      std::cerr << found << '\n';
+  }
   const robots::RobotModel model(robot, deployment.model);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
   if (!options.figures.empty() && options.csv.empty())
@@ -154,7 +159,11 @@ int runExperiment(ExperimentCommand options) {
     if (deployment.relative_gain != experiment.relative_gain || deployment.tip_gain != experiment.tip_gain) {
       throw Failure(kUsage, "deployment and experiment differ in their gains");
     }
-    placeApart(deployment);
+    if (deployment.method_library != experiment.method_library)
+      throw Failure(kUsage, "deployment and experiment differ in their method_library: found '" +
+                                deployment.method_library.string() + "' and '" + experiment.method_library.string() +
+                                "'");
+    useOwnDomain(deployment);
     withProcesses(deployment, options.log, [&](const std::function<bool()>& interrupted) {
       ExperimentRunner runner(deployment, robot, model, interrupted);
       summaries = runPlans(options, robot, plans,
@@ -188,21 +197,23 @@ int runExperiment(ExperimentCommand options) {
 
 void registerExperiment(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExperimentCommand>();
-  CLI::App* command = app.add_subcommand("experiment", "run an experiment, print it beside the published figures");
+  CLI::App* command =
+      app.add_subcommand("experiment", "run an experiment, print the results together with the published ones");
   command->add_option("experiment", options->experiment, "experiment file or preset: table3")->capture_default_str();
-  command->add_flag("--offline", options->offline, "in one process, without DDS: the same digits");
+  command->add_flag("--offline", options->offline, "run in one process, without DDS; the results are identical");
   command
       ->add_option("-d,--deployment", options->deployment,
-                   "deployment that is started for it, with hosts its part on this one; in real time the arms move to "
-                   "each start")
+                   "deployment to start for the run; with `hosts`, only this host's part; in real time the arms first "
+                   "move to each start")
       ->capture_default_str();
-  command->add_option("--csv", options->csv, "folder for a file per run (a row an iteration, SI) and summary.csv (mm)");
+  command->add_option("--csv", options->csv,
+                      "folder for a file per run (one row per iteration, SI) and summary.csv (mm)");
   command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");
-  command->add_option("--only", options->only, "only runs whose name holds this, e.g. lissajous-1 or nspqp");
+  command->add_option("--only", options->only, "only runs whose name contains this text, e.g. lissajous-1 or nspqp");
   command->add_option("--log", options->log, "log level of the services")->capture_default_str();
   command->add_flag("--json", options->json, "JSON instead of the table");
   command->footer(
-      "Ends with 1 if a point did not converge or a setpoint left its limits.\n"
+      "Exit code 1: a point did not converge or a setpoint left its limits.\n"
       "Example: tandem experiment table3 --csv results/csv --figures results/figures");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runExperiment(*options); }); });
 }

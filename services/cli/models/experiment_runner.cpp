@@ -5,13 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 
 #include "operation/convert.h"
 #include "planning/follower.h"
 #include "safety/faults.h"
 #include "safety/joint_motion.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 
 namespace tandem::cli {
@@ -28,38 +29,38 @@ ExperimentRunner::ExperimentRunner(const config::Deployment& deployment,
     : model_(model), lock_step_(deployment.clock == config::ClockMode::kLockStep), arm_names_(config::armList(robot)) {
   if (static_cast<int>(robot.arms.size()) != model.armCount())
     throw Failure(kUsage, "robot and model differ");
-  Client::Taps taps;
-  taps.state = [this](const dds::ActuationState& m) {
+  client::Client::Callbacks callbacks;
+  callbacks.state = [this](const dds::ActuationState& m) {
     const std::lock_guard lock(mutex_);
     states_[m.sequence] = m;
     constexpr std::size_t kMostStates = 4096;  // real time has no end
     if (!lock_step_ && states_.size() > kMostStates)
       states_.erase(states_.begin());
   };
-  taps.status = [this](const dds::ControlStatus& m) {
+  callbacks.status = [this](const dds::ControlStatus& m) {
     const std::lock_guard lock(mutex_);
     if (m.task_count > 0)
       statuses_[lock_step_ ? m.answers_state : m.answers_reference] = m;
   };
-  taps.reference = [this](const dds::PlanningReference& m) {
+  callbacks.reference = [this](const dds::PlanningReference& m) {
     const std::lock_guard lock(mutex_);
     references_.push_back(m);
   };
   if (lock_step_) {
-    taps.sim_tips = [this](const dds::TipPoses& m) {
+    callbacks.sim_tips = [this](const dds::TipPoses& m) {
       const std::lock_guard lock(mutex_);
       tips_[m.answers_state] = m;
     };
   }
-  taps.hal = [this](const dds::HalStatus& m) {
+  callbacks.hal = [this](const dds::HalStatus& m) {
     const std::lock_guard lock(mutex_);
     gate_actions_[m.sequence] = std::accumulate(m.guard_count.begin(), m.guard_count.end(), std::uint64_t{0});
   };
-  client_ = std::make_unique<Client>(deployment, taps);
-  takeCommand(*client_, std::move(interrupted));
+  client_ = std::make_unique<client::Client>(deployment, callbacks);
+  client::takeCommand(*client_, std::move(interrupted));
 }
 
-ExperimentRunner::~ExperimentRunner() { leaveCommand(*client_); }
+ExperimentRunner::~ExperimentRunner() { client::endCommand(*client_); }
 
 safety::RobotVector ExperimentRunner::stacked(const dds::JointArray& joints) const {
   safety::RobotVector q(model_.jointCount());
@@ -68,7 +69,7 @@ safety::RobotVector ExperimentRunner::stacked(const dds::JointArray& joints) con
   return q;
 }
 
-void ExperimentRunner::refuseFault(const Snapshot& s, const std::string& when) const {
+void ExperimentRunner::refuseFault(const client::Snapshot& s, const std::string& when) const {
   for (std::size_t k = 0; k < arm_names_.size(); ++k) {
     const safety::FaultMask faults = s.status.faults[k] | s.state.faults[k];
     if (faults != 0)
@@ -95,19 +96,19 @@ std::uint32_t ExperimentRunner::placeAtStart(const experiments::RunPlan& plan) {
 
 void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
   constexpr double kBoot = 20.0, kJourney = 600.0;  // s
-  const auto valid = [](const Snapshot& s) {
+  const auto valid = [](const client::Snapshot& s) {
     return std::all_of(s.state.valid.begin(), s.state.valid.begin() + s.state.arm_count, [](int v) { return v == 1; });
   };
-  const auto faulty = [](const Snapshot& s) {
+  const auto faulty = [](const client::Snapshot& s) {
     return std::any_of(s.state.faults.begin(), s.state.faults.begin() + s.state.arm_count,
                        [](auto f) { return f != 0; });
   };
   // What does not come up while everything starts at once gets a second boot.
-  client_->waitFor(kBoot, [&](const Snapshot& s) { return s.states > 0 && (valid(s) || faulty(s)); });
+  client_->waitFor(kBoot, [&](const client::Snapshot& s) { return s.states > 0 && (valid(s) || faulty(s)); });
   if (faulty(client_->snapshot()))
     client_->stateCommand("disable");
   if (!client_->waitFor(kBoot, valid))
-    throw Failure(kFailure, "the joints do not say where they are; tandem can monitor, tandem home");
+    throw Failure(kFailure, "the drives are not homed; see `tandem can monitor`, run `tandem home`");
   client_->stateCommand("disable");
   client_->setMethod(plan.key.method);
   client_->stateCommand("enable");
@@ -121,7 +122,7 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
       move.joints[static_cast<std::size_t>(j)] = plan.start[static_cast<std::size_t>(k)][j];
     asked = client_->control(move).value;
   }
-  const bool there = client_->waitFor(kJourney, [&](const Snapshot& s) {
+  const bool there = client_->waitFor(kJourney, [&](const client::Snapshot& s) {
     bool busy = s.status.sequence <= asked, latched = false;
     for (std::size_t k = 0; k < s.status.arm_count; ++k) {
       busy = busy || s.status.busy[k] != 0;
@@ -131,7 +132,7 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
   });
   refuseFault(client_->snapshot(), plan.key.name() + ", on the way to the start");
   if (!there)
-    throw Failure(kFailure, plan.key.name() + ": the arms did not arrive at the start");
+    throw Failure(kFailure, plan.key.name() + ": the arms did not reach the start");
 }
 
 void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
@@ -143,17 +144,24 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
   }
   // Planning must have seen the robot at the start, and enabled, before it lays the trajectory from there.
   const safety::RobotVector wanted = model_.stack(plan.start);
-  const Snapshot enabled = client_->snapshot();
-  const bool ready = client_->waitFor(client_->patience(kProgress), [&](const Snapshot& s) {
+  const client::Snapshot enabled = client_->snapshot();
+  const bool ready = client_->waitFor(client_->timeout(kProgress), [&](const client::Snapshot& s) {
     const bool there = lock_step_ ? s.state.placements != joint_resets && s.reference.answers_state == s.state.sequence
                                   : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < safety::kAtRest;
     return there && s.reference.answers_control >= enabled.status.sequence;
   });
-  if (!ready)
-    throw Failure(kFailure,
-                  fmt::format("{}: the robot did not get to its start configuration; the joints are up to {:.3g} "
-                              "(m or rad) away",
-                              plan.key.name(), (positions(client_->snapshot().state) - wanted).cwiseAbs().maxCoeff()));
+  if (ready)
+    return;
+  Eigen::Index joint = 0;
+  const double error = (positions(client_->snapshot().state) - wanted).cwiseAbs().maxCoeff(&joint);
+  int arm = model_.armCount() - 1;
+  while (arm > 0 && joint < model_.offset(arm))
+    --arm;
+  const int own = static_cast<int>(joint) - model_.offset(arm);
+  const bool translation = model_.limits()[static_cast<std::size_t>(arm)]->isTranslation(own);
+  throw Failure(kFailure,
+                fmt::format("{}: start configuration not reached; largest joint error {:.3g} {}", plan.key.name(),
+                            translation ? 1e3 * error : error * 180.0 / std::numbers::pi, translation ? "mm" : "deg"));
 }
 
 void ExperimentRunner::forget() {
@@ -172,18 +180,18 @@ void ExperimentRunner::forget() {
 
 namespace {
 
-experiments::StepFacts factsOf(const dds::PlanningReference& reference) {
-  experiments::StepFacts facts;
-  facts.point = static_cast<int>(reference.point);
-  facts.iteration = static_cast<int>(reference.iteration);
-  facts.reference = dds::tasksOf(reference);
-  return facts;
+experiments::StepData dataOf(const dds::PlanningReference& reference) {
+  experiments::StepData data;
+  data.point = static_cast<int>(reference.point);
+  data.iteration = static_cast<int>(reference.iteration);
+  data.reference = dds::tasksOf(reference);
+  return data;
 }
 
-void addSolution(const dds::ControlStatus& status, experiments::StepFacts& facts) {
-  facts.scale = {status.task_scale[0], status.task_scale[1]};
-  facts.solver_iterations = status.iterations;
-  facts.active_limits = status.active_limits;
+void addSolution(const dds::ControlStatus& status, experiments::StepData& data) {
+  data.scale = {status.task_scale[0], status.task_scale[1]};
+  data.solver_iterations = status.iterations;
+  data.active_limits = status.active_limits;
 }
 
 bool goesOn(const dds::PlanningReference& reference) {
@@ -203,16 +211,16 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
       actions_before == gate_actions_.end() || actions_after == gate_actions_.end()) {
     return false;
   }
-  experiments::StepFacts facts = factsOf(reference);
-  facts.position = positions(state->second);
+  experiments::StepData data = dataOf(reference);
+  data.position = positions(state->second);
   for (int k = 0; k < model_.armCount(); ++k) {
     if (tips->second.valid[static_cast<std::size_t>(k)] == 0)
       throw Failure(kFailure, "the plant has no equilibrium for these joints");
-    facts.tip[static_cast<std::size_t>(k)] = dds::tipPosition(tips->second, k);
+    data.tip[static_cast<std::size_t>(k)] = dds::tipPosition(tips->second, k);
   }
-  addSolution(status->second, facts);
-  facts.gate_actions = actions_after->second - actions_before->second;
-  record.add(facts);
+  addSolution(status->second, data);
+  data.gate_actions = actions_after->second - actions_before->second;
+  record.add(data);
   return true;
 }
 
@@ -232,15 +240,15 @@ bool ExperimentRunner::collectLockStep(experiments::RunRecord& record, std::uint
 }
 
 /// Where the tips of hardware really are, nobody tells: those of the model for the joints as measured.
-void ExperimentRunner::addModelTips(experiments::StepFacts& facts) {
+void ExperimentRunner::addModelTips(experiments::StepData& data) {
   for (int k = 0; k < model_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     kinematics::Tip tip;
     const auto status =
-        model_.models()[i]->tip(facts.position.segment(model_.offset(k), model_.size(k)), branches_[i], tip);
+        model_.models()[i]->tip(data.position.segment(model_.offset(k), model_.size(k)), branches_[i], tip);
     if (status != kinematics::ModelStatus::kOk)
       throw Failure(kFailure, arm_names_[i] + ": " + std::string(kinematics::describe(status)));
-    facts.tip[i] = tip.pose.translation();
+    data.tip[i] = tip.pose.translation();
   }
 }
 
@@ -249,20 +257,20 @@ bool ExperimentRunner::closeIteration(experiments::RunRecord& record, std::uint6
   const auto state = states_.lower_bound(judged_by);
   if (state == states_.end())
     return false;
-  experiments::StepFacts facts = factsOf(*open_);
-  facts.position = positions(state->second);
-  facts.setpoint = stacked(state->second.setpoint);
-  addModelTips(facts);
+  experiments::StepData data = dataOf(*open_);
+  data.position = positions(state->second);
+  data.setpoint = stacked(state->second.setpoint);
+  addModelTips(data);
   // The status that answered it, or the one before: a lost sample costs two figures of a row, no row.
   auto status = statuses_.upper_bound(open_->sequence);
   if (status != statuses_.begin())
-    addSolution(std::prev(status)->second, facts);
+    addSolution(std::prev(status)->second, data);
   // Guards are published less often than states: the last word before this state counts.
   auto actions = gate_actions_.upper_bound(judged_by);
   const std::uint64_t now = actions == gate_actions_.begin() ? gate_actions_before_ : std::prev(actions)->second;
-  facts.gate_actions = now - std::min(now, gate_actions_before_);
+  data.gate_actions = now - std::min(now, gate_actions_before_);
   gate_actions_before_ = std::max(now, gate_actions_before_);
-  record.add(facts);
+  record.add(data);
   states_.erase(states_.begin(), state);
   open_.reset();
   return true;
@@ -298,7 +306,7 @@ experiments::RunRecord ExperimentRunner::run(const experiments::RunPlan& plan,
   const std::uint32_t id = client_->planning(request).value;
   experiments::RunRecord record(plan.key, model_, plan.trajectory.point_count, plan.trajectory.tolerance);
   for (bool ended = false; !ended;) {
-    const bool progressed = client_->waitFor(client_->patience(kProgress), [&](const Snapshot&) {
+    const bool progressed = client_->waitFor(client_->timeout(kProgress), [&](const client::Snapshot&) {
       const std::lock_guard lock(mutex_);
       return lock_step_ ? collectLockStep(record, id, ended) : collectRealTime(record, id, ended);
     });
@@ -306,10 +314,10 @@ experiments::RunRecord ExperimentRunner::run(const experiments::RunPlan& plan,
       refuseFault(client_->snapshot(), plan.key.name());
     if (!progressed) {
       throw Failure(kFailure, fmt::format("{}: no progress for {:.0f} s after iteration {}{}", plan.key.name(),
-                                          client_->patience(kProgress), record.rows().size(), client_->silent()));
+                                          client_->timeout(kProgress), record.rows().size(), client_->silent()));
     }
     if (progress && !record.rows().empty())
-      progress(record.rows().back().facts.point, plan.trajectory.point_count);
+      progress(record.rows().back().data.point, plan.trajectory.point_count);
   }
   refuseFault(client_->snapshot(), plan.key.name());
   return record;

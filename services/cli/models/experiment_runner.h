@@ -38,9 +38,9 @@ class ExperimentRunner {
   bool collectLockStep(experiments::RunRecord& record, std::uint32_t id, bool& ended);
   bool collectRealTime(experiments::RunRecord& record, std::uint32_t id, bool& ended);
   bool addRow(experiments::RunRecord& record, const dds::PlanningReference& reference);
-  void addModelTips(experiments::StepFacts& facts);
+  void addModelTips(experiments::StepData& data);
   bool closeIteration(experiments::RunRecord& record, std::uint64_t judged_by);
-  void refuseFault(const Snapshot& snapshot, const std::string& when) const;
+  void refuseFault(const client::Snapshot& snapshot, const std::string& when) const;
   safety::RobotVector stacked(const dds::JointArray& joints) const;
   safety::RobotVector positions(const dds::ActuationState& state) const { return stacked(state.position); }
 
@@ -58,7 +58,7 @@ class ExperimentRunner {
   std::uint64_t gate_actions_before_ = 0;
   bool lock_step_;
   std::vector<std::string> arm_names_;
-  std::unique_ptr<Client> client_;
+  std::unique_ptr<client::Client> client_;
 };
 
 }  // namespace tandem::cli

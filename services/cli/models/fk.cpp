@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem fk: forward kinematics, rows in, rows out. */
+/** @file tandem fk: forward kinematics of CSV rows. */
 #include <cmath>
 #include <iostream>
 
@@ -9,7 +9,7 @@
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/fk.h"
 #include "services/cli/models/table.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -29,14 +29,13 @@ void checkFk(const FkCommand& o, bool tubes) {
        {std::pair(o.branch, "--branch"), {o.end_angles, "--end-angles"}, {o.shape_details, "--shape-details"}})
     refuse(given && !tubes, std::string(option) + ": the arm has no tubes; leave it out");
   const bool rigid = o.model == "rigid";
-  refuse(o.shape > 0 && o.jacobian, "--jacobian: is that of the tip, and --shape answers points of the backbone");
-  refuse(o.shape > 0 && o.compliance, "--compliance: is that of the tip, and --shape answers points of the backbone");
-  refuse(o.shape > 0 && o.branch,
-         "--branch: applies to the tip, while --shape prints the backbone; remove one of them");
+  refuse(o.shape > 0 && o.jacobian, "--jacobian applies to the tip; remove --jacobian or --shape");
+  refuse(o.shape > 0 && o.compliance, "--compliance applies to the tip; remove --compliance or --shape");
+  refuse(o.shape > 0 && o.branch, "--branch applies to the tip; remove --branch or --shape");
   refuse(o.shape == 0 && o.shape_details, "--shape-details: needs --shape N");
   refuse(rigid && !o.wrench.empty(), "--wrench: a rigid arm does not deform; use --model compliant");
   refuse(rigid && o.compliance, "--compliance: a rigid arm has none; use --model compliant");
-  refuse(rigid && o.branch, "--branch: a rigid arm has one answer; use --model compliant");
+  refuse(rigid && o.branch, "--branch: a rigid arm has one solution; use --model compliant");
   refuse(rigid && o.end_angles, "--end-angles: a rigid arm does not twist; use --model compliant");
   refuse(o.end_angles && (o.shape > 0 || o.compliance || o.follow || !o.wrench.empty()),
          "--end-angles: determine the shape of an unloaded arm, one row at a time; leave out --shape, --compliance, "
@@ -107,7 +106,7 @@ class Answerer {
     std::string windings;
     for (int i = 1; i < n_; ++i)
       windings += " " + std::to_string(branch_.winding(i));
-    return "ok, snapped: the equilibrium followed ended on the way from the row before; windings now" + windings;
+    return "ok, snapped: the followed equilibrium ended between the previous row and this one; windings now" + windings;
   }
 
   void addTip(const kinematics::Tip& tip, const std::vector<double>& more, const std::string& status, Table& table) {
@@ -229,7 +228,7 @@ void registerFk(CLI::App& app, int& exit_code) {
   CLI::App* fk =
       app.add_subcommand("fk", "forward kinematics of one arm: tip pose, stability, Jacobian or shape per row");
   fk->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
-  fk->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->capture_default_str();
+  fk->add_option("-a,--arm", options->arm, "name of the arm, with or without the prefix arm_")->capture_default_str();
   fk->add_option("-m,--model", options->model,
                  "kinematic model: rigid, or compliant (torsion, loads); of a catheter constant-curvature, or cosserat")
       ->check(CLI::IsMember({"rigid", "compliant", "constant-curvature", "cosserat"}))
@@ -239,14 +238,15 @@ void registerFk(CLI::App& app, int& exit_code) {
   fk->add_flag("-j,--jacobian", options->jacobian, "add the 6 x 2n Jacobian by rows (linear rows first; base frame)");
   fk->add_flag("-c,--compliance", options->compliance,
                "add the 6 x 6 compliance of the tool tip by rows: twist per wrench (base frame)");
-  fk->add_flag("--branch", options->branch,
-               "add where stability is least, conjugate points, windings and end angles: which equilibrium it is");
+  fk->add_flag(
+      "--branch", options->branch,
+      "add columns that identify the equilibrium: position of least stability, conjugate points, windings, end angles");
   fk->add_flag("--follow", options->follow,
-               "rows are one joint path, the equilibrium is followed from row to row; a snap is reported in `status`");
+               "treat the rows as one joint path and follow the equilibrium from row to row; `status` reports snaps");
   fk->add_flag(
       "--end-angles", options->end_angles,
-      "rows are beta_1..beta_n,theta_1..theta_n: angles of the tubes' ends; adds the motors' alpha_1..alpha_n");
-  fk->add_option("-s,--shape", options->shape, "N backbone points a row instead of the tip")
+      "rows are beta_1..beta_n,theta_1..theta_n: angles of the tube ends; adds the motor angles alpha_1..alpha_n");
+  fk->add_option("-s,--shape", options->shape, "print N backbone points per input row instead of the tip")
       ->check(CLI::Range(2, 10000));
   fk->add_flag("--shape-details", options->shape_details, "add the points' curvature and the tubes' torsional moments");
   fk->add_option(
@@ -256,8 +256,7 @@ void registerFk(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   fk->add_flag("--json", options->json, "JSON instead of CSV");
   fk->footer(
-      "Rows are answered by themselves, each from a cold start, unless --follow is given. Ends with 1 where a row has "
-      "no stable answer.\n"
+      "Each row is solved independently unless --follow is given. Exit code 1: a row has no stable solution.\n"
       "Examples:\n"
       "  echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -\n"
       "  echo -0.1,-0.08,-0.05,0.785,1.2,2.5 | tandem fk --model compliant --wrench 0,0.1,0,0,0,0 --jacobian\n"

@@ -5,7 +5,7 @@
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/fk.h"
 #include "services/cli/models/table.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -22,9 +22,9 @@ void checkCatheter(const FkOptions& o, bool elastic) {
   refuse(o.end_angles, "--end-angles: a catheter has no tubes; leave it out");
   refuse(o.shape_details, "--shape-details: a catheter has no tubes; leave it out");
   refuse(o.shape > 0 && (o.jacobian || o.compliance),
-         "--shape: answers points of the backbone, and --jacobian and --compliance are of the tip");
+         "--jacobian and --compliance apply to the tip; remove them or --shape");
   refuse(!elastic && (!o.wrench.empty() || o.compliance || o.follow),
-         "--model constant-curvature: does not give way; --wrench, --compliance and --follow need --model cosserat");
+         "--wrench, --compliance and --follow need --model cosserat");
 }
 
 std::vector<std::string> catheterHeader(const FkOptions& o) {
@@ -56,9 +56,10 @@ class CatheterAnswerer {
       branch_ = {};
     if (why.empty()) {
       const Eigen::Vector3d q(row.values[0], row.values[1], row.values[2]);
-      const double violation = safety::largestViolation(arm_.limits, q);
-      if (violation > experiments::kViolation)
-        why = "outside the limits of the robot file by " + experiments::number(violation) + " m or rad";
+      const safety::LimitViolation outside = safety::worstLimitViolation(arm_.limits, q);
+      if (outside.amount > experiments::kViolation)
+        why = "outside the limits of the robot file: " +
+              describe(outside, arm_.limits, config::kCatheterJoints.at(static_cast<std::size_t>(outside.joint)));
       else
         why = options_.shape > 0 ? shape(q, index, table) : tip(q, table);
     }

@@ -12,7 +12,7 @@
 #include "experiments/montecarlo.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/runtime/process.h"
 
 namespace tandem::cli {
@@ -105,22 +105,22 @@ std::vector<control::Method> methodsOf(const MonteCarloCommand& options) {
 }
 
 /// Those that can be changed while a method runs, and those that cannot.
-std::vector<control::Tunable> settable() {
-  std::vector<control::Tunable> all(control::kTunables.begin(), control::kTunables.end());
+std::vector<control::TunableParameter> settable() {
+  std::vector<control::TunableParameter> all(control::kTunableParameters.begin(), control::kTunableParameters.end());
   all.push_back({"least_stability", &control::MethodParameters::least_stability});
   all.push_back({"least_distance", &control::MethodParameters::least_distance});
   return all;
 }
 
 void setParameters(const MonteCarloCommand& options, control::MethodParameters& parameters) {
-  const std::vector<control::Tunable> all = settable();
+  const std::vector<control::TunableParameter> all = settable();
   std::string names;
-  for (const control::Tunable& tunable : all)
-    names += (names.empty() ? "" : ", ") + std::string(tunable.name);
+  for (const control::TunableParameter& parameter : all)
+    names += (names.empty() ? "" : ", ") + std::string(parameter.name);
   for (const std::string& text : options.set) {
     const std::size_t sign = text.find('=');
-    const auto found =
-        std::find_if(all.begin(), all.end(), [&](const auto& tunable) { return tunable.name == text.substr(0, sign); });
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const auto& parameter) { return parameter.name == text.substr(0, sign); });
     if (sign == std::string::npos || found == all.end())
       throw Failure(kUsage, "--set: found '" + text + "', expected NAME=VALUE with one of " + names);
     parameters.*found->member = numberOf("--set " + text.substr(0, sign), text.substr(sign + 1), "a number, in SI");
@@ -143,7 +143,7 @@ ex::LoopOptions loopOf(const MonteCarloCommand& options, const config::Deploymen
 }
 
 std::vector<ex::TaskResult> runShards(const MonteCarloCommand& options) {
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   config::Robot robot = config::loadRobot(deployment.robot);
   setParameters(options, robot.parameters);
   const std::string model_name = options.model.empty() ? deployment.model : options.model;
@@ -242,7 +242,7 @@ int runMonteCarlo(const MonteCarloCommand& options) {
 }
 
 void addOutputs(CLI::App& command, MonteCarloCommand& options) {
-  command.add_option("--csv", options.csv, "file for a row a task and method, SI");
+  command.add_option("--csv", options.csv, "CSV file, one row per task and method, SI");
   command.add_option("--figure", options.figure, "draw errors, iterations and sweeps into this PNG file");
   command.add_flag("--json", options.json, "JSON instead of the table");
 }
@@ -251,21 +251,21 @@ void addOutputs(CLI::App& command, MonteCarloCommand& options) {
 
 void registerMonteCarlo(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MonteCarloCommand>();
-  CLI::App* command = app.add_subcommand("montecarlo", "every method on random tasks, with a plant that differs");
+  CLI::App* command =
+      app.add_subcommand("montecarlo", "compare all methods on random tasks, with model errors in the plant");
   command
       ->add_option("-d,--deployment", options->deployment,
                    "deployment: robot, gains, models, and the plant that errors are added to")
       ->capture_default_str();
-  command->add_option("--tasks", options->tasks, "random tasks for every method")
+  command->add_option("--tasks", options->tasks, "number of random tasks, the same for every method")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--methods", options->methods, "methods, separated by commas (default: all)")->delimiter(',');
-  command->add_option("--seed", options->seed, "of everything random")->capture_default_str();
-  command->add_option("--infeasible", options->infeasible, "share of tasks whose targets are out of reach in the end")
+  command->add_option("--seed", options->seed, "seed of all random numbers")->capture_default_str();
+  command->add_option("--infeasible", options->infeasible, "share of tasks whose last targets are out of reach")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command->add_flag("--posture", options->posture,
-                    "references carry the joints of the path that the task was made from");
+  command->add_flag("--posture", options->posture, "give the methods the joint path of each task as a posture");
   command->add_option("--set", options->set, "parameter of the methods, NAME=VALUE in SI; may be repeated");
   command
       ->add_option("--model", options->model,
@@ -273,13 +273,15 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"rigid", "compliant"}));
   command->add_option("--plant", options->plant, "kinematic model of the plant (default: the deployment's)")
       ->check(CLI::IsMember({"rigid", "compliant"}));
-  command->add_option("--feedback", options->feedback, "errors of measured tips (sensor) or of the model's (model)")
+  command
+      ->add_option("--feedback", options->feedback,
+                   "source of tip poses for errors: tip tracker (sensor) or kinematic model (model)")
       ->capture_default_str();
   for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
     const ex::ErrorSource& source = ex::kErrorSources[s];
     command
         ->add_option(std::string("--") + source.name, options->errors[s],
-                     std::string(source.what) + "; several: a sweep")
+                     std::string(source.what) + "; comma-separated values make a sweep")
         ->delimiter(',')
         ->group("Sources of error");
   }
@@ -287,14 +289,14 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
   command->add_option("-j,--jobs", options->jobs, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
   addOutputs(*command, *options);
   command->footer(
-      "The same seed gives the same rows, whatever --jobs and --shard are (docs/montecarlo.md). Ends with 1 if a "
+      "The same seed gives the same rows, whatever --jobs and --shard are (docs/montecarlo.md). Exit code 1: a "
       "setpoint\n"
       "left its limits or a task out of reach was reported as done.\n"
       "Examples:\n"
       "  tandem montecarlo --tasks 1000 --methods nspqp,snsqp --csv results/mc.csv\n"
       "  tandem montecarlo --tip-noise-mm 0,0.1,0.2,0.5 --curvature-error 0,2%,5% --figure results/sweep.png\n"
       "  tandem montecarlo merge shard-*.csv --csv all.csv");
-  CLI::App* merging = command->add_subcommand("merge", "files of all shards into what one run would have given");
+  CLI::App* merging = command->add_subcommand("merge", "merge the CSV files of all shards into one result");
   merging->add_option("files", options->shards, "CSV files of the shards")->required();
   addOutputs(*merging, *options);
   merging->callback([options, &exit_code] { guarded(exit_code, [&] { return runMerge(*options); }); });

@@ -11,8 +11,8 @@
 #include "planning/follower.h"
 #include "planning/path_reference.h"
 #include "safety/faults.h"
-#include "services/cli/deployment/place.h"
-#include "services/client/arguments.h"
+#include "services/cli/deployment/domain.h"
+#include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/runtime/process.h"
 
@@ -25,7 +25,7 @@ constexpr double kPathProgress = 10.0;  // s without any: something is wrong
 
 }  // namespace
 
-OwnDeployment::OwnDeployment(const fs::path& robot, double period, double gain, control::Method method) {
+TemporaryDeployment::TemporaryDeployment(const fs::path& robot, double period, double gain, control::Method method) {
   const fs::path file = folder_.path() / "deployment.yaml";
   char numbers[128];
   std::snprintf(numbers, sizeof numbers, "control_period_s: %.17g\nrelative_gain_per_s: %.17g\ntip_gain_per_s: %.17g\n",
@@ -36,44 +36,44 @@ OwnDeployment::OwnDeployment(const fs::path& robot, double period, double gain, 
                       << "processes:\n  - {name: sim, executable: tandem-sim}\n"
                          "  - {name: control, executable: tandem-control}\n"
                          "  - {name: planning, executable: tandem-planning}\n";
-  deployment_ = service::loadDeployment(file);
-  placeApart(deployment_);
+  deployment_ = runtime::loadDeployment(file);
+  useOwnDomain(deployment_);
 }
 
 PathRunner::PathRunner(const config::Deployment& deployment, std::function<bool()> interrupted)
     : period_(deployment.control_period) {
-  Client::Taps taps;
-  taps.state = [this](const dds::ActuationState& m) {
+  client::Client::Callbacks callbacks;
+  callbacks.state = [this](const dds::ActuationState& m) {
     const std::lock_guard lock(mutex_);
     states_[m.sequence] = m;
   };
-  taps.status = [this](const dds::ControlStatus& m) {
+  callbacks.status = [this](const dds::ControlStatus& m) {
     const std::lock_guard lock(mutex_);
     if (m.task_count > 0)
       statuses_[m.answers_state] = m;
   };
-  taps.reference = [this](const dds::PlanningReference& m) {
+  callbacks.reference = [this](const dds::PlanningReference& m) {
     const std::lock_guard lock(mutex_);
     references_.push_back(m);
   };
-  client_ = std::make_unique<Client>(deployment, taps);
-  takeCommand(*client_, std::move(interrupted));
+  client_ = std::make_unique<client::Client>(deployment, callbacks);
+  client::takeCommand(*client_, std::move(interrupted));
 }
 
-PathRunner::~PathRunner() { leaveCommand(*client_); }
+PathRunner::~PathRunner() { client::endCommand(*client_); }
 
 std::uint32_t PathRunner::start(const planning::ObjectPath& path, std::string& refused) {
   client_->stateCommand("enable");
   const std::uint64_t enabled = client_->snapshot().status.sequence;
-  if (!client_->waitFor(client_->patience(kPathProgress),
-                        [&](const Snapshot& s) { return s.reference.answers_control >= enabled; }))
-    throw Failure(kFailure, "planning does not receive control");
+  if (!client_->waitFor(client_->timeout(kPathProgress),
+                        [&](const client::Snapshot& s) { return s.reference.answers_control >= enabled; }))
+    throw Failure(kFailure, "planning does not receive control/status");
   dds::PlanningRequest request;
   request.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStart);
   request.trajectory = config::formatPath(path);
   try {
     return client_->planning(request).value;
-  } catch (const Refusal& refusal) {
+  } catch (const client::Refusal& refusal) {
     refused = refusal.reason();
     return 0;
   }
@@ -100,11 +100,12 @@ std::optional<PathRunner::Period> PathRunner::take(std::uint32_t id) {
 
 PathRunner::Period PathRunner::next(std::uint32_t id, std::size_t periods) {
   std::optional<Period> found;
-  client_->waitFor(client_->patience(kPathProgress), [&](const Snapshot&) { return (found = take(id)).has_value(); });
+  client_->waitFor(client_->timeout(kPathProgress),
+                   [&](const client::Snapshot&) { return (found = take(id)).has_value(); });
   if (found)
     return *found;
   const safety::FaultMask faults = client_->snapshot().status.faults[0];
-  throw Failure(kFailure, "no progress for " + std::to_string(std::lround(client_->patience(kPathProgress))) +
+  throw Failure(kFailure, "no progress for " + std::to_string(std::lround(client_->timeout(kPathProgress))) +
                               " s after period " + std::to_string(periods) + client_->silent() +
                               (faults != 0 ? ": " + safety::describeFaults(faults) : ""));
 }
@@ -112,7 +113,7 @@ PathRunner::Period PathRunner::next(std::uint32_t id, std::size_t periods) {
 safety::RobotVector PathRunner::joints(const dds::ActuationState& state, int count) const {
   safety::RobotVector q;
   if (!dds::measuredJoints(state, state.arm_count, count, q))
-    throw Failure(kFailure, "the joints of a state are not those of the robot");
+    throw Failure(kFailure, "a state has other joints than the robot");
   return q;
 }
 
@@ -121,7 +122,7 @@ robots::TrackRecord PathRunner::run(robots::Mechanism& mechanism,
                                     const robots::TrackOptions& options,
                                     const std::function<void(double, double)>& progress) {
   robots::TrackRecord record;
-  for (const auto& [name, value] : mechanism.facts())
+  for (const auto& [name, value] : mechanism.columns())
     record.names.push_back(name);
   const std::uint32_t id = start(path, record.refused);
   if (!record.refused.empty())
@@ -147,9 +148,9 @@ robots::TrackRecord PathRunner::run(robots::Mechanism& mechanism,
     }
     last = now.reference.iteration;
     const auto before = static_cast<double>(record.steps.size()) * period_;
-    const double time = along ? (last - 1) * period_ : before - options.patience;
+    const double time = along ? (last - 1) * period_ : before - options.preparation_time;
     robots::TrackStep step = robots::noteStep(mechanism, q, time);
-    step.error = planning::trackedError(path, step.pose, planning::poseOf(dds::tasksOf(now.reference).frame));
+    step.error = planning::trackedError(path, step.pose, planning::poseOf(dds::tasksOf(now.reference).object));
     step.active_limits = static_cast<int>(now.status.active_limits);
     step.status = static_cast<control::SolveStatus>(now.status.solve_status);
     record.steps.push_back(std::move(step));
@@ -157,9 +158,9 @@ robots::TrackRecord PathRunner::run(robots::Mechanism& mechanism,
       progress(std::max(0.0, time), path.duration);
   }
   if (phase != planning::Phase::kFinished) {
-    client_->waitFor(1.0, [](const Snapshot& s) { return !failureOf(s).empty(); });
-    const std::string why = failureOf(client_->snapshot());
-    (last == 0 ? record.refused : record.stopped) = why.empty() ? "planning has given the run up" : why;
+    client_->waitFor(1.0, [](const client::Snapshot& s) { return !client::failureOf(s).empty(); });
+    const std::string why = client::failureOf(client_->snapshot());
+    (last == 0 ? record.refused : record.stopped) = why.empty() ? "planning ended the run" : why;
   }
   if (record.refused.empty())
     robots::judge(options, record);

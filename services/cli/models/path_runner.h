@@ -18,10 +18,10 @@ namespace tandem::cli {
 /** A deployment file of its own for one robot file: simulator, control and planning in lock-step, under a prefix that
  * nobody else has, in a domain without a participant on this machine. Lies in a folder of its own, and goes with this.
  */
-class OwnDeployment {
+class TemporaryDeployment {
  public:
   /// @throw Failure where the folder cannot be made; config::Error as config::loadDeployment() does.
-  OwnDeployment(const std::filesystem::path& robot, double period, double gain, control::Method method);
+  TemporaryDeployment(const std::filesystem::path& robot, double period, double gain, control::Method method);
   const config::Deployment& deployment() const { return deployment_; }
 
  private:
@@ -61,7 +61,7 @@ class PathRunner {
   std::deque<dds::PlanningReference> references_;         ///< in order of arrival
   std::map<std::uint64_t, dds::ActuationState> states_;   ///< by sequence
   std::map<std::uint64_t, dds::ControlStatus> statuses_;  ///< those with a solution, by the state that they answer
-  std::unique_ptr<Client> client_;
+  std::unique_ptr<client::Client> client_;
 };
 
 }  // namespace tandem::cli

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "config/translation_room.h"
-#include "services/client/arguments.h"
+#include "config/translation_range.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -50,8 +50,8 @@ bool turnsFreely(const safety::ArmLimits& limits) {
 }
 
 Eigen::MatrixXd sampleJoints(const safety::ArmLimits& limits, std::size_t count, std::uint64_t seed) {
-  const config::TranslationRoom room(limits);
-  const int n = room.tubes();
+  const config::TranslationRange range(limits);
+  const int n = range.tubes();
   const bool free = turnsFreely(limits);
   const auto dimensions = static_cast<std::size_t>(free ? 2 * n - 1 : 2 * n);
   const double ratio = generalisedGoldenRatio(static_cast<int>(dimensions));
@@ -66,7 +66,7 @@ Eigen::MatrixXd sampleJoints(const safety::ArmLimits& limits, std::size_t count,
     auto q = samples.col(sample);
     std::size_t k = 0;
     for (int i = 0; i < n; ++i, ++k) {
-      const auto [lower, upper] = room.of(i, i == 0 ? 0.0 : q[i - 1]);
+      const auto [lower, upper] = range.of(i, i == 0 ? 0.0 : q[i - 1]);
       q[i] = lower + towardEnds(u[k]) * (upper - lower);
     }
     for (int i = free ? 1 : 0; i < n; ++i, ++k)

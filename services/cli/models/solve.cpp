@@ -9,13 +9,14 @@
 #include "control/resolver.h"
 #include "experiments/csv.h"
 #include "robots/capability.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
+#include "services/runtime/method_library.h"
 
 namespace tandem::cli {
 namespace {
 
 struct SolveCommand {
-  std::string robot = "ark2024", method = "nspqp", backend = "active-set", bounds = "coupled", csv = "-";
+  std::string robot = "ark2024", method = "nspqp", library, backend = "active-set", bounds = "coupled", csv = "-";
   double period = 0.0, zeta = 0.0;
   bool json = false;
 };
@@ -100,9 +101,11 @@ class Stepper {
 };
 
 int runSolve(const SolveCommand& options) {
-  const config::Robot robot = config::loadAnyRobot(config::findFile(options.robot, config::robotKinds()));
+  config::Robot robot = config::loadAnyRobot(config::findFile(options.robot, config::robotKinds()));
   if (const std::string why = refusal(robot, robots::Capability::kTips); !why.empty())
     throw Failure(kUsage, why);
+  if (const std::string found = runtime::loadMethod(options.library, 0.0, robot); !found.empty())
+    std::cerr << found << '\n';
   Stepper stepper(options, robot);
   const auto input = openInput(options.csv);
   std::vector<std::string> names;
@@ -144,10 +147,9 @@ void registerSolve(CLI::App& app, int& exit_code) {
   CLI::App* solve = app.add_subcommand("solve", "one control step per row: joint velocities for v_ab and v_a");
   solve->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   solve->add_option("-m,--method", options->method, control::methodList())->capture_default_str();
+  solve->add_option("--method-library", options->library, "shared library of the method foreign (docs/own-method.md)");
   solve->add_option("-b,--backend", options->backend, "active-set or ipopt")->capture_default_str();
-  solve
-      ->add_option("--bounds", options->bounds,
-                   "coupled, or frozen: the paper's formula with the inner tube standing still")
+  solve->add_option("--bounds", options->bounds, "coupled, or frozen: the paper's formula, with the inner tube fixed")
       ->capture_default_str();
   solve->add_option("-T,--period", options->period, "control period, s (default: the robot file's)")
       ->check(CLI::PositiveNumber);

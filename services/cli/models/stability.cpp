@@ -13,7 +13,7 @@
 #include "services/cli/models/parallel.h"
 #include "services/cli/models/stability_report.h"
 #include "services/cli/models/table.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -33,10 +33,10 @@ void checkStability(const StabilityCommand& o) {
     if (wrong)
       throw Failure(kUsage, why);
   };
-  refuse(!o.csv.empty() && (!o.joints.empty() || o.map), "--csv: rows stand alone, without --joints and --map");
+  refuse(!o.csv.empty() && (!o.joints.empty() || o.map), "--csv cannot be combined with --joints or --map");
   refuse(!o.map && (!o.beta.empty() || !o.tubes.empty() || o.end_angles || !o.figure.empty()),
          "--beta, --tubes, --end-angles, --figure: need --map");
-  refuse(o.json && !o.figure.empty(), "--figure: is drawn from CSV; leave out --json");
+  refuse(o.json && !o.figure.empty(), "--figure needs CSV output; remove --json");
 }
 
 /// The joint vector asked for: --joints or home, translations replaced by --beta.
@@ -217,28 +217,29 @@ int runStability(const StabilityCommand& options) {
 void registerStability(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<StabilityCommand>();
   CLI::App* command =
-      app.add_subcommand("stability", "how far an arm is from snapping: at a joint vector, per row, or as a map");
+      app.add_subcommand("stability", "elastic stability of an arm at a joint vector, for CSV rows, or as a map");
   command->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
-  command->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")
+  command->add_option("-a,--arm", options->arm, "name of the arm, with or without the prefix arm_")
       ->capture_default_str();
   command->add_option("-q,--joints", options->joints, "beta_1,..,beta_n,alpha_1,..,alpha_n, m and rad (default: home)");
-  command->add_option("--csv", options->csv, "rows of joints, without header, instead; - is standard input");
+  command->add_option("--csv", options->csv, "CSV file of joint vectors, without header; - is standard input");
   command->add_flag("--map", options->map, "a map over rotations relative to tube 1, from -180 to 180 degrees");
   command->add_option("--beta", options->beta, "translations beta_1,..,beta_n of the map, m (default: those of home)");
   command->add_option("--tubes", options->tubes, "the one or two tubes that the map turns (default: 2,3)");
-  command->add_option("--resolution", options->resolution, "places along each axis of the map")
+  command->add_option("--resolution", options->resolution, "points along each axis of the map")
       ->check(CLI::Range(2, 2001))
       ->capture_default_str();
   command->add_flag("--end-angles", options->end_angles,
-                    "the map turns the tubes' ends, not the motors: every place has one equilibrium, stable or not");
-  command->add_flag("--equilibria", options->equilibria, "rows and maps count all equilibria too, which takes time");
+                    "map over the angles of the tube ends instead of the motors; each point has exactly one "
+                    "equilibrium, stable or not");
+  command->add_flag("--equilibria", options->equilibria, "also count all equilibria of rows and maps (slow)");
   command->add_option("-o,--output", options->output, "file for rows and maps; - is standard output")
       ->capture_default_str();
-  command->add_option("--figure", options->figure, "draw the map into this PNG file; its CSV stands beside it");
+  command->add_option("--figure", options->figure, "draw the map as PNG; the CSV file is written beside it");
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
   command->add_flag("--json", options->json, "JSON instead of text or CSV");
   command->footer(
-      "Stability is the smallest determinant along the arm: 1 where nothing interacts, 0 where the arm snaps "
+      "Stability is the smallest determinant along the arm: 1 without interaction, 0 where the arm snaps "
       "(docs/models.md).\n"
       "Examples:\n"
       "  tandem stability --joints -0.15,-0.1,-0.05,0,2.2,4\n"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file All that the compliant model says of an arm's elastic stability at one joint vector, for people and as JSON.
- */
+/** @file Stability report of one joint vector, as text and as JSON. */
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -5,7 +5,7 @@
 #include <ostream>
 
 #include "experiments/csv.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 

@@ -12,7 +12,7 @@
 #include "services/cli/models/parallel.h"
 #include "services/cli/models/reach.h"
 #include "services/cli/models/table.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 namespace {
@@ -219,29 +219,31 @@ int runWorkspace(WorkspaceCommand options) {
 
 void registerWorkspace(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<WorkspaceCommand>();
-  CLI::App* command = app.add_subcommand("workspace", "where tips reach: volume of an arm, and what arms share");
+  CLI::App* command =
+      app.add_subcommand("workspace", "reachable volume of each arm, and the volumes that all and any arms reach");
   command->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   command->add_option("-a,--arm", options->arm, "arm by its name, or all, or both")->capture_default_str();
   command->add_option("-m,--model", options->model, "kinematic model: rigid or compliant")
       ->check(CLI::IsMember({"rigid", "compliant"}))
       ->capture_default_str();
-  command->add_option("-n,--samples", options->samples, "joint vectors per arm")
+  command->add_option("-n,--samples", options->samples, "number of joint vectors per arm")
       ->check(CLI::Range(std::size_t{16}, std::size_t{1} << 26))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "shifts the sequence of joint vectors")->capture_default_str();
+  command->add_option("--seed", options->seed, "seed: shift of the sequence of joint vectors")->capture_default_str();
   command->add_option("--voxel", options->voxel, "edge of the cells that are counted, m")
       ->check(CLI::Range(1e-5, 0.1))
       ->capture_default_str();
-  command->add_option("--margin", options->margin, "least stability that counts as reached, 0 to 1")
+  command->add_option("--margin", options->margin, "minimum stability of a sample to be counted, 0 to 1")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
-  command->add_option("--csv", options->csv, "folder for workspace-ARM.csv (a row a sample, SI) and workspace.json");
+  command->add_option("--csv", options->csv,
+                      "folder for workspace-ARM.csv (one row per sample, SI) and workspace.json");
   command->add_option("--figures", options->figures, "folder for workspace-section.png and workspace-volume.png");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
-      "Samples fill the joints that the limits allow, each answered from a cold start; what has no stable answer "
-      "does not count.\nExample: tandem workspace --robot ark2024 --figures results/workspace");
+      "Samples cover the permitted joint range, each solved independently; only stable solutions count.\n"
+      "Example: tandem workspace --robot ark2024 --figures results/workspace");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runWorkspace(*options); }); });
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/cli/plan/live_planner.h"
 
-#include "services/client/arguments.h"
+#include <cmath>
+
+#include "services/cli/subcommand.h"
 #include "services/client/role.h"
 #include "services/runtime/periodic_loop.h"
 
@@ -14,15 +16,15 @@ constexpr double kPlannerSilence =
 constexpr double kKeepAlive = 1.0;  // s
 constexpr double kLook = 0.05;      // s
 
-double now() { return 1e-9 * static_cast<double>(service::monotonicNow()); }
+double now() { return 1e-9 * static_cast<double>(runtime::monotonicNow()); }
 
 }  // namespace
 
 LivePlanner::LivePlanner(const config::Deployment& deployment, std::function<bool()> interrupted)
-    : interrupted_(std::move(interrupted)), id_(service::randomIdentity()), bus_(clientOptions(deployment)) {
-  if (roleHere(deployment) != dds::Role::kConsoleOperator)
-    throw Failure(kFailure,
-                  std::string("computations are for operators; this client is a ") + dds::name(roleHere(deployment)));
+    : interrupted_(std::move(interrupted)), id_(runtime::randomIdentity()), bus_(client::clientOptions(deployment)) {
+  if (client::localRole(deployment) != dds::Role::kConsoleOperator)
+    throw Failure(kFailure, std::string("computations need role console-operator; this client has role ") +
+                                dds::name(client::localRole(deployment)));
   requests_ = bus_.writer(dds::kPlanningCompute);
   const auto put = [this](const auto& message) {
     if (message.client == id_)
@@ -31,7 +33,7 @@ LivePlanner::LivePlanner(const config::Deployment& deployment, std::function<boo
   replies_ = bus_.reader(dds::kPlanningReply, put);
   progress_ = bus_.reader(dds::kPlanningProgress, put);
   results_ = bus_.reader(dds::kPlanningResult, put);
-  clocks_ = std::make_unique<Clocks>(bus_, id_);  // the last of our ends
+  clocks_ = std::make_unique<client::Clocks>(bus_, id_);  // the last of our ends
 }
 
 void LivePlanner::send(dds::ComputationKind kind, std::uint64_t computation) {
@@ -49,8 +51,8 @@ void LivePlanner::waitForPlanning() {
     if (interrupted_())
       throw Failure(kFailure, "interrupted");
     if (now() > deadline)
-      throw Failure(kFailure, "no sign of life from planning (domain " + std::to_string(bus_.options().domain) +
-                                  ", prefix " + bus_.options().prefix + "); is `tandem up` running?");
+      throw Failure(kFailure, "planning was not found (domain " + std::to_string(bus_.options().domain) + ", prefix " +
+                                  bus_.options().prefix + "); check that `tandem up` is running");
     mailbox_.take(kLook);
   }
 }
@@ -76,7 +78,8 @@ dds::ComputationResult LivePlanner::compute(dds::ComputationRequest request, con
       send(dds::ComputationKind::kKeepAlive, request.request);
     }
     if (now() - received > kPlannerSilence)
-      throw Failure(kFailure, "planning has fallen silent; is `tandem up` still running?");
+      throw Failure(kFailure, "no message from planning for " + std::to_string(std::lround(kPlannerSilence)) +
+                                  " s; check that `tandem up` is running");
     if (const auto* reply = event ? std::get_if<dds::Reply>(&*event) : nullptr) {
       const bool malformed = reply->code == static_cast<std::uint16_t>(dds::ReplyCode::kMalformed);
       if (reply->request == request.request && reply->accepted == 0)

@@ -30,11 +30,11 @@ class LivePlanner {
 
   std::function<bool()> interrupted_;
   std::uint64_t id_, next_ = 1;
-  service::Mailbox<std::variant<dds::Reply, dds::ComputationProgress, dds::ComputationResult>> mailbox_;
+  runtime::Mailbox<std::variant<dds::Reply, dds::ComputationProgress, dds::ComputationResult>> mailbox_;
   dds::Bus bus_;
   dds::Writer<dds::ComputationRequest> requests_;
   dds::Reader replies_, progress_, results_;
-  std::unique_ptr<Clocks> clocks_;
+  std::unique_ptr<client::Clocks> clocks_;
 };
 
 }  // namespace tandem::cli

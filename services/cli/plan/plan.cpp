@@ -64,12 +64,12 @@ int repair(const PlanOptions& options) {
                      .dump(2)
               << '\n';
   } else if (found) {
-    std::printf("%d of %zu points could not be had; moved by %.3g mm at most, %.3g mm rms, in %u rounds: %s\n",
-                service::unreachable(repair.before), repair.before.points.size(), 1e3 * repair.largest_change,
+    std::printf("%d of %zu points were not reachable; moved by %.3g mm at most, %.3g mm rms, in %u rounds: %s\n",
+                computation::unreachable(repair.before), repair.before.points.size(), 1e3 * repair.largest_change,
                 1e3 * repair.rms_change, repair.rounds, options.output.c_str());
   } else {
     print(result.report, std::cout);
-    std::cout << "no feasible trajectory was found; nothing is written\n";
+    std::cout << "no feasible trajectory was found; nothing was written\n";
   }
   return isGood(result) ? kOk : kFailure;
 }
@@ -89,7 +89,7 @@ dds::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
   if (values.size() == 6)
     Eigen::Vector3d::Map(target.direction.data()) = values.tail<3>();
   if (values.size() == 6 && !(values.tail<3>().norm() > 0.0))
-    throw Failure(kUsage, "--tip: found the direction [0, 0, 0], expected a vector with a length");
+    throw Failure(kUsage, "--tip: found the direction [0, 0, 0], expected a vector other than zero");
   return target;
 }
 
@@ -201,16 +201,17 @@ int start(const PlanOptions& options) {
 }
 
 void common(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
-  CLI::Option* live = app->add_option("-d,--deployment", o->deployment,
-                                      "ask the running system of this deployment, file or preset, for its robot, its "
-                                      "model and its present joints");
+  CLI::Option* live =
+      app->add_option("-d,--deployment", o->deployment,
+                      "compute in the planning service of this running deployment (file or preset), with its "
+                      "robot, model and present joints");
   app->add_flag_callback(
          "--live",
          [o] {
            if (o->deployment.empty())
-             o->deployment = service::defaultDeployment();
+             o->deployment = runtime::defaultDeployment();
          },
-         "short for --deployment laptop")
+         "same as --deployment laptop")
       ->excludes(live);
   CLI::Option* robot = app->add_option("-r,--robot", o->robot, "robot file or preset")->capture_default_str();
   CLI::Option* model = app->add_option("--model", o->model, "rigid or compliant")
@@ -219,8 +220,8 @@ void common(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
   for (CLI::Option* own : {robot, model})
     own->excludes(live)->excludes("--live");
   app->add_option("--from", o->from,
-                  "start: home, or EXPERIMENT:CONFIGURATION, e.g. table3:1 (default: home; of a running system, where "
-                  "it stands)");
+                  "start: home, or EXPERIMENT:CONFIGURATION, e.g. table3:1 (default: home; with a running system its "
+                  "present joints)");
   app->add_option("--joints", o->joints, "start: joints of all arms, m and rad, separated by commas");
   app->add_option("--stability", o->stability, "smallest stability of compliant arms, 0 to 1")
       ->check(CLI::Range(0.0, 1.0))
@@ -228,15 +229,15 @@ void common(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
   app->add_option("--clearance-mm", o->clearance_mm, "smallest distance between the arms' bodies")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  app->add_flag("--no-clearance", o->no_clearance, "arms may touch");
+  app->add_flag("--no-clearance", o->no_clearance, "ignore collisions between the arms");
   app->add_option("--port-radius-mm", o->port_radius_mm, "radius of the port's hole, about the robot's z axis")
       ->check(CLI::PositiveNumber);
-  app->add_option("--port-depth-mm", o->port_depth_mm, "how far the port's rim stands in front of the entry plane")
+  app->add_option("--port-depth-mm", o->port_depth_mm, "distance of the port's rim in front of the entry plane")
       ->check(CLI::NonNegativeNumber);
-  app->add_option("--starts", o->starts, "random starts of a search")
+  app->add_option("--starts", o->starts, "number of random starts of a search")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app->add_option("--seed", o->seed, "of the random starts: the same seed gives the same answer")
+  app->add_option("--seed", o->seed, "seed of the random starts; the same seed gives the same result")
       ->capture_default_str();
   app->add_flag("--json", o->json, "JSON instead of text");
 }
@@ -244,7 +245,7 @@ void common(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
 void trajectoryOf(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
   app->add_option("file", o->file, "trajectory file or preset")->required();
   common(app, o);
-  app->add_option("--within-mm", o->within_mm, "a point nearer than this counts as reached")
+  app->add_option("--within-mm", o->within_mm, "position tolerance of a reached point, mm")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 }
@@ -252,16 +253,16 @@ void trajectoryOf(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
 }  // namespace
 
 void registerPlan(CLI::App& app, int& exit_code) {
-  CLI::App* plan = app.add_subcommand("plan", "what a robot can do, before it moves: check, repair, ik, time, start");
+  CLI::App* plan = app.add_subcommand("plan", "planning computations: check, repair, ik, time, start");
   plan->require_subcommand(1);
   plan->footer(
-      "Needs no running system; with --deployment the running one computes, beside control, for where its robot "
-      "stands. Ends with 0: feasible, 1: not, 2: bad input. Ctrl-C cancels.\n"
-      "  tandem plan check circle                      can it be run from the home position, and if not, why\n"
-      "  tandem plan repair far.yaml -o near.yaml      the nearest trajectory that can be run\n"
+      "Needs no running system. With --deployment the planning service of the running system computes, from the "
+      "present joints. Exit codes: 0 feasible, 1 not feasible, 2 bad input. Ctrl-C cancels.\n"
+      "  tandem plan check circle                      feasible from the home position? if not, why\n"
+      "  tandem plan repair far.yaml -o near.yaml      the nearest feasible trajectory\n"
       "  tandem plan ik --tip a=0.02,0.01,0.3          joints for a tip position\n"
-      "  tandem plan time circle                       how fast the joints' limits allow it\n"
-      "  tandem plan start circle                      the start with the most room around it");
+      "  tandem plan time circle                       fastest timing within the joint limits\n"
+      "  tandem plan start circle                      start configuration with the largest margin");
   const auto add = [&](const char* name, const char* text, int (*body)(const PlanOptions&), const char* footer) {
     auto options = std::make_shared<PlanOptions>();
     CLI::App* command = plan->add_subcommand(name, text);
@@ -270,52 +271,65 @@ void registerPlan(CLI::App& app, int& exit_code) {
     return std::pair{command, options};
   };
   {
-    auto [command, o] = add("check", "which points of a trajectory cannot be had, and why", checkPlan,
+    auto [command, o] = add("check", "list the unreachable points of a trajectory, with reasons", checkPlan,
                             "Example: tandem plan check lissajous --from table3:2 --model compliant --json");
     trajectoryOf(command, o);
     command
         ->add_option("--method", o->method,
-                     "method that the rehearsal runs with, with ideal joints (default: nspqp; a running system: its "
+                     "method of the rehearsal, simulated with ideal joints (default: nspqp; with a running system its "
                      "deployment's)")
         ->check(CLI::IsMember(control::methodNames()));
-    command->add_flag("--no-rehearsal", o->no_rehearsal, "only what the robot can do, not whether a method gets there");
+    command->add_flag("--no-rehearsal", o->no_rehearsal, "skip the rehearsal of the control method");
   }
   {
-    auto [command, o] = add("repair", "the nearest trajectory that can be run, as a file of waypoints", repair,
+    auto [command, o] = add("repair", "the nearest feasible trajectory, as a file of waypoints", repair,
                             "Example: tandem plan repair far.yaml -o near.yaml");
     trajectoryOf(command, o);
     command->add_option("-o,--output", o->output, "trajectory file to write")->required();
-    command->add_option("--smoothing", o->smoothing, "how smooth corrections are, 0: only what must be moved is")
+    command->add_option("--smoothing", o->smoothing, "smoothing of the corrections; 0: move only unreachable points")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
   }
   {
-    auto [command, o] =
-        add("ik", "joints for tips, nearest to the start's, or the nearest pose and what is in the way", ik,
-            "Example: tandem plan ik --tip a=0.02,0.01,0.3 --tip b=0.02,-0.01,0.3,0,0,1\n"
-            "An arm without a --tip stays near its start.");
+    auto [command, o] = add(
+        "ik",
+        "inverse kinematics: the joints nearest to the start that reach the tip targets, or the nearest pose and the "
+        "limiting constraints",
+        ik,
+        "Example: tandem plan ik --tip a=0.02,0.01,0.3 --tip b=0.02,-0.01,0.3,0,0,1\n"
+        "An arm without a --tip stays near its start.");
     common(command, o);
-    command->add_option("--tip", o->tips, "ARM=x,y,z in m, robot base frame; ,dx,dy,dz: where the tool points")
+    command->add_option("--tip", o->tips, "ARM=x,y,z in m, robot base frame; optionally ,dx,dy,dz: tool direction")
         ->required();
   }
   {
-    auto [command, o] = add("time", "the fastest timing under the joints' limits", time,
-                            "Velocities are those of the robot file; rotations without any take the "
+    auto [command, o] = add("time", "the fastest timing within the joint limits", time,
+                            "Velocity limits are those of the robot file. Rotations without a velocity limit use "
                             "snsqp_rotation_velocity. Accelerations are the slew limits.");
     trajectoryOf(command, o);
-    command->add_option("--translation-acceleration-mm-per-s2", o->translation_acceleration, "instead of the file's")
+    command
+        ->add_option("--translation-acceleration-mm-per-s2", o->translation_acceleration,
+                     "acceleration limit of translations instead of the robot file's")
         ->check(CLI::PositiveNumber);
-    command->add_option("--rotation-velocity-rad-per-s", o->rotation_velocity, "instead of the file's")
+    command
+        ->add_option("--rotation-velocity-rad-per-s", o->rotation_velocity,
+                     "velocity limit of rotations instead of the robot file's")
         ->check(CLI::PositiveNumber);
-    command->add_option("--rotation-acceleration-rad-per-s2", o->rotation_acceleration, "instead of the file's")
+    command
+        ->add_option("--rotation-acceleration-rad-per-s2", o->rotation_acceleration,
+                     "acceleration limit of rotations instead of the robot file's")
         ->check(CLI::PositiveNumber);
-    command->add_option("--csv", o->csv, "file for a row a point: t, joints, SI");
+    command->add_option("--csv", o->csv, "CSV file, one row per point: t, joints, SI");
   }
   {
-    auto [command, o] = add("start", "starts with the same tips, the one with the most room first", start,
-                            "Room is the smallest distance to limits (per 100 mm and 1 rad) and stability on the way.");
+    auto [command, o] =
+        add("start", "start configurations with the same tips, sorted by margin to the limits", start,
+            "Room: smallest margin along the trajectory, to joint limits (per 100 mm, per 1 rad) and above the least "
+            "stability.");
     trajectoryOf(command, o);
-    command->add_option("--tries", o->tries, "random references")->check(CLI::Range(1, 10000))->capture_default_str();
+    command->add_option("--tries", o->tries, "number of random references to choose from")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
   }
 }
 

@@ -50,8 +50,8 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
     return;
   }
   if (report.planar_start != 0) {
-    out << "note: an arm starts with all tubes bent in one plane, where rotations move its tip across that plane only; "
-           "inward in the plane, control first turns its tubes a little apart\n";
+    out << "note: all tubes of an arm start bent in one plane, where rotations move its tip only across that plane; "
+           "for a motion inward in the plane control first rotates the tubes slightly against each other\n";
   }
   for (const dds::PointReport& point : report.points) {
     if (!reached(point))
@@ -60,7 +60,7 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
   if (report.feasible != 0)
     out << "feasible: all " << report.points.size() << " points\n";
   else
-    out << "not feasible: " << service::unreachable(report) << " of " << report.points.size() << " points\n";
+    out << "not feasible: " << computation::unreachable(report) << " of " << report.points.size() << " points\n";
 }
 
 Json rehearsalJson(const dds::RehearsalReport& rehearsal) {

@@ -15,7 +15,7 @@ namespace {
 std::optional<config::Deployment> deploymentOf(const PlanOptions& options) {
   if (options.deployment.empty())
     return std::nullopt;
-  return service::loadDeployment(options.deployment);
+  return runtime::loadDeployment(options.deployment);
 }
 
 /// A result that answers the question; else a Failure.
@@ -31,7 +31,7 @@ dds::ComputationResult answered(dds::ComputationResult result) {
 PlanSetup::PlanSetup(const PlanOptions& options)
     : options_(options),
       deployment_(deploymentOf(options)),
-      robot_(deployment_ ? config::loadTubes(*deployment_, "of catheters planning judges a path when it is started")
+      robot_(deployment_ ? config::loadTubes(*deployment_, "paths of other robots are checked when they start")
                          : config::loadRobot(config::findFile(options.robot, "robot"))),
       model_name_(deployment_ ? deployment_->model : options.model),
       model_(robot_, model_name_) {}
@@ -113,13 +113,13 @@ dds::ComputationResult PlanSetup::compute(const dds::ComputationRequest& request
   if (deployment_)
     return computeLive(*deployment_, request, [this] { return stop_.requested(); });
   PlanProgress progress;
-  service::ComputationHooks hooks;
+  computation::ComputationHooks hooks;
   hooks.cancelled = [this] { return stop_.requested(); };
   hooks.progress = [&](double, const std::string& at, int done, int all) { progress.show(at, done, all); };
   try {
-    const service::Computation computation(request, {robot_, model_, model_name_ == "rigid"}, std::nullopt);
+    const computation::Computation computation(request, {robot_, model_, model_name_ == "rigid"}, std::nullopt);
     return answered(computation.run(hooks));
-  } catch (const service::Refusal& refusal) {
+  } catch (const computation::Refusal& refusal) {
     throw Failure(kUsage, refusal.what());
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Options shared by the subcommands of `tandem plan`: robot, start, demands, place of computation; and their
+/** @file Options shared by the subcommands of `tandem plan`: robot, start, requirements, local or remote computation;
  * progress line. */
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "services/cli/plan/live_planner.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/computation/computation.h"
 #include "services/runtime/stop_signal.h"
 
@@ -50,7 +50,7 @@ class PlanSetup {
   std::string trajectory() const;
 
   const PlanOptions& options_;
-  service::StopSignal stop_;
+  runtime::StopSignal stop_;
   std::optional<config::Deployment> deployment_;  ///< of the running system
   config::Robot robot_;
   std::string model_name_;

@@ -73,7 +73,7 @@ int runExport(const ExportCommand& options) {
     std::cout << table.topic << ": " << table.rows() << " rows\n";
   if (set.aligned)
     std::cout << "aligned: " << set.aligned->times.size() << " rows, " << set.aligned->names.size() << " columns\n";
-  return recording.tellDamage() ? kFailure : kOk;
+  return recording.reportDamage() ? kFailure : kOk;
 }
 
 int runPlot(const ExportCommand& options) {
@@ -84,27 +84,28 @@ int runPlot(const ExportCommand& options) {
   drawFigures("recording_figures.py",
               {folder.path().string(), options.figures, "--arms", recording.about("arms"), "--joints",
                recording.about("joints"), "--title", std::filesystem::path(options.file).filename().string()});
-  return recording.tellDamage() ? kFailure : kOk;
+  return recording.reportDamage() ? kFailure : kOk;
 }
 
 }  // namespace
 
 void registerExport(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportCommand>();
-  CLI::App* command = app.add_subcommand("export", "turn a recording into CSV, MATLAB or HDF5 files");
+  CLI::App* command = app.add_subcommand("export", "convert a recording to CSV, MATLAB or HDF5 files");
   command->add_option("file", options->file, "MCAP file")->required();
-  command->add_option("--csv", options->csv, "folder that gets a file per topic");
-  command->add_option("--mat", options->mat, "MATLAB file with a struct per topic");
-  command->add_option("--hdf5", options->hdf5, "HDF5 file with a group per topic");
-  command->add_option("-t,--topics", options->topics, "names below the prefix; * stands for any text")
+  command->add_option("--csv", options->csv, "folder for one file per topic");
+  command->add_option("--mat", options->mat, "MATLAB file with one struct per topic");
+  command->add_option("--hdf5", options->hdf5, "HDF5 file with one group per topic");
+  command->add_option("-t,--topics", options->topics, "topics, without prefix; * matches any text")
       ->capture_default_str();
-  command->add_option("--start", options->start, "leave out so many seconds at the beginning")
+  command->add_option("--start", options->start, "skip this many seconds at the beginning")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--for", options->seconds, "so many seconds; default: all")->check(CLI::PositiveNumber);
+  command->add_option("--for", options->seconds, "duration, s (default: all)")->check(CLI::PositiveNumber);
   CLI::Option* resample =
-      command->add_option("--resample", options->resample, "Hz: one more table with all topics at these times")
+      command
+          ->add_option("--resample", options->resample, "additional table with all topics resampled at this rate, Hz")
           ->check(CLI::PositiveNumber);
-  command->add_option("--align", options->align, "topic: one more table with all topics at the times of this one")
+  command->add_option("--align", options->align, "additional table with all topics at the times of this topic")
       ->excludes(resample);
   command->footer("SI units throughout; docs/recording.md has recipes for Python, MATLAB and spreadsheets.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runExport(*options); }); });
@@ -114,10 +115,10 @@ void registerPlot(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand("plot", "draw the standard figures of a recording");
   command->add_option("file", options->file, "MCAP file")->required();
-  command->add_option("--figures", options->figures, "folder that gets them")->required();
-  command->add_option("--start", options->start, "leave out so many seconds at the beginning")
+  command->add_option("--figures", options->figures, "folder for the figures")->required();
+  command->add_option("--start", options->start, "skip this many seconds at the beginning")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--for", options->seconds, "so many seconds; default: all")->check(CLI::PositiveNumber);
+  command->add_option("--for", options->seconds, "duration, s (default: all)")->check(CLI::PositiveNumber);
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runPlot(*options); }); });
 }
 

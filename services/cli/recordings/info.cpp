@@ -8,7 +8,7 @@
 
 #include "recording/gaps.h"
 #include "services/cli/recordings/recordings.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/recordings/run_file.h"
 
 namespace tandem::cli {
@@ -102,7 +102,7 @@ void printInfo(const nlohmann::ordered_json& json) {
             << json["messages"] << " messages in " << std::fixed << std::setprecision(1) << duration << " s, profile "
             << json["profile"].get<std::string>() << ", written by " << json["library"].get<std::string>() << "\n";
   if (json["messages"] != 0)
-    std::cout << "from " << service::timeName(json["start_ns"].get<std::uint64_t>()) << " on\n";
+    std::cout << "from " << recordings::timeName(json["start_ns"].get<std::uint64_t>()) << " on\n";
   for (const auto& [name, values] : json["metadata"].items()) {
     std::cout << "\n" << name << ":\n";
     for (const auto& [key, value] : values.items())
@@ -140,19 +140,19 @@ int runInfo(const InfoCommand& options) {
     std::cout << json.dump(2) << "\n";
   else
     printInfo(json);
-  return recording.tellDamage() ? kFailure : kOk;
+  return recording.reportDamage() ? kFailure : kOk;
 }
 
 }  // namespace
 
 void registerInfo(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<InfoCommand>();
-  CLI::App* info = app.add_subcommand("info", "say what is in a recording: topics, rates, losses, attachments");
+  CLI::App* info = app.add_subcommand("info", "show topics, rates, losses and attachments of a recording");
   info->add_option("file", options->file, "MCAP file")->required();
   info->add_option("--attachment", options->attachment, "print this attachment and nothing else");
-  info->add_flag("--check", options->check, "look at every byte and check every checksum");
-  info->add_flag("--json", options->json, "as JSON");
-  info->footer("Exit code 1: the file is damaged or was not finished; what is whole is shown all the same.");
+  info->add_flag("--check", options->check, "read the whole file and verify every checksum");
+  info->add_flag("--json", options->json, "JSON instead of text");
+  info->footer("Exit code 1: the file is damaged or incomplete; the valid part is shown.");
   info->callback([options, &exit_code] { guarded(exit_code, [&] { return runInfo(*options); }); });
 }
 

@@ -8,7 +8,7 @@
 
 #include "config/arm_names.h"
 #include "config/robot_files.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/client/role.h"
 #include "services/recordings/capture.h"
 #include "services/recordings/recorder.h"
@@ -19,7 +19,7 @@ namespace tandem::cli {
 namespace {
 
 struct RecordCommand {
-  std::string deployment = service::defaultDeployment(), output;
+  std::string deployment = runtime::defaultDeployment(), output;
   std::vector<std::string> topics{"*"};
   double seconds = 0.0, split_megabytes = 0.0, split_seconds = 0.0, memory_megabytes = 64.0;
   bool json = false;
@@ -27,10 +27,10 @@ struct RecordCommand {
 
 using Clock = std::chrono::steady_clock;
 
-void tellRecording(const RecordCommand& options,
-                   const char* event,
-                   const service::Recorder::Totals& totals,
-                   double seconds) {
+void reportRecording(const RecordCommand& options,
+                     const char* event,
+                     const recordings::Recorder::Totals& totals,
+                     double seconds) {
   if (options.json) {
     nlohmann::ordered_json files = nlohmann::ordered_json::array();
     for (const auto& file : totals.files)
@@ -51,43 +51,43 @@ void tellRecording(const RecordCommand& options,
 }
 
 int runRecord(const RecordCommand& options) {
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
   const std::vector<dds::TopicInfo> topics =
-      service::chooseTopics(dds::allTopics(config::armList(robot)), options.topics);
-  const service::RunInfo info = service::describeRun(deployment, robot);
-  service::RecorderOptions recorder_options;
+      recordings::chooseTopics(dds::allTopics(config::armList(robot)), options.topics);
+  const recordings::RunInfo info = recordings::describeRun(deployment, robot);
+  recordings::RecorderOptions recorder_options;
   recorder_options.file = options.output.empty()
-                              ? service::timeName(service::wallClock()) + "_" + deployment.name + ".mcap"
+                              ? recordings::timeName(recordings::wallClock()) + "_" + deployment.name + ".mcap"
                               : options.output;
   recorder_options.largest_file = static_cast<std::uint64_t>(1e6 * options.split_megabytes);
   recorder_options.longest_file = options.split_seconds;
   recorder_options.memory = static_cast<std::size_t>(1e6 * options.memory_megabytes);
 
   signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is a full disk, not an end
-  service::StopSignal stop;
-  service::Recorder recorder(info, deployment.prefix, topics, recorder_options);
+  runtime::StopSignal stop;
+  recordings::Recorder recorder(info, deployment.prefix, topics, recorder_options);
   const auto start = Clock::now();
   try {
-    dds::Bus bus(service::ofAnyRobot(clientOptions(deployment)));
-    const service::Capture capture(bus, topics,
-                                   [&](const auto& tag, std::string_view bytes) { recorder.take(tag, bytes); });
-    tellRecording(options, "recording", recorder.totals(), 0.0);
+    dds::Bus bus(runtime::ofAnyRobot(client::clientOptions(deployment)));
+    const recordings::Capture capture(bus, topics,
+                                      [&](const auto& tag, std::string_view bytes) { recorder.take(tag, bytes); });
+    reportRecording(options, "recording", recorder.totals(), 0.0);
     double reported = 0.0;
     while (!stop.waitFor(0.02) && (options.seconds <= 0.0 || since(start) < options.seconds)) {
       recorder.drain();
       if (const double now = since(start); now - reported >= 1.0) {
-        tellRecording(options, "recording", recorder.totals(), now);
+        reportRecording(options, "recording", recorder.totals(), now);
         reported = now;
       }
     }
     recorder.drain();
   } catch (const std::system_error& error) {
-    tellRecording(options, "failed", recorder.totals(), since(start));
-    throw Failure(kFailure, std::string(error.what()) + "; what was written before is whole");
+    reportRecording(options, "failed", recorder.totals(), since(start));
+    throw Failure(kFailure, std::string(error.what()) + "; the part written before is complete");
   }
   recorder.close();
-  tellRecording(options, "recorded", recorder.totals(), since(start));
+  reportRecording(options, "recorded", recorder.totals(), since(start));
   return recorder.totals().lost == 0 ? kOk : kFailure;
 }
 
@@ -98,21 +98,21 @@ void registerRecord(CLI::App& app, int& exit_code) {
   CLI::App* record = app.add_subcommand("record", "record the topics of a running robot to an MCAP file");
   record->add_option("deployment,-d,--deployment", options->deployment, "deployment file or preset")
       ->capture_default_str();
-  record->add_option("-o,--output", options->output, "file; default: time and name of the deployment, .mcap");
-  record->add_option("-t,--topics", options->topics, "names below the prefix; * stands for any text")
+  record->add_option("-o,--output", options->output, "file (default: time and name of the deployment, .mcap)");
+  record->add_option("-t,--topics", options->topics, "topics, without prefix; * matches any text")
       ->capture_default_str();
-  record->add_option("--for", options->seconds, "stop by itself after so many seconds")->check(CLI::PositiveNumber);
-  record->add_option("--split-mb", options->split_megabytes, "begin a new file after so many megabytes")
+  record->add_option("--for", options->seconds, "stop after this many seconds")->check(CLI::PositiveNumber);
+  record->add_option("--split-mb", options->split_megabytes, "start a new file after this many megabytes")
       ->check(CLI::PositiveNumber);
-  record->add_option("--split-s", options->split_seconds, "begin a new file after so many seconds")
+  record->add_option("--split-s", options->split_seconds, "start a new file after this many seconds")
       ->check(CLI::PositiveNumber);
-  record->add_option("--memory-mb", options->memory_megabytes, "megabytes that wait for a slow disk")
+  record->add_option("--memory-mb", options->memory_megabytes, "memory buffer for a slow disk, MB")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  record->add_flag("--json", options->json, "one JSON object a line");
+  record->add_flag("--json", options->json, "one JSON object per line");
   record->footer(
-      "Ctrl-C ends the recording. Exit code 1: samples were lost, as the sequence numbers of the writers show, or the\n"
-      "disk is full; the file is whole up to there. After a `kill -9` it can be read up to the last second.");
+      "Ctrl-C ends the recording. Exit code 1: samples were lost (gaps in the writers' sequence numbers), or the\n"
+      "disk is full; the file is complete up to there. After a `kill -9` it is readable up to the last second.");
   record->callback([options, &exit_code] { guarded(exit_code, [&] { return runRecord(*options); }); });
 }
 

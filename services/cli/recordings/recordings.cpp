@@ -7,7 +7,7 @@
 #include <iostream>
 #include <map>
 
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/recordings/run_file.h"
 
 namespace tandem::cli {
@@ -33,14 +33,15 @@ auto asFailure(F&& f) {
 
 }  // namespace
 
-Recording::Recording(const std::string& file, recording::Reader::Open how) : reader_(open(file, how)), today_(reader_) {
+Recording::Recording(const std::string& file, recording::Reader::Open how)
+    : reader_(open(file, how)), upgrader_(reader_) {
   prefix_ = "/" + about("prefix") + "/";
 }
 
 std::string Recording::about(const std::string& key) const {
   for (const recording::Metadata& metadata : reader_.metadata()) {
     const auto value = metadata.values.find(key);
-    if (metadata.name == service::kRunMetadata && value != metadata.values.end())
+    if (metadata.name == recordings::kRunMetadata && value != metadata.values.end())
       return value->second;
   }
   return "";
@@ -120,7 +121,7 @@ std::vector<recording::Table> Recording::tables(const recording::Selection& sele
 }
 
 std::string Recording::changes(const recording::Channel& channel) {
-  return asFailure([&] { return today_.changes(channel); });
+  return asFailure([&] { return upgrader_.changes(channel); });
 }
 
 std::optional<std::string> Recording::today(const recording::Channel& channel, std::string_view bytes) {
@@ -128,11 +129,11 @@ std::optional<std::string> Recording::today(const recording::Channel& channel, s
     if (const std::string changes = this->changes(channel); !changes.empty())
       std::cerr << topicOf(channel) << ": " << changes << "\n";
   }
-  return asFailure([&] { return today_(channel, bytes); });
+  return asFailure([&] { return upgrader_(channel, bytes); });
 }
 
 std::optional<std::string> Recording::back(const recording::Channel& channel, std::string_view bytes) {
-  return asFailure([&] { return today_.back(channel, bytes); });
+  return asFailure([&] { return upgrader_.back(channel, bytes); });
 }
 
 std::string Recording::attachment(const std::string& name) {
@@ -143,10 +144,10 @@ std::string Recording::attachment(const std::string& name) {
     known += (known.empty() ? "" : ", ") + reader_.attachments()[i].name;
   }
   throw Failure(kUsage, reader_.file().string() + ": attachment '" + name +
-                            "': there is none of that name; there are: " + (known.empty() ? "none" : known));
+                            "' not found; the file contains: " + (known.empty() ? "none" : known));
 }
 
-bool Recording::tellDamage() const {
+bool Recording::reportDamage() const {
   for (const std::string& damage : reader_.damage())
     std::cerr << damage << "\n";
   return !reader_.damage().empty();

@@ -9,7 +9,7 @@
 
 #include "recording/reader.h"
 #include "recording/table.h"
-#include "services/recordings/today.h"
+#include "services/recordings/message_upgrader.h"
 
 namespace tandem::cli {
 
@@ -44,11 +44,11 @@ class Recording {
   /// Data of an attachment. @throw Failure(kUsage) where there is none of that name.
   std::string attachment(const std::string& name);
   /// Tells on stderr what is wrong with the file. @return whether anything is.
-  bool tellDamage() const;
+  bool reportDamage() const;
 
  private:
   recording::Reader reader_;
-  service::Today today_;
+  recordings::MessageUpgrader upgrader_;
   std::string prefix_;
   std::set<std::string> reported_;  ///< topics
 };

@@ -9,7 +9,7 @@
 #include "config/robot_files.h"
 #include "services/cli/recordings/recordings.h"
 #include "services/cli/recordings/resimulation.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/client/role.h"
 #include "services/recordings/hal_watch.h"
 #include "services/runtime/process.h"
@@ -19,7 +19,7 @@ namespace tandem::cli {
 namespace {
 
 struct ReplayCommand {
-  std::string file, deployment = service::defaultDeployment();
+  std::string file, deployment = runtime::defaultDeployment();
   std::vector<std::string> topics{"*"}, remap;
   double rate = 1.0, start = 0.0, seconds = 0.0;
   bool loop = false, simulate = false;
@@ -84,28 +84,28 @@ class Guard {
  public:
   Guard(dds::Bus& bus, const std::map<std::string, dds::TopicInfo>& topics) : watch_(bus) {
     for (const auto& [old_name, topic] : topics) {
-      if (service::actedUpon(topic))
+      if (recordings::actedUpon(topic))
         acted_upon_ += (acted_upon_.empty() ? "" : ", ") + topic.name;
     }
   }
   void check() const {
-    if (!acted_upon_.empty() && watch_.found() == service::HalWatch::Found::kHardware)
-      throw Failure(kFailure, "refused: " + watch_.describe() + ", and a robot acts upon " + acted_upon_ +
-                                  ". Leave them out with --topics, or use another domain or prefix");
+    if (!acted_upon_.empty() && watch_.driveSource() == recordings::HalWatch::DriveSource::kHardware)
+      throw Failure(kFailure, "refused: " + watch_.describe() + "; these topics would move a robot: " + acted_upon_ +
+                                  ". Exclude them with --topics, or use another domain or prefix");
   }
 
  private:
-  service::HalWatch watch_;
+  recordings::HalWatch watch_;
   std::string acted_upon_;
 };
 
 int play(const ReplayCommand& options, Recording& recording) {
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
   const auto topics = targets(options, recording, robot);
   const recording::Selection selection = recording.select(options.topics, options.start, options.seconds);
-  service::StopSignal stop;
-  dds::Bus bus(service::ofAnyRobot(clientOptions(deployment)));
+  runtime::StopSignal stop;
+  dds::Bus bus(runtime::ofAnyRobot(client::clientOptions(deployment)));
   const Guard guard(bus, topics);
   stop.waitFor(kListen);
   guard.check();
@@ -136,14 +136,14 @@ int play(const ReplayCommand& options, Recording& recording) {
   } while (options.loop && !stop.requested() && played > 0);
   std::cout << "replayed " << played << " messages of " << writers.size() << " topics\n";
   if (refused > 0)
-    std::cerr << refused << " messages were refused by DDS, or do not fit their definition\n";
-  return recording.tellDamage() || refused > 0 ? kFailure : kOk;
+    std::cerr << refused << " messages were rejected by DDS, or do not fit their definition\n";
+  return recording.reportDamage() || refused > 0 ? kFailure : kOk;
 }
 
 int runReplay(const ReplayCommand& options) {
   Recording recording(options.file);
   if (recording.reader().statistics().messages == 0)
-    throw Failure(kUsage, options.file + ": there is no message in it");
+    throw Failure(kUsage, options.file + ": contains no messages");
   return options.simulate ? resimulate(recording) : play(options, recording);
 }
 
@@ -151,27 +151,26 @@ int runReplay(const ReplayCommand& options) {
 
 void registerReplay(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReplayCommand>();
-  CLI::App* replay = app.add_subcommand("replay", "play a recording back onto DDS, or through the simulator");
+  CLI::App* replay = app.add_subcommand("replay", "replay a recording over DDS, or through the simulator");
   replay->add_option("file", options->file, "MCAP file")->required();
   replay->add_option("-d,--deployment", options->deployment, "deployment file or preset: network and prefix")
       ->capture_default_str();
-  replay->add_option("-r,--rate", options->rate, "times as fast")->check(CLI::PositiveNumber)->capture_default_str();
-  replay->add_option("--start", options->start, "begin so many seconds after the first message")
+  replay->add_option("-r,--rate", options->rate, "speed factor")->check(CLI::PositiveNumber)->capture_default_str();
+  replay->add_option("--start", options->start, "start this many seconds after the first message")
       ->check(CLI::NonNegativeNumber);
-  replay->add_option("--for", options->seconds, "play so many recorded seconds; default: all")
+  replay->add_option("--for", options->seconds, "duration to replay, s of the recording (default: all)")
       ->check(CLI::PositiveNumber);
-  replay->add_option("-t,--topics", options->topics, "names below the prefix; * stands for any text")
+  replay->add_option("-t,--topics", options->topics, "topics, without prefix; * matches any text")
       ->capture_default_str();
-  replay->add_option("--remap", options->remap, "OLD:=NEW names below the prefix");
-  replay->add_flag("--loop", options->loop, "again and again, until Ctrl-C");
+  replay->add_option("--remap", options->remap, "OLD:=NEW topics, without prefix");
+  replay->add_flag("--loop", options->loop, "repeat until Ctrl-C");
   replay->add_flag(
       "--simulate", options->simulate,
       "feed the commands of a lock-step run to the simulator, with the recorded configuration, and compare "
       "its states with the recorded ones, sample by sample");
   replay->footer(
-      "Topics that a robot acts upon are refused while a HAL with hardware is there; a simulator is fair game.\nExit "
-      "code "
-      "1: refused, or --simulate found a difference.");
+      "Topics that control a robot are refused while a HAL with hardware is present; a simulator does not prevent "
+      "replay.\nExit code 1: refused, or --simulate found a difference.");
   replay->callback([options, &exit_code] { guarded(exit_code, [&] { return runReplay(*options); }); });
 }
 

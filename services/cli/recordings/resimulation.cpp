@@ -41,7 +41,7 @@ Run readRun(Recording& recording) {
     if (topic == dds::kActuationState.name) {
       const auto state = decode<dds::ActuationState>(recording, channel, message);
       if (state && session != 0 && state->session != session)
-        throw Failure(kUsage, "the recording holds states of several simulators; one is expected");
+        throw Failure(kUsage, "the recording contains states of several simulators, expected one");
       if (state && run.states.emplace(state->sequence, *state).second) {
         session = state->session;
         run.state_channel = channel;
@@ -59,11 +59,10 @@ Run readRun(Recording& recording) {
     return true;
   });
   if (run.states.empty())
-    throw Failure(kUsage, "there are no states in the recording: record all topics");
+    throw Failure(kUsage, "the recording contains no actuation/state; record all topics");
   if (run.states.begin()->second.lock_step == 0)
-    throw Failure(
-        kUsage,
-        "the recording was made in real time, where the moment of every step counts; expected clock: lock_step");
+    throw Failure(kUsage,
+                  "found a recording in real time, expected clock: lock_step (results in real time depend on timing)");
   return run;
 }
 
@@ -85,7 +84,7 @@ std::filesystem::path writeFiles(Recording& recording, const std::filesystem::pa
 /** The simulator, and what led it from state to state. */
 class Replica {
  public:
-  Replica(Recording& recording, Run& run, const service::Setup& setup) : recording_(recording), run_(run), sim_(setup) {
+  Replica(Recording& recording, Run& run, const runtime::Setup& setup) : recording_(recording), run_(run), sim_(setup) {
     sim_.state(0, state_);
   }
 
@@ -140,7 +139,7 @@ class Replica {
 
   Recording& recording_;
   Run& run_;
-  service::SimCore sim_;
+  simulation::SimCore sim_;
   dds::ActuationState state_, before_;
   bool moved_ = false;
 };
@@ -150,7 +149,7 @@ class Replica {
 int resimulate(Recording& recording) {
   Run run = readRun(recording);
   const TemporaryFolder folder;
-  service::Setup setup;
+  runtime::Setup setup;
   setup.name = "sim";
   try {
     setup.deployment = config::loadDeployment(writeFiles(recording, folder.path()));
@@ -177,8 +176,8 @@ int resimulate(Recording& recording) {
   std::cout << compared << " states simulated again, " << different << " differ; largest difference of a position "
             << largest << " m or rad\n";
   if (compared == 0)
-    throw Failure(kUsage, "no state could be compared: the recording holds no commands");
-  return different == 0 && !recording.tellDamage() ? kOk : kFailure;
+    throw Failure(kUsage, "no state could be compared: the recording contains no commands");
+  return different == 0 && !recording.reportDamage() ? kOk : kFailure;
 }
 
 }  // namespace tandem::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem console: address of the console; starts it where it does not run. */
+/** @file tandem console: prints the address of the console, and starts it if it is not running. */
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -13,14 +13,14 @@
 #include "config/config.h"
 #include "services/cli/deployment/sibling.h"
 #include "services/cli/robot/console.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/runtime/process.h"
 
 namespace tandem::cli {
 namespace {
 
 struct ConsoleCommand {
-  std::string deployment = service::defaultDeployment(), page;
+  std::string deployment = runtime::defaultDeployment(), page;
   std::optional<int> port;
   bool only_print = false;
 };
@@ -46,7 +46,7 @@ bool served(const std::string& address, int port) {
 }
 
 int runConsole(const ConsoleCommand& options) {
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Console& console = deployment.console;
   const int port = options.port.value_or(console.port);
   const std::string near = consoleAddress(console);
@@ -54,13 +54,13 @@ int runConsole(const ConsoleCommand& options) {
             << "Foxglove, Lichtblick, PlotJuggler: " << (console.tls() ? "wss://" : "ws://") << near << ":" << port
             << std::endl;
   if (!console.operator_token.empty())
-    std::cout << "with ?token=TOKEN behind it, as " << console.operator_token.string()
-              << (console.viewer_token.empty() ? "" : " (or " + console.viewer_token.string() + ", to look only)")
-              << " has it" << std::endl;
+    std::cout << "append ?token=TOKEN with the token in " << console.operator_token.string()
+              << (console.viewer_token.empty() ? "" : " (read only: in " + console.viewer_token.string() + ")")
+              << std::endl;
   if (options.only_print)
     return kOk;
   if (served(near, port)) {
-    std::cout << "it is served already" << std::endl;
+    std::cout << "it is already served" << std::endl;
     return kOk;
   }
   std::vector<std::string> words{"--deployment", deployment.file.string(), "--port", std::to_string(port)};
@@ -84,11 +84,12 @@ void registerConsole(CLI::App& app, int& exit_code) {
   CLI::App* console = app.add_subcommand("console", "the operator's page, and the server for Foxglove and other tools");
   console->add_option("deployment,-d,--deployment", options->deployment, "deployment file, or the name of a preset")
       ->capture_default_str();
-  console->add_option("--port", options->port, "TCP port, in place of the deployment's console.port")
+  console->add_option("--port", options->port, "TCP port instead of the deployment's console.port")
       ->check(CLI::Range(1, 65535));
-  console->add_option("--page", options->page, "folder of the operator's page (default: the one that is installed)");
-  console->add_flag("--url", options->only_print, "say where it is, and no more");
-  console->footer("Says where the console is; serves there until Ctrl-C, if nobody does. docs/foxglove.md has more.");
+  console->add_option("--page", options->page, "folder of the operator's page (default: the installed one)");
+  console->add_flag("--url", options->only_print, "print the address and exit");
+  console->footer(
+      "Prints the console's address. If no console runs, serves it until Ctrl-C. Documentation: docs/foxglove.md");
   console->callback([options, &exit_code] { guarded(exit_code, [&] { return runConsole(*options); }); });
 }
 

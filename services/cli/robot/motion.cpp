@@ -8,7 +8,7 @@
 
 #include "config/arm_names.h"
 #include "config/robot_files.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
@@ -17,21 +17,21 @@ namespace tandem::cli {
 namespace {
 
 struct MotionCommand {
-  std::string deployment = service::defaultDeployment(), arm, joint;
+  std::string deployment = runtime::defaultDeployment(), arm, joint;
   double speed = 0.0, seconds = 1.0, timeout = 180.0;
 };
 
-/// The drives home as long as somebody repeats the wish: whoever lets go stops them.
+/// The drives home as long as the request is repeated; without it they stop.
 int homeDrives(const MotionCommand& options) {
   constexpr double kRepeat = 0.2;  // s, of the keep-alive of 1 s
-  service::StopSignal stop;
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  runtime::StopSignal stop;
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
-  Client client(deployment);
-  takeCommand(client, [&] { return stop.requested(); });
+  client::Client client(deployment);
+  client::takeCommand(client, [&] { return stop.requested(); });
   dds::HalRequest request;
   request.kind = static_cast<std::uint8_t>(dds::HalKind::kHome);
-  request.arm = options.arm.empty() ? dds::kAllArms : armIndex(robot, options.arm);
+  request.arm = options.arm.empty() ? dds::kAllArms : client::armIndex(robot, options.arm);
   const auto start = std::chrono::steady_clock::now();
   bool began = false;
   while (client.hal(request).value == 0) {
@@ -39,27 +39,27 @@ int homeDrives(const MotionCommand& options) {
       std::cerr << "homing; Ctrl-C stops\n";
     began = true;
     if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > options.timeout)
-      throw Failure(kFailure, "not done in time; the drives stop by themselves now");
+      throw Failure(kFailure, "homing did not end in time; the drives now stop by themselves");
     if (stop.waitFor(kRepeat))
-      throw Failure(kFailure, "interrupted; the drives stop by themselves now");
+      throw Failure(kFailure, "interrupted; the drives now stop by themselves");
   }
   client.releaseLease();
-  std::cout << (began ? "homed\n" : "all joints know where they are; nothing to do\n");
+  std::cout << (began ? "homed\n" : "all joints are homed; nothing to do\n");
   return kOk;
 }
 
 int jog(const MotionCommand& options) {
-  service::StopSignal stop;
-  const config::Deployment deployment = service::loadDeployment(options.deployment);
+  runtime::StopSignal stop;
+  const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
-  const std::uint8_t arm = armIndex(robot, options.arm);
-  const int joint = jointIndex(robot.arms[arm], options.joint);
+  const std::uint8_t arm = client::armIndex(robot, options.arm);
+  const int joint = client::jointIndex(robot.arms[arm], options.joint);
   const int joints = robot.arms[arm].limits.jointCount();
   const bool translation = robot.arms[arm].limits.isTranslation(joint);
-  Client client(deployment);
-  client.interruptBy([&] { return stop.requested(); });
+  client::Client client(deployment);
+  client.setInterrupt([&] { return stop.requested(); });
   client.connect(10.0);
-  client.expectLife(2.0 + 3.0 * deployment.control_period);
+  client.setSilenceLimit(2.0 + 3.0 * deployment.control_period);
   client.acquireLease();
   dds::ControlRequest request;
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kJog);
@@ -75,10 +75,10 @@ int jog(const MotionCommand& options) {
     client.control(request);
     stop.waitFor(repeat);
   }
-  client.interruptBy({});
+  client.setInterrupt({});
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kHold);
   client.control(request);
-  client.waitFor(2.0, [&](const Snapshot& s) { return s.state.velocity[index] == 0.0; });
+  client.waitFor(2.0, [&](const client::Snapshot& s) { return s.state.velocity[index] == 0.0; });
   client.releaseLease();
   const double scale = translation ? 1e3 : 180.0 / std::numbers::pi;
   const double to = client.snapshot().state.position[index];
@@ -91,10 +91,10 @@ int jog(const MotionCommand& options) {
 
 void registerHome(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MotionCommand>();
-  CLI::App* command = app.add_subcommand("home", "homing runs of drives that need one; absolute encoders need none");
+  CLI::App* command = app.add_subcommand("home", "run the drives' homing procedures; absolute encoders need none");
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   command->add_option("-a,--arm", options->arm, "one arm only");
-  command->add_option("--timeout", options->timeout, "s")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_option("--timeout", options->timeout, "time-out, s")->capture_default_str()->check(CLI::PositiveNumber);
   command->footer("The arms must be DISABLED. To move homed arms to the robot file's home: tandem robot home.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return homeDrives(*options); }); });
 }
@@ -103,11 +103,11 @@ void registerJog(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MotionCommand>();
   CLI::App* command = app.add_subcommand("jog", "move one joint of an ENABLED arm at a speed, within its limits");
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
-  command->add_option("arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
+  command->add_option("arm", options->arm, "name of the arm, with or without the prefix arm_")->required();
   command->add_option("joint", options->joint, "beta_1 ... alpha_n; of a catheter insertion, roll, bend")->required();
-  command->add_option("speed", options->speed, "mm/s for beta or insertion, else deg/s; -- before a negative one")
+  command->add_option("speed", options->speed, "mm/s for beta or insertion, else deg/s; put -- before a negative value")
       ->required();
-  command->add_option("--for", options->seconds, "s")->capture_default_str()->check(CLI::Range(0.0, 60.0));
+  command->add_option("--for", options->seconds, "duration, s")->capture_default_str()->check(CLI::Range(0.0, 60.0));
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return jog(*options); }); });
 }
 

@@ -9,9 +9,9 @@
 
 namespace tandem::cli {
 
-nlohmann::ordered_json processesJson(const Client& client) {
+nlohmann::ordered_json processesJson(const client::Client& client) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  const std::int64_t now = service::wallNow();
+  const std::int64_t now = runtime::wallNow();
   for (const dds::Identity& other : client.bus().others()) {
     if (other.moves == 0)
       continue;
@@ -22,24 +22,35 @@ nlohmann::ordered_json processesJson(const Client& client) {
                     {"deployment", other.deployment},
                     {"fingerprint", config::fingerprintText(other.fingerprint)},
                     {"up_s", 1e-9 * static_cast<double>(now - other.started)},
-                    {"mismatch", service::mismatch(client.bus().options().identity, other)}});
+                    {"mismatch", runtime::mismatch(client.bus().options().identity, other)}});
   }
   return json;
 }
 
-nlohmann::ordered_json clocksJson(const std::vector<ClockOffset>& offsets) {
+nlohmann::ordered_json diagnosticsJson(const client::Snapshot& s) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const auto& [service, status] : s.diagnostics) {
+    nlohmann::ordered_json values = nlohmann::ordered_json::object();
+    for (const auto& [name, value] : status.values)
+      values[name] = value;
+    json[service] = {{"level", status.level}, {"message", status.message}, {"values", values}};
+  }
+  return json;
+}
+
+nlohmann::ordered_json clocksJson(const std::vector<client::ClockOffset>& offsets) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const ClockOffset& clock : offsets)
+  for (const client::ClockOffset& clock : offsets)
     json.push_back({{"host", clock.host}, {"offset_s", clock.offset}, {"within_s", clock.within}});
   return json;
 }
 
-void askAll(Client& client) {
+void askAll(client::Client& client) {
   constexpr int kTimes = 8;
   constexpr double kPause = 0.03;  // s
   for (int i = 0; i < kTimes; ++i) {
     client.clocks().ask();
-    client.waitFor(kPause, [](const Snapshot&) { return false; });
+    client.waitFor(kPause, [](const client::Snapshot&) { return false; });
   }
 }
 

@@ -13,7 +13,7 @@
 #include "robots/capability.h"
 #include "services/cli/plan/plan_print.h"
 #include "services/cli/plan/plan_setup.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
@@ -22,33 +22,34 @@ namespace tandem::cli {
 namespace {
 
 struct RobotCommand {
-  std::string deployment = service::defaultDeployment(), trajectory, arm, method, name, value;
+  std::string deployment = runtime::defaultDeployment(), trajectory, arm, method, name, value;
   std::vector<double> joints;
   std::vector<std::string> without;
+  double wait = 10.0;  // s
   bool json = false, keep_enabled = false, check = false, planned = false;
 };
 
 /// A running system, with its lease if asked for.
 struct Session {
   Session(const RobotCommand& options, bool lease)
-      : deployment(service::loadDeployment(options.deployment)),
+      : deployment(runtime::loadDeployment(options.deployment)),
         robot(config::loadAnyRobot(deployment.robot)),
         client(deployment),
-        motions(client, deployment, robot, [this](bool calm) { calm_ = calm; }) {
-    client.interruptBy([this] { return stop.requested() && !calm_; });
-    client.connect(10.0);
-    client.expectLife(2.0 + 3.0 * deployment.control_period);
+        motions(client, deployment, robot, [this](bool uninterruptible) { uninterruptible_ = uninterruptible; }) {
+    client.setInterrupt([this] { return stop.requested() && !uninterruptible_; });
+    client.connect(options.wait);
+    client.setSilenceLimit(2.0 + 3.0 * deployment.control_period);
     if (lease)
       client.acquireLease();
   }
-  service::StopSignal stop;
+  runtime::StopSignal stop;
   config::Deployment deployment;
   config::Robot robot;
-  Client client;
-  Motions motions;
+  client::Client client;
+  client::Motions motions;
 
  private:
-  bool calm_ = false;
+  bool uninterruptible_ = false;
 };
 
 int done(const RobotCommand& options,
@@ -77,8 +78,8 @@ int stateCommand(const RobotCommand& options, const std::string& command) {
 
 int stop(const RobotCommand& options) {
   // Not a Session: a stop waits for nobody, least of all for the one whose silence may be the reason for it.
-  Client client(service::loadDeployment(options.deployment), {}, Client::Receives::kAnyRobot);
-  stopAndWait(client, "tandem robot stop");
+  client::Client client(runtime::loadDeployment(options.deployment), {}, client::Client::Receives::kAnyRobot);
+  client::stopAndWait(client, "tandem robot stop");
   return done(options, "stopped; `tandem robot disable` clears the fault");
 }
 
@@ -86,17 +87,17 @@ int moveJp(const RobotCommand& options) {
   Session session(options, true);
   const auto arm = config::findArm(session.robot, options.arm);
   if (!arm)
-    throw Failure(kUsage, "--arm: found '" + options.arm + "', which the robot does not have");
+    throw Failure(kUsage, "--arm: found '" + options.arm + "', expected one of: " + config::armNames(session.robot));
   if (options.joints.size() > safety::kMaxJointsPerArm)
     throw Failure(kUsage, "too many joints");
   session.motions.moveJp(*arm, Eigen::VectorXd::Map(options.joints.data(), std::ssize(options.joints)));
   session.client.releaseLease();
-  return done(options, "the arm is there");
+  return done(options, "the arm is at its goal");
 }
 
 int recover(const RobotCommand& options) {
   Session session(options, true);
-  const std::uint8_t arm = armIndex(session.robot, options.arm);
+  const std::uint8_t arm = client::armIndex(session.robot, options.arm);
   const config::Arm& of = session.robot.arms[arm];
   dds::ControlRequest request;
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
@@ -104,21 +105,21 @@ int recover(const RobotCommand& options) {
   request.arm = arm;
   request.joint_count = static_cast<std::uint8_t>(of.limits.jointCount());
   for (const std::string& name : options.without)
-    request.joints[static_cast<std::size_t>(jointIndex(of, name))] = 1.0;
+    request.joints[static_cast<std::size_t>(client::jointIndex(of, name))] = 1.0;
   session.motions.recover(request);
   session.client.releaseLease();
-  const std::string lost = jointNamesOf(of, session.client.snapshot().state.lost[arm]);
+  const std::string lost = client::jointNamesOf(of, session.client.snapshot().state.lost[arm]);
   return done(options,
               of.name + (lost.empty() ? ": recovered with all joints" : ": recovered without " + lost) +
-                  "; slow and inwards: `tandem jog`, `tandem robot withdraw`; then `tandem robot disable`",
+                  ". Move slowly inwards with `tandem jog` or `tandem robot withdraw`, then `tandem robot disable`",
               {{"without", lost}});
 }
 
 int withdraw(const RobotCommand& options) {
   Session session(options, true);
-  const std::uint8_t arm = armIndex(session.robot, options.arm);
+  const std::uint8_t arm = client::armIndex(session.robot, options.arm);
   const config::Arm& of = session.robot.arms[arm];
-  const auto reported = [&](const Snapshot& s) {
+  const auto reported = [&](const client::Snapshot& s) {
     std::string text;
     for (int j = 0; j < of.limits.jointCount(); ++j) {
       if (!of.limits.isTranslation(j))
@@ -131,7 +132,7 @@ int withdraw(const RobotCommand& options) {
     }
     return text;
   };
-  session.motions.withdraw(arm, [&](const Snapshot& s) {
+  session.motions.withdraw(arm, [&](const client::Snapshot& s) {
     if (isatty(STDERR_FILENO) != 0 && !options.json)
       std::fprintf(stderr, "\r%s   ", reported(s).c_str());
   });
@@ -199,12 +200,12 @@ bool enterTyped() {
 void forgetTyped() { enterTyped(); }
 
 int runTrajectory(const RobotCommand& options) {
-  const std::string text = runText(options.trajectory);
+  const std::string text = client::runText(options.trajectory);
   Session session(options, true);
   const std::string why = refusal(session.robot, robots::Capability::kComputation);
   if (!why.empty() && (options.check || options.planned))
     throw Failure(kUsage, std::string(options.check ? "--check: " : "--planned: ") + why);
-  Client& client = session.client;
+  client::Client& client = session.client;
   if (!options.method.empty()) {
     const auto method = idl::fromName<control::Method>(options.method);
     if (!method)
@@ -213,10 +214,10 @@ int runTrajectory(const RobotCommand& options) {
   }
   if (options.check || options.planned)
     checkFirst(session, text, options.method, options.planned);
-  Motions::Run run{text, options.planned, options.keep_enabled};
+  client::Motions::Run run{text, options.planned, options.keep_enabled};
   bool reported = false;
   if (isatty(STDERR_FILENO) != 0 && !options.json) {
-    run.news = [&reported](const RunState& state) {
+    run.progress = [&reported](const client::RunState& state) {
       reported = true;
       std::fprintf(stderr, "\rpoint %u of %u, errors", state.point, state.points);
       for (const double error : state.errors)
@@ -226,7 +227,7 @@ int runTrajectory(const RobotCommand& options) {
   }
   run.paused = [](const std::string& who) {
     forgetTyped();
-    std::fprintf(stderr, "\npaused by %s; Enter goes on from here, Ctrl-C gives the trajectory up\n", who.c_str());
+    std::fprintf(stderr, "\npaused by %s; Enter continues, Ctrl-C ends the run\n", who.c_str());
   };
   run.goes_on = enterTyped;
   const auto follow = [&] {
@@ -237,7 +238,7 @@ int runTrajectory(const RobotCommand& options) {
       throw;
     }
   };
-  const RunState last = follow();
+  const client::RunState last = follow();
   std::fputs(reported ? "\n" : "", stderr);
   client.releaseLease();
   const nlohmann::ordered_json json{{"phase", planning::name(last.phase)},
@@ -257,6 +258,9 @@ void registerRobot(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RobotCommand>();
   CLI::App* robot = app.add_subcommand("robot", "commands to a running system, under the control lease");
   robot->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
+  robot->add_option("--wait", options->wait, "how long the command waits for a running system, s")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3600.0));
   robot->add_flag("--json", options->json, "JSON instead of text");
   robot->require_subcommand(1);
   robot->fallthrough();
@@ -266,27 +270,25 @@ void registerRobot(CLI::App& app, int& exit_code) {
     return command;
   };
   for (const std::string name : {"enable", "disable", "pause", "resume"}) {
-    add(name, "CRTK state command '" + name + "' for all arms",
-        [name](const RobotCommand& o) { return stateCommand(o, name); });
+    add(name, name + " all arms (CRTK state command)", [name](const RobotCommand& o) { return stateCommand(o, name); });
   }
   add("stop", "soft stop of all arms; latches until `disable`", stop);
   CLI::App* move =
       add("move-jp", "move one ENABLED arm to a joint vector along a straight line in joint space", moveJp);
-  move->add_option("-a,--arm", options->arm, "arm: its name, or what stands behind arm_ in it")->required();
+  move->add_option("-a,--arm", options->arm, "name of the arm, with or without the prefix arm_")->required();
   move->add_option("joints", options->joints,
                    "beta_1..beta_n alpha_1..alpha_n, or insertion roll bend; m and rad; -- before negative numbers")
       ->required();
   CLI::App* back = add(
-      "recover", "give power to what is left of an arm that cannot be enabled: outside its limits, or without joints",
-      recover);
-  back->add_option("arm", options->arm, "its name, or what stands behind arm_ in it")->required();
-  back->add_option("--without", options->without, "joints that shall not be used: beta_1 ...")->delimiter(',');
+      "recover",
+      "give power to the usable joints of an arm that cannot be enabled (outside its limits, or lost joints)", recover);
+  back->add_option("arm", options->arm, "name of the arm, with or without the prefix arm_")->required();
+  back->add_option("--without", options->without, "joints to exclude: beta_1 ...")->delimiter(',');
   back->footer(
-      "Nothing moves by that. Then `tandem jog` and `tandem robot withdraw` move the arm, slowly and never farther out "
-      "of "
-      "its limits; `tandem robot disable` ends it. docs/withdrawal.md");
+      "This causes no motion. Then move the arm with `tandem jog` or `tandem robot withdraw`: slowly, and never "
+      "farther out of its limits. End with `tandem robot disable`. Documentation: docs/withdrawal.md");
   CLI::App* out = add("withdraw", "retract the tubes of an arm that is recovered, the innermost first", withdraw);
-  out->add_option("arm", options->arm, "its name, or what stands behind arm_ in it")->required();
+  out->add_option("arm", options->arm, "name of the arm, with or without the prefix arm_")->required();
   add("home", "move all ENABLED arms to the home of the robot file", home);
   CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);
   method->add_option("name", options->name, control::methodList())->required();
@@ -297,11 +299,11 @@ void registerRobot(CLI::App& app, int& exit_code) {
   run->add_option("trajectory", options->trajectory,
                   "trajectory file or preset: circle, line, rectangle, lissajous; of catheters a path: lift, tip-eight")
       ->required();
-  run->add_option("-m,--method", options->method, "method (default: the one in force)");
-  run->add_flag("--check", options->check, "ask planning first, and start only what can be run from here");
+  run->add_option("-m,--method", options->method, "method (default: the active one)");
+  run->add_flag("--check", options->check,
+                "check the trajectory from the present joints first; start only if it is feasible");
   run->add_flag("--planned", options->planned,
-                "as --check, and let control lead the joints, where the tasks leave them free, to those that planning "
-                "found");
+                "as --check; in addition control follows the planned joint positions in the null space of the tasks");
   run->add_flag("--keep-enabled", options->keep_enabled, "leave the arms ENABLED at the end");
 }
 

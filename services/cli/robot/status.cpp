@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem status: state of a running system. */
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -15,16 +17,17 @@
 #include "robots/limit_description.h"
 #include "safety/operating_state.h"
 #include "services/cli/robot/processes.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/runtime/diagnostics.h"
+#include "services/runtime/method_library.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
 
 namespace tandem::cli {
 namespace {
 
-nlohmann::ordered_json armStatusJson(const config::Robot& robot, const Snapshot& s, std::size_t k) {
+nlohmann::ordered_json armStatusJson(const config::Robot& robot, const client::Snapshot& s, std::size_t k) {
   nlohmann::ordered_json arm;
   const auto state = static_cast<safety::OperatingState>(s.status.operating_state[k]);
   arm["name"] = robot.arms[k].name;
@@ -32,7 +35,7 @@ nlohmann::ordered_json armStatusJson(const config::Robot& robot, const Snapshot&
   arm["is_homed"] = s.status.homed[k] != 0;
   arm["is_busy"] = s.status.busy[k] != 0;
   arm["is_recovering"] = s.status.recovery[k] != 0;
-  arm["without"] = jointNamesOf(robot.arms[k], s.state.lost[k]);
+  arm["without"] = client::jointNamesOf(robot.arms[k], s.state.lost[k]);
   arm["idle_s"] = s.status.idle[k];
   arm["idle_left_s"] = s.status.idle_left[k];
   arm["faults"] = safety::describeFaults(s.status.faults[k] | s.state.faults[k]);
@@ -82,9 +85,9 @@ nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clea
 }
 
 /// Malformed samples, by the service that has dropped them and by topic.
-nlohmann::ordered_json droppedJson(const Snapshot& s) {
+nlohmann::ordered_json droppedJson(const client::Snapshot& s) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  const std::string key = service::kDroppedKey;
+  const std::string key = runtime::kDroppedKey;
   for (const auto& [service, status] : s.diagnostics) {
     for (const auto& [name, value] : status.values) {
       if (name.starts_with(key))
@@ -94,14 +97,26 @@ nlohmann::ordered_json droppedJson(const Snapshot& s) {
   return json;
 }
 
-nlohmann::ordered_json statusJson(const config::Deployment& deployment, const config::Robot& robot, const Snapshot& s) {
+/// As control describes it, of a method of others with its name and library.
+std::string methodText(const client::Snapshot& s) {
+  const std::string method(control::name(static_cast<control::Method>(s.status.method)));
+  const auto control = s.diagnostics.find("tandem-control");
+  if (control == s.diagnostics.end())
+    return method;
+  const auto value = std::ranges::find(control->second.values, runtime::kMethodKey, &dds::KeyValue::key);
+  return value != control->second.values.end() && value->value.starts_with(method + ":") ? value->value : method;
+}
+
+nlohmann::ordered_json statusJson(const config::Deployment& deployment,
+                                  const config::Robot& robot,
+                                  const client::Snapshot& s) {
   nlohmann::ordered_json json;
   json["deployment"] = deployment.name;
   json["robot"] = robot.name;
   // How old this is; on one machine all processes share the clock.
   json["stamps_ns"] = {
       {"state", s.state.stamp}, {"status", s.status.stamp}, {"reference", s.reference.stamp}, {"hal", s.hal.stamp}};
-  json["method"] = control::name(static_cast<control::Method>(s.status.method));
+  json["method"] = methodText(s);
   json["model"] = dds::name(static_cast<dds::Model>(s.status.model));
   json["feedback"] = planning::name(static_cast<planning::Feedback>(s.status.feedback));
   json["hold"] = dds::name(static_cast<dds::HoldReason>(s.status.hold));
@@ -137,28 +152,29 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment, const co
   }
   json["guards"] = guards;
   json["dropped"] = droppedJson(s);
+  json["diagnostics"] = diagnosticsJson(s);
   json["domain"] = deployment.domain;
   json["prefix"] = deployment.prefix;
   json["secured"] = !deployment.security.empty();
-  if (const std::string warning = service::exposure(deployment); !warning.empty())
+  if (const std::string warning = runtime::exposure(deployment); !warning.empty())
     json["warning"] = warning;
   return json;
 }
 
 /// What becomes of an arm that has power and that nobody commands; empty for others, and in the first seconds.
-std::string idleWords(double idle, double left) {
+std::string describeIdle(double idle, double left) {
   constexpr double kMention = 5.0;  // s
   if (idle < kMention)
     return "";
   std::array<char, 100> text{};
   if (left < 0.0)
-    std::snprintf(text.data(), text.size(), "\n    has power, and nobody has commanded it for %.0f s", idle);
+    std::snprintf(text.data(), text.size(), "\n    has had power without a commander for %.0f s", idle);
   else
-    std::snprintf(text.data(), text.size(), "\n    nobody commands it: it loses its power in %.0f s", left);
+    std::snprintf(text.data(), text.size(), "\n    not commanded: power off in %.0f s", left);
   return text.data();
 }
 
-std::string recoveryWords(bool recovering, const std::string& without) {
+std::string describeRecovery(bool recovering, const std::string& without) {
   if (!recovering)
     return "";
   return ", being recovered" + (without.empty() ? "" : " without " + without);
@@ -176,9 +192,9 @@ void printStatus(const nlohmann::ordered_json& json) {
   for (const auto& arm : json["arms"]) {
     std::cout << "  " << arm["name"].get<std::string>() << ": " << arm["operating_state"].get<std::string>()
               << (arm["is_homed"].get<bool>() ? ", homed" : "") << (arm["is_busy"].get<bool>() ? ", busy" : "")
-              << recoveryWords(arm["is_recovering"].get<bool>(), arm["without"].get<std::string>())
+              << describeRecovery(arm["is_recovering"].get<bool>(), arm["without"].get<std::string>())
               << ", faults: " << arm["faults"].get<std::string>();
-    std::cout << idleWords(arm["idle_s"].get<double>(), arm["idle_left_s"].get<double>());
+    std::cout << describeIdle(arm["idle_s"].get<double>(), arm["idle_left_s"].get<double>());
     if (const auto drive = arm["drive_fault"].get<std::string>(); !drive.empty())
       std::cout << "\n    drives: " << drive;
     std::cout << "\n    joints (m, rad):";
@@ -213,7 +229,7 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::printf(" %s %.0f", what.c_str(), 100.0 * share.get<double>());
   std::printf("\n");
   if (json.contains("silent") && !json["silent"].empty()) {
-    std::printf("  SILENT, and what stands here of it is old:");
+    std::printf("  no recent message from (values shown are old):");
     for (const auto& who : json["silent"])
       std::printf(" %s", who.get<std::string>().c_str());
     std::printf("\n");
@@ -238,11 +254,11 @@ void printStatus(const nlohmann::ordered_json& json) {
 /** Who has said nothing new for a while. */
 class Silence {
  public:
-  /// @param patience  s, longer than any period of publication
-  explicit Silence(double patience) : patience_(patience) {}
+  /// @param timeout  s, longer than any period of publication
+  explicit Silence(double timeout) : timeout_(timeout) {}
 
   /// All have said something new since the last call of note().
-  bool allNew(const Snapshot& s) const {
+  bool allNew(const client::Snapshot& s) const {
     const auto now = counts(s);
     for (std::size_t k = 0; k < now.size(); ++k) {
       if (now[k] == received_[k].count)
@@ -250,7 +266,7 @@ class Silence {
     }
     return true;
   }
-  void note(const Snapshot& s) {
+  void note(const client::Snapshot& s) {
     const auto now = counts(s);
     for (std::size_t k = 0; k < now.size(); ++k) {
       if (now[k] != received_[k].count)
@@ -260,7 +276,7 @@ class Silence {
   std::vector<std::string> names() const {
     std::vector<std::string> silent;
     for (std::size_t k = 0; k < received_.size(); ++k) {
-      if (std::chrono::steady_clock::now() - received_[k].at > std::chrono::duration<double>(patience_))
+      if (std::chrono::steady_clock::now() - received_[k].at > std::chrono::duration<double>(timeout_))
         silent.push_back(kNames[k]);
     }
     return silent;
@@ -268,27 +284,27 @@ class Silence {
 
  private:
   static constexpr std::array kNames{"actuation/state", "hal/status", "control", "planning"};
-  static std::array<std::uint64_t, kNames.size()> counts(const Snapshot& s) {
+  static std::array<std::uint64_t, kNames.size()> counts(const client::Snapshot& s) {
     return {s.states, s.hals, s.statuses, s.references};
   }
   struct Received {
     std::uint64_t count = 0;
     std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now();
   };
-  double patience_;
+  double timeout_;
   std::array<Received, kNames.size()> received_;
 };
 
-int run(const std::string& name, bool as_json, bool follow) {
-  const config::Deployment deployment = service::loadDeployment(name);
+int run(const std::string& name, double wait, bool as_json, bool follow) {
+  const config::Deployment deployment = runtime::loadDeployment(name);
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
-  Client client(deployment);
+  client::Client client(deployment);
   const bool several = deployment.hosts.size() > 1;
-  client.connect(5.0);
+  client.connect(wait);
   if (!follow) {
     if (several)
       askAll(client);
-    client.waitFor(2.0, [](const Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
+    client.waitFor(2.0, [](const client::Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
     auto json = statusJson(deployment, robot, client.snapshot());
     json["clocks"] = clocksJson(client.clocks().offsets());
     json["processes"] = processesJson(client);
@@ -299,16 +315,16 @@ int run(const std::string& name, bool as_json, bool follow) {
     }
     return kOk;
   }
-  service::StopSignal stop;
-  client.interruptBy([&] { return stop.requested(); });
+  runtime::StopSignal stop;
+  client.setInterrupt([&] { return stop.requested(); });
   Silence silence(std::max(1.0, 3.0 * deployment.control_period));
   while (!stop.requested()) {
     constexpr double kLook = 0.2;  // s: so often something is said, although somebody is silent
     client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
-                   [&](const Snapshot& s) { return silence.allNew(s); });
+                   [&](const client::Snapshot& s) { return silence.allNew(s); });
     if (several)
       client.clocks().ask();
-    const Snapshot now = client.snapshot();
+    const client::Snapshot now = client.snapshot();
     silence.note(now);
     auto json = statusJson(deployment, robot, now);
     json["silent"] = silence.names();
@@ -324,17 +340,17 @@ int run(const std::string& name, bool as_json, bool follow) {
 }
 
 /// Waits for those of the deployment's processes that run on this host; whom they wait for is their affair.
-int runCheck(const std::string& name) {
-  constexpr double kPatience = 5.0;  // s
-  const std::map<std::string, std::uint64_t Snapshot::*> voices{{"tandem-sim", &Snapshot::states},
-                                                                {"tandem-hal", &Snapshot::states},
-                                                                {"tandem-control", &Snapshot::statuses},
-                                                                {"tandem-planning", &Snapshot::references}};
-  const config::Deployment deployment = service::loadDeployment(name);
-  const std::string host = service::hostName(deployment);
-  Client client(deployment);
+int runCheck(const std::string& name, double wait) {
+  const std::map<std::string, std::uint64_t client::Snapshot::*> voices{
+      {"tandem-sim", &client::Snapshot::states},
+      {"tandem-hal", &client::Snapshot::states},
+      {"tandem-control", &client::Snapshot::statuses},
+      {"tandem-planning", &client::Snapshot::references}};
+  const config::Deployment deployment = runtime::loadDeployment(name);
+  const std::string host = runtime::hostName(deployment);
+  client::Client client(deployment);
   std::string received, silent;
-  const auto look = [&](const Snapshot& s) {
+  const auto look = [&](const client::Snapshot& s) {
     received.clear();
     silent.clear();
     for (const config::Process& process : deployment.processes) {
@@ -344,10 +360,8 @@ int runCheck(const std::string& name) {
     }
     return silent.empty();
   };
-  if (!client.waitFor(kPatience, look)) {
-    throw Failure(kFailure, deployment.file.string() + ": no sign of life from" + silent + " within " +
-                                std::to_string(static_cast<int>(kPatience)) + " s");
-  }
+  if (!client.waitFor(wait, look))
+    throw Failure(kFailure, fmt::format("{}: no message from{} within {:g} s", deployment.file.string(), silent, wait));
   std::cout << deployment.name << (host.empty() ? "" : " on " + host) << ": received"
             << (received.empty() ? ": none of its processes runs here" : received) << '\n';
   return kOk;
@@ -358,19 +372,24 @@ int runCheck(const std::string& name) {
 void registerStatus(CLI::App& app, int& exit_code) {
   auto follow = std::make_shared<bool>(false);
   auto check = std::make_shared<bool>(false);
-  auto deployment = std::make_shared<std::string>(service::defaultDeployment());
+  auto deployment = std::make_shared<std::string>(runtime::defaultDeployment());
+  auto wait = std::make_shared<double>(5.0);
   auto as_json = std::make_shared<bool>(false);
   CLI::App* status = app.add_subcommand("status", "states, errors, loop statistics and guards of a running system");
   status->add_option("deployment,-d,--deployment", *deployment, "deployment file or preset")->capture_default_str();
+  status->add_option("--wait", *wait, "how long the command waits for a running system, s")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3600.0));
   status->add_flag("--json", *as_json, "JSON instead of text");
   status->callback([=, &exit_code] {
-    guarded(exit_code, [&] { return *check ? runCheck(*deployment) : run(*deployment, *as_json, *follow); });
+    guarded(exit_code,
+            [&] { return *check ? runCheck(*deployment, *wait) : run(*deployment, *wait, *as_json, *follow); });
   });
-  auto* again = status->add_flag("-f,--follow", *follow, "again and again until Ctrl-C; with --json one line each");
+  auto* again = status->add_flag("-f,--follow", *follow, "repeat until Ctrl-C; with --json one line per update");
   status
       ->add_flag(
           "--check", *check,
-          "only whether the processes of this host are received: ends with 0, or with 1 after 5 s; for health checks")
+          "health check: exit code 0 if messages of all processes of this host are received within --wait, else 1")
       ->excludes(again);
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem teleop: replaces itself by tandem-teleop, which links the device libraries. */
 #include "services/cli/deployment/sibling.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 
 namespace tandem::cli {
 
 void registerTeleop(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("teleop", "move the tips by hand: gamepad, SpaceMouse, keyboard, or a trace");
+  CLI::App* command = app.add_subcommand("teleop", "teleoperate the tips: gamepad, SpaceMouse, keyboard, or a trace");
   command->prefix_command();
   command->allow_extras();
   command->fallthrough(false);  // what follows is not for `tandem`

@@ -6,7 +6,7 @@
 
 #include "config/arm_names.h"
 #include "config/robot_files.h"
-#include "services/client/arguments.h"
+#include "services/cli/subcommand.h"
 #include "services/dds/topics.h"
 #include "services/runtime/process.h"
 
@@ -14,7 +14,7 @@ namespace tandem::cli {
 namespace {
 
 int runTopics(const std::string& name, bool as_json) {
-  const config::Deployment deployment = service::loadDeployment(name);
+  const config::Deployment deployment = runtime::loadDeployment(name);
   const config::Robot robot = config::loadAnyRobot(deployment.robot);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const dds::TopicInfo& topic : dds::allTopics(config::armList(robot))) {
@@ -40,10 +40,10 @@ int runTopics(const std::string& name, bool as_json) {
 }  // namespace
 
 void registerTopics(CLI::App& app, int& exit_code) {
-  auto deployment = std::make_shared<std::string>(service::defaultDeployment());
+  auto deployment = std::make_shared<std::string>(runtime::defaultDeployment());
   auto as_json = std::make_shared<bool>(false);
   CLI::App* topics =
-      app.add_subcommand("topics", "all topics of a deployment: names, types, quality of service, who publishes");
+      app.add_subcommand("topics", "all topics of a deployment: names, types, quality of service, publishers");
   topics->add_option("deployment,-d,--deployment", *deployment, "deployment file or preset")->capture_default_str();
   topics->add_flag("--json", *as_json, "JSON instead of text");
   topics->callback([=, &exit_code] { guarded(exit_code, [&] { return runTopics(*deployment, *as_json); }); });

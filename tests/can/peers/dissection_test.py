@@ -13,7 +13,7 @@ from hardware import HalTest, system  # noqa: E402
 
 
 class Dissection(HalTest):
-    def test_what_is_no_canopen_is_complained_of(self):
+    def test_invalid_frames_are_reported(self):
         log = self.folder / "bad.log"
         for bad in ("601#4018", "000#01", "00000601#4000100000000000"):
             log.write_text(f"(1.000000) a 601#4000100000000000\n(2.000000) a {bad}\n")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One axis of the HAL in front of a drive and an encoder that others have made: slave.js, on vcan0. */
+/** @file One HAL axis with an independent CANopen drive and encoder (npm canopen, slave.js) on vcan0. */
 #include <gtest/gtest.h>
 #include <poll.h>
 
@@ -9,7 +9,7 @@
 #include "config/config.h"
 #include "hal/axis.h"
 #include "hal/can/clock.h"
-#include "hal/can/socketcan.h"
+#include "hal/can/detail/socketcan.h"
 
 namespace tandem::hal {
 namespace {
@@ -19,7 +19,7 @@ class ForeignDrive : public testing::Test {
  protected:
   ForeignDrive() : hardware_(preset()), bus_("vcan0"), network_(bus_, options()) {
     safety::Budgets budgets;
-    budgets.drive_heartbeat = kPatience;
+    budgets.drive_heartbeat = kTimeout;
     axis_ = std::make_unique<Axis>(hardware_, hardware_.axes[0], network_, budgets);
   }
 
@@ -68,7 +68,7 @@ class ForeignDrive : public testing::Test {
            axis_->driveNode().describeFailure() + "; " + axis_->encoderNode()->describeFailure();
   }
 
-  static constexpr double kPatience = 1.0;  // s
+  static constexpr double kTimeout = 1.0;  // s
   HardwareConfig hardware_;
   can::SocketCanBus bus_;
   canopen::Network network_;

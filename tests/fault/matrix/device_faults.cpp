@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Every fault of tandem-drive-sim's vocabulary on a drive, an encoder and the bus of a moving arm: how long
- * until the HAL notices, what it does, until when which axes move. Prints JSON; tests/fault/matrix/matrix_test.py
+/** @file Fault matrix of devices: every fault of tandem-drive-sim on a drive, an encoder and a bus of a moving arm;
+ * detection time, reaction and standstill of each axis, as JSON. Prints JSON; tests/fault/matrix/matrix_test.py
  * judges it.
  *
  * Two arms on two simulated buses in simulated time: what is measured is the HAL's answer, not this machine's load. */

@@ -88,8 +88,8 @@ class LockStep(Test):
         (code, over_dds, rows), (other, offline, _) = self.run_both("co-manipulate", *circle)
         self.assertEqual((code, other), (1, 1))
         self.assertEqual(over_dds["refused"], offline["refused"])
-        self.assertIn("the path asks for translation along x", over_dds["refused"])
-        self.assertIn("missing: ", over_dds["refused"])
+        self.assertIn("the path requires translation along x", over_dds["refused"])
+        self.assertIn("not possible: ", over_dds["refused"])
         self.assertEqual(rows, [])
 
     def test_a_recorded_run_is_simulated_again_to_the_last_bit(self):
@@ -118,7 +118,7 @@ class RealTime(Test):
         robot = self.start_pair()
         self.assertEqual(robot.states(), ["DISABLED", "DISABLED"])
         sideways = robot.robot("run", self.path("sideways", shape="circle", along="[x, z]"))
-        self.assert_refused(sideways, "planning refused: the path asks for translation along x", "missing: ")
+        self.assert_refused(sideways, "planning refused: the path requires translation along x", "not possible: ")
         self.assert_refused(robot.robot("run", "line"), "planning refused: planning/request:",
                             "found trajectory/1, expected path/1")
         for option in ("--check", "--planned"):
@@ -127,8 +127,8 @@ class RealTime(Test):
             self.assertIn(f"{option}: robot: found the catheters of ", answer.stderr)
         hasty = robot.robot("run", self.path("hasty", size_mm=20, duration_s=0.5))
         self.assertEqual(hasty.returncode, 1, hasty.stderr)
-        self.assertRegex(hasty.stdout, r"failed: 100 points, \d+ iterations: at 0\.\d+ s: the path is left by .* mm, "
-                         "more than 1 mm")
+        self.assertRegex(hasty.stdout, r"failed: 100 points, \d+ iterations: at 0\.\d+ s: path error is .* mm, "
+                         "allowed 1 mm")
         self.assert_ok(robot.robot("enable"))
         self.assert_ok(robot.robot("home"))
         run = self.start_run(robot, self.path("up", duration_s=3))
@@ -162,7 +162,7 @@ class RealTime(Test):
         self.assertGreater(robot.joints()[1][0], before[1][0] + 2e-5)
         wrong = system.run("jog", "-d", robot.path, "b", "beta_1", "0.5")
         self.assertEqual(wrong.returncode, 2)
-        self.assertIn("expected one of insertion (mm/s), roll (deg/s), bend (deg/s)", wrong.stderr)
+        self.assertIn("expected one of: insertion (mm/s), roll (deg/s), bend (deg/s)", wrong.stderr)
         self.assert_ok(robot.robot("home"))
         self.assertLess(max(map(abs, self.rise(robot))), 1e-5)
 

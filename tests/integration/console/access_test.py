@@ -19,7 +19,7 @@ from credentials import Authority  # noqa: E402
 class Secured(ConsoleTest):
     """DDS Security: the console has a role of its own, and asks for tokens everywhere."""
 
-    def test_it_speaks_for_those_with_a_token(self):
+    def test_console_acts_for_clients_with_a_token(self):
         self.port, self.prefix, domain = system.free_port(), f"t{os.getpid()}", system.free_domain()
         authority = Authority(self.folder / "credentials", self.prefix, domain)
         authority.issue("control", "hal", "planning", "recorder", "console-operator")
@@ -114,14 +114,14 @@ class Tokens(ConsoleTest):
         viewer.greet()
         viewer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(1, 7, 1))
         self.assertIn("console-viewer may not publish it", viewer.text("status")["message"])
-        self.assertIn("not advertised, or refused", viewer.text("status")["message"])
+        self.assertIn("not advertised, or its advertisement was refused", viewer.text("status")["message"])
         viewer.publish(f"/{self.prefix}/stop", "tandem_msgs/msg/Stop", wire.cdr_stop(7, "enough"), 2)
-        self.assertIn("nobody listens", viewer.text("status")["message"], "it was carried; there is no robot")
+        self.assertIn("no subscriber", viewer.text("status")["message"], "it was carried; there is no robot")
         operator = wire.WebSocket(self.port, self.tls, Cookie=f"a=b; tandem_token={OPERATOR}")
         self.addCleanup(operator.close)
         operator.greet()
         operator.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(1, 7, 1))
-        self.assertIn("nobody listens", operator.text("status")["message"])
+        self.assertIn("no subscriber", operator.text("status")["message"])
         self.assertEqual(wire.api(self.port, "stats", self.tls, Authorization=f"Bearer {OPERATOR}")["published"], 2)
 
     def cookie(self):
@@ -132,11 +132,11 @@ class Tokens(ConsoleTest):
     def test_what_is_not_good_is_refused(self):
         (self.folder / "open").write_text(OPERATOR)
         (self.folder / "open").chmod(0o644)
-        for keys, why in (("operator_token: open", "open: found a file that everybody on this machine may read"),
+        for keys, why in (("operator_token: open", "open: found a file that all users of this machine can read"),
                           ("operator_token: nowhere", "nowhere: cannot be opened"),
                           ("certificate: operator, key: key.pem", "console.certificate: .*operator"),
                           ("certificate: certificate.pem, key: operator", "console.key: .*operator"),
-                          ("certificate: certificate.pem, key: open", "console.key: .*open: found a file that everybody"),
+                          ("certificate: certificate.pem, key: open", "console.key: .*open: found a file that all users"),
                           ("address: 0.0.0.0", "expected certificate and key")):
             self.serve(keys)
             self.assertNotEqual(self.process.wait(20), 0, keys)
@@ -156,7 +156,7 @@ class Tokens(ConsoleTest):
         process = subprocess.Popen([system.executable(), "console", str(path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(system.reap, process)
         system.until(self.healthy, 20, "it serves")
-        self.assertIn("it is served already", self.assert_ok(system.run("console", path)).stdout)
+        self.assertIn("it is already served", self.assert_ok(system.run("console", path)).stdout)
 
 
 if __name__ == "__main__":

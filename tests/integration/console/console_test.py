@@ -96,7 +96,7 @@ class Crowd(ConsoleTest):
                 wire.WebSocket(self.port, query=f"?rate={wrong}")
             self.assertEqual(refused.exception.status, 400)
 
-    def test_rates_and_leave(self):
+    def test_rates_and_close_frame(self):
         robot = self.start_robot()
         self.rates()
         peer = self.client("control/status")
@@ -119,7 +119,7 @@ class Hostile(ConsoleTest):
         self.assertEqual(self.stats()["published"], published, "a command was accepted")
         self.assertIn(self.robot.pids["console"], system.processes_of("tandem-console"))
 
-    def test_everything_that_is_wrong(self):
+    def test_invalid_requests_do_no_harm(self):
         """One robot for all of it: starting it costs most of the time."""
         slow = self.begin_slow()
         self.origins_and_hosts()
@@ -220,7 +220,7 @@ class Hostile(ConsoleTest):
             peer.say("advertise", channels=[{"id": 5, "topic": topic, "encoding": encoding, "schemaName": schema}])
             self.assertIn(topic, peer.text("status")["message"])
             peer.send(struct.pack("<BI", 1, 5) + wire.cdr_control_request(wire.fingerprint(self.port), 7, 1))
-            self.assertIn("not advertised, or refused", peer.text("status")["message"])
+            self.assertIn("not advertised, or its advertisement was refused", peer.text("status")["message"])
 
     def oversized(self):
         peer = self.client()

@@ -114,7 +114,7 @@ async function flood(planning) {
     seconds = (Date.now() - began) / 1000;
   assert.ok(passed >= Math.min(40, 20 * seconds) && passed <= 60 + 25 * seconds, `${passed} lines within ${seconds} s`);
   if (seconds > 2) return; // too slow a machine for a flood
-  const reported = () => /lines before this were left out here/.test(last.get("/rosout").msg);
+  const reported = () => /earlier lines were dropped/.test(last.get("/rosout").msg);
   const end = Date.now() + PATIENCE;
   while (!reported() && Date.now() < end)
     await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });

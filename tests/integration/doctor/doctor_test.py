@@ -41,7 +41,7 @@ class Doctor(system.SystemTest):
             "../robots/ark2024.yaml", str(system.PRESETS / "robots" / "ark2024.yaml")))
         findings = self.examine(system.deployment(self.folder, "drives", hardware=hardware))
         bus = self.about(findings, "CAN bus_a")[0]
-        self.assertEqual((bus["level"], bus["found"]), ("bad", "there is no CAN interface nocan7"))
+        self.assertEqual((bus["level"], bus["found"]), ("bad", "CAN interface nocan7 was not found"))
         self.assertEqual(self.about(findings, "CAN bus_b")[0]["level"], "good")
 
 

@@ -208,7 +208,6 @@ class Watcher:
 
 
 WIDE_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"  # function, on any machine
-PRIORITIES = {"sim": 30, "control": 20}  # SCHED_FIFO, as systemd gives them: docs/deployment.md
 
 
 def may_have_priorities():
@@ -270,14 +269,6 @@ class System:
             if event["event"] == name:
                 return event
 
-    def give_priorities(self):
-        """To all threads, for what those of DDS hand over late is late. @return whether this user may."""
-        if not may_have_priorities():
-            return False
-        for name, priority in PRIORITIES.items():
-            subprocess.run(["chrt", "--all-tasks", "--fifo", "--pid", str(priority), str(self.pids[name])], check=True)
-        return True
-
     def end_watch(self):
         if self._watcher:
             self._watcher.close()
@@ -314,7 +305,7 @@ class System:
     def states(self):
         return [arm["operating_state"] for arm in self.status()["arms"]]
 
-    def await_motion(self, run_process, seconds=15):
+    def await_motion(self, run_process, seconds=60):
         """Waits until a trajectory runs and the joints move."""
         first = self.joints()
 

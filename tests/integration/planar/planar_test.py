@@ -59,7 +59,7 @@ class Planar(system.SystemTest):
         jogged = system.run("jog", "-d", robot.path, "b", "turn_2", "2", "--for", "0.3")
         self.assert_ok(jogged)
         wrong = system.run("jog", "-d", robot.path, "b", "beta_1", "0.5")
-        self.assertIn("expected one of turn_1 (deg/s), turn_2 (deg/s)", wrong.stderr)
+        self.assertIn("expected one of: turn_1 (deg/s), turn_2 (deg/s)", wrong.stderr)
         self.assert_ok(robot.robot("home"))
         for found, wanted in zip(robot.joints(), ((-20, 60), (20, -60))):
             for one, other in zip(found, wanted):

@@ -114,7 +114,7 @@ class Computations(system.SystemTest):
     def test_one_computation_at_a_time_and_nobody_holds_it_for_ever(self):
         first = self.endless()
         first.await_progress()
-        self.assertIn("planning computes for a client already", self.plan("check", "circle", code=1).stderr)
+        self.assertIn("planning is busy with another computation", self.plan("check", "circle", code=1).stderr)
         # A client that is killed says nothing more.
         first.process.kill()
         self.assertIn("feasible", system.until(self.accepted, 30, "planning is free again").stdout)
@@ -126,7 +126,7 @@ class Computations(system.SystemTest):
     def test_a_run_is_refused_before_it_starts_if_it_cannot_be_had(self):
         before = self.system.joints()
         far = self.trajectory("far", [0, 0, 200], points=8)
-        self.assert_refused(self.system.robot("run", far, "--check"), "nothing was started", "point 8:", "held back")
+        self.assert_refused(self.system.robot("run", far, "--check"), "nothing was started", "point 8:", "limited by")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
         self.assertEqual(self.system.joints(), before)
         near = self.trajectory("near", [0, 2, 0], points=2)

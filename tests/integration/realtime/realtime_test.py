@@ -19,12 +19,11 @@ class RealTime:
     """What holds at every rate."""
 
     preset, period, steps = "", 0.0, ()
-    # Function is tested here, on any machine, however busy; the time budgets have tests of their own.
-    budgets = system.WIDE_BUDGETS
 
     def setUp(self):
         super().setUp()
-        self.system = self.start(self.preset, budgets=self.budgets)
+        # Function is tested here, on any machine, however busy; the time budgets have tests of their own.
+        self.system = self.start(self.preset, budgets=system.WIDE_BUDGETS)
 
     def status(self):
         return self.system.status()
@@ -213,10 +212,10 @@ class RealTime:
         self.system.await_motion(run)
         held = self.status()["lease_holder"]
         self.assertNotEqual(held, 0)
-        self.assert_refused(self.move("a", self.system.joints()[0]), "another client holds the control lease")
-        self.assert_refused(self.system.robot("enable"), "another client holds the control lease")
-        self.assert_refused(self.system.robot("method", "nspwln"), "another client holds the control lease")
-        self.assert_refused(self.system.robot("run", self.long_line()), "another client holds the control lease")
+        self.assert_refused(self.move("a", self.system.joints()[0]), "another client has the control lease")
+        self.assert_refused(self.system.robot("enable"), "another client has the control lease")
+        self.assert_refused(self.system.robot("method", "nspwln"), "another client has the control lease")
+        self.assert_refused(self.system.robot("run", self.long_line()), "another client has the control lease")
         status = self.status()
         self.assertEqual((status["lease_holder"], status["trajectory"]["phase"], status["method"]),
                          (held, "running", method))
@@ -225,8 +224,8 @@ class RealTime:
         self.await_words(run, "paused by cli (pid ")
         stood = self.system.assert_still(self)
         self.assertIsNone(run.poll(), "a pause ended the run")
-        self.assert_refused(self.system.robot("resume"), "another client holds the control lease: cli (pid ", f"pid {run.pid} on ",
-                            "it alone can resume")
+        self.assert_refused(self.system.robot("resume"), "another client has the control lease: cli (pid ", f"pid {run.pid} on ",
+                            "only that client can resume")
         self.system.assert_still(self)
         run.stdin.write("\n")
         run.stdin.flush()

@@ -13,7 +13,7 @@
 #include "services/recordings/capture.h"
 #include "services/recordings/recorder.h"
 
-namespace tandem::service {
+namespace tandem::recordings {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -138,4 +138,4 @@ TEST(RecorderLoad, PeriodicTopicsSayWhatTheyLose) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::recordings

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The MCAP writer and reader as a program, for tests by others.
+/** @file Command-line MCAP writer and reader for interoperability tests.
  *
  *     mcap_sample write FILE SEED    writes a random file, prints what is in it
  *     mcap_sample read FILE          prints what is in a file

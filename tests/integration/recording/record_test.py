@@ -108,7 +108,7 @@ class RealTime(Recording):
         self.system = self.start("laptop", control_period_s=0.05,
                                  black_box=f"{{directory: {self.folder / 'box'}, memory_mb: 20}}")
 
-    def test_in_one_life(self):
+    def test_all_steps_with_one_system(self):
         self.whole = self.folder / "whole.mcap"
         for step in ("whole_file", "death", "full_disk", "rotation", "refusals", "replay", "export", "plot"):
             print(f"  {step}", flush=True)
@@ -144,7 +144,7 @@ class RealTime(Recording):
         self.assertEqual(code, -signal.SIGKILL)
         answer = system.run("info", record.file, "--json")
         self.assertEqual(answer.returncode, 1)
-        self.assertIn("not finished", answer.stderr)
+        self.assertIn("file is incomplete", answer.stderr)
         self.assertGreaterEqual(json.loads(answer.stdout)["messages"], reported)
 
     def full_disk(self):
@@ -155,7 +155,7 @@ class RealTime(Recording):
             record.event()
         code, last, errors = record.end(sign=None)
         self.assertEqual(code, 1)
-        self.assertRegex(errors, "full.mcap: cannot be written.*File too large.*; what was written before is whole")
+        self.assertRegex(errors, "full.mcap: cannot be written.*File too large.*; the part written before is complete")
         self.assertLessEqual(record.file.stat().st_size, limit)
         self.assertEqual(self.info(record.file)["messages"], last["messages"])
 

@@ -89,23 +89,23 @@ class Credentials(system.SystemTest):
 
         control = ("control/certificate.pem", "control/key.pem", "control/permissions.p7s")
         cases = [
-            (take(stranger.folder, *control), "control/certificate.pem: the authority of ca.pem has not certified this"),
+            (take(stranger.folder, *control), "control/certificate.pem: not certified by the authority in ca.pem"),
             (take(self.folder / "expired", *control), "control/certificate.pem: expired"),
-            (take(self.folder / "future", *control), "is the clock right?"),
-            (take(self.folder / "other", *control), "may not publish rt/tandem/"),
+            (take(self.folder / "future", *control), "the clock of this host shows"),
+            (take(self.folder / "other", *control), "no permission to publish rt/tandem/"),
             (take(self.good, "planning/key.pem"), None),
             (lambda f: shutil.copy(f / "planning/key.pem", f / "control/key.pem"), "not the key of the certificate"),
             (lambda f: shutil.copy(f / "planning/permissions.p7s", f / "control/permissions.p7s"), "subject_name: found"),
             (lambda f: (f / "control/permissions.p7s").write_text(
                 (f / "control/permissions.p7s").read_text().replace("rt/tandem/stop", "rt/tandem/quit")),
-             "control/permissions.p7s: the authority has not signed this"),
+             "control/permissions.p7s: not signed by the authority"),
             (lambda f: (f / "control/permissions.p7s").write_text("nothing"), "found no signed document"),
             (lambda f: (f / "control/key.pem").unlink(), "control/key.pem: found nothing"),
             (lambda f: os.chmod(f / "control/key.pem", 0o640), "control/key.pem: found mode 0640"),
             (lambda f: os.chmod(f / "control", 0o755), "control: found mode 0755"),
             (lambda f: shutil.copy(stranger.folder / "governance.p7s", f / "governance.p7s"),
-             "governance.p7s: the authority has not signed this"),
-            (lambda f: shutil.copy(stranger.folder / "crl.pem", f / "crl.pem"), "crl.pem: the authority has not signed"),
+             "governance.p7s: not signed by the authority"),
+            (lambda f: shutil.copy(stranger.folder / "crl.pem", f / "crl.pem"), "crl.pem: not signed by the authority"),
             (lambda f: (f / "ca.pem").write_text("x"), "ca.pem: found no certificate"),
         ]
         for damage, words in cases:
@@ -131,14 +131,14 @@ class Credentials(system.SystemTest):
         self.assert_ok(self.verify())
 
     def test_wrong_command_lines_are_told(self):
-        for words, reason in [(("init", self.good), "found an authority"),
+        for words, reason in [(("init", self.good), "found a certificate authority"),
                               (("issue", self.folder / "none"), "found no authority"),
                               (("issue", self.good, "king"), "role: found 'king'"),
                               (("issue", self.good, "control", "--name", "a,b"), "name: found 'a,b'"),
                               (("issue", self.good, "control", "--days", "0"), "days: found 0"),
                               (("issue", self.good, "control", "--from", "soon"), "--from: found 'soon'"),
                               (("revoke", self.good, "nobody"), "issued to 'nobody'"),
-                              (("verify", "-d", "laptop"), "has no `security`")]:
+                              (("verify", "-d", "laptop"), "key `security` is missing")]:
             answer = system.run("security", *words)
             self.assertEqual(answer.returncode, 2, words)
             self.assertIn(reason, answer.stderr)
@@ -151,7 +151,7 @@ class Credentials(system.SystemTest):
         self.assertRegex(answer.stdout + answer.stderr, "security, role control: .*control/key.pem: found nothing")
         path.write_text(path.read_text() + "discovery: {server: 127.0.0.1}\n")
         answer = system.run("validate", path)
-        self.assertRegex(answer.stdout + answer.stderr, "discovery: found beside security")
+        self.assertRegex(answer.stdout + answer.stderr, "discovery: found both `security` and `discovery`")
 
 
 if __name__ == "__main__":

@@ -158,7 +158,7 @@ class Strangers(system.SystemTest):
                       ("--role", "operator", "robot", "-d", viewer, "disable")):
             answer = system.run(*words)
             self.assertEqual(answer.returncode, 1, answer.stdout)
-            self.assertRegex(answer.stderr, "console-viewer may look and stop|role console-operator: .*found nothing")
+            self.assertRegex(answer.stderr, "console-viewer may read topics and stop|role console-operator: .*found nothing")
         self.assertEqual(running.states(), ["ENABLED"] * 2)
         self.assert_ok(system.run("robot", "-d", viewer, "stop"))
         system.until(lambda: running.states() == ["FAULT"] * 2, 10, "a viewer's stop is obeyed")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A secured participant with more ends than one message of discovery holds.
+/** @file Secured participant with more endpoints than fit into one discovery message.
  *
  * Fast DDS 2.9.1 fills a message before it encrypts it as a whole (rtps_protection_kind), and aborts where the result
  * no longer fits: the governance must not ask for that. */

@@ -89,12 +89,12 @@ class Table3(unittest.TestCase):
         self.assertEqual(len(values), 3)
         return sum(values) / 3
 
-    def test_all_three_end_well_and_leave_nothing(self):
+    def test_all_runs_succeed_and_leave_no_process(self):
         for name, answer in self.answers.items():
             self.assertEqual(answer.returncode, 0, (name, answer.stdout, answer.stderr))
         self.assertEqual(system.processes_of(self.folder.name), [])
 
-    def test_in_time(self):
+    def test_each_run_takes_less_than_a_minute(self):
         for name, seconds in self.seconds.items():
             self.assertLess(seconds, 60.0, name)
 

@@ -126,7 +126,7 @@ class Teleoperation(system.SystemTest):
         second = self.teleop(long)
         reported = second.communicate(timeout=60)
         self.assertEqual(second.returncode, 1, reported)
-        self.assertIn("another client holds the control lease", reported[1])
+        self.assertIn("another client has the control lease", reported[1])
         self.assert_refused(self.system.robot("run", self.long_line()), "lease")
 
     def test_a_fault_is_told_and_stays(self):

@@ -31,7 +31,7 @@ void makeAndDelete(const BusOptions& options, int times) {
   }
 }
 
-TEST(Ending, WritersAreDeletedWhileTheirHeartbeatsGoOut) {
+TEST(Ending, WritersCanBeDeletedDuringHeartbeats) {
   BusOptions options = testOptions();
   Bus there(options);
   Reader reader = there.reader(kControlRequest, [](const ControlRequest&) {});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random messages of every topic in an MCAP file, and their values, for decoders of others.
+/** @file Random messages of every topic in an MCAP file with their expected values, for tests of independent
+ * decoders.
  *
  *     message_sample FILE SEED    prints one JSON array a message: type, then all values in the order of the definition
  */

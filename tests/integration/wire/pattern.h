@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Messages that both ends can compute from a seed and a number, and their text for comparison. */
+/** @file Deterministic test messages computed from seed and number on both sides, and their text form. */
 #pragma once
 
 #include <cstdio>

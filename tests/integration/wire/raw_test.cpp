@@ -74,7 +74,7 @@ TEST(RawTopics, OneBusHasATypeEitherAsMessagesOrAsBytes) {
     RawWriter bytes(bus, infoOf("stop"));
     FAIL() << "a process would have crashed";
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("a bus of their own"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("a separate bus for the bytes"), std::string::npos) << error.what();
   }
 }
 

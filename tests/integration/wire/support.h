@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the wire tests share: a domain of their own, waiting for an event, child processes. */
+/** @file Test helpers: own DDS domain, waiting for events, child processes. */
 #pragma once
 
 #include <fcntl.h>

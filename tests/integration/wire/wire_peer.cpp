@@ -29,8 +29,8 @@ bool inputClosed(int milliseconds) {
 void publish(Bus& bus, unsigned seed) {
   auto state = bus.writer(kActuationState);
   auto joints = bus.writer(kMeasuredJs, "arm_a");
-  service::PeriodicLoop loop(2e-3);
-  loop.run([&](const service::Tick& tick) {
+  runtime::PeriodicLoop loop(2e-3);
+  loop.run([&](const runtime::Tick& tick) {
     state.write(patternState(seed, tick.cycle));
     joints.write(patternJoints(seed, tick.cycle));
     return !inputClosed(0);

@@ -106,11 +106,11 @@ std::vector<double> runChain(Bus& bus, std::uint64_t rounds) {
   std::vector<double> times;
   while (state.sequence < rounds && !testing::Test::HasFailure()) {
     ++state.sequence;
-    const std::int64_t begin = service::monotonicNow();
+    const std::int64_t begin = runtime::monotonicNow();
     writer.write(state);
     EXPECT_TRUE(answered.waitUntil([&](std::uint64_t last) { return last == state.sequence; }))
         << "state " << state.sequence << " was never answered";
-    times.push_back(static_cast<double>(service::monotonicNow() - begin) * 1e-9);
+    times.push_back(static_cast<double>(runtime::monotonicNow() - begin) * 1e-9);
   }
   std::sort(times.begin(), times.end());
   return times;

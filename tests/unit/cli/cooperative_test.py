@@ -74,7 +74,7 @@ class CatheterKinematics(unittest.TestCase):
     def test_what_cannot_be_answered_says_why(self):
         answers, answer = fk([[0.5, 0.0, 0.0], [0.06, 0.0, 1.0]])
         self.assertEqual(answer.returncode, 1)
-        self.assertIn("outside the limits of the robot file by 0.38", answers[0]["status"])
+        self.assertIn("outside the limits of the robot file: insertion by 0.38", answers[0]["status"])
         self.assertEqual(answers[1]["status"], "ok")
         for options, why in ((["--wrench", "0,1,0,0,0,0"], "need --model cosserat"), (["--branch"], "--branch"),
                              (["--arm", "c"], "expected one of: arm_a, arm_b")):
@@ -172,7 +172,7 @@ class Demonstrations(unittest.TestCase):
                             "--along", "x,y")
         self.assertEqual(answer.returncode, 1)
         self.assertIn("refused: ", answer.stdout)
-        self.assertIn("missing: ", answer.stdout)
+        self.assertIn("not possible: ", answer.stdout)
 
     def test_an_object_is_driven_along_a_lissajous_by_friction(self):
         answer = system.run("cooperative", "co-manipulate", "--offline", "--contact", "soft_finger", "--squeeze", "0.002",
@@ -196,8 +196,8 @@ class Demonstrations(unittest.TestCase):
         for option, value in (("--contact", "point"), ("--squeeze", "0.002"), ("--load", "0,0,1")):
             answer = system.run("cooperative", "co-manipulate", option, value)
             self.assertEqual(answer.returncode, 2)
-            self.assertIn(f"{option}: found beside a run over DDS", answer.stderr)
-            self.assertIn("expected --offline with it, or the value in the file", answer.stderr)
+            self.assertIn(f"{option}: needs --offline", answer.stderr)
+            self.assertIn("add --offline, or change the robot file", answer.stderr)
 
     def test_payload_of_the_pair_and_of_each_arm(self):
         answer = system.run("cooperative", "payload", "--json", "--directions", 8, "--figure", self.folder / "load.png",

@@ -44,7 +44,7 @@ class MonteCarlo(unittest.TestCase):
         missing = self.montecarlo("merge", *shards[:2], code=2)
         self.assertIn("is missing, expected tasks 0 to 11", missing.stderr)
         twice = self.montecarlo("merge", *shards, shards[0], code=2)
-        self.assertIn("is there twice", twice.stderr)
+        self.assertIn("is present twice", twice.stderr)
 
     def test_json_counts_the_rows(self):
         found = json.loads(self.montecarlo(*FEW, "--csv", self.folder / "all.csv", "--json").stdout)

@@ -61,7 +61,7 @@ class Plan(unittest.TestCase):
         self.assertFalse(report["feasible"])
         last = report["unreachable"][-1]
         self.assertEqual((last["point"], last["reason"]), (12, "limits"))
-        self.assertRegex(last["words"], r"arm a: [\d.]+ mm away, held back by .*(translation|travel)")
+        self.assertRegex(last["words"], r"arm a: [\d.]+ mm away, limited by .*(translation|travel)")
         self.assertAlmostEqual(sum((a - b) ** 2 for a, b in zip(last["wanted_m"], last["nearest_m"])) ** 0.5,
                                last["error_m"], delta=1e-9)
         text, _ = plan("check", self.far)

@@ -91,7 +91,7 @@ class Workspace(unittest.TestCase):
         self.assertAlmostEqual(shared["common_m3"] + shared["any_m3"], a["volume_m3"] + b["volume_m3"],
                                delta=0.01 * a["volume_m3"])
 
-    def test_a_ring_or_cubes_the_volume_is_the_same(self):
+    def test_volume_is_equal_in_ring_and_cube_cells(self):
         # With rotations limited to a full turn the same space is counted in cubes instead of rings.
         turned = self.robot(("rotation: {lower_deg: unlimited, upper_deg: unlimited,",
                              "rotation: {lower_deg: -180, upper_deg: 180,"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robots of every kind as the services take them, and what deployments of catheters cannot have. */
+/** @file Loading of all robot types for the services, and keys refused for catheters. */
 #include "config/cooperative.h"
 #include "config/robot_files.h"
 
@@ -24,7 +24,7 @@ std::string refusalOf(Call call) {
   return {};
 }
 
-TEST(AnyRobot, TubesAreAsTheyWere) {
+TEST(AnyRobot, LoadsConcentricTubes) {
   const Robot robot = loadAnyRobot(presets() / "robots/ark2024.yaml");
   EXPECT_EQ(robot.type, "robot");
   EXPECT_EQ(robot.arms[0].jointCount(), 6);
@@ -52,7 +52,7 @@ TEST(AnyRobot, CathetersHaveTheirArmsInTheOrderOfTheMechanismsJoints) {
   EXPECT_EQ(assist.arms[1].name, assist_file.arms[static_cast<std::size_t>(relation.assist)].name);
 }
 
-TEST(AnyRobot, SaysWhatARunningSystemCannotMove) {
+TEST(AnyRobot, RefusesRobotsThatServicesCannotControl) {
   Folder folder;
   const std::string good = readAll(preset("ablation-pair"));
   const auto refusal = [&](const std::string& text) {
@@ -60,7 +60,7 @@ TEST(AnyRobot, SaysWhatARunningSystemCannotMove) {
     return refusalOf([&] { loadAnyRobot(file); });
   };
   const std::string none = refusal(good.substr(0, good.find("object:\n")) + good.substr(good.find("control:\n")));
-  EXPECT_NE(none.find("object: found neither object nor assistance"), std::string::npos) << none;
+  EXPECT_NE(none.find("object: found neither `object` nor `assistance`"), std::string::npos) << none;
   std::string third = good.substr(good.find("  - name: arm_b"));
   third = replaced(third.substr(0, third.find("\n\n")), "arm_b", "arm_c") + "\n\n";
   const std::string idle = refusal(replaced(good, "# Assumption: a light", third + "# Assumption: a light"));
@@ -69,7 +69,7 @@ TEST(AnyRobot, SaysWhatARunningSystemCannotMove) {
   EXPECT_NE(margin.find("control.least_distance_mm: found 1 mm, expected 0"), std::string::npos) << margin;
 }
 
-TEST(AnyRobot, WhatOnlyTubesCanDoNamesTheDeployment) {
+TEST(AnyRobot, LoadTubesRefusesOtherRobotsAndNamesTheDeployment) {
   const Deployment tubes = loadDeployment(presets() / "deployments/laptop.yaml");
   EXPECT_EQ(loadTubes(tubes, "why").name, "ark2024");
   const Deployment catheters = loadDeployment(presets() / "deployments/ablation-pair.yaml");

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The bounds that the tables state are those that the code asks for: with a number at its bound what the file
- * configures can be made and takes a step, and beyond it the file is refused at that number. */
+/** @file Bounds in the key tables: a value at its bound is usable in a control step; a value beyond it is refused at
+ * its key. */
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
 
 #include "config/cooperative.h"
-#include "config/exact.h"
+#include "config/detail/exact.h"
 #include "config/path.h"
 #include "config/robot_files.h"
 #include "control/resolver.h"
-#include "hal/node_setups.h"
+#include "hal/detail/node_setups.h"
 #include "kinematics/tube_model.h"
 #include "robots/plant/plant.h"
 #include "services/runtime/periodic_loop.h"
@@ -132,7 +132,7 @@ void useAnyRobot(const std::filesystem::path& file) {
 
 void useDeployment(const std::filesystem::path& file) {
   const Deployment deployment = loadDeployment(file);
-  service::PeriodicLoop control(deployment.control_period), plant(deployment.sim_period);
+  runtime::PeriodicLoop control(deployment.control_period), plant(deployment.sim_period);
   const Robot robot = loadAnyRobot(deployment.robot);
   sim::PlantTips tips = robots::makePlantTips(robot, deployment.plant);
   for (int k = 0; k < tips.armCount(); ++k)
@@ -208,7 +208,7 @@ std::vector<End> endsOf(const Field& field) {
   return ends;
 }
 
-TEST_P(Bounds, WhatTheTableAllowsCanBeDone) {
+TEST_P(Bounds, ValuesAtTheirBoundsAreUsable) {
   const Case& one = GetParam();
   const Folder folder;
   folder.write("robots/ark2024.yaml", readAll(presets() / "robots/ark2024.yaml"));
@@ -267,7 +267,7 @@ INSTANTIATE_TEST_SUITE_P(Presets,
                          });
 
 /// `nsp_damping_mm: 0` stops every method (control::makeResolver), so `tandem validate` refuses it.
-TEST(Bounds, NoDampingIsRefusedWhereItStands) {
+TEST(Bounds, ZeroDampingIsRefusedAtItsKey) {
   expectRefusal(readAll(presets() / "robots/ark2024.yaml") + "# end\n",
                 {"# end", "  nsp_damping_mm: 0", "nsp_damping_mm: 0", 16, "control.nsp_damping_mm",
                  "found 0, expected a length more than 0 in mm"},

@@ -45,13 +45,13 @@ void expectPlant(const sim::PlantOptions& plant) {
   EXPECT_EQ(plant.tube_deviation.torsional_stiffness, 0.02);
   EXPECT_EQ(plant.tube_deviation.curvature, 0.03);
   EXPECT_EQ(plant.tube_deviation.length, 0.04);
-  const sim::GivenTubeErrors& given = plant.tube_errors.at(0);
-  EXPECT_EQ(given.arm, 1);
-  EXPECT_EQ(given.tube, 2);
-  EXPECT_EQ(given.errors.bending_stiffness, 0.1);
-  EXPECT_EQ(given.errors.torsional_stiffness, -0.2);
-  EXPECT_EQ(given.errors.curvature, 0.3);
-  EXPECT_EQ(given.errors.length, 0.005);
+  const sim::FixedTubeErrors& fixed = plant.tube_errors.at(0);
+  EXPECT_EQ(fixed.arm, 1);
+  EXPECT_EQ(fixed.tube, 2);
+  EXPECT_EQ(fixed.errors.bending_stiffness, 0.1);
+  EXPECT_EQ(fixed.errors.torsional_stiffness, -0.2);
+  EXPECT_EQ(fixed.errors.curvature, 0.3);
+  EXPECT_EQ(fixed.errors.length, 0.005);
   EXPECT_EQ(plant.tip_forces.at(0).arm, 0);
   EXPECT_EQ(plant.tip_forces.at(0).force, Eigen::Vector3d(0.1, 0.0, -0.2));
   EXPECT_TRUE(plant.tracker.present);
@@ -93,6 +93,7 @@ budgets:
   lost_samples: 0.02
   tip_measurement_ms: 70
 method: snsqp
+method_library: lib/own.so
 relative_gain_per_s: 4
 tip_gain_per_s: 2
 model: compliant
@@ -216,6 +217,7 @@ emergency_stop_topic_ms: 400
   EXPECT_EQ(d.budgets.lock_step, 40.0);
   EXPECT_EQ(d.budgets.lost_samples, 0.02);
   EXPECT_EQ(d.method, control::Method::kSnsqp);
+  EXPECT_EQ(d.method_library, folder.path() / "lib/own.so");
   EXPECT_EQ(d.relative_gain, 4.0);
   EXPECT_EQ(d.tip_gain, 2.0);
   EXPECT_EQ(d.processes.at(0).executable, "/opt/sim");
@@ -236,7 +238,7 @@ TEST(Deployment, Refusals) {
   const std::string good = readAll(presets() / "deployments/laptop.yaml");
   const Refusal refusals[] = {
       {"domain: 0", "domain: 233", "233", 0, "domain", "found 233, expected an integer from 0 to 232"},
-      {"prefix: tandem", "prefix: /tandem", "/tandem\n", 0, "prefix", "expected a name of small letters"},
+      {"prefix: tandem", "prefix: /tandem", "/tandem\n", 0, "prefix", "expected a name of lower-case letters"},
       {"interface_address: 127.0.0.1", "interface_address: 256.0.0.1", "256", 0, "interface_address",
        "expected an IPv4 address"},
       {"[127.0.0.1]", "[localhost]", "localhost", 0, "peers[0]",

@@ -71,15 +71,15 @@ TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
 
 TEST(Hardware, AnArmHoldsWithoutPowerWhereAllItsAxesAreDeclaredTo) {
   hal::HardwareConfig hardware = loadHardware(hardwarePreset());
-  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::PowerlessHold::kSelfLocking);
+  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::HoldingMeans::kSelfLocking);
   EXPECT_TRUE(hal::holdsWithoutPower(hardware, 0));
   hardware = loadText(replaced(good(), "holds_without_power: self_locking", "holds_without_power: brake"));
-  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::PowerlessHold::kBrake);
+  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::HoldingMeans::kBrake);
   EXPECT_TRUE(hal::holdsWithoutPower(hardware, 0));
   // What nobody has declared does not hold; one such axis is enough.
   hardware = loadText(replaced(good(), "      holds_without_power: self_locking\n", ""));
-  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::PowerlessHold::kNo);
-  EXPECT_EQ(hardware.axes[3].powerless_hold, hal::PowerlessHold::kSelfLocking);
+  EXPECT_EQ(hardware.axes[0].powerless_hold, hal::HoldingMeans::kNo);
+  EXPECT_EQ(hardware.axes[3].powerless_hold, hal::HoldingMeans::kSelfLocking);
   EXPECT_FALSE(hal::holdsWithoutPower(hardware, 0));
 }
 
@@ -232,7 +232,7 @@ TEST(Hardware, Refusals) {
   refuse("tube: 2, bus: bus_a, node: 2,", "tube: 2, bus: bus_a, node: 1,", "tube: 2, bus: bus_a, node: 1,", 27,
          "translations[0].axes[1].node", "a second time on bus_a");
   refuse("tube: 2, bus: bus_a, node: 2,", "tube: 2, bus: bus_a, node: 127,", "node: 127", 6,
-         "translations[0].axes[1].node", "the HAL's own id counts");
+         "translations[0].axes[1].node", "the HAL's own id included");
   refuse("tube: 2, bus: bus_a, node: 2,", "tube: 1, bus: bus_a, node: 2,", "tube: 1, bus: bus_a, node: 2,", 6,
          "translations[0].axes[1].tube", "a second time");
   refuse("tube: 2, bus: bus_a, node: 2,", "tube: 2, bus: bus_c, node: 2,", "bus_c", 0, "translations[0].axes[1].bus",

@@ -44,7 +44,7 @@ TEST(Deployment, RefusalsOfHosts) {
        "found 'moon', expected one of robot, console"},
       {"planning, host: console", "planning", "planning, executable", 0, "processes[1].name",
        "found a process without host, expected one of robot, console"},
-      {"hosts:", "peers: [10.0.0.9]\nhosts:", "[10", 0, "peers", "found beside hosts"},
+      {"hosts:", "peers: [10.0.0.9]\nhosts:", "[10", 0, "peers", "found together with `hosts`"},
   };
   for (const Refusal& refusal : refusals)
     expectRefusal(onHosts(), refusal, [](const std::filesystem::path& file) { loadDeployment(file); });

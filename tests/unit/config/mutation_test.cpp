@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Whatever is done to a good file, it loads or is refused at a place inside it. */
+/** @file Random mutations of valid files: each loads, or is refused at a place inside the file. */
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>

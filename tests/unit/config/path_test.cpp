@@ -84,8 +84,8 @@ TEST(Path, Refusals) {
   const Refusal refusals[] = {
       {"path/1", "trajectory/1", "trajectory/1", 0, "tandem", "found trajectory/1, expected path/1"},
       {"shape: lissajous", "shape: spiral", "spiral", 0, "shape", "expected one of line, circle, lissajous"},
-      {"shape: lissajous", "shape: line", "[x, y]", 0, "along", "found 2 of them, expected one, for a line"},
-      {"[x, y]", "[x]", "[x]", 0, "along", "found 1 of them, expected two, for a lissajous"},
+      {"shape: lissajous", "shape: line", "[x, y]", 0, "along", "found 2 directions, expected one for a line"},
+      {"[x, y]", "[x]", "[x]", 0, "along", "found 1 directions, expected two for a lissajous"},
       {"[x, y]", "[x, x]", "x]", 0, "along[1]", "x"},
       {"[x, y]", "[x, w]", "w]", 0, "along[1]", "expected one of x, y, z, rx, ry, rz"},
       {"[x, y]", "[]", "[]", 0, "along", "expected a list of 1 to 2"},

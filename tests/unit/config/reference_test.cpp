@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Search paths, and what is generated from the key tables. */
+/** @file Search paths of files, and generated schemas and documentation. */
 #include <nlohmann/json.hpp>
 
 #include <cstdlib>
 #include <set>
 
+#include "config/detail/key_check.h"
 #include "config/file_tables.h"
-#include "config/key_check.h"
 #include "support.h"
 
 namespace tandem::config::test {

@@ -240,8 +240,9 @@ TEST(Robot, Refusals) {
       {"inner_diameter_mm: 1.3,", "inner_diameter_mm: 1.3, inner_diameter_mm: 1.3,", " inner_diameter_mm: 1.3, y", 1,
        tube + "inner_diameter_mm", "appears twice"},
       {"inner_diameter_mm: 1.3,", "inner_diameter_mm: 1.3, inner_diameter_m: 0.0013,", "inner_diameter_m:", 0,
-       tube + "inner_diameter_m", "found besides inner_diameter_mm"},
-      {"inner_diameter_mm: 1.3, ", "", "{outer_diameter_mm: 1.524", 0, tube + "inner_diameter_mm", "found no such key"},
+       tube + "inner_diameter_m", "found together with inner_diameter_mm"},
+      {"inner_diameter_mm: 1.3, ", "", "{outer_diameter_mm: 1.524", 0, tube + "inner_diameter_mm",
+       "the key is missing"},
       {"1.524", ".nan", ".nan", 0, tube + "outer_diameter_mm",
        "found the text \".nan\", expected a length more than 0 in mm"},
       {"1.524", "inf", "inf,", 0, tube + "outer_diameter_mm", "expected a length more than 0 in mm"},
@@ -261,7 +262,7 @@ TEST(Robot, Refusals) {
       {"hardware: false", "hardware: yes", "yes", 0, "hardware", "found the text \"yes\", expected true or false"},
       {"name: arm_b", "name: arm_a", "name: arm_a\n    type: concentric_tubes\n    base: {position_mm: [0, -5", 6,
        "arms[1].name", "found 'arm_a' a second time"},
-      {"name: arm_a", "name: Arm A", "Arm A", 0, "arms[0].name", "expected a name of small letters"},
+      {"name: arm_a", "name: Arm A", "Arm A", 0, "arms[0].name", "expected a name of lower-case letters"},
       {"concentric_tubes", "rods", "rods", 0, "arms[0].type", "found the text \"rods\", expected concentric_tubes"},
       {"[0, 5, 0]", "[0, 5]", "[0, 5]", 0, "arms[0].base.position_mm", "found a list of 2, expected a list of 3"},
       {"[0, 5, 0]", "[0, x, 0]", "x, 0]", 0, "arms[0].base.position_mm[1]",
@@ -269,7 +270,7 @@ TEST(Robot, Refusals) {
       {"carriage_spacing_mm: 0", "carriage_spacing_mm: [1, 2, 3]", "[1, 2, 3]", 0, "arms[0].limits.carriage_spacing_mm",
        "found a list of 3, expected a list of 2"},
       {"carriage_spacing_mm: 0", "carriage_spacing_mm: 200", "carriage_spacing_mm: 200", 0, "arms[0].limits",
-       "limits that no position satisfies"},
+       "limits without any feasible position"},
       {"carriage_spacing_mm: 0", "stage_minimum_mm: [-500, -300, -100]", "-500", 0,
        "arms[0].limits.stage_minimum_mm[0]", "found -500 mm, expected -437 mm"},
       {"lower_deg: unlimited, upper_deg: unlimited", "lower_deg: 10, upper_deg: -10", "10, upper", 0,
@@ -307,15 +308,15 @@ TEST(Robot, ATubeIsEitherStraightAndCurvedOrMadeOfSections) {
   const std::string curved = "straight_length_m: 0.2, curved_length_m: 0.04, curvature_per_m: 5";
   const Refusal refusals[] = {
       {"sections: [", "curvature_per_m: 5, sections: [", "[{length_mm: 250", 0, first + ".sections",
-       "found besides curvature_per_m, expected either straight_length, curved_length, curvature or sections"},
+       "found together with curvature_per_m, expected either straight_length, curved_length, curvature or sections"},
       {curved, curved + ", sections: [" + section + "]", "[" + section + "]", 0, second + ".sections",
-       "found besides straight_length_m"},
+       "found together with straight_length_m"},
       {",\n         " + curved, "", "{outer_diameter_m:", 0, second,
        "found neither, expected either straight_length, curved_length, curvature or sections"},
       {", curvature_per_m: 5", "", "{outer_diameter_m:", 0, second + ".curvature_per_mm",
-       "found no such key besides straight_length_m, expected curvature_per_mm or curvature_per_m: a curvature"},
+       "the key is missing although straight_length_m is present, expected curvature_per_mm or curvature_per_m: "},
       {"{length_mm: 250, curvature_per_mm: 0}", "{length_mm: 250}", "{length_mm: 250}", 0,
-       first + ".sections[0].curvature_per_mm", "found no such key"},
+       first + ".sections[0].curvature_per_mm", "the key is missing"},
       {"length_mm: 250", "length_mm: 0", "0, curvature_per_mm: 0}", 0, first + ".sections[0].length_mm",
        "found 0, expected a length more than 0 in mm"},
       {"bending_stiffness_Nm2: 0.002", "bending_stiffness_Nm2: 0", "0, torsional", 0,
@@ -333,7 +334,7 @@ TEST(Robot, ATubeIsEitherStraightAndCurvedOrMadeOfSections) {
     expectRefusal(kComplete, refusal, load_file);
 }
 
-TEST(Robot, StrainIsToldSectionBySection) {
+TEST(Robot, StrainWarningNamesTheSection) {
   const Robot robot = load(replaced(kComplete, "curvature_per_m: -5", "curvature_per_m: -100"));
   ASSERT_EQ(robot.warnings.size(), 1u);
   EXPECT_NE(robot.warnings[0].find("arms[0].tubes[0].sections[1].curvature_per_m: found -100 1/m, which strains the "
@@ -376,7 +377,7 @@ TEST(Robot, HardwareNeedsFiniteLimits) {
       replaced(replaced(kComplete, "lower_deg: -180", "lower_deg: unlimited"), "hardware: true", "hardware: false")));
 }
 
-TEST(Robot, ThereIsAPlaceEvenForSyntaxErrors) {
+TEST(Robot, SyntaxErrorsHaveLineAndColumn) {
   const auto load_file = [](const std::filesystem::path& file) { loadRobot(file); };
   const std::string good = "tandem: robot/1\nname: x\narms: [a]\n";
   expectRefusal(good, {"[a]", "[a", "arms: [a\n", 9, "", "YAML syntax"}, load_file);

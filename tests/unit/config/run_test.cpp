@@ -135,7 +135,7 @@ TEST(Experiment, ErrorsOfTheRobotFileNameTheRobotFile) {
   }
 }
 
-TEST(Validate, TellsWhatAFileIs) {
+TEST(Validate, ReportsTheKindOfAFile) {
   const std::tuple<const char*, const char*, const char*, std::size_t> cases[] = {
       {"robots/ark2024.yaml", "robot",
        "robot ark2024: 2 arms (arm_a: 3 tubes, 6 joints; arm_b: 3 tubes, 6 joints), simulated", 6},

@@ -173,7 +173,7 @@ TEST(Trajectory, Refusals) {
       {"arm: a", "arm: 8", "8\n", 0, "arm", "found 8, expected one of a, b"},
       {"arm: a", "arm: b", "b\nother_arm: b", 13, "other_arm", "the same arm twice"},
       {"normal: [0, 0, 1]", "normal: [0, 1, 1]", "[0, 1, 1]", 0, "shape.circle.normal", "found an angle of 45 deg"},
-      {"[0, 10, 0]", "[0, 0, 0]", "[0, 0, 0]", 0, "shape.circle.center_offset_mm", "expected a vector with a length"},
+      {"[0, 10, 0]", "[0, 0, 0]", "[0, 0, 0]", 0, "shape.circle.center_offset_mm", "expected a vector other than zero"},
       {"turns: 1", "turns: 0", "0}", 0, "shape.circle.turns", "found 0, expected another number"},
       {shape, "spiral: {}", "spiral", 0, "shape.spiral",
        "expected one of rectangle, lissajous, circle, line, waypoints, csv"},
@@ -181,9 +181,9 @@ TEST(Trajectory, Refusals) {
       {shape, shape + "\n  line: {displacement_mm: [1, 0, 0]}", "{displacement", 0, "shape",
        "found 2 keys, expected exactly one"},
       {shape, "line: {displacement_mm: [0, 0, 0]}", "[0, 0, 0]", 0, "shape.line.displacement_mm",
-       "a vector with a length"},
+       "a vector other than zero"},
       {shape, "lissajous: {amplitude_mm: [1, 0, 0], cycles: [0, 1, 0]}", "[1, 0, 0]", 0, "shape.lissajous.amplitude_mm",
-       "found no axis that moves"},
+       "found no axis with both amplitude and cycles"},
       {shape, "waypoints: {points_mm: []}", "[]", 0, "shape.waypoints.points_mm",
        "found an empty list, expected a list of 1 to"},
       {shape, "waypoints: {points_mm: [[1, 2, 3], [1, 2]]}", "[1, 2]]", 0, "shape.waypoints.points_mm[1]",
@@ -244,8 +244,8 @@ TEST(Trajectory, TextsWithoutAFolderCannotNameFiles) {
     ADD_FAILURE() << "accepted";
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(),
-                 "text:4:15: shape.csv.file: found a file, expected points: a text without a folder cannot "
-                 "refer to files");
+                 "text:4:15: shape.csv.file: found a file, expected `waypoints`: a trajectory sent as text "
+                 "cannot refer to a file");
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What two processes have to agree on: what changes it, and what does not. */
+/** @file Motion-relevant values (fingerprint): changes that affect them, and changes that do not. */
 #include "config/values.h"
 
 #include <regex>
@@ -79,7 +79,7 @@ TEST_F(Values, EveryNumberOfEveryFileChangesThem) {
   EXPECT_GT(changed, 300);
 }
 
-TEST_F(Values, WhatNothingThatMovesDependsOnDoesNotChangeThem) {
+TEST_F(Values, KeysWithoutEffectOnMotionDoNotChangeThem) {
   const fs::path deployment = at("deployments/laptop.yaml"), robot = at("robots/ark2024.yaml");
   const std::string before = of(deployment), text = readAll(deployment), robot_text = readAll(robot);
   EXPECT_EQ(with(deployment, deployment, replaced(text, "domain: 0", "domain: 7   # of our own")), before);
@@ -94,7 +94,7 @@ TEST_F(Values, WhatNothingThatMovesDependsOnDoesNotChangeThem) {
   EXPECT_EQ(with(deployment, deployment, replaced(text, "ark2024.yaml", "ours.yaml")), before) << "names of files";
 }
 
-TEST_F(Values, TellWhereTheyDiffer) {
+TEST_F(Values, ReportDifferingKeys) {
   const fs::path deployment = at("deployments/laptop.yaml");
   const std::string before = of(deployment), text = readAll(deployment);
   EXPECT_EQ(differences(before, with(deployment, deployment,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the console tells of catheters, and where it draws what they hold. */
+/** @file Console with catheters: JSON description, and drawn pose of the grasped object. */
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -7,7 +7,7 @@
 
 #include "config/robot_files.h"
 #include "services/console/api.h"
-#include "services/console/held_object.h"
+#include "services/console/grasped_object.h"
 #include "services/console/markers.h"
 
 namespace tandem::console {
@@ -24,8 +24,8 @@ config::Deployment presetOf(const std::string& name) {
 Isometry3d anyPose() { return Eigen::Translation3d(Vector3d::Random()) * Eigen::Quaterniond::UnitRandom(); }
 
 /// Two contacts anywhere on an object.
-config::HeldObject held(ContactType type) {
-  config::HeldObject object;
+config::GraspedObject held(ContactType type) {
+  config::GraspedObject object;
   object.size = 0.01;
   for (int k = 0; k < 2; ++k) {
     kinematics::grasp::Contact contact;
@@ -39,7 +39,7 @@ config::HeldObject held(ContactType type) {
 }
 
 /// Tips that touch the object, each turned about where it touches.
-std::vector<Isometry3d> touching(const config::HeldObject& object, const Isometry3d& at, bool turned) {
+std::vector<Isometry3d> touching(const config::GraspedObject& object, const Isometry3d& at, bool turned) {
   std::vector<Isometry3d> tips;
   for (const auto& contact : object.contacts) {
     Isometry3d turn = Isometry3d::Identity();
@@ -50,23 +50,23 @@ std::vector<Isometry3d> touching(const config::HeldObject& object, const Isometr
   return tips;
 }
 
-TEST(HeldObjectPose, AGrippedObjectIsWhereItsTipsAre) {
+TEST(GraspedObjectPose, AGrippedObjectIsWhereItsTipsAre) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::srand(seed);
   for (int round = 0; round < 100; ++round) {
-    const config::HeldObject object = held(ContactType::kRigid);
+    const config::GraspedObject object = held(ContactType::kRigid);
     const Isometry3d at = anyPose();
     EXPECT_LT((objectPose(object, touching(object, at, false)).matrix() - at.matrix()).norm(), 1e-12);
   }
 }
 
-TEST(HeldObjectPose, BetweenPointsItLiesAsItsPointsDo) {
+TEST(GraspedObjectPose, BetweenPointsItLiesAsItsPointsDo) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::srand(seed);
   for (int round = 0; round < 100; ++round) {
-    const config::HeldObject object = held(ContactType::kPoint);
+    const config::GraspedObject object = held(ContactType::kPoint);
     const std::vector<Isometry3d> tips = touching(object, anyPose(), true);
     const Isometry3d found = objectPose(object, tips);
     for (std::size_t k = 0; k < tips.size(); ++k) {
@@ -76,7 +76,7 @@ TEST(HeldObjectPose, BetweenPointsItLiesAsItsPointsDo) {
   }
 }
 
-TEST(HeldObjectPose, IsDrawnAsACubeOfItsSize) {
+TEST(GraspedObjectPose, IsDrawnAsACubeOfItsSize) {
   const Isometry3d at = anyPose();
   const dds::MarkerArray array = markersOf(held(ContactType::kRigid), at, "t_base", 5);
   ASSERT_EQ(array.markers.size(), 1u);
@@ -152,7 +152,7 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
 }
 
 /// The page's own tests read words.json, made from idl/ beside the C++ that the server answers with.
-TEST(Words, ServedAreThoseOfTheIdl) {
+TEST(ServedNames, MatchTheIdl) {
   std::ifstream file(TANDEM_WORDS);
   const auto expected = nlohmann::json::parse(file);
   ASSERT_GT(expected.size(), 20u);

@@ -65,7 +65,7 @@ TEST(Protocol, WrongTextsAreNamed) {
       {"", "JSON object"},
       {"[1]", "JSON object"},
       {"{\"op\":", "JSON object"},
-      {"{}", "op: expected a text"},
+      {"{}", "op: expected a string"},
       {R"({"op":"fly"})", "op 'fly'"},
       {R"({"op":"subscribe"})", "subscriptions: is missing"},
       {R"({"op":"subscribe","subscriptions":{}})", "subscriptions: expected a list"},
@@ -74,14 +74,14 @@ TEST(Protocol, WrongTextsAreNamed) {
       {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":4294967296}]})", "channelId: expected an integer"},
       {R"({"op":"unsubscribe","subscriptionIds":[1.5]})", "subscriptionIds: expected an integer"},
       {R"({"op":"advertise","channels":[{"id":1,"topic":5,"encoding":"cdr","schemaName":""}]})",
-       "topic: expected a text"},
-      {std::string(kMaxClientText + 1, ' '), "text frame of"},
+       "topic: expected a string"},
+      {std::string(kMaxClientText + 1, ' '), "bytes of text, expected at most"},
       {std::string(200000, '['), "JSON object"},
   };
   for (const auto& [text, why] : cases) {
     const ClientText said = parseText(text);
-    ASSERT_TRUE(std::holds_alternative<Misunderstood>(said)) << text.substr(0, 80);
-    EXPECT_NE(std::get<Misunderstood>(said).why.find(why), std::string::npos) << std::get<Misunderstood>(said).why;
+    ASSERT_TRUE(std::holds_alternative<ProtocolError>(said)) << text.substr(0, 80);
+    EXPECT_NE(std::get<ProtocolError>(said).why.find(why), std::string::npos) << std::get<ProtocolError>(said).why;
   }
 }
 
@@ -95,7 +95,7 @@ TEST(Protocol, DamagedTextsAndFramesNeverHarm) {
     for (unsigned k = random() % 4; k > 0 && !text.empty(); --k)
       text[random() % text.size()] = static_cast<char>(random());
     const ClientText said = parseText(text);
-    if (const auto* why = std::get_if<Misunderstood>(&said)) {
+    if (const auto* why = std::get_if<ProtocolError>(&said)) {
       EXPECT_FALSE(why->why.empty());
       // What is reported back is JSON, whatever came.
       EXPECT_TRUE(
@@ -217,7 +217,7 @@ TEST(AccessRules, HostsAndOrigins) {
 
 TEST(AccessRules, WithoutTokensThisMachineCommands) {
   const Access access(config::Console{}, false, {});
-  Introduction here{.host = "localhost:8765"};
+  AccessHeaders here{.host = "localhost:8765"};
   EXPECT_EQ(access.judge(here).role, dds::Role::kConsoleOperator);
   here.origin = "http://localhost:8765";
   EXPECT_EQ(access.judge(here).role, dds::Role::kConsoleOperator);
@@ -231,22 +231,22 @@ TEST(AccessRules, TokensInEveryPlace) {
   const Folder folder;
   const Access access(withTokens(folder), true, {});
   const std::string commands = "operator-token-0123456789", looks = "viewer-token-0123456789";
-  const auto judge = [&](const Introduction& introduction) { return access.judge(introduction); };
+  const auto judge = [&](const AccessHeaders& headers) { return access.judge(headers); };
   EXPECT_EQ(judge({.host = "localhost", .query = "a=b&token=" + commands}).role, dds::Role::kConsoleOperator);
   EXPECT_TRUE(judge({.host = "localhost", .query = "token=" + commands}).show_cookie);
   EXPECT_EQ(judge({.host = "localhost", .bearer = "Bearer " + looks}).role, dds::Role::kConsoleViewer);
   EXPECT_EQ(judge({.host = "localhost", .cookie = "x=1; tandem_token=" + looks}).role, dds::Role::kConsoleViewer);
   for (const std::string& wrong : {std::string(), commands + "x", commands.substr(1), looks + looks,
                                    std::string(5000, 'o'), std::string("operator-token-012345678\0", 25)}) {
-    const Verdict verdict = judge({.host = "localhost", .query = "token=" + wrong});
-    EXPECT_EQ(verdict.role, std::nullopt) << wrong.substr(0, 40);
-    EXPECT_EQ(verdict.status, 401);
-    EXPECT_EQ(verdict.why.find(commands), std::string::npos) << "the token is commanded to nobody";
+    const AccessDecision decision = judge({.host = "localhost", .query = "token=" + wrong});
+    EXPECT_EQ(decision.role, std::nullopt) << wrong.substr(0, 40);
+    EXPECT_EQ(decision.status, 401);
+    EXPECT_EQ(decision.why.find(commands), std::string::npos) << "the token is commanded to nobody";
   }
   EXPECT_EQ(judge({.host = "localhost", .query = "xtoken=" + commands}).status, 401);
 }
 
-TEST(AccessRules, TokenFilesThatAreNotGood) {
+TEST(AccessRules, InvalidTokenFilesAreRefused) {
   const Folder folder;
   const auto refusal = [](const config::Console& console, bool secured) -> std::string {
     try {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/active_set.h"
+#include "control/detail/active_set.h"
 
 #include <gtest/gtest.h>
 
-#include "control/ipopt_backend.h"
+#include "control/detail/ipopt_backend.h"
 #include "tests/unit/safety/random_arm.h"
 
 namespace tandem::test {
@@ -124,7 +124,7 @@ control::QuadraticProgram awkwardProblem(Random& random) {
   return qp;
 }
 
-TEST(ActiveSet, AnswersAwkwardProblems) {
+TEST(ActiveSet, SolvesDegenerateProblems) {
   control::ActiveSet solver;
   int unbounded = 0, solved = 0, given_up = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(3000); ++seed) {
@@ -240,7 +240,7 @@ TEST(ActiveSet, SaysWhatIsInfeasible) {
   EXPECT_EQ(solution.status, QpStatus::kInfeasible);
 }
 
-TEST(ActiveSet, RefusesWhatIsNoConvexProblem) {
+TEST(ActiveSet, RefusesNonConvexProblems) {
   control::QuadraticProgram qp;
   control::ActiveSet solver;
   control::QpSolution solution;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How much of its first task a robot can do at once: what task scales are held against. */
+/** @file Largest feasible scale of the first task: reference for the task scales of the methods. */
 #pragma once
 
 #include "control/quadratic_program.h"

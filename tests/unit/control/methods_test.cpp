@@ -88,7 +88,7 @@ TEST(Sns, KeepsLimitsAndOrderAndIsWithinTheOptimum) {
   }
 }
 
-TEST(Sns, IsThePseudoinverseWhereNothingIsInTheWay) {
+TEST(Sns, IsThePseudoinverseWithoutActiveLimits) {
   const auto resolver = control::makeResolver(Method::kSns, {});
   ArkProblem ark;
   control::Solution solution;

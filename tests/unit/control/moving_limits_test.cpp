@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The interval in which a joint may be while all others stand: beta_min and beta_max of equation (1). */
+/** @file Moving limits beta_min and beta_max of equation (1) with the other joints fixed. */
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the methods answer where the limits, or the pose, stand in the way. */
+/** @file Results of all methods at limits and singular poses. */
 #include <gtest/gtest.h>
 
-#include "control/active_set.h"
 #include "control/conflict.h"
+#include "control/detail/active_set.h"
 #include "control/resolver.h"
 #include "tests/unit/control/largest_share.h"
 #include "tests/unit/support/ark_problem.h"
@@ -144,7 +144,7 @@ TEST(Outcomes, AnArmOutsideItsLimitsComesBack) {
 
 /// The task scale of (8) with a small zeta is the largest there is: that of a linear programme, whose optimum is proven
 /// by its multipliers.
-TEST(Outcomes, TheTaskScaleIsTheBestThereIs) {
+TEST(Outcomes, SnsqpTaskScaleIsTheLargestThatTheLimitsAllow) {
   MethodParameters parameters;
   parameters.snsqp_zeta = 1e-6;
   const auto resolver = control::makeResolver(Method::kSnsqp, parameters);

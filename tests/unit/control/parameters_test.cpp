@@ -11,7 +11,7 @@ namespace {
 
 using control::Method;
 using control::MethodParameters;
-using control::Tunable;
+using control::TunableParameter;
 
 /// True where some random problem, with a posture or without, has another solution with the parameters changed.
 bool matters(Method method, const MethodParameters& changed) {
@@ -39,15 +39,16 @@ bool matters(Method method, const MethodParameters& changed) {
 }
 
 /// The page and `/api/robot` show of each method the parameters that it reads.
-TEST(Tunables, MatterToTheirReadersAndToNoOtherMethod) {
+TEST(TunableParameters, MatterToTheirReadersAndToNoOtherMethod) {
   SCOPED_TRACE(trace(baseSeed()));
-  for (const auto& [method, name, meaning] : idl::Enumeration<Method>::entries) {
-    for (const Tunable& tunable : control::kTunables) {
+  for (int m = 0; m < control::kMethodCount; ++m) {
+    const auto method = static_cast<Method>(m);
+    for (const TunableParameter& parameter : control::kTunableParameters) {
       MethodParameters changed;
-      changed.*tunable.member *= 0.1;
-      if (tunable.member == &MethodParameters::barrier_gain)
+      changed.*parameter.member *= 0.1;
+      if (parameter.member == &MethodParameters::barrier_gain)
         continue;  // it makes the rates of margins that hqp, alone, is given with a problem
-      EXPECT_EQ(matters(method, changed), tunable.readBy(method)) << name << ": " << tunable.name;
+      EXPECT_EQ(matters(method, changed), parameter.readBy(method)) << name(method) << ": " << parameter.name;
     }
   }
 }

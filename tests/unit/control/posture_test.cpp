@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Going to a posture with what the tasks leave free. */
+/** @file Posture task in the null space of the tasks. */
 #include "control/posture.h"
 
 #include <gtest/gtest.h>

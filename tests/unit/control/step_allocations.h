@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The periodic path's first rule, for every method. */
+/** @file Allocation check of a control step, for every method. */
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Held objects and assisted arms under the controller, from their robot files. */
+/** @file Closed-loop control of grasped objects and target-assist pairs, from robot files. */
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +39,7 @@ ObjectPath pathOf(PathShape shape, std::vector<int> directions, const Mechanism&
   return {shape, std::move(directions), 5e-3, 10.0, mechanism.length(), Hold::kNone};
 }
 
-TEST(HeldObject, MobilityIsThatOfThePaper) {
+TEST(GraspedObject, MobilityIsThatOfThePaper) {
   for (const auto& [type, mobility] :
        {std::pair{ContactType::kRigid, 1}, {ContactType::kSoftFinger, 4}, {ContactType::kPoint, 6}}) {
     config::CooperativeRobot robot = holding(type);
@@ -50,7 +50,7 @@ TEST(HeldObject, MobilityIsThatOfThePaper) {
   }
 }
 
-TEST(HeldObject, RigidContactsMoveAlongTheirCommonAxisAloneAndSayWhatIsMissing) {
+TEST(GraspedObject, RigidContactsMoveAlongTheirCommonAxisAloneAndSayWhatIsMissing) {
   config::CooperativeRobot robot = holding(ContactType::kRigid);
   robot.object->load.setZero();
   robot.object->squeeze = 0.0;
@@ -60,8 +60,8 @@ TEST(HeldObject, RigidContactsMoveAlongTheirCommonAxisAloneAndSayWhatIsMissing) 
   const TrackRecord good = track(mechanism, up, optionsOf(robot));
   EXPECT_TRUE(good.good()) << good.refused << good.stopped;
   const TrackRecord bad = track(mechanism, pathOf(PathShape::kLissajous, {0, 2}, mechanism), optionsOf(robot));
-  EXPECT_NE(bad.refused.find("the path asks for translation along x"), std::string::npos) << bad.refused;
-  EXPECT_NE(bad.refused.find("missing: "), std::string::npos) << bad.refused;
+  EXPECT_NE(bad.refused.find("the path requires translation along x"), std::string::npos) << bad.refused;
+  EXPECT_NE(bad.refused.find("not possible: "), std::string::npos) << bad.refused;
   for (const TrackStep& step : bad.steps)
     EXPECT_LT(step.time, 0.0) << "moved along a path that was refused";
 }
@@ -86,7 +86,7 @@ RobotVector pressed(GraspedObjectMechanism& mechanism, const config::Cooperative
   return q;
 }
 
-TEST(HeldObject, SagsUnderALoadAsItsStiffnessSays) {
+TEST(GraspedObject, SagUnderALoadMatchesTheStiffness) {
   for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
     config::CooperativeRobot robot = pressing(type);
     GraspedObjectMechanism mechanism(robot);
@@ -99,7 +99,7 @@ TEST(HeldObject, SagsUnderALoadAsItsStiffnessSays) {
             auto there = rest;
             kinematics::Wrench wrench = kinematics::Wrench::Zero();
             wrench.head<3>() = load + h * Eigen::Vector3d::Unit(k);
-            EXPECT_EQ(mechanism.model().solveEquilibrium(q, wrench, there), kinematics::grasp::HoldStatus::kOk);
+            EXPECT_EQ(mechanism.model().solveEquilibrium(q, wrench, there), kinematics::grasp::GraspStatus::kOk);
             return difference(rest.pose, there.pose);
           },
           3e-4);
@@ -108,7 +108,7 @@ TEST(HeldObject, SagsUnderALoadAsItsStiffnessSays) {
   }
 }
 
-TEST(HeldObject, JacobianUnderALoadIsThatOfTheRests) {
+TEST(GraspedObject, JacobianUnderALoadMatchesTheEquilibria) {
   for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
     const config::CooperativeRobot robot = pressing(type);
     GraspedObjectMechanism mechanism(robot);
@@ -122,7 +122,7 @@ TEST(HeldObject, JacobianUnderALoadIsThatOfTheRests) {
             kinematics::Wrench wrench = kinematics::Wrench::Zero();
             wrench.head<3>() = robot.object->load;
             EXPECT_EQ(mechanism.model().solveEquilibrium(q + h * RobotVector::Unit(q.size(), j), wrench, there),
-                      kinematics::grasp::HoldStatus::kOk);
+                      kinematics::grasp::GraspStatus::kOk);
             return difference(rest.pose, there.pose);
           },
           j % 3 == 0 ? 5e-4 : 0.005);
@@ -134,7 +134,7 @@ TEST(HeldObject, JacobianUnderALoadIsThatOfTheRests) {
 }
 
 /// The object along a Lissajous figure in directions that it can be moved in, squeezed and loaded, by several methods.
-TEST(HeldObject, FollowsALissajousWithoutDriftOrSlip) {
+TEST(GraspedObject, FollowsALissajousWithoutDriftOrSlip) {
   for (const ContactType type : {ContactType::kPoint, ContactType::kSoftFinger}) {
     for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp, control::Method::kHqp}) {
       const config::CooperativeRobot robot = pressing(type);
@@ -150,10 +150,10 @@ TEST(HeldObject, FollowsALissajousWithoutDriftOrSlip) {
           continue;
         for (std::size_t k = 0; k < record.names.size(); ++k) {
           if (record.names[k].starts_with("normal")) {
-            EXPECT_NEAR(step.facts[k], robot.object->squeeze, 0.3 * robot.object->squeeze);
+            EXPECT_NEAR(step.columns[k], robot.object->squeeze, 0.3 * robot.object->squeeze);
           }
           if (record.names[k].starts_with("friction")) {
-            EXPECT_LT(step.facts[k], 1.0);
+            EXPECT_LT(step.columns[k], 1.0);
           }
         }
       }
@@ -161,13 +161,13 @@ TEST(HeldObject, FollowsALissajousWithoutDriftOrSlip) {
   }
 }
 
-TEST(HeldObject, WhatCannotBeHeldIsRefusedBeforeAnythingMoves) {
+TEST(GraspedObject, InsufficientSqueezeIsRefusedBeforeMotion) {
   config::CooperativeRobot robot = pressing(ContactType::kPoint);
   const auto refusal_at = [&](double squeeze) {
     robot.object->squeeze = squeeze;
     GraspedObjectMechanism mechanism(robot);
     EXPECT_EQ(mechanism.solveEquilibrium(mechanism.home()), "");
-    return mechanism.impossible();
+    return mechanism.infeasibility();
   };
   const std::string refused = refusal_at(1e-5);
   ASSERT_NE(refused.find("expected more than "), std::string::npos) << refused;
@@ -181,11 +181,11 @@ TEST(HeldObject, WhatCannotBeHeldIsRefusedBeforeAnythingMoves) {
   EXPECT_EQ(record.refused, refused);
   EXPECT_TRUE(record.steps.empty());
   robot.object->load.setZero();
-  EXPECT_NE(refusal_at(0.0).find("live by friction"), std::string::npos);
+  EXPECT_NE(refusal_at(0.0).find("rely on friction"), std::string::npos);
 }
 
 /// Two soft arms that press a short object harder and harder tip it over, as a column buckles.
-TEST(HeldObject, ASqueezeThatTipsTheObjectOverIsToldBeforeThePath) {
+TEST(GraspedObject, UnstableSqueezeIsRefusedBeforeThePath) {
   config::CooperativeRobot robot = pressing(ContactType::kPoint);
   robot.object->squeeze = 0.03;
   GraspedObjectMechanism mechanism(robot);
@@ -195,7 +195,7 @@ TEST(HeldObject, ASqueezeThatTipsTheObjectOverIsToldBeforeThePath) {
     EXPECT_LT(step.time, 0.0);
 }
 
-TEST(Payload, IsThatOfTheRestsAndOfTheFrictionThatThereIs) {
+TEST(Payload, MatchesEquilibriaAndFriction) {
   config::CooperativeRobot robot = holding(ContactType::kPoint);
   robot.object->squeeze = 0.002;
   GraspedObjectMechanism mechanism(robot);
@@ -209,18 +209,18 @@ TEST(Payload, IsThatOfTheRestsAndOfTheFrictionThatThereIs) {
   EXPECT_NE(carried.limit, "");
   // That load is carried, and a little more is not.
   for (const double part : {0.99, 1.01}) {
-    kinematics::grasp::Hold hold = mechanism.rest();
-    std::string trouble;
-    for (int k = 1; k <= 50 && trouble.empty(); ++k) {
+    kinematics::grasp::GraspEquilibrium equilibrium = mechanism.rest();
+    std::string error;
+    for (int k = 1; k <= 50 && error.empty(); ++k) {
       kinematics::Wrench load = kinematics::Wrench::Zero();
       load.head<3>() = part * k / 50.0 * carried.load * down;
-      trouble = mechanism.model().solveEquilibrium(q, load, hold) == kinematics::grasp::HoldStatus::kOk
-                    ? mechanism.troubleOf(hold)
-                    : "no rest";
-      if ((hold.pose.translation() - mechanism.pose().translation()).norm() > 0.02)
-        trouble = "sag";
+      error = mechanism.model().solveEquilibrium(q, load, equilibrium) == kinematics::grasp::GraspStatus::kOk
+                  ? mechanism.errorOf(equilibrium)
+                  : "no rest";
+      if ((equilibrium.pose.translation() - mechanism.pose().translation()).norm() > 0.02)
+        error = "sag";
     }
-    EXPECT_EQ(trouble.empty(), part < 1.0) << trouble;
+    EXPECT_EQ(error.empty(), part < 1.0) << error;
   }
   EXPECT_NEAR(study.carried(0, down, {0.0002, 10.0}).sag, 0.0002, 2e-6);
 
@@ -253,7 +253,7 @@ TEST(Assisted, FollowsACircleWithBothArmsAndHoldsThePush) {
   EXPECT_NEAR(mechanism.chain().push, push, 0.2 * push);
 }
 
-TEST(Assisted, SaysWhyThereIsNoRest) {
+TEST(Assisted, NamesWhyThereIsNoEquilibrium) {
   const config::CooperativeRobot robot = preset("ablation-assist");
   AssistedMechanism mechanism(robot);
   RobotVector q = mechanism.home();
@@ -261,7 +261,7 @@ TEST(Assisted, SaysWhyThereIsNoRest) {
   EXPECT_EQ(mechanism.solveEquilibrium(q), kinematics::assist::describe(kinematics::assist::Status::kNoContact));
 }
 
-TEST(ObjectPath, RateIsTheDerivativeOfTheFrame) {
+TEST(ObjectPath, RateIsTheDerivativeOfThePose) {
   for (const PathShape shape : {PathShape::kLine, PathShape::kCircle, PathShape::kLissajous}) {
     const ObjectPath path{shape,     shape == PathShape::kLine ? std::vector{4} : std::vector{3, 5}, 0.01, 4.0, 0.02,
                           Hold::kAll};

@@ -75,7 +75,7 @@ class Generate(unittest.TestCase):
         self.assertIn("uint8 WARMTH_TOO_HOT=1", twin)
         self.assertIn("uint8[2] warmth  # Warmth: of body and lid", twin)
 
-    def test_what_is_another_wire(self):
+    def test_which_changes_change_the_wire_version(self):
         before = self.version(IDL)
         for same in [("of body and lid", "of both"), ("take it off", "wait"), ("string note;", "string note;  // of the cook")]:
             self.assertEqual(self.version(IDL.replace(*same)), before, same)

@@ -14,7 +14,7 @@
 #include "services/drive_sim/report.h"
 #include "tests/unit/support/drive_rig.h"
 
-namespace tandem::service {
+namespace tandem::drive_sim {
 namespace {
 
 TEST(BusSpec, ReadsDrivesAndEncoders) {
@@ -38,7 +38,7 @@ TEST(BusSpec, ReadsDrivesAndEncoders) {
     EXPECT_THROW(parseEncoder(text), std::invalid_argument) << text;
 }
 
-TEST(BusSpec, AHardwareFilesBusStandsWhereItsEncodersReadZero) {
+TEST(BusSpec, SimulatedBusStartsAtEncoderZero) {
   const hal::HardwareConfig hardware = config::loadHardware(HARDWARE_FILE);
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
     sim::drives::BusSpec spec;
@@ -83,7 +83,7 @@ TEST(Report, ServesLines) {
   EXPECT_NE(serveLine(rig.drives, "state").find("\"injected\":[\"stuck\"]"), std::string::npos);
   EXPECT_NE(serveLine(rig.drives, "state").find("\"state\":\"operation enabled\""), std::string::npos);
   EXPECT_EQ(serveLine(rig.drives, "clear 1 stuck"), "ok");
-  EXPECT_EQ(serveLine(rig.drives, "clear 1 stuck"), "error: there is no such fault");
+  EXPECT_EQ(serveLine(rig.drives, "clear 1 stuck"), "error: node 1 has no such fault");
   EXPECT_EQ(serveLine(rig.drives, "inject 17 slow"), "error: node 17 cannot have the fault slow");
   EXPECT_EQ(serveLine(rig.drives, "nonsense").find("error: 'nonsense', expected inject"), 0u);
   rig.command().set(test::kTarget, 500);
@@ -104,4 +104,4 @@ TEST(ControlSocket, AsksAndAnswers) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::drive_sim

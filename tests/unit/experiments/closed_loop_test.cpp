@@ -73,8 +73,8 @@ TEST_F(Table3, RelativePositionCanMoveAlong) {
   plan.trajectory.relative = {planning::Line{{0.0, -0.005, 0.0}}};
   const auto record = run(plan);
   EXPECT_EQ(record.summary().converged, 100);
-  const auto& first = record.rows().front().facts.reference.tasks[0].position;
-  const auto& last = record.rows().back().facts.reference.tasks[0].position;
+  const auto& first = record.rows().front().data.reference.tasks[0].position;
+  const auto& last = record.rows().back().data.reference.tasks[0].position;
   EXPECT_NEAR((last - first).norm(), 0.005, 0.0001);
 }
 

@@ -34,7 +34,7 @@ struct CompliantPlant : ::testing::Test {
   }
 };
 
-TEST_F(CompliantPlant, ARigidControllerIsOffAndTheSensorMendsIt) {
+TEST_F(CompliantPlant, MeasuredTipsCorrectTheErrorOfTheRigidModel) {
   // Of Table 3's runs this is the one in which curved parts come to overlap at an angle.
   const auto off = run("rectangle-3-nspqp", of("lockstep-compliant-plant"), rigid);
   EXPECT_LE(off.converged, 60);
@@ -46,7 +46,7 @@ TEST_F(CompliantPlant, ARigidControllerIsOffAndTheSensorMendsIt) {
   EXPECT_LE(mended.ab.max, 0.88e-3);
 }
 
-TEST_F(CompliantPlant, WhereTubesOverlapThroughoutEveryPointIsOff) {
+TEST_F(CompliantPlant, RigidModelMissesEveryPointWhereTubesOverlap) {
   useOverlap();
   for (const char* name : {"rectangle-2-nspqp", "lissajous-1-nspqp", "lissajous-2-snsqp"}) {
     const auto off = run(name, of("lockstep-compliant-plant"), rigid);
@@ -97,10 +97,10 @@ TEST_F(CompliantPlant, TooManyDropOutsHoldTheArms) {
   // The measurement at the start is used until it is older than three periods; after that nothing moves.
   const auto& rows = record.rows();
   ASSERT_GT(rows.size(), 100u);
-  EXPECT_NE(rows[0].facts.position, rows[1].facts.position);
+  EXPECT_NE(rows[0].data.position, rows[1].data.position);
   for (std::size_t i = 5; i < 100; ++i)
-    ASSERT_EQ(rows[i].facts.position, rows[4].facts.position) << i;
-  EXPECT_EQ(rows[50].facts.scale[0], 0.0);
+    ASSERT_EQ(rows[i].data.position, rows[4].data.position) << i;
+  EXPECT_EQ(rows[50].data.scale[0], 0.0);
 }
 
 TEST_F(CompliantPlant, FeedbackWithoutATrackerIsRefused) {

@@ -43,7 +43,7 @@ std::string text(const std::vector<TaskResult>& results) {
   return out.str();
 }
 
-TEST_F(Ark2024, FeasibleTasksHaveAWitnessInsideAllLimits) {
+TEST_F(Ark2024, FeasibleTasksHaveAJointPathInsideAllLimits) {
   LoopOptions wrong = options;
   wrong.plant.model = "compliant";
   wrong.plant.tube_deviation = {0.05, 0.05, 0.05, 0.0};
@@ -79,7 +79,7 @@ TEST_F(Ark2024, FeasibleTasksHaveAWitnessInsideAllLimits) {
 }
 
 /// Targets out of reach stretch the arms straight, where tasks depend on each other and limits meet in corners.
-TEST_F(Ark2024, HqpNeverAsksForWhatTheGateHasToClip) {
+TEST_F(Ark2024, HqpNeedsNoGateIntervention) {
   run = {.seed = 1, .tasks = 10000, .infeasible = 0.1, .methods = {control::Method::kHqp}, .cases = {ErrorSizes{}}};
   for (const int index : {999, 2769, 4169, 4189, 5309, 7269}) {
     SCOPED_TRACE("task " + std::to_string(index));

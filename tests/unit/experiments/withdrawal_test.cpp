@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What a withdrawal does to the tissue around an arm: how far the body leaves the place where it lay. */
+/** @file Sideways motion of the arm body during withdrawal. */
 #include <gtest/gtest.h>
 
 #include <functional>

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "hal/can/seqpacket.h"
+#include "hal/can/detail/seqpacket.h"
 #include "tests/unit/safety/allocation_counter.h"
 #include "tests/unit/support/drive_rig.h"
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <system_error>
 
-#include "hal/can/seqpacket.h"
+#include "hal/can/detail/seqpacket.h"
 
 namespace tandem::hal::can {
 namespace {
@@ -62,7 +62,7 @@ TEST(BusLock, TwoNamesOfOneBusAreOneLock) {
   EXPECT_EQ(holder(folder.address((longest + "2").c_str())), std::nullopt);
 }
 
-TEST(BusLock, HindersNobodyFromOpeningTheBus) {
+TEST(BusLock, LockDoesNotBlockTheInterface) {
   const Folder folder;
   const BusLock lock(folder.address("a"));
   SeqpacketHub hub(folder.path + "/a");
@@ -95,7 +95,7 @@ TEST(BusLock, GoesWithTheProcessHoweverThatEnds) {
   close(ready[1]);
 }
 
-TEST(BusLock, ABusThatIsNotThereHasNone) {
+TEST(BusLock, MissingBusCannotBeLocked) {
   EXPECT_THROW(BusLock("can:none0"), std::system_error);
   EXPECT_THROW(BusLock("unix:/nowhere/bus"), std::system_error);
 }

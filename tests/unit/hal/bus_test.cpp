@@ -12,8 +12,8 @@
 #include <system_error>
 
 #include "hal/can/clock.h"
+#include "hal/can/detail/seqpacket.h"
 #include "hal/can/link.h"
-#include "hal/can/seqpacket.h"
 #include "hal/can/virtual_bus.h"
 #include "tests/unit/hal/random_frame.h"
 
@@ -65,20 +65,20 @@ TEST(Bus, StateFollowsErrorFrames) {
   auto& master = wire.join("master");
   auto& other = wire.join("other");
   std::array<CanFrame, 8> frames;
-  const auto tell = [&](const CanFrame& frame) {
+  const auto receive = [&](const CanFrame& frame) {
     other.send({&frame, 1});
     EXPECT_EQ(master.receive(frames), 1u);
     return master.state();
   };
-  EXPECT_EQ(tell(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_WARNING)), BusState::kWarning);
-  EXPECT_EQ(tell(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_PASSIVE)), BusState::kPassive);
-  EXPECT_EQ(tell(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_OVERFLOW)), BusState::kPassive);
-  EXPECT_EQ(tell(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE)), BusState::kActive);
+  EXPECT_EQ(receive(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_WARNING)), BusState::kWarning);
+  EXPECT_EQ(receive(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_PASSIVE)), BusState::kPassive);
+  EXPECT_EQ(receive(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_OVERFLOW)), BusState::kPassive);
+  EXPECT_EQ(receive(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE)), BusState::kActive);
   EXPECT_FALSE(master.faulty());
-  EXPECT_EQ(tell(errorFrame(CAN_ERR_BUSOFF)), BusState::kOff);
+  EXPECT_EQ(receive(errorFrame(CAN_ERR_BUSOFF)), BusState::kOff);
   EXPECT_TRUE(master.faulty());
-  EXPECT_EQ(tell(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE)), BusState::kOff) << "only a restart ends bus-off";
-  EXPECT_EQ(tell(errorFrame(CAN_ERR_RESTARTED)), BusState::kActive);
+  EXPECT_EQ(receive(errorFrame(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE)), BusState::kOff) << "only a restart ends bus-off";
+  EXPECT_EQ(receive(errorFrame(CAN_ERR_RESTARTED)), BusState::kActive);
   EXPECT_FALSE(master.faulty());
   EXPECT_EQ(master.counters().bus_off, 1u);
   EXPECT_EQ(master.counters().restarts, 1u);
@@ -86,7 +86,7 @@ TEST(Bus, StateFollowsErrorFrames) {
   CanFrame counters = errorFrame(CAN_ERR_CRTL | CAN_ERR_CNT, CAN_ERR_CRTL_TX_WARNING);
   counters.data[6] = 97;
   counters.data[7] = 3;
-  tell(counters);
+  receive(counters);
   EXPECT_EQ(master.counters().tx_errors, 97);
   EXPECT_EQ(master.counters().rx_errors, 3);
 }
@@ -111,7 +111,7 @@ TEST(Bus, RepeatedDropsAreAFault) {
   EXPECT_EQ(port.counters().sent, 2u);
 }
 
-TEST(Bus, FiltersLetThroughWhatTheySay) {
+TEST(Bus, FiltersPassMatchingFrames) {
   VirtualBus wire;
   BusOptions options;
   options.filters = {{0x180, 0x780, false}, {0x12345, 0x1FFFFFFF, true}};
@@ -151,7 +151,7 @@ TEST(Link, OnlyCanInterfacesCount) {
   EXPECT_THROW(restartLink("none0"), std::system_error);
 }
 
-TEST(Seqpacket, EveryPartyHearsAllOthersInOrder) {
+TEST(Seqpacket, EveryParticipantReceivesAllOthersInOrder) {
   const std::string path = freshPath("hub");
   BusOptions fd;
   fd.fd = true;

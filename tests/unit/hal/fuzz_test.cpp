@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random and mutated frames over a real socket: nothing crashes, nothing moves, every frame is accounted for.
+/** @file Random and mutated frames over a real socket: no crash, no motion, every frame counted.
  *
  * Each test begins with every 11-bit identifier at every length. By hand, a million frames per bus:
  *
@@ -15,7 +15,7 @@
 #include <cstdlib>
 
 #include "hal/can/clock.h"
-#include "hal/can/seqpacket.h"
+#include "hal/can/detail/seqpacket.h"
 #include "tests/unit/support/can_attack.h"
 #include "tests/unit/support/drive_rig.h"
 
@@ -57,7 +57,7 @@ class Wire {
   std::vector<std::unique_ptr<can::Bus>> ends_;
 };
 
-TEST(Fuzz, DrivesStandWhateverComes) {
+TEST(Fuzz, DrivesStayAtStandstillUnderRandomFrames) {
   Wire wire("drives");
   can::Bus& attacker = wire.join();
   std::int64_t now = 1'000'000'000;
@@ -250,7 +250,7 @@ class Operation {
   int ticks_ = 0;
 };
 
-TEST(Fuzz, EnabledDrivesHoldWhateverComes) {
+TEST(Fuzz, EnabledDrivesHoldUnderRandomFrames) {
   Operation operation;
   ASSERT_TRUE(operation.enable());
   for (int k = 0; k < 200; ++k)

@@ -51,7 +51,7 @@ TEST(PdoLayout, BytesAreLittleEndianInOrder) {
   EXPECT_EQ(PdoEntry::fromRaw(0x607D0220).object, (ObjectAddress{0x607D, 2}));
 }
 
-TEST(PdoLayout, RefusesWhatDoesNotFit) {
+TEST(PdoLayout, RefusesMappingsBeyond64Bits) {
   PdoLayout layout;
   EXPECT_EQ(layout.add({{1, 0}, 0}), -1);
   EXPECT_EQ(layout.add({{1, 0}, 65}), -1);
@@ -96,7 +96,7 @@ TEST(PdoSteps, FollowTheOrderOfCia301AndReadAllBack) {
   }
 }
 
-TEST(PdoSteps, RefuseWhatCannotBe) {
+TEST(PdoSteps, RefuseInvalidConfigurations) {
   PdoConfig pdo;
   EXPECT_THROW(pdoSteps(pdo, PdoDirection::kTransmit, 1), std::invalid_argument) << "no objects";
   pdo.layout.add({{0x6041, 0}, 16});

@@ -106,7 +106,7 @@ TEST(Sdo, WhatIsWrittenIsRead) {
     ASSERT_TRUE(link.run());
     ASSERT_EQ(link.client.status(), SdoStatus::kDone) << describe(link.client.abort());
     ASSERT_TRUE(std::ranges::equal(link.client.data(), bytes));
-    ASSERT_EQ(link.client.stray(), 0u);
+    ASSERT_EQ(link.client.unexpectedResponses(), 0u);
   }
 }
 
@@ -166,7 +166,7 @@ TEST(Sdo, AbortsOfTheNodeArrive) {
   EXPECT_EQ(describe(static_cast<SdoAbort>(0x12345678)), "12345678: not a code of CiA 301");
 }
 
-TEST(Sdo, SilenceTimesOutAndIsTold) {
+TEST(Sdo, SilenceTimesOutAndSendsAnAbort) {
   SdoClient client(kNode, kTimeout);
   client.upload({0x1000, 0}, 0);
   ASSERT_NE(client.request(), nullptr);
@@ -209,7 +209,7 @@ TEST(Sdo, AnswersToOthersAreNotTaken) {
   EXPECT_TRUE(client.feed(sdo::initiate(cob::kSdoAnswer + kNode, true, {0x1001, 0}, data), 1));
   EXPECT_TRUE(client.feed(sdo::abort(cob::kSdoAnswer + kNode, {0x1001, 0}, SdoAbort::kGeneral), 1));
   EXPECT_TRUE(client.busy()) << "late answers of an earlier transfer";
-  EXPECT_EQ(client.stray(), 2u);
+  EXPECT_EQ(client.unexpectedResponses(), 2u);
   EXPECT_TRUE(client.feed(sdo::initiate(cob::kSdoAnswer + kNode, true, {0x1000, 0}, data), 1));
   EXPECT_EQ(client.value(), 0x04030201u);
 }
@@ -230,7 +230,7 @@ TEST(Sdo, ALongerTransferThanAnnouncedFails) {
   EXPECT_FALSE(client.download({0x1008, 0}, large, 4));
 }
 
-TEST(Sdo, ANewTransferGivesTheOldOneUp) {
+TEST(Sdo, NewTransferAbortsTheOldOne) {
   Link link;
   link.store.objects[{0x2000, 0}] = {1, 2};
   link.client.upload({0x2001, 0}, 0);

@@ -179,7 +179,7 @@ TEST(Cia402, AResetWritesZeroBeforeTheEdgeAndEndsWithTheFault) {
   EXPECT_EQ(sequence.step(drive.statusword(), true, 30) & controlword::kFaultReset, 0);
 }
 
-TEST(Cia402, ADriveThatDoesNotComeAlongIsLate) {
+TEST(Cia402, SlowStateTransitionTimesOut) {
   PowerSequence sequence(0.1, 0.1);
   sequence.step(0x0040, true, 0);
   sequence.setGoal(PowerGoal::kOperation, 0);

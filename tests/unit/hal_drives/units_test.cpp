@@ -85,7 +85,7 @@ TEST(AxisUnits, ReferenceMovesTheOriginOnly) {
   EXPECT_EQ(units.toJoint(123456), -0.1);
 }
 
-TEST(AxisUnits, WhatDoesNotFitIsMarked) {
+TEST(AxisUnits, ValuesOutOfRangeAreMarked) {
   const AxisUnits units({4096.0, 1.0, 1e-3, false, 0.0});
   EXPECT_FALSE(units.toCounts(std::nan("")).exact);
   EXPECT_FALSE(units.toCounts(std::numeric_limits<double>::infinity()).exact);
@@ -94,7 +94,7 @@ TEST(AxisUnits, WhatDoesNotFitIsMarked) {
   EXPECT_EQ(units.toCounts(-1e6).value, std::numeric_limits<std::int32_t>::min());
 }
 
-TEST(AxisUnits, NonsenseIsRefused) {
+TEST(AxisUnits, InvalidGearingIsRefused) {
   const Gearing good{4096.0, 10.0, 2e-3, false, 0.0};
   for (double Gearing::*member :
        {&Gearing::counts_per_revolution, &Gearing::gear_ratio, &Gearing::travel_per_revolution}) {

@@ -123,7 +123,7 @@ TEST(EmergencyStop, PressedInDisabledLatchesAndKeepsPowerAway) {
   expectRecord(system);
 }
 
-TEST(EmergencyStop, WhoeverCanNoLongerReadItStops) {
+TEST(EmergencyStop, LostInputStopsAllArms) {
   HardwareConfig config = presetHardware();
   config.emergency_stop.resize(1);  // on the first bus alone
   System system(config);

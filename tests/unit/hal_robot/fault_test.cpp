@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One fault after the other on a moving arm: which guard, how the arm ends, how it comes back. */
+/** @file Single faults on a moving arm: guard, final state, return to operation. */
 #include "robot_fixture.h"
 #include "tests/unit/safety/random_arm.h"
 
@@ -173,7 +173,7 @@ TEST(HardwareWatchdogs, DrivesStopByThemselvesWhenTheHalDies) {
   system.run(0.5);
   system.hal_alive = false;
   const ArmVector at_death = system.truth(0);
-  system.run(0.1 + 0.05);  // the drives' patience, and the ramp
+  system.run(0.1 + 0.05);  // the drives' time-out, and the ramp
   const ArmVector stopped = system.truth(0);
   system.run(0.5);
   EXPECT_LE(moved(stopped, system.truth(0)), 1e-6);
@@ -262,7 +262,7 @@ TEST(Setup, AnAxisWithTheWrongSerialNumberIsNotUsed) {
   EXPECT_TRUE(reported) << system.story();
 }
 
-TEST(Recovery, OneWishIsEnoughAndWaitsUntilTorqueIsGone) {
+TEST(Recovery, OneDisableRequestClearsAFaultOnceTorqueIsGone) {
   System system;
   ASSERT_TRUE(system.boot());
   EXPECT_EQ(system.robot->jointResets(), 12u);
@@ -280,7 +280,7 @@ TEST(Recovery, OneWishIsEnoughAndWaitsUntilTorqueIsGone) {
   EXPECT_EQ(system.robot->jointResets(), 18u) << "one arm was booted again";
 }
 
-TEST(Recovery, ACauseThatStandsStays) {
+TEST(Recovery, PersistentCauseKeepsTheFault) {
   System system;
   ASSERT_TRUE(system.boot());
   ASSERT_TRUE(system.enable());

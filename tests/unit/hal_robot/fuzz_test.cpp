@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random and mutated frames on the buses of a whole robot: whatever the HAL is made to believe, nothing moves.
+/** @file Random and mutated frames on the buses of a whole robot: no motion.
  *
  * By hand, a million frames per bus: TANDEM_FUZZ_FRAMES=1000000 build/release/tests/test_hal_robot
  * --gtest_filter='HardwareFuzz.*' */
@@ -78,7 +78,7 @@ void recover(System& system) {
   system.events.clear();
 }
 
-TEST(HardwareFuzz, AStandingRobotStandsWhateverComes) {
+TEST(HardwareFuzz, RobotStaysAtStandstillUnderRandomFrames) {
   System system;
   ASSERT_TRUE(system.boot()) << system.story();
   ASSERT_TRUE(system.enable()) << system.story();

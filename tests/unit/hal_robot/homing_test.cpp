@@ -13,7 +13,7 @@ double carriage(System& system, int joint) {
   return AxisUnits(axis.gearing).scale() * system.drive(0, joint).motor().position() + axis.gearing.offset;
 }
 
-TEST(Homing, TellsThatItIsNeededAndNothingIsEnabledBefore) {
+TEST(Homing, IsReportedAndRequiredBeforeEnabling) {
   System system(homingHardware());
   EXPECT_FALSE(system.boot());
   EXPECT_FALSE(system.robot->arm(0).homed());
@@ -54,7 +54,7 @@ TEST(Homing, CarriagesKeepEquationOneOnTheWay) {
   ASSERT_TRUE(system.enable()) << system.story();
 }
 
-TEST(Homing, WhoeverLetsGoStopsIt) {
+TEST(Homing, EndsWithoutRepeatedRequests) {
   System system(homingHardware());
   system.boot();
   ASSERT_EQ(system.robot->home(0, system.now), ArmHardware::HomingAnswer::kRunning);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Two masters on one bus: the second one does not begin, and whoever begins all the same stops the arms. */
+/** @file Two masters on one bus: the second refuses to start, or stops the arms if it starts anyway. */
 #include <random>
 
 #include "hal/canopen/cob.h"
@@ -57,7 +57,7 @@ RobotOptions robotOptions() {
 
 bool received(const RobotHardware& robot) {
   for (int b = 0; b < robot.busCount(); ++b) {
-    if (robot.network(b).masters().heardAny())
+    if (robot.network(b).masters().receivedAny())
       return true;
   }
   return false;
@@ -72,14 +72,14 @@ void listen(System& system, RobotHardware& second) {
   }
 }
 
-TEST(ForeignMaster, TheListeningTimeIsSeveralTimesTheDrivesPatience) {
+TEST(ForeignMaster, ListeningTimeIsThreeHeartbeatBudgetsWithinBounds) {
   EXPECT_DOUBLE_EQ(canopen::listeningTime(0.1), kListening);
   EXPECT_DOUBLE_EQ(canopen::listeningTime(0.02), 0.5);
   EXPECT_DOUBLE_EQ(canopen::listeningTime(0.6), 1.8);
   EXPECT_DOUBLE_EQ(canopen::listeningTime(3.0), 2.0);
 }
 
-TEST(ForeignMaster, ASecondHalHearsTheFirstAndSendsNothing) {
+TEST(ForeignMaster, SecondHalDetectsTheFirstAndSendsNothing) {
   System system;
   ASSERT_TRUE(system.boot());
   ASSERT_TRUE(system.enable());
@@ -294,7 +294,7 @@ TEST(ForeignMaster, AnArmWithoutTorqueIsNotEnabledBesideIt) {
     EXPECT_NE(system.drive(1, j).state(), sim::drives::DriveState::kEnabled);
 }
 
-TEST(ForeignMaster, HeardOnTheWayBackItEndsTheWayBack) {
+TEST(ForeignMaster, DuringARebootEndsTheReboot) {
   System system;
   Others others(system);
   ASSERT_TRUE(system.boot());

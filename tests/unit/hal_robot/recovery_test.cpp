@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Arms that stand outside their limits or have lost joints: recovered and withdrawn over simulated drives. */
+/** @file Recovery and withdrawal of arms outside their limits or with lost joints, over simulated drives. */
 #include "safety/recovery.h"
 
 #include "tests/unit/hal_robot/robot_fixture.h"
@@ -205,7 +205,7 @@ TEST(Recovery, AJointThatFailsWhileAnArmIsRecoveredStopsItAndIsLeftOutNextTime) 
   EXPECT_EQ(system.robot->lost(0), jointBit(0) | jointBit(3));
 }
 
-TEST(Recovery, AStopWhileDrivesGetPowerIsNotClearedByTheWishThatGivesIt) {
+TEST(Recovery, StopDuringEnableRemainsLatched) {
   System system;
   ASSERT_TRUE(system.boot());
   system.command.request[0] = DriveRequest::kRecover;
@@ -245,7 +245,7 @@ TEST(Recovery, ANewSessionTakesOverBesideADriveThatDiedMoving) {
   EXPECT_EQ(system.robot->velocity(0)[1], 0.0);
 }
 
-TEST(Recovery, LeavesOutWhatItIsToldToLeaveOut) {
+TEST(Recovery, LeavesOutTheRequestedJoints) {
   System system;
   ASSERT_TRUE(system.boot());
   system.command.without[0] = jointBit(2);

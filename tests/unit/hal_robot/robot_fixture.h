@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A robot of two arms on two simulated buses, under a commander that behaves, in simulated time. */
+/** @file Test fixture: two arms on two simulated buses with a correct command stream, in simulated time. */
 #pragma once
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ struct Wire {
       : master(bus.join("hal")), slaves(bus.join("drives")) {
     bus.now = now;
     sim::drives::BusSpec spec;
-    service::addNodes(hardware, hardware.buses[static_cast<std::size_t>(index)].name, spec);
+    drive_sim::addNodes(hardware, hardware.buses[static_cast<std::size_t>(index)].name, spec);
     drives = std::make_unique<sim::drives::DriveBus>(slaves, spec, now);
   }
   can::VirtualBus bus;
@@ -158,10 +158,10 @@ class System {
   void hold() { speeds = {}; }
 
   void send() {
-    command.head.session = 7;
-    command.head.sequence = ++sequence;
-    command.head.age = 0.0;
-    command.head.arm_count = robot->armCount();
+    command.header.session = 7;
+    command.header.sequence = ++sequence;
+    command.header.age = 0.0;
+    command.header.arm_count = robot->armCount();
     for (int a = 0; a < robot->armCount(); ++a) {
       const auto i = static_cast<std::size_t>(a);
       const bool moving = speeds[i].size() != 0;

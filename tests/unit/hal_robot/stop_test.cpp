@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Stops as drives make them: torque goes from a joint that stands, not from a reference that does. */
+/** @file Stops of drives: torque is removed at measured standstill, not at standstill of the reference. */
 #include "tests/unit/hal_robot/robot_fixture.h"
 #include "tests/unit/safety/random_arm.h"
 
@@ -163,7 +163,7 @@ void letGoOfHoming(System& system) {
   system.after_period = nullptr;
 }
 
-TEST(Stops, AHomingRunThatIsLetGoEndsItsRampWithTorque) {
+TEST(Stops, AbortedHomingRunEndsItsRampWithTorque) {
   System system(withHoming(presetHardware()));
   letGoOfHoming(system);
   EXPECT_LE(speedOf(system, 0, 0), kRestShare * 0.01);
@@ -231,7 +231,7 @@ TEST(Brakes, HoldWhatFallsWheneverTorqueGoes) {
   }
 }
 
-TEST(Brakes, AHomingRunThatIsLetGoDropsNothing) {
+TEST(Brakes, AbortedHomingRunLetsNoBrakedJointFall) {
   System system(withHoming(brakedHardware()));
   letGoOfHoming(system);
   const TorqueWatch watch(system);
@@ -241,7 +241,7 @@ TEST(Brakes, AHomingRunThatIsLetGoDropsNothing) {
   EXPECT_LE(watch.fastest, kRestShare);
 }
 
-TEST(Brakes, OneThatDoesNotHoldIsFoundBeforeTorqueIsAskedFor) {
+TEST(Brakes, FailedBrakeIsDetectedBeforeEnabling) {
   System system(brakedHardware());
   ASSERT_TRUE(system.boot());
   ASSERT_TRUE(system.inject(0, FaultKind::kBrakeFailure, 1));

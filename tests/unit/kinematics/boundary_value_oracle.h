@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file An independent solution of the tubes' boundary value problem, with and without a wrench at the tip. */
+/** @file Independent solver of the tube boundary value problem, with and without tip wrench. */
 #pragma once
 
 #include <Eigen/Geometry>

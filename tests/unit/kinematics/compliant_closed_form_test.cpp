@@ -35,7 +35,7 @@ TEST(TwoTubes, BuckleByTheEllipticIntegral) {
   EXPECT_GT(buckled, 30);
 }
 
-TEST(TwoTubes, TwistLikeAPendulum) {
+TEST(TwoTubes, TwistFollowsThePendulumEquation) {
   int stable = 0, several = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 400; ++seed) {
     SCOPED_TRACE(trace(seed));

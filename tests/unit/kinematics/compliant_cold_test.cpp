@@ -104,7 +104,7 @@ Grown grow(const ConcentricTubeArm& arm, const Eigen::VectorXd& q) {
   return result;
 }
 
-TEST(CompliantColdStart, IsWhatUntwistedTubesGrowInto) {
+TEST(CompliantColdStart, IsConnectedToTheUntwistedEquilibrium) {
   int compared = 0, twisted = 0, different = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 600; ++seed) {
     SCOPED_TRACE(trace(seed));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Answers of the compliant model near one another, for differences. */
+/** @file Evaluation of the compliant model at neighbouring joint vectors, for finite differences. */
 #pragma once
 
 #include <algorithm>

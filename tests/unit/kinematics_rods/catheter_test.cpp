@@ -248,7 +248,7 @@ TEST(CatheterMisprints, EquationSevenIsThePoseOnceD3IsD4) {
   }
 }
 
-TEST(CatheterMisprints, TableOneIsClassicalAndItsLinkFiveHasTheWrongSign) {
+TEST(CatheterMisprints, TableOneUsesClassicalDhAndItsLinkFiveHasTheWrongSign) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(200); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);

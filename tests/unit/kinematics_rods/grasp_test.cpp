@@ -247,7 +247,7 @@ TEST(Grasp, ContactForcesAnswerAWrenchAndPressTheObject) {
   }
 }
 
-TEST(Grasp, SlipIsToldByCoulombsCone) {
+TEST(Grasp, SlipFollowsCoulombsCone) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(200); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);

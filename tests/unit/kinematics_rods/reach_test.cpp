@@ -10,7 +10,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using kinematics::Tip;
-using kinematics::assist::beyondAlone;
+using kinematics::assist::distanceBeyondReach;
 using kinematics::assist::Joints;
 using kinematics::assist::Pair;
 using kinematics::assist::Range;
@@ -37,7 +37,7 @@ TEST(Reach, TipsAloneAreWithin) {
     }
     Tip tip;
     ASSERT_EQ(model.tip(q.head<3>(), tip), kinematics::ModelStatus::kOk);
-    EXPECT_EQ(beyondAlone(model.arm(), range, tip.pose.translation()), 0.0);
+    EXPECT_EQ(distanceBeyondReach(model.arm(), range, tip.pose.translation()), 0.0);
   }
 }
 
@@ -49,7 +49,7 @@ TEST(Reach, DistanceIsThatToTheNearestTip) {
     const ConstantCurvature model(anyCatheter(random));
     const Range range = anyRange(random);
     const Vector3d place = model.arm().base * anyVector(random, 0.2);
-    const double found = beyondAlone(model.arm(), range, place);
+    const double found = distanceBeyondReach(model.arm(), range, place);
     double nearest = 1.0;
     const Vector3d local = model.arm().base.inverse() * place;
     constexpr int kBends = 300, kInsertions = 60;

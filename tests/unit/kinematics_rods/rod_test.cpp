@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The Cosserat rod under anything: derivatives, energy, reciprocity, convergence, an oracle. */
+/** @file Cosserat rod under random loads: derivatives, energy, reciprocity, convergence, comparison with an
+ * independent solver. */
 #include <gtest/gtest.h>
 
 #include "kinematics/gauss_legendre.h"

@@ -182,7 +182,7 @@ TEST(TargetAssist, GuessesDoNotDecideTheAnswer) {
   EXPECT_GT(compared, 10);
 }
 
-TEST(TargetAssist, PullingIsNoContact) {
+TEST(TargetAssist, ContactForceNeverPulls) {
   int reported = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(40); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -314,7 +314,7 @@ TEST(TargetAssist, RefusesWhatItCannotAnswer) {
   refused(
       meeting.pair, [](Pair& pair) { pair.type = ContactType::kFrictionless; }, "expected rigid or point");
   refused(
-      meeting.pair, [](Pair& pair) { pair.target.proximal.moment_stiffness.x() *= 2.0; }, "same in all directions");
+      meeting.pair, [](Pair& pair) { pair.target.proximal.moment_stiffness.x() *= 2.0; }, "about both axes");
   refused(
       meeting.pair, [](Pair& pair) { pair.assist.arm.bending_length = 0.0; }, "bending length");
   refused(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Control over drives that obey, and what clients ask of it. */
+/** @file Test fixture: control with ideal drives and client requests. */
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ constexpr std::uint64_t kFirst = 7, kSecondClient = 8;
 struct CommandedRobot {
   Rig rig;
   Drives drives{rig};
-  ControlCore core{rig.site(), rig.tracker()};
+  ControlCore core{rig.setup(), rig.tracker()};
   CycleOutput output;
   std::int64_t now = kSecond;
 
@@ -35,44 +35,44 @@ struct CommandedRobot {
   void run(double seconds, std::uint64_t keeper = 0) {
     for (int i = 0; i < seconds / rig.deployment.control_period; ++i) {
       if (keeper != 0)
-        give(orderOf(keeper, ControlKind::kKeepLease));
+        give(requestOf(keeper, ControlKind::kKeepLease));
       cycle();
     }
   }
-  ControlOrder orderOf(std::uint64_t client, ControlKind kind) const {
-    ControlOrder o;
+  ParsedControlRequest requestOf(std::uint64_t client, ControlKind kind) const {
+    ParsedControlRequest o;
     o.client = client;
     o.kind = kind;
     o.control_session = output.status.session;
     o.answers_control = output.status.sequence;
     return o;
   }
-  ControlOrder stateOrder(std::uint64_t client, StateCommand command) const {
-    ControlOrder o = orderOf(client, ControlKind::kStateCommand);
+  ParsedControlRequest stateRequest(std::uint64_t client, StateCommand command) const {
+    ParsedControlRequest o = requestOf(client, ControlKind::kStateCommand);
     o.command = command;
     return o;
   }
   /// A slow jog of a rotation.
-  ControlOrder jogOrder(std::uint64_t client, int arm) const {
-    ControlOrder o = orderOf(client, ControlKind::kJog);
+  ParsedControlRequest jogRequest(std::uint64_t client, int arm) const {
+    ParsedControlRequest o = requestOf(client, ControlKind::kJog);
     o.arm = arm;
     o.joint_count = 6;
     o.joints[4] = 0.1;
     return o;
   }
   /// Far away: the motion takes seconds.
-  ControlOrder moveOrder(std::uint64_t client, int arm, double turn = 1.0) const {
-    ControlOrder o = orderOf(client, ControlKind::kMoveJp);
+  ParsedControlRequest moveRequest(std::uint64_t client, int arm, double turn = 1.0) const {
+    ParsedControlRequest o = requestOf(client, ControlKind::kMoveJp);
     o.arm = arm;
     o.joint_count = 6;
     Eigen::VectorXd::Map(o.joints.data(), 6) = rig.robot.arms[static_cast<std::size_t>(arm)].home;
     o.joints[4] += turn;
     return o;
   }
-  Reason give(const ControlOrder& order) { return core.order(order, now).refusal.reason; }
+  Reason give(const ParsedControlRequest& request) { return core.onRequest(request, now).refusal.reason; }
   void enable(std::uint64_t client) {
-    ASSERT_EQ(give(orderOf(client, ControlKind::kAcquireLease)), Reason::kNone);
-    ASSERT_EQ(give(stateOrder(client, StateCommand::kEnable)), Reason::kNone);
+    ASSERT_EQ(give(requestOf(client, ControlKind::kAcquireLease)), Reason::kNone);
+    ASSERT_EQ(give(stateRequest(client, StateCommand::kEnable)), Reason::kNone);
     run(0.1, client);
     ASSERT_EQ(state(0), OperatingState::kEnabled);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Several clients that take, lose and give back the lease, and what each of them had begun. */
+/** @file Several clients that acquire, lose and release the lease, and their motions. */
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -10,16 +10,16 @@ namespace tandem::test {
 namespace {
 
 /// The next client may ask before control's next cycle has noticed that the last one is gone.
-TEST(Commanders, NobodyInheritsTheMotionOfOneWhoFellSilent) {
+TEST(Commanders, LostLeaseEndsItsMotion) {
   for (const bool by_crtk : {false, true}) {
     CommandedRobot robot;
     robot.enable(kFirst);
-    ASSERT_EQ(robot.give(robot.moveOrder(kFirst, 0)), Reason::kNone);
+    ASSERT_EQ(robot.give(robot.moveRequest(kFirst, 0)), Reason::kNone);
     robot.run(0.1, kFirst);
     ASSERT_TRUE(robot.moves(0));
     robot.now += robot.lease() + 1;
     if (by_crtk) {
-      CrtkOrder hold;
+      CrtkRequest hold;
       for (std::size_t v = 0; v < kCrtkVerbs.size(); ++v) {
         if (actionOf(kCrtkVerbs[v]) == Action::kCrtkMove)
           hold.verb = static_cast<int>(v);
@@ -27,7 +27,7 @@ TEST(Commanders, NobodyInheritsTheMotionOfOneWhoFellSilent) {
       hold.group = 1;
       EXPECT_FALSE(robot.core.crtk(hold, robot.now).accepted) << "the arms are in FAULT by now";
     } else {
-      EXPECT_EQ(robot.give(robot.orderOf(kSecondClient, ControlKind::kAcquireLease)), Reason::kNone);
+      EXPECT_EQ(robot.give(robot.requestOf(kSecondClient, ControlKind::kAcquireLease)), Reason::kNone);
     }
     robot.cycle();
     EXPECT_FALSE(robot.moves(0));
@@ -39,22 +39,22 @@ TEST(Commanders, NobodyInheritsTheMotionOfOneWhoFellSilent) {
 TEST(Commanders, ADisableClearsNoFaultThatItsSenderHasNotSeen) {
   CommandedRobot robot;
   robot.enable(kFirst);
-  const ControlOrder early = robot.stateOrder(kFirst, StateCommand::kDisable);
+  const ParsedControlRequest early = robot.stateRequest(kFirst, StateCommand::kDisable);
   robot.core.stop();
   robot.cycle();
   EXPECT_EQ(robot.give(early), Reason::kFaultNotSeen);
   robot.cycle();
   EXPECT_EQ(robot.state(0), OperatingState::kFault);
-  const ControlOrder seen = robot.stateOrder(kFirst, StateCommand::kDisable);
+  const ParsedControlRequest seen = robot.stateRequest(kFirst, StateCommand::kDisable);
   // Somebody presses it once more.
   robot.core.stop();
   EXPECT_EQ(robot.give(seen), Reason::kFaultNotSeen) << "not shown yet";
   robot.cycle();
   EXPECT_EQ(robot.give(seen), Reason::kFaultNotSeen);
-  ControlOrder foreign = robot.stateOrder(kFirst, StateCommand::kDisable);
+  ParsedControlRequest foreign = robot.stateRequest(kFirst, StateCommand::kDisable);
   foreign.control_session += 1;
   EXPECT_EQ(robot.give(foreign), Reason::kFaultNotSeen) << "another control's status";
-  EXPECT_EQ(robot.give(robot.stateOrder(kFirst, StateCommand::kDisable)), Reason::kNone);
+  EXPECT_EQ(robot.give(robot.stateRequest(kFirst, StateCommand::kDisable)), Reason::kNone);
   robot.cycle();
   EXPECT_EQ(robot.state(0), OperatingState::kDisabled);
 }
@@ -66,7 +66,7 @@ TEST(Commanders, AFaultThatComesAgainIsAnother) {
   robot.drives.state.faults[0] = bit(Fault::kDrive);
   robot.cycle();
   ASSERT_EQ(robot.state(0), OperatingState::kFault);
-  const ControlOrder disable = robot.stateOrder(kFirst, StateCommand::kDisable);
+  const ParsedControlRequest disable = robot.stateRequest(kFirst, StateCommand::kDisable);
   EXPECT_EQ(robot.give(disable), Reason::kNone);
   robot.drives.state.answers_command = robot.output.command.sequence + 1;
   robot.drives.state.sequence += 1;
@@ -77,7 +77,7 @@ TEST(Commanders, AFaultThatComesAgainIsAnother) {
 TEST(Commanders, ADisableOfAllTakesThePowerOfArmsWithoutFaults) {
   CommandedRobot robot;
   robot.enable(kFirst);
-  const ControlOrder early = robot.stateOrder(kFirst, StateCommand::kDisable);
+  const ParsedControlRequest early = robot.stateRequest(kFirst, StateCommand::kDisable);
   robot.drives.state.faults[0] = bit(Fault::kDrive);
   robot.cycle();
   robot.drives.state.faults[0] = 0;
@@ -89,10 +89,10 @@ TEST(Commanders, ADisableOfAllTakesThePowerOfArmsWithoutFaults) {
   EXPECT_EQ(robot.state(1), OperatingState::kDisabled);
 }
 
-TEST(Commanders, OneOrderEnablesAllArmsOrNone) {
+TEST(Commanders, OneRequestEnablesAllArmsOrNone) {
   CommandedRobot robot;
-  ASSERT_EQ(robot.give(robot.orderOf(kFirst, ControlKind::kAcquireLease)), Reason::kNone);
-  ASSERT_EQ(robot.give(robot.stateOrder(kFirst, StateCommand::kEnable)), Reason::kNone);
+  ASSERT_EQ(robot.give(robot.requestOf(kFirst, ControlKind::kAcquireLease)), Reason::kNone);
+  ASSERT_EQ(robot.give(robot.stateRequest(kFirst, StateCommand::kEnable)), Reason::kNone);
   robot.cycle();
   robot.drives.take(robot.output.command);
   // The first arm has its power; the drives of the second find what is wrong with them.
@@ -108,13 +108,13 @@ TEST(Commanders, OneOrderEnablesAllArmsOrNone) {
 
 TEST(Commanders, AnArmThatWorkedBeforeKeepsItsPower) {
   CommandedRobot robot;
-  ASSERT_EQ(robot.give(robot.orderOf(kFirst, ControlKind::kAcquireLease)), Reason::kNone);
-  ControlOrder one = robot.stateOrder(kFirst, StateCommand::kEnable);
+  ASSERT_EQ(robot.give(robot.requestOf(kFirst, ControlKind::kAcquireLease)), Reason::kNone);
+  ParsedControlRequest one = robot.stateRequest(kFirst, StateCommand::kEnable);
   one.arm = 0;
   ASSERT_EQ(robot.give(one), Reason::kNone);
   robot.run(0.1, kFirst);
   ASSERT_EQ(robot.state(0), OperatingState::kEnabled);
-  ASSERT_EQ(robot.give(robot.stateOrder(kFirst, StateCommand::kEnable)), Reason::kNone);
+  ASSERT_EQ(robot.give(robot.stateRequest(kFirst, StateCommand::kEnable)), Reason::kNone);
   robot.drives.state.faults[1] = bit(Fault::kDrive);
   robot.core.onState(robot.drives.state);
   robot.run(0.1, kFirst);
@@ -125,12 +125,12 @@ TEST(Commanders, AnArmThatWorkedBeforeKeepsItsPower) {
 TEST(Commanders, AJogThatALinkHeldBackMovesNothing) {
   CommandedRobot robot;
   robot.enable(kFirst);
-  const ControlOrder jog = robot.jogOrder(kFirst, 0);
+  const ParsedControlRequest jog = robot.jogRequest(kFirst, 0);
   EXPECT_EQ(robot.give(jog), Reason::kNone);
   robot.run(1.0, kFirst);
   ASSERT_FALSE(robot.moves(0)) << "it lasts for a snapshot";
   EXPECT_EQ(robot.give(jog), Reason::kLate);
-  ControlOrder foreign = robot.jogOrder(kFirst, 0);
+  ParsedControlRequest foreign = robot.jogRequest(kFirst, 0);
   foreign.control_session += 1;
   EXPECT_EQ(robot.give(foreign), Reason::kOtherControl);
   robot.cycle();
@@ -148,7 +148,7 @@ class Crowd {
     robot_.now += between;
     for (std::size_t c = 0; c < clients_.size(); ++c) {
       if (clients_[c].alive && random_.chance(0.2))
-        give(robot_.orderOf(idOf(c), ControlKind::kAcquireLease));
+        give(robot_.requestOf(idOf(c), ControlKind::kAcquireLease));
     }
     const int orders = random_.integer(0, 2);
     for (int i = 0; i < orders; ++i)
@@ -168,37 +168,37 @@ class Crowd {
  private:
   struct Client {
     bool alive = true;
-    std::deque<ControlOrder> on_their_way;
+    std::deque<ParsedControlRequest> on_their_way;
   };
 
   /// Whoever lives says so in time.
   void keep() {
     for (std::size_t c = 0; c < clients_.size(); ++c) {
       if (clients_[c].alive && random_.chance(0.3))
-        give(robot_.orderOf(idOf(c), ControlKind::kKeepLease));
+        give(robot_.requestOf(idOf(c), ControlKind::kKeepLease));
       if (random_.chance(clients_[c].alive ? 0.01 : 0.004))
         clients_[c].alive = !clients_[c].alive;
     }
   }
-  ControlOrder anyOrder(std::uint64_t id) {
+  ParsedControlRequest anyRequest(std::uint64_t id) {
     switch (random_.integer(0, 9)) {
       case 0:
       case 1:
-        return robot_.orderOf(id, ControlKind::kAcquireLease);
+        return robot_.requestOf(id, ControlKind::kAcquireLease);
       case 2:
       case 3:
-        return robot_.stateOrder(id, StateCommand::kEnable);
+        return robot_.stateRequest(id, StateCommand::kEnable);
       case 4:
-        return robot_.stateOrder(id, random_.chance(0.3) ? StateCommand::kPause : StateCommand::kResume);
+        return robot_.stateRequest(id, random_.chance(0.3) ? StateCommand::kPause : StateCommand::kResume);
       case 5:
-        return random_.chance(0.3) ? robot_.stateOrder(id, StateCommand::kDisable)
-                                   : robot_.orderOf(id, ControlKind::kHome);
+        return random_.chance(0.3) ? robot_.stateRequest(id, StateCommand::kDisable)
+                                   : robot_.requestOf(id, ControlKind::kHome);
       case 6:
-        return robot_.orderOf(id, random_.chance(0.1) ? ControlKind::kReleaseLease : ControlKind::kKeepLease);
+        return robot_.requestOf(id, random_.chance(0.1) ? ControlKind::kReleaseLease : ControlKind::kKeepLease);
       case 7:
-        return robot_.jogOrder(id, random_.integer(0, 1));
+        return robot_.jogRequest(id, random_.integer(0, 1));
       default:
-        return robot_.moveOrder(id, random_.integer(0, 1), random_.uniform(-1.5, 1.5));
+        return robot_.moveRequest(id, random_.integer(0, 1), random_.uniform(-1.5, 1.5));
     }
   }
   /// A new order of a client, or one that a link has held back.
@@ -206,28 +206,28 @@ class Crowd {
     const auto c = static_cast<std::size_t>(random_.integer(0, 2));
     Client& client = clients_[c];
     if (client.alive)
-      client.on_their_way.push_back(anyOrder(idOf(c)));
+      client.on_their_way.push_back(anyRequest(idOf(c)));
     if (client.on_their_way.empty() || random_.chance(0.3))
       return;
-    const ControlOrder order = client.on_their_way.front();
+    const ParsedControlRequest request = client.on_their_way.front();
     client.on_their_way.pop_front();
-    give(order);
+    give(request);
   }
-  void give(const ControlOrder& order) {
-    const bool obeyed = robot_.give(order) == Reason::kNone;
-    const Situation after = robot_.core.situation();
-    if (order.kind == ControlKind::kStateCommand && order.command == StateCommand::kDisable) {
-      stop_latched_ = stop_latched_ && order.answers_control < stopped_at_;
+  void give(const ParsedControlRequest& request) {
+    const bool obeyed = robot_.give(request) == Reason::kNone;
+    const RobotCondition after = robot_.core.condition();
+    if (request.kind == ControlKind::kStateCommand && request.command == StateCommand::kDisable) {
+      stop_latched_ = stop_latched_ && request.answers_control < stopped_at_;
       // Whatever it did, the stop that its sender had not seen is still there.
-      late_disables += order.answers_control < stopped_at_ ? 1 : 0;
+      late_disables += request.answers_control < stopped_at_ ? 1 : 0;
       for (int k = 0; k < 2; ++k)
         EXPECT_TRUE(!stop_latched_ || after.arm[CommandedRobot::at(k)].wanted == OperatingState::kFault) << "arm " << k;
     }
     const bool begins =
-        order.kind == ControlKind::kJog || order.kind == ControlKind::kMoveJp || order.kind == ControlKind::kHome;
+        request.kind == ControlKind::kJog || request.kind == ControlKind::kMoveJp || request.kind == ControlKind::kHome;
     for (int k = 0; k < 2 && obeyed && begins; ++k) {
-      if (order.arm == msg::kAllArms || order.arm == k)
-        begun_by_[CommandedRobot::at(k)] = order.client;
+      if (request.arm == msg::kAllArms || request.arm == k)
+        begun_by_[CommandedRobot::at(k)] = request.client;
     }
   }
   void judge() {
@@ -255,7 +255,7 @@ class Crowd {
   bool stop_latched_ = false;
 };
 
-TEST(Commanders, NoArmMovesForSomebodyWhoDoesNotHoldTheLease) {
+TEST(Commanders, NoArmMovesForAClientWithoutTheLease) {
   int moved = 0, losses = 0, late_disables = 0, handed_over = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(100); ++seed) {
     SCOPED_TRACE(trace(seed));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The parts of operation, each by itself. */
+/** @file Unit tests of the parts of operation/. */
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -19,13 +19,13 @@ using safety::DriveRequest;
 using safety::OperatingState;
 using safety::StateCommand;
 
-TEST(DriveExchange, GoesOnFromWhatWasSentHoweverLateTheDrivesAre) {
+TEST(DriveExchange, ContinuesFromTheLastSentCommand) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(50); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
     Rig rig;
     Drives drives(rig);
-    DriveExchange exchange(rig.site());
+    DriveExchange exchange(rig.setup());
     exchange.take(drives.state);
     exchange.readJoints();
     safety::RobotVector expected = exchange.setpoints();
@@ -52,10 +52,10 @@ TEST(DriveExchange, GoesOnFromWhatWasSentHoweverLateTheDrivesAre) {
   }
 }
 
-TEST(DriveExchange, HearsItsOwnRobotAlone) {
+TEST(DriveExchange, AcceptsOnlyItsOwnRobot) {
   Rig rig;
   Drives drives(rig);
-  DriveExchange exchange(rig.site());
+  DriveExchange exchange(rig.setup());
   msg::ActuationState foreign = drives.state;
   foreign.arm_count = 3;
   EXPECT_FALSE(exchange.take(foreign).ours);
@@ -66,11 +66,11 @@ TEST(DriveExchange, HearsItsOwnRobotAlone) {
   EXPECT_TRUE(exchange.take(drives.state).ours);
   foreign = drives.state;
   ++foreign.placements;
-  DriveExchange::News news = exchange.take(foreign);
-  EXPECT_TRUE(news.displaced && !news.restarted);
+  DriveExchange::StateUpdate update = exchange.take(foreign);
+  EXPECT_TRUE(update.displaced && !update.restarted);
   ++foreign.session;
-  news = exchange.take(foreign);
-  EXPECT_TRUE(news.displaced && news.restarted);
+  update = exchange.take(foreign);
+  EXPECT_TRUE(update.displaced && update.restarted);
 }
 
 /** States of the arms and drives that follow, or do as they like. */
@@ -80,45 +80,45 @@ TEST(ArmStates, PowerIsAskedForOnlyAfterACommandAndNeverAfterAFault) {
     Random random(seed);
     Rig rig;
     Drives drives(rig);
-    DriveExchange exchange(rig.site());
-    ArmStates arms(rig.site(), exchange);
+    DriveExchange exchange(rig.setup());
+    ArmStates arms(rig.setup(), exchange);
     exchange.take(drives.state);
-    bool wished = false;
+    bool requested = false;
     std::int64_t now = kSecond;
     for (int i = 0; i < 300; ++i, now += rig.period()) {
-      ArmSituation arm;
+      ArmCondition arm;
       arms.fill(0, arm);
       const auto command = static_cast<StateCommand>(random.chance(0.9) ? -1 : random.integer(0, 6));
       const auto next = command <= StateCommand::kRecover ? safety::transition(arm.wanted, command) : std::nullopt;
       if (next) {
-        arms.obey(command, 0, 0, now);
-        wished = *next == OperatingState::kEnabled && (wished || command != StateCommand::kHome);
+        arms.apply(command, 0, 0, now);
+        requested = *next == OperatingState::kEnabled && (requested || command != StateCommand::kHome);
         arms.fill(0, arm);
         EXPECT_EQ(arm.wanted, *next);
       }
       if (random.chance(0.02)) {
         arms.latch(0, {bit(safety::Fault::kSolver)});
-        wished = false;
+        requested = false;
       }
-      msg::ActuationCommand order;
-      exchange.send(now, false, Velocities{safety::RobotVector::Zero(12), {}}, order);
-      arms.fill(order);
+      msg::ActuationCommand sent;
+      exchange.send(now, false, Velocities{safety::RobotVector::Zero(12), {}}, sent);
+      arms.fill(sent);
       const DriveRequest request = arms.requestFor(0);
       const bool gives_power =
           request == DriveRequest::kEnable || request == DriveRequest::kResume || request == DriveRequest::kRecover;
-      EXPECT_LE(gives_power, wished);
-      EXPECT_LE(arms.mayMove(0), wished);
+      EXPECT_LE(gives_power, requested);
+      EXPECT_LE(arms.mayMove(0), requested);
       EXPECT_LE(arms.powered(0), arms.mayMove(0));
       arms.fill(0, arm);
       EXPECT_EQ(arms.record(0).faults != 0, arm.wanted == OperatingState::kFault);
       if (random.chance(0.8))
-        drives.take(order);
+        drives.take(sent);
       if (random.chance(0.02))
         drives.state.operating_state[0] = static_cast<std::uint8_t>(random.integer(0, 3));
       exchange.take(drives.state);
       arms.onState(false);
       arms.fill(0, arm);
-      wished = wished && arm.wanted != OperatingState::kFault;
+      requested = requested && arm.wanted != OperatingState::kFault;
     }
   }
 }
@@ -126,14 +126,14 @@ TEST(ArmStates, PowerIsAskedForOnlyAfterACommandAndNeverAfterAFault) {
 TEST(ArmStates, PowerThatDoesNotComeIsGivenUp) {
   Rig rig;
   Drives drives(rig);
-  DriveExchange exchange(rig.site());
-  ArmStates arms(rig.site(), exchange);
+  DriveExchange exchange(rig.setup());
+  ArmStates arms(rig.setup(), exchange);
   exchange.take(drives.state);
-  arms.obey(StateCommand::kEnable, 0, 0, kSecond);
+  arms.apply(StateCommand::kEnable, 0, 0, kSecond);
   arms.giveUpPending(8 * kSecond);
-  EXPECT_TRUE(arms.asksDrives());
+  EXPECT_TRUE(arms.hasPendingDriveRequest());
   arms.giveUpPending(10 * kSecond);
-  EXPECT_FALSE(arms.asksDrives());
+  EXPECT_FALSE(arms.hasPendingDriveRequest());
   EXPECT_EQ(arms.record(0).cause, safety::FaultCause::kOff);
 }
 
@@ -144,7 +144,7 @@ safety::ArmVector inside(const Rig& rig, int arm, Random& random) {
     safety::ArmVector q = home;
     for (int j = 0; j < q.size(); ++j)
       q[j] += j < q.size() / 2 ? random.uniform(-0.01, 0.01) : random.uniform(-0.5, 0.5);
-    if (safety::largestViolation(rig.site().limits(arm), q) <= 0.0)
+    if (safety::largestViolation(rig.setup().limits(arm), q) <= 0.0)
       return q;
   }
 }
@@ -155,13 +155,13 @@ TEST(JointMotions, ArriveInsideTheLimitsAlthoughCommandsGetLost) {
     Random random(seed);
     Rig rig;
     Drives drives(rig);
-    DriveExchange exchange(rig.site());
-    JointMotions motions(rig.site(), exchange);
+    DriveExchange exchange(rig.setup());
+    JointMotions motions(rig.setup(), exchange);
     exchange.take(drives.state);
     exchange.readJoints();
     const safety::ArmVector goal = inside(rig, 0, random);
     const double loss = random.chance(0.5) ? 0.0 : random.uniform(0.0, 0.3);
-    const safety::JointMotion ideal(rig.site().limits(0), rig.robot.arms[0].home, goal);
+    const safety::JointMotion ideal(rig.setup().limits(0), rig.robot.arms[0].home, goal);
     motions.unhome(0);
     motions.moveTo(0, goal);
     double seconds = 0.0;
@@ -171,14 +171,14 @@ TEST(JointMotions, ArriveInsideTheLimitsAlthoughCommandsGetLost) {
       Velocities velocities{safety::RobotVector::Zero(12), {}};
       motions.step(0, false, now, velocities);
       for (int j = 0; j < 6; ++j)
-        ASSERT_LE(std::abs(velocities.value[j]), safety::moveVelocity(rig.site().limits(0), j) + 1e-12);
+        ASSERT_LE(std::abs(velocities.value[j]), safety::moveVelocity(rig.setup().limits(0), j) + 1e-12);
       ASSERT_TRUE(velocities.value.tail(6).isZero(0.0)) << "of the other arm";
       msg::ActuationCommand command;
       exchange.send(now, false, velocities, command);
       if (!random.chance(loss))
         drives.take(command);
       exchange.take(drives.state);
-      ASSERT_LE(safety::largestViolation(rig.site().limits(0), msg::jointsOf(drives.state.position, 0, 6)), 1e-6);
+      ASSERT_LE(safety::largestViolation(rig.setup().limits(0), msg::jointsOf(drives.state.position, 0, 6)), 1e-6);
     }
     EXPECT_LT((msg::jointsOf(drives.state.position, 0, 6) - goal).cwiseAbs().maxCoeff(), safety::kAtRest);
     if (loss == 0.0) {
@@ -192,8 +192,8 @@ TEST(JointMotions, AJogEndsByItselfAndIsSlowWhileTheArmIsRecovered) {
   Rig rig;
   Drives drives(rig);
   drives.state.lost[0] = safety::jointBit(1);
-  DriveExchange exchange(rig.site());
-  JointMotions motions(rig.site(), exchange);
+  DriveExchange exchange(rig.setup());
+  JointMotions motions(rig.setup(), exchange);
   exchange.take(drives.state);
   exchange.begin(kSecond);
   motions.jog(0, safety::ArmVector::Constant(6, -0.05), kSecond);
@@ -211,8 +211,8 @@ TEST(JointMotions, AJogEndsByItselfAndIsSlowWhileTheArmIsRecovered) {
 TEST(JointMotions, HomeIsForgottenUntilTheArmHasBeenThere) {
   Rig rig;
   Drives drives(rig);
-  DriveExchange exchange(rig.site());
-  JointMotions motions(rig.site(), exchange);
+  DriveExchange exchange(rig.setup());
+  JointMotions motions(rig.setup(), exchange);
   exchange.take(drives.state);
   EXPECT_TRUE(motions.homed(0));
   motions.unhome(0);
@@ -250,10 +250,10 @@ msg::PlanningReference runningReference() {
   return reference;
 }
 
-TEST(FollowedReference, IsOverForGoodOnceItIsSpentOrTooOld) {
+TEST(FollowedReference, DoesNotResumeAfterItHasEndedOrIsStale) {
   Rig rig;
   const Drives drives(rig);
-  FollowedReference followed(rig.site());
+  FollowedReference followed(rig.setup());
   EXPECT_FALSE(followed.underWay(drives.state));
   msg::PlanningReference message = runningReference();
   followed.take(message);
@@ -285,7 +285,7 @@ TEST(FollowedReference, APostureThatLimitsForbidIsLeftOut) {
     Random random(seed);
     Rig rig;
     const Drives drives(rig);
-    FollowedReference followed(rig.site());
+    FollowedReference followed(rig.setup());
     msg::PlanningReference message = runningReference();
     safety::RobotVector posture(12);
     posture << inside(rig, 0, random), inside(rig, 1, random);
@@ -302,7 +302,7 @@ TEST(FollowedReference, APostureThatLimitsForbidIsLeftOut) {
 struct Loop : ::testing::Test {
   Rig rig;
   Drives drives{rig};
-  DriveExchange exchange{rig.site()};
+  DriveExchange exchange{rig.setup()};
   planning::Reference tasks;
 
   Loop() {
@@ -314,7 +314,7 @@ struct Loop : ::testing::Test {
 };
 
 TEST_F(Loop, ASolverThatGivesNoAnswerIsAFaultOnceThatLasts) {
-  TaskLoop loop(rig.site(), exchange, rig.tracker(), nullptr);
+  TaskLoop loop(rig.setup(), exchange, rig.tracker(), nullptr);
   tasks.tasks[0].position[0] = 1e308;  // a finite number; the velocity that it asks for is not
   const double allowed = rig.deployment.budgets.commandAge(rig.deployment.control_period);
   double lasted = 0.0;
@@ -328,7 +328,7 @@ TEST_F(Loop, ASolverThatGivesNoAnswerIsAFaultOnceThatLasts) {
 
 TEST_F(Loop, HoldsWithoutMeasuredTipsAndSaysWhy) {
   rig.deployment.feedback = planning::Feedback::kSensor;
-  TaskLoop loop(rig.site(), exchange, rig.tracker(), nullptr);
+  TaskLoop loop(rig.setup(), exchange, rig.tracker(), nullptr);
   planning::teleoperation::TipPlaces tips;
   EXPECT_FALSE(loop.findTips(tips));
   loop.begin();
@@ -341,30 +341,30 @@ TEST_F(Loop, HoldsWithoutMeasuredTipsAndSaysWhy) {
 }
 
 TEST_F(Loop, AStreamOfATipEndsWithItsArmOrItsClient) {
-  TaskLoop loop(rig.site(), exchange, rig.tracker(), nullptr);
+  TaskLoop loop(rig.setup(), exchange, rig.tracker(), nullptr);
   safety::StateStamps statuses;
-  Situation situation;
-  situation.arm_count = 2;
-  for (ArmSituation& arm : situation.arm) {
+  RobotCondition condition;
+  condition.arm_count = 2;
+  for (ArmCondition& arm : condition.arm) {
     arm.wanted = arm.drives = OperatingState::kEnabled;
     arm.homed = true;
   }
   for (const bool silent : {true, false}) {
-    ManualControl manual(rig.site(), exchange);
+    ManualControl manual(rig.setup(), exchange);
     manual.locate(loop);
     ASSERT_TRUE(manual.tipsKnown());
-    CrtkOrder order;
-    order.verb = 5;  // servo_cv
-    order.count = 3;
+    CrtkRequest request;
+    request.verb = 5;  // servo_cv
+    request.count = 3;
     CrtkOutcome outcome;
-    ASSERT_TRUE(manual.onCrtk(order, kSecond, outcome)) << outcome.reason.data();
+    ASSERT_TRUE(manual.onCrtk(request, kSecond, outcome)) << outcome.reason.data();
     CrtkEndings endings;
-    const auto choose = [&](std::int64_t now, const Situation& scene) {
+    const auto choose = [&](std::int64_t now, const RobotCondition& scene) {
       return manual.choose({now, msg::kCrtkClient, &statuses}, scene, loop.gains(), tasks, endings);
     };
-    EXPECT_EQ(choose(kSecond, situation), msg::Source::kCrtk);
+    EXPECT_EQ(choose(kSecond, condition), msg::Source::kCrtk);
     EXPECT_TRUE(manual.active());
-    Situation later = situation;
+    RobotCondition later = condition;
     if (!silent)
       later.arm[0].drives = OperatingState::kPaused;
     EXPECT_EQ(choose(silent ? 2 * kSecond : kSecond, later), msg::Source::kNobody);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file docs/permissions.md is what judge() says. TANDEM_WRITE_DOCS=1 writes it. */
+/** @file Comparison of docs/permissions.md with judge(). TANDEM_WRITE_DOCS=1 writes it. */
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -17,13 +17,13 @@ using safety::OperatingState;
 
 struct Column {
   const char* name;
-  Asker asker;
-  Situation now;
+  Requester requester;
+  RobotCondition now;
 };
 
 /// One arm, measured and homed, in this state.
-Situation standing(OperatingState state) {
-  Situation now;
+RobotCondition standing(OperatingState state) {
+  RobotCondition now;
   now.received = now.tips_known = true;
   now.arm_count = 1;
   now.arm[0].wanted = now.arm[0].drives = state;
@@ -32,19 +32,20 @@ Situation standing(OperatingState state) {
 }
 
 std::vector<Column> columns() {
-  std::vector<Column> all{{"DISABLED", Asker::kCommander, standing(OperatingState::kDisabled)},
-                          {"ENABLED", Asker::kCommander, standing(OperatingState::kEnabled)},
-                          {"moves by joints", Asker::kCommander, standing(OperatingState::kEnabled)},
-                          {"follows a trajectory", Asker::kCommander, standing(OperatingState::kEnabled)},
-                          {"is operated", Asker::kCommander, standing(OperatingState::kEnabled)},
-                          {"PAUSED", Asker::kCommander, standing(OperatingState::kPaused)},
-                          {"is recovered", Asker::kCommander, standing(OperatingState::kEnabled)},
-                          {"FAULT", Asker::kCommander, standing(OperatingState::kFault)},
-                          {"ENABLED, nobody holds the lease", Asker::kAnybody, standing(OperatingState::kEnabled)},
-                          {"ENABLED, another holds the lease", Asker::kOther, standing(OperatingState::kEnabled)},
-                          {"FAULT, another holds the lease", Asker::kOther, standing(OperatingState::kFault)},
-                          {"DISABLED, another robot or deployment is meant by somebody", Asker::kCommander,
-                           standing(OperatingState::kDisabled)}};
+  std::vector<Column> all{
+      {"DISABLED", Requester::kLeaseOwner, standing(OperatingState::kDisabled)},
+      {"ENABLED", Requester::kLeaseOwner, standing(OperatingState::kEnabled)},
+      {"moves in joint space", Requester::kLeaseOwner, standing(OperatingState::kEnabled)},
+      {"follows a trajectory", Requester::kLeaseOwner, standing(OperatingState::kEnabled)},
+      {"follows an operator", Requester::kLeaseOwner, standing(OperatingState::kEnabled)},
+      {"PAUSED", Requester::kLeaseOwner, standing(OperatingState::kPaused)},
+      {"is recovering", Requester::kLeaseOwner, standing(OperatingState::kEnabled)},
+      {"FAULT", Requester::kLeaseOwner, standing(OperatingState::kFault)},
+      {"ENABLED, no client has the lease", Requester::kNoLeaseOwner, standing(OperatingState::kEnabled)},
+      {"ENABLED, another client has the lease", Requester::kOtherClient, standing(OperatingState::kEnabled)},
+      {"FAULT, another client has the lease", Requester::kOtherClient, standing(OperatingState::kFault)},
+      {"DISABLED, a process with another robot or deployment is present", Requester::kLeaseOwner,
+       standing(OperatingState::kDisabled)}};
   all[11].now.mismatch = true;
   all[2].now.moving = all[2].now.arm[0].joints_move = true;
   all[3].now.moving = all[3].now.followed = all[3].now.running = true;
@@ -56,16 +57,15 @@ std::vector<Column> columns() {
 std::string page() {
   const std::vector<Column> all = columns();
   std::ostringstream out;
-  out << "# Who may do what\n\n"
-         "Written from `operation/permission.h`, which decides all requests to control, by a test that also holds this "
-         "page against it "
-         "(`test_operation`;\n`TANDEM_WRITE_DOCS=1` writes it anew). Real time, an arm of concentric tubes whose "
-         "joints are measured and homed. "
-         "The first eight columns are for the\nholder of the control lease; a number is the reason of a refusal, "
-         "below.\n\n"
-         "What happens to a motion whose owner loses the lease: the arm stands, and latches `lease_lost`, before "
-         "anybody else's request is "
-         "judged.\n`stop` is everybody's, in every state.\n\n"
+  out << "# Permissions\n\n"
+         "The test `test_operation` writes this page from `operation/permission.h`, which decides all requests to "
+         "control, "
+         "and compares the two (`TANDEM_WRITE_DOCS=1` writes it again).\nThe columns are states of an arm of "
+         "concentric tubes "
+         "in real time, with measured and homed joints; the first eight are for the client that has the control lease. "
+         "A number is the reason of a\nrefusal, below.\n\n"
+         "When a client loses the lease, control stops its motion and latches `lease_lost` before it handles the next "
+         "request. All clients may `stop`, in every state.\n\n"
          "| |";
   for (const Column& column : all)
     out << ' ' << column.name << " |";
@@ -76,7 +76,7 @@ std::string page() {
   for (const auto& [action, name, meaning] : idl::Enumeration<idl::Action>::entries) {
     out << "\n| " << name << " |";
     for (const Column& column : all) {
-      const Refusal refusal = judge(action, column.asker, column.now, 0);
+      const Refusal refusal = judge(action, column.requester, column.now, 0);
       if (refusal)
         reasons.emplace(static_cast<int>(refusal.reason), refusal.reason);
       out << ' ' << (refusal ? std::to_string(static_cast<int>(refusal.reason)) : "yes") << " |";
@@ -88,7 +88,7 @@ std::string page() {
   return out.str();
 }
 
-TEST(Permission, ThePageForPeopleIsWhatJudgeSays) {
+TEST(Permission, DocumentedTableMatchesJudge) {
   const std::string file = std::string(TANDEM_DOCS) + "/permissions.md";
   if (std::getenv("TANDEM_WRITE_DOCS") != nullptr)
     std::ofstream(file) << page();

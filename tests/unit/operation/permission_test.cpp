@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One function says who may do what; control does what it says, and nothing else. */
+/** @file judge() as the only source of permissions, compared with the behaviour of control. */
 #include "operation/permission.h"
 
 #include <gtest/gtest.h>
@@ -15,13 +15,13 @@ namespace {
 using namespace operation;
 using safety::OperatingState;
 
-Situation randomSituation(Random& random) {
+RobotCondition randomCondition(Random& random) {
   const auto often = [&] { return random.chance(0.7); };
   const auto rarely = [&] { return random.chance(0.2); };
   const auto state = [&] { return static_cast<OperatingState>(random.integer(0, 3)); };
-  Situation now{
+  RobotCondition now{
       rarely(), rarely(), rarely(), often(), rarely(), rarely(), rarely(), rarely(), often(), random.integer(1, 8), {}};
-  for (ArmSituation& arm : now.arm) {
+  for (ArmCondition& arm : now.arm) {
     const OperatingState wanted = state();
     arm = {wanted,   often() ? wanted : state(),
            rarely(), often(),
@@ -34,19 +34,20 @@ Situation randomSituation(Random& random) {
 
 bool takesAway(Action action) { return action == Action::kDisable || action == Action::kPause; }
 
-TEST(Permission, PowerIsTheCommandersToGiveAndAnybodysToTake) {
+TEST(Permission, OnlyTheLeaseOwnerGivesPowerAndEveryClientMayRemoveIt) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(2000); ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const Situation now = randomSituation(random);
+    const RobotCondition now = randomCondition(random);
     const int arm = random.integer(0, now.arm_count - 1);
     for (int i = 0; i < kActions; ++i) {
       const auto action = static_cast<Action>(i);
-      const Refusal own = judge(action, Asker::kCommander, now, arm);
-      for (const Asker asker : {Asker::kAnybody, Asker::kOther}) {
-        const Refusal foreign = judge(action, asker, now, arm);
+      const Refusal own = judge(action, Requester::kLeaseOwner, now, arm);
+      for (const Requester requester : {Requester::kNoLeaseOwner, Requester::kOtherClient}) {
+        const Refusal foreign = judge(action, requester, now, arm);
         EXPECT_TRUE(foreign || !own) << i << ": who does not command may not do more";
-        const bool free = takesAway(action) || (action == Action::kAcquireLease && asker == Asker::kAnybody);
+        const bool free =
+            takesAway(action) || (action == Action::kAcquireLease && requester == Requester::kNoLeaseOwner);
         EXPECT_EQ(static_cast<bool>(foreign),
                   !free || own || (takesAway(action) && now.arm[static_cast<std::size_t>(arm)].faulty()))
             << i;
@@ -54,17 +55,17 @@ TEST(Permission, PowerIsTheCommandersToGiveAndAnybodysToTake) {
       // All arms are refused what one is refused.
       bool any = false;
       for (int k = 0; k < now.arm_count; ++k)
-        any = any || judge(action, Asker::kCommander, now, k);
-      EXPECT_EQ(static_cast<bool>(judge(action, Asker::kCommander, now)), any) << i;
+        any = any || judge(action, Requester::kLeaseOwner, now, k);
+      EXPECT_EQ(static_cast<bool>(judge(action, Requester::kLeaseOwner, now)), any) << i;
     }
-    EXPECT_FALSE(judge(Action::kDisable, Asker::kCommander, now)) << "there is always this way out";
+    EXPECT_FALSE(judge(Action::kDisable, Requester::kLeaseOwner, now)) << "there is always this way out";
   }
 }
 
-TEST(Permission, NobodyIsAllowedAnythingOfARobotThatIsNotKnownYet) {
-  EXPECT_EQ(judge(Action::kStart, Asker::kAnybody, Situation{}).reason, Reason::kNoLease);
-  EXPECT_EQ(judge(Action::kStart, Asker::kOther, Situation{}).reason, Reason::kOtherLease);
-  EXPECT_EQ(judge(Action::kEnable, Asker::kCommander, Situation{}).reason, Reason::kNoState);
+TEST(Permission, NothingIsPermittedBeforeTheFirstState) {
+  EXPECT_EQ(judge(Action::kStart, Requester::kNoLeaseOwner, RobotCondition{}).reason, Reason::kNoLease);
+  EXPECT_EQ(judge(Action::kStart, Requester::kOtherClient, RobotCondition{}).reason, Reason::kOtherLease);
+  EXPECT_EQ(judge(Action::kEnable, Requester::kLeaseOwner, RobotCondition{}).reason, Reason::kNoState);
 }
 
 TEST(Permission, EachRefusalSaysSomethingOfItsOwn) {
@@ -81,7 +82,7 @@ struct Walk {
   Rig rig;
   Random random;
   Drives drives{rig};
-  ControlCore core{rig.site(), rig.tracker()};
+  ControlCore core{rig.setup(), rig.tracker()};
   CycleOutput output;
   msg::PlanningReference reference;
   std::int64_t now = kSecond;
@@ -124,13 +125,13 @@ struct Walk {
     if (random.chance(0.05))
       drives.place(static_cast<int>(k), rig.robot.arms[k].home);
   }
-  ControlOrder order() {
-    ControlOrder o;
+  ParsedControlRequest request() {
+    ParsedControlRequest o;
     o.client = random.chance(0.85) ? 7 : 8;
     o.kind =
         random.chance(0.4) ? msg::ControlKind::kStateCommand : static_cast<msg::ControlKind>(random.integer(1, 11));
     o.arm = random.chance(0.4) ? msg::kAllArms : random.integer(0, 1);
-    o.control_session = rig.site().session;
+    o.control_session = rig.setup().session;
     o.answers_control = output.status.sequence;
     if (o.kind == msg::ControlKind::kStateCommand && random.chance(0.3))
       o.answers_control -= std::min<std::uint64_t>(o.answers_control - 1, 20);
@@ -150,14 +151,14 @@ struct Walk {
   }
 };
 
-msg::ControlPermissions permissionsOf(const Situation& now) {
+msg::ControlPermissions permissionsOf(const RobotCondition& now) {
   msg::ControlPermissions permissions;
   fill(now, permissions);
   return permissions;
 }
 
 /// That an order which was allowed has had its effect.
-void expectEffect(Action action, const ArmSituation& arm, bool method_accepted) {
+void expectEffect(Action action, const ArmCondition& arm, bool method_accepted) {
   switch (action) {
     case Action::kEnable:
     case Action::kResume:
@@ -190,7 +191,7 @@ void expectEffect(Action action, const ArmSituation& arm, bool method_accepted) 
   }
 }
 
-TEST(Permission, ControlAnswersOrdersAsItIsJudgedAndPublished) {
+TEST(Permission, RepliesOfControlMatchThePublishedPermissions) {
   std::array<int, kActions> allowed{}, refused{};
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(20); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -198,23 +199,23 @@ TEST(Permission, ControlAnswersOrdersAsItIsJudgedAndPublished) {
     for (int i = 0; i < 300; ++i) {
       walk.step();
       const std::uint64_t holder = walk.output.status.lease_holder;
-      const ControlOrder order = walk.order();
-      const Situation before = walk.core.situation(), seen = walk.core.situation(order);
-      const Action action = actionOf(order);
-      const Asker asker = order.from_topic ? crtkAsker(holder) : askerOf(order.client, holder);
-      const Refusal expected = judge(action, asker, seen, order.arm);
-      const OrderReply reply = walk.core.order(order, walk.now);
+      const ParsedControlRequest request = walk.request();
+      const RobotCondition before = walk.core.condition(), seen = walk.core.condition(request);
+      const Action action = actionOf(request);
+      const Requester requester = request.from_topic ? crtkRequester(holder) : requesterOf(request.client, holder);
+      const Refusal expected = judge(action, requester, seen, request.arm);
+      const ControlReply reply = walk.core.onRequest(request, walk.now);
       delete reply.retired;
-      if (order.from_topic && reply.refusal.reason == Reason::kNoEcho)
+      if (request.from_topic && reply.refusal.reason == Reason::kNoEcho)
         continue;  // what its sender has seen has nothing to do with the situation
       EXPECT_EQ(reply.refusal.reason, expected.reason) << static_cast<int>(action);
       (expected ? refused : allowed)[static_cast<std::size_t>(action)] += 1;
-      const Situation after = walk.core.situation();
+      const RobotCondition after = walk.core.condition();
       for (int k = 0; k < 2; ++k) {
         const auto arm = static_cast<std::size_t>(k);
         const auto published = walk.output.permissions.reason[permissionIndex(action, k)];
-        EXPECT_EQ(published, static_cast<std::uint8_t>(judge(action, Asker::kCommander, before, k).reason));
-        if (!expected && (order.arm == msg::kAllArms || order.arm == k))
+        EXPECT_EQ(published, static_cast<std::uint8_t>(judge(action, Requester::kLeaseOwner, before, k).reason));
+        if (!expected && (request.arm == msg::kAllArms || request.arm == k))
           expectEffect(action, after.arm[arm], reply.method_accepted);
       }
       if (expected && !isOfOneArm(expected)) {
@@ -231,28 +232,28 @@ TEST(Permission, ControlAnswersOrdersAsItIsJudgedAndPublished) {
   }
 }
 
-TEST(Permission, ControlAnswersCrtkAsItIsJudged) {
+TEST(Permission, RepliesToCrtkMatchThePermissions) {
   int allowed = 0, refused = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(20); ++seed) {
     SCOPED_TRACE(trace(seed));
     Walk walk(seed);
     for (int i = 0; i < 300; ++i) {
       walk.step();
-      ControlOrder enable;
+      ParsedControlRequest enable;
       enable.kind = msg::ControlKind::kStateCommand;
       enable.command = walk.random.chance(0.2) ? safety::StateCommand::kDisable : safety::StateCommand::kEnable;
       enable.from_topic = true;
       enable.control_session = walk.output.status.session;
       enable.answers_control = walk.output.status.sequence;
-      walk.core.order(enable, walk.now);
-      CrtkOrder order;
-      order.verb = walk.random.integer(0, static_cast<int>(kCrtkVerbs.size()) - 1);
-      order.group = walk.random.chance(0.3) ? kPairGroup : walk.random.integer(0, 1);
+      walk.core.onRequest(enable, walk.now);
+      CrtkRequest request;
+      request.verb = walk.random.integer(0, static_cast<int>(kCrtkVerbs.size()) - 1);
+      request.group = walk.random.chance(0.3) ? kPairGroup : walk.random.integer(0, 1);
       Refusal expected;
-      for (int k = order.firstArm(); k <= order.lastArm() && !expected; ++k)
-        expected =
-            judge(actionOf(verbOf(order.verb)), crtkAsker(walk.output.status.lease_holder), walk.core.situation(), k);
-      const CrtkOutcome outcome = walk.core.crtk(order, walk.now);
+      for (int k = request.firstArm(); k <= request.lastArm() && !expected; ++k)
+        expected = judge(actionOf(verbOf(request.verb)), crtkRequester(walk.output.status.lease_holder),
+                         walk.core.condition(), k);
+      const CrtkOutcome outcome = walk.core.crtk(request, walk.now);
       if (expected) {
         EXPECT_FALSE(outcome.accepted);
         EXPECT_EQ(outcome.reason.data(), name(expected.reason));
@@ -264,18 +265,18 @@ TEST(Permission, ControlAnswersCrtkAsItIsJudged) {
   EXPECT_GT(refused, 100);
 }
 
-TEST(Permission, AClientSeesTheSituationAsControlDoesOnceItHasSettled) {
+TEST(Permission, ClientAndControlComputeEqualPermissions) {
   int seen = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(20); ++seed) {
     SCOPED_TRACE(trace(seed));
     Walk walk(seed);
     for (int i = 0; i < 300; ++i) {
       walk.step();
-      const Situation of_control = walk.core.situation();
-      const Situation of_client = situationOf(walk.rig.robot, walk.drives.state, walk.output.status,
-                                              static_cast<planning::Phase>(walk.reference.phase));
+      const RobotCondition of_control = walk.core.condition();
+      const RobotCondition of_client = conditionOf(walk.rig.robot, walk.drives.state, walk.output.status,
+                                                   static_cast<planning::Phase>(walk.reference.phase));
       for (int k = 0; k < 2; ++k) {
-        const ArmSituation &own = of_control.arm[static_cast<std::size_t>(k)],
+        const ArmCondition &own = of_control.arm[static_cast<std::size_t>(k)],
                            &arm = of_client.arm[static_cast<std::size_t>(k)];
         if (own.pending || (own.wanted != own.drives && own.wanted != OperatingState::kFault))
           continue;
@@ -284,13 +285,13 @@ TEST(Permission, AClientSeesTheSituationAsControlDoesOnceItHasSettled) {
         for (const safety::StateCommand command :
              {safety::StateCommand::kEnable, safety::StateCommand::kDisable, safety::StateCommand::kPause,
               safety::StateCommand::kResume, safety::StateCommand::kRecover, safety::StateCommand::kUnhome}) {
-          for (const Asker asker : {Asker::kCommander, Asker::kAnybody, Asker::kOther})
-            EXPECT_EQ(judge(static_cast<Action>(command), asker, of_client, k).reason,
-                      judge(static_cast<Action>(command), asker, of_control, k).reason)
+          for (const Requester requester : {Requester::kLeaseOwner, Requester::kNoLeaseOwner, Requester::kOtherClient})
+            EXPECT_EQ(judge(static_cast<Action>(command), requester, of_client, k).reason,
+                      judge(static_cast<Action>(command), requester, of_control, k).reason)
                 << safety::name(command);
         }
       }
-      const OrderReply reply = walk.core.order(walk.order(), walk.now);
+      const ControlReply reply = walk.core.onRequest(walk.request(), walk.now);
       delete reply.retired;
     }
   }

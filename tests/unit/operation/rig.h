@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A robot from its files, and drives that do what they are asked for, late or not at all. */
+/** @file Test fixture: a robot loaded from files, with drives that respond immediately, late or not at all. */
 #pragma once
 
 #include <deque>
@@ -24,7 +24,7 @@ struct Rig {
   robots::RobotModel model;
 
   Rig() : deployment(load()), robot(config::loadAnyRobot(deployment.robot)), model(robot) {}
-  operation::Site site() const {
+  operation::ControlSetup setup() const {
     return {deployment, robot, model, 3, [] { return std::int64_t{0}; }};
   }
   std::int64_t period() const { return static_cast<std::int64_t>(1e9 * deployment.control_period); }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random tasks in closed loop, beside what plan check says of them beforehand. */
+/** @file Random tasks in closed loop, compared with the result of plan check. */
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "control/active_set.h"
+#include "control/detail/active_set.h"
 #include "planning/feasibility.h"
 #include "planning/rehearsal.h"
 #include "tests/unit/planning/arm_pair.h"

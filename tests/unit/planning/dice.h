@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random numbers whose seed is reported where a test fails. */
+/** @file Random numbers with a seed that is reported on failure. */
 #pragma once
 
 #include <gtest/gtest.h>

@@ -104,7 +104,7 @@ TEST(Feasibility, ARepairedTrajectoryIsFeasibleAndLeavesTheRestAlone) {
   EXPECT_LT(repair.largest_change, 1.5 * allowed + 1e-3);
 }
 
-TEST(Feasibility, ABadStartAndACancelledCheckAreToldApart) {
+TEST(Feasibility, InvalidStartAndCancellationAreDistinguished) {
   const Pair robot("rigid");
   safety::RobotVector q = start(1);
   q[1] = q[0] - 0.01;  // carriage 2 behind carriage 1

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The way from an operator's device to a target, held against properties over random operators. */
+/** @file Properties of the teleoperation pipeline for random operators. */
 #include <gtest/gtest.h>
 
 #include "planning/teleoperation/pipeline.h"

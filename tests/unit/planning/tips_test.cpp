@@ -29,7 +29,7 @@ safety::RobotVector wound(double angle) {
   return q;
 }
 
-TEST(TipFollower, HowOftenItIsAskedMakesNoDifference) {
+TEST(TipFollower, ResultIsIndependentOfQueryRate) {
   const auto model = kinematics::makeArmModel("compliant", windingArm());
   TipFollower once({model.get()}), often({model.get()});
   Random random(baseSeed());
@@ -44,7 +44,7 @@ TEST(TipFollower, HowOftenItIsAskedMakesNoDifference) {
   EXPECT_EQ(once.snaps(0), often.snaps(0));
 }
 
-TEST(TipFollower, GoesOnFromTheOneBeforeAndStartsAnewWhenToldTo) {
+TEST(TipFollower, ContinuesFromTheLastTipsAndRestartsOnRequest) {
   const auto model = kinematics::makeArmModel("compliant", windingArm());
   TipFollower first({model.get()}), second({model.get()});
   const double far = 1.15 * std::numbers::pi;  // another stable equilibrium than that of a cold start

@@ -28,7 +28,7 @@ TEST(Conversion, MemberByMemberByName) {
   EXPECT_FALSE(convert.same());
   EXPECT_EQ(convert.added(), (Words{"more", "list.new", "grows[2..3]"}));
   EXPECT_EQ(convert.dropped(), (Words{"gone", "shrinks[1..2]"}));
-  EXPECT_TRUE(convert.unlike().empty());
+  EXPECT_TRUE(convert.mismatched().empty());
   // k, padding, two of the list, arrays, padding, "hi", gone, padding, x.
   const std::string old = encoded({0, 1, 0, 0, 7, 0, 0,   0,   2, 0,  0, 0, 1, 2, 3, 4, 11, 12, 21, 22, 23,   0,
                                    0, 0, 3, 0, 0, 0, 'h', 'i', 0, 99, 0, 0, 0, 0, 0, 0, 0,  0,  0,  0,  0xf0, 0x3f});
@@ -61,7 +61,7 @@ TEST(Conversion, ConstantsAndCommentsAreNoMembers) {
 
 TEST(Conversion, AnotherTypeIsNotConverted) {
   const Conversion convert = conversion("uint8[2] a\nstring b\nuint8 c", "uint8[] a\nuint32 b\nuint8 c");
-  EXPECT_EQ(convert.unlike(), (Words{"a: uint8[2] before, uint8[] after", "b: string before, uint32 after"}));
+  EXPECT_EQ(convert.mismatched(), (Words{"a: uint8[2] before, uint8[] after", "b: string before, uint32 after"}));
   EXPECT_FALSE(convert(encoded({0, 1, 0, 0, 1, 2, 0, 0, 1, 0, 0, 0, 0, 5})));
 }
 

@@ -61,7 +61,7 @@ TEST(Table, CellsOfSequencesAndByteOrder) {
   EXPECT_EQ(table.columns[2].texts, (std::vector<std::string>{"hi", ""}));
 }
 
-TEST(Table, AlignedIsWhatWasSaidLast) {
+TEST(Table, AlignedRowsHoldTheLastSample) {
   Table table("a", schema("uint8[2] x"));
   for (int i = 1; i <= 3; ++i)
     table.add({1, 0, static_cast<std::uint64_t>(100 * i), 0, bytes({0, 1, 0, 0, i, 10 * i})});

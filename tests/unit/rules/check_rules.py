@@ -61,9 +61,17 @@ FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthrea
 ROBOT_TYPE = re.compile(r"\brobot\w*(?:\.|->)(?:type|data)\b")
 KNOWS_TYPES = ["robots", "config", "tests"]
 
+# Namespace of a folder below `tandem`; the others have the name of their folder, or of a folder above it. Services whose folder is named
+# like a library have a suffix: inside tandem::control no other namespace of that name would be found.
+NAMESPACES = {f"services/{name}": f"{name}_service" for name in ["control", "hal", "planning", "sim"]}
+
 # Words that docs/glossary.md replaces in every sense, comments included.
-REPLACED = re.compile(r"\b(?:hears?|heard|hearing|deaf|told|desks?|settle[sd]?)\b", re.IGNORECASE)
+REPLACED = re.compile(r"\b(?i:hears?|heard|hearing|deaf|told|desks?|settle[sd]?|wish(?:es|ed)?|patience)\b"
+                      r"|(?<=[a-z])(?:Desk|Wish|Heard|Patience)(?![a-z])")
 HAVE_THEM = ["tests/unit/rules"]
+
+# Tests define their names in the namespaces of what they test; conversions of messages are found by the type of the message.
+FREE = ["tests", "idl", "operation/convert.h", "operation/convert.cpp"]
 
 MOST_LINES = 400
 CODE = {".h", ".hpp", ".c", ".cc", ".cpp"}
@@ -90,6 +98,15 @@ def own_folder(path):
     return "/".join(parts[:2]) if parts[0] == "services" else parts[0]
 
 
+def namespaces_of(path):
+    """Namespaces below `tandem` in which, or in parts of which, a file may define its names: of its folder, and of those above."""
+    folders = path.split("/")[:-1]
+    if folders[0] == "services":
+        folders = NAMESPACES.get("/".join(folders[:2]), folders[1]).split("/") + folders[2:]
+    folders = [name for name in folders if name not in ("detail", "bindings")]
+    return {"/".join(folders[:count]) for count in range(1, len(folders) + 1)}
+
+
 def without_comments(text):
     """The code with comments blanked out; lines keep their numbers, string literals stay."""
     return COMMENT.sub(lambda m: m.group(1) or "\n" * m.group(0).count("\n"), text)
@@ -113,6 +130,18 @@ def check_includes(path, lines):
             yield number, f"includes {target}: {key} may use {', '.join(MAY_USE[key]) or 'no other room'}"
 
 
+def check_details(path, lines):
+    """Headers in `detail` that a file may not include; yields (line number, text). They are not installed."""
+    for number, line in enumerate(lines, 1):
+        target = INCLUDE.match(line).group(2) if INCLUDE.match(line) else ""
+        if "/detail/" not in target or within(path, ["tests"]):
+            continue
+        if own_folder(target) != own_folder(path):
+            yield number, f"includes {target}: it is internal to {own_folder(target)}"
+        elif path.endswith(".h") and "/detail/" not in path:
+            yield number, f"includes {target}: a public header may not"
+
+
 def check_file(tree, path):
     """All violations of one file; yields (line number, text)."""
     text = (tree / path).read_text(encoding="utf-8")
@@ -133,6 +162,14 @@ def check_file(tree, path):
         yield 1, "has no #pragma once"
     code = without_comments(text).splitlines()
     yield from check_includes(path, code)
+    yield from check_details(path, code)
+    defined = [(number, line[len("namespace tandem::"):].split(" ")[0])
+               for number, line in enumerate(code, 1) if line.startswith("namespace tandem::")]
+    allowed = namespaces_of(path)
+    inside = any(within(name.replace("::", "/"), [folder]) for _, name in defined for folder in allowed)
+    if defined and not inside and not within(path, FREE):
+        wanted = max(allowed, key=len).replace("/", "::")
+        yield defined[0][0], f"defines names in tandem::{defined[0][1]}, not in tandem::{wanted}"
     for number, line in enumerate(code, 1):
         if RTPS_PORT.search(line) and not within(path, KNOWS_PORTS):
             yield number, f"{RTPS_PORT.search(line).group(0)}: ports of a domain come from services/dds/ports.h"

@@ -170,7 +170,7 @@ class Data(unittest.TestCase):
         self.fails("looked_up: expected a date", lambda data, wire, cve: data.update(looked_up="soon"))
         self.fails("the file: missing through", lambda data, wire, cve: data.pop("through"))
 
-    def test_the_file_of_the_house(self):
+    def test_the_projects_file_is_valid(self):
         components.load(components.ROOT / components.DATA)
 
 

@@ -8,7 +8,7 @@
 #include "services/runtime/periodic_loop.h"
 #include "tests/unit/safety/allocation_counter.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 TEST(Allocation, CounterCounts) {
@@ -48,4 +48,4 @@ TEST(Allocation, APeriodicCycleAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::runtime

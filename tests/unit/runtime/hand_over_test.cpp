@@ -11,7 +11,7 @@
 #include "services/runtime/outbox.h"
 #include "services/runtime/spsc_queue.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 /** A large value whose words all follow from the first: a torn copy shows. */
@@ -147,4 +147,4 @@ TEST(Outbox, LatestArrivesWithoutAnotherPost) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::runtime

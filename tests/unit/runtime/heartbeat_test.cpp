@@ -15,10 +15,10 @@
 #include <optional>
 #include <random>
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
-constexpr double kPatience = 20.0;  // s, for what comes within milliseconds on an idle machine
+constexpr double kTimeout = 20.0;  // s, for what comes within milliseconds on an idle machine
 
 /** The service manager's end: a socket, and the variables that name it. */
 class Manager {
@@ -60,7 +60,7 @@ class Manager {
   bool receives(
       const std::string& words,
       const std::function<void()>& meanwhile = [] {}) {
-    const std::int64_t end = monotonicNow() + static_cast<std::int64_t>(1e9 * kPatience);
+    const std::int64_t end = monotonicNow() + static_cast<std::int64_t>(1e9 * kTimeout);
     while (monotonicNow() < end) {
       meanwhile();
       const auto message = next(2e-3);
@@ -125,7 +125,7 @@ TEST(Heartbeat, SaysThatItStopsWhereNobodyAsked) {
   Manager manager(0);
   const StopSignal stop;
   { const Heartbeat heartbeat(stop); }
-  EXPECT_EQ(manager.next(kPatience), "STOPPING=1");
+  EXPECT_EQ(manager.next(kTimeout), "STOPPING=1");
 }
 
 TEST(Heartbeat, FeedsTheWatchdogOnlyWhileTheLoopRuns) {
@@ -208,4 +208,4 @@ TEST(Heartbeat, RefusesWhatIsNoAddress) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::runtime

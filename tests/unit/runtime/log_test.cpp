@@ -5,7 +5,7 @@
 
 #include <cctype>
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 TEST(Log, LinesNameTimeServiceAndLevel) {
@@ -35,4 +35,4 @@ TEST(Log, LevelComesFromOptionThenEnvironment) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::runtime

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 void spinUntil(std::int64_t when) {
@@ -96,4 +96,4 @@ TEST(EnterRealtime, ReportsWhatIsRefused) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::runtime

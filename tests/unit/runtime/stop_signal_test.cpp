@@ -9,7 +9,7 @@
 
 #include "services/runtime/periodic_loop.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 bool readable(int fd) {
@@ -17,7 +17,7 @@ bool readable(int fd) {
   return poll(&waiting, 1, 0) == 1;
 }
 
-TEST(StopSignal, CatchesEitherSignalAndGivesThemBack) {
+TEST(StopSignal, HandlesBothSignalsAndRestoresHandlers) {
   for (const int number : {SIGINT, SIGTERM}) {
     StopSignal stop;
     EXPECT_FALSE(stop.requested());
@@ -47,7 +47,7 @@ TEST(StopSignal, RequestWakesAWaiter) {
   EXPECT_EQ(stop.signal(), 0);
 }
 
-TEST(StopSignal, WaitsAsLongAsItWasTold) {
+TEST(StopSignal, WaitsForTheGivenTime) {
   StopSignal stop;
   const std::int64_t begin = monotonicNow();
   EXPECT_FALSE(stop.waitFor(0.05));
@@ -55,4 +55,4 @@ TEST(StopSignal, WaitsAsLongAsItWasTold) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::runtime

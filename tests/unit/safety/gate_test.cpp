@@ -46,13 +46,13 @@ TEST(Gate, WildCommandsEndInsideAndNeverBeyondTheRequest) {
     const Gate gate(test::randomLimits(random));
     const ArmVector now = test::randomInside(gate.limits(), random);
     const ArmVector rest = ArmVector::Zero(now.size());
-    const ArmVector wish = test::randomWild(gate.limits(), now, random);
+    const ArmVector wanted = test::randomWild(gate.limits(), now, random);
     ArmVector next;
-    ASSERT_EQ(gate.check(commandTo(wish), now, rest, next).faults, 0u);
+    ASSERT_EQ(gate.check(commandTo(wanted), now, rest, next).faults, 0u);
     ASSERT_LE(largestViolation(gate.limits(), next), 0.0);
     for (Eigen::Index j = 0; j < now.size(); ++j) {
-      // Between now and the wish; or carried along by the inner neighbour, no farther than that one goes.
-      const bool between = next[j] >= std::min(now[j], wish[j]) && next[j] <= std::max(now[j], wish[j]);
+      // Between now and the request; or carried along by the inner neighbour, no farther than that one goes.
+      const bool between = next[j] >= std::min(now[j], wanted[j]) && next[j] <= std::max(now[j], wanted[j]);
       const bool outer = j > 0 && j < now.size() / 2;
       const bool carried = outer && std::abs(next[j] - now[j]) <= std::abs(next[j - 1] - now[j - 1]) + 1e-12;
       ASSERT_TRUE(between || carried) << "joint " << j;
@@ -92,10 +92,10 @@ TEST(Gate, WhatIsInsidePassesUntouched) {
       joint.velocity = kUnlimited;
     const Gate gate(limits);
     const ArmVector now = test::randomInside(limits, random);
-    const ArmVector wish = test::randomInside(limits, random);
+    const ArmVector wanted = test::randomInside(limits, random);
     ArmVector next;
-    const GateReport report = gate.check(commandTo(wish), now, ArmVector::Zero(now.size()), next);
-    ASSERT_EQ(next, wish);
+    const GateReport report = gate.check(commandTo(wanted), now, ArmVector::Zero(now.size()), next);
+    ASSERT_EQ(next, wanted);
     for (const GuardAction& action : report.guards)
       ASSERT_FALSE(action.acted);
   }
@@ -158,12 +158,12 @@ TEST(Gate, ACommandExactlyAtTheSpeedLimitIsNoIntervention) {
   const Gate gate(limits);
   for (int i = 0; i < 1000; ++i) {
     const ArmVector now = vector4(-0.2 + 1e-4 * i, -0.05, 0, 0);
-    ArmVector wish = now;
-    wish[0] += 0.010 * kPeriod;
+    ArmVector wanted = now;
+    wanted[0] += 0.010 * kPeriod;
     ArmVector next;
-    const GateReport report = gate.check(commandTo(wish), now, vector4(0, 0, 0, 0), next);
+    const GateReport report = gate.check(commandTo(wanted), now, vector4(0, 0, 0, 0), next);
     ASSERT_FALSE(report[Guard::kVelocity].acted);
-    ASSERT_EQ(next, wish);
+    ASSERT_EQ(next, wanted);
   }
 }
 

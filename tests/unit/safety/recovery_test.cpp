@@ -100,7 +100,7 @@ struct Commanded {
     request.moving = !speed.isZero();
     request.motion.velocity = speed;
     request.motion.position = supervisor.setpoint();
-    supervisor.noteWish(what == DriveRequest::kRecover);
+    supervisor.noteRecoverRequest(what == DriveRequest::kRecover);
     supervisor.command(request, supervisor.reference(), {}, now);
   }
   /// One control period; `each` after every tick.
@@ -131,10 +131,10 @@ TEST(Recovery, OutsideItsLimitsAnArmIsRefusedAndComesBackSlowlyAndInwardsAlone) 
     Commanded arm(limits, q);
     arm.send(DriveRequest::kEnable);
     ASSERT_EQ(arm.supervisor.state(), OperatingState::kFault);
-    const Excess excess = largestExcess(limits, q);
+    const LimitViolation worst = worstLimitViolation(limits, q);
     EXPECT_EQ(arm.supervisor.faultRecord().cause, FaultCause::kOutsideLimits);
-    EXPECT_EQ(arm.supervisor.faultRecord().joint, excess.joint);
-    EXPECT_NEAR(arm.supervisor.faultRecord().amount, excess.amount, 1e-12);
+    EXPECT_EQ(arm.supervisor.faultRecord().joint, worst.joint);
+    EXPECT_NEAR(arm.supervisor.faultRecord().amount, worst.amount, 1e-12);
 
     const JointMask lost = randomLost(n, random);
     arm.send(DriveRequest::kRecover, lost);
@@ -191,7 +191,7 @@ TEST(Recovery, IsForStandingArmsWithoutPowerAlone) {
   arm.send(DriveRequest::kKeep);
   arm.send(DriveRequest::kRecover, jointBit(0));
   EXPECT_TRUE(arm.supervisor.recovering());
-  // Whatever stops any other arm stops this one, and no repetition of the wish that was granted clears it.
+  // Whatever stops any other arm stops this one, and no repetition of the granted request clears it.
   arm.supervisor.latch({bit(Fault::kStopRequested)});
   for (int i = 0; i < 3; ++i) {
     arm.send(DriveRequest::kRecover, jointBit(0));

@@ -21,7 +21,7 @@ using test::trace;
 
 constexpr std::int64_t kMs = 1'000'000;
 
-TEST(CommandMonitor, WantsRisingNumbersWithinASession) {
+TEST(CommandMonitor, RequiresRisingSequencesWithinASession) {
   CommandMonitor monitor(2, 0.3, 0.05);
   EXPECT_EQ(monitor.check({7, 3, 0.1, 2}, true).faults, 0u);
   EXPECT_EQ(monitor.check({7, 3, 0.1, 2}, false).faults, bit(Fault::kOutOfSequence));
@@ -34,22 +34,22 @@ TEST(CommandMonitor, WantsRisingNumbersWithinASession) {
   EXPECT_EQ(monitor.sequence(), 9u);
 }
 
-TEST(CommandMonitor, LetsAnotherSessionInOnlyWhileTheRobotStands) {
+TEST(CommandMonitor, AcceptsAnotherSessionOnlyAtStandstill) {
   CommandMonitor monitor(1, 0.3, 0.05);
   EXPECT_TRUE(monitor.check({7, 5, 0.0, 1}, true).new_session);
   EXPECT_FALSE(monitor.check({7, 6, 0.0, 1}, false).new_session);
   EXPECT_EQ(monitor.check({8, 1, 0.0, 1}, false).faults, bit(Fault::kOutOfSequence));
   EXPECT_EQ(monitor.session(), 7u);
-  const StreamVerdict verdict = monitor.check({8, 1, 0.0, 1}, true);
-  EXPECT_EQ(verdict.faults, 0u);
-  EXPECT_TRUE(verdict.new_session);
+  const StreamCheck checked = monitor.check({8, 1, 0.0, 1}, true);
+  EXPECT_EQ(checked.faults, 0u);
+  EXPECT_TRUE(checked.new_session);
   EXPECT_EQ(monitor.check({0, 1, 0.0, 1}, true).faults, bit(Fault::kOutOfSequence));
 }
 
 TEST(CommandMonitor, RefusesAgesAndArmsThatAreWrong) {
   CommandMonitor monitor(2, 0.3, 0.05);
   EXPECT_EQ(monitor.check({1, 1, 0.3, 2}, true).faults, 0u);
-  const StreamVerdict late = monitor.check({1, 2, 0.35, 2}, true);
+  const StreamCheck late = monitor.check({1, 2, 0.35, 2}, true);
   EXPECT_EQ(late.faults, bit(Fault::kStaleCommand));
   EXPECT_NEAR(late.age_excess, 0.05, 1e-12);
   EXPECT_EQ(monitor.check({1, 3, std::numeric_limits<double>::infinity(), 2}, true).faults, bit(Fault::kStaleCommand));
@@ -86,7 +86,7 @@ TEST(SuccessRate, CountsTheLossesOfTheLastHundredAsCountingOneByOneDoes) {
   }
 }
 
-TEST(SuccessRate, TakesWhatIsLateForNoLossAndAGapOfAnyLengthForAtMostAll) {
+TEST(SuccessRate, LateSamplesAreNoLossesAndALongGapLosesAtMostAll) {
   SuccessRate rate;
   rate.note(1, 0);  // the answer to the first one is under way, and so on
   for (std::uint64_t due = 2; due < 400; ++due) {
@@ -117,7 +117,7 @@ TEST(StreamSuccess, BearsAnyNumbers) {
     for (std::uint64_t arrivals = 1; arrivals <= 200; ++arrivals) {
       success.note(random.chance(0.9) ? 1 : any(), any(), static_cast<std::int64_t>(any()), arrivals);
       if (random.chance(0.1))
-        success.forgive();
+        success.resetLosses();
       ASSERT_TRUE(success.value() >= 0.0 && success.value() <= 1.0);
       const FaultRecord lost = success.judge(Fault::kCommandTimeout, 0.05, 0.03);
       if (lost.faults != 0) {
@@ -135,12 +135,12 @@ TEST(CommandMonitor, NamesTheShareOfCommandsThatAreLost) {
     CommandMonitor monitor(1, age, 0.05);
     std::uint64_t arrivals = 0;
     const auto check = [&](std::uint64_t sequence) {
-      StreamHead head{7, sequence, 0.0, 1};
-      head.stamp = static_cast<std::int64_t>(1e9 * period * static_cast<double>(sequence));
-      head.arrivals = ++arrivals;
-      const StreamVerdict verdict = monitor.check(head, sequence == 1);
-      EXPECT_EQ(verdict.faults, 0u) << "what came is obeyed";
-      return verdict.lost;
+      StreamHeader header{7, sequence, 0.0, 1};
+      header.stamp = static_cast<std::int64_t>(1e9 * period * static_cast<double>(sequence));
+      header.arrivals = ++arrivals;
+      const StreamCheck checked = monitor.check(header, sequence == 1);
+      EXPECT_EQ(checked.faults, 0u) << "what came is obeyed";
+      return checked.lost;
     };
     std::uint64_t sequence = 1;
     EXPECT_EQ(check(sequence).faults, 0u);
@@ -174,24 +174,24 @@ TEST(StateStamps, KnowTheAgeOfStatesThatAreNotForgotten) {
   EXPECT_TRUE(std::isinf(stamps.age(0, 5000 * kMs)));
 }
 
-TEST(ShownFaults, ANewFaultIsSeenByWhoeverAnswersTheStateThatShowsIt) {
+TEST(ReportedFaults, NewFaultIsSeenInAnswersToTheStateThatReportsIt) {
   const FaultMask drive = bit(Fault::kDrive), stop = bit(Fault::kStopRequested);
-  ShownFaults shown;
-  EXPECT_TRUE(shown.seen(0, 0, 0)) << "there is none";
-  EXPECT_FALSE(shown.seen(0, drive, 100)) << "no state has shown it yet";
-  shown.record(0, drive, 10);
-  shown.record(0, drive, 11);
-  EXPECT_FALSE(shown.seen(0, drive, 9));
-  EXPECT_TRUE(shown.seen(0, drive, 10));
-  EXPECT_FALSE(shown.seen(0, drive | stop, 11)) << "another one came";
-  shown.record(0, drive | stop, 12);
-  EXPECT_FALSE(shown.seen(0, drive | stop, 11));
-  EXPECT_TRUE(shown.seen(0, drive | stop, 12));
-  shown.forget(0);
-  EXPECT_FALSE(shown.seen(0, drive | stop, 13)) << "it came once more";
-  shown.record(0, drive | stop, 14);
-  EXPECT_TRUE(shown.seen(0, drive | stop, 14));
-  EXPECT_FALSE(shown.seen(1, drive, 14)) << "another arm";
+  ReportedFaults reported;
+  EXPECT_TRUE(reported.seen(0, 0, 0)) << "there is none";
+  EXPECT_FALSE(reported.seen(0, drive, 100)) << "no state has shown it yet";
+  reported.record(0, drive, 10);
+  reported.record(0, drive, 11);
+  EXPECT_FALSE(reported.seen(0, drive, 9));
+  EXPECT_TRUE(reported.seen(0, drive, 10));
+  EXPECT_FALSE(reported.seen(0, drive | stop, 11)) << "another one came";
+  reported.record(0, drive | stop, 12);
+  EXPECT_FALSE(reported.seen(0, drive | stop, 11));
+  EXPECT_TRUE(reported.seen(0, drive | stop, 12));
+  reported.forget(0);
+  EXPECT_FALSE(reported.seen(0, drive | stop, 13)) << "it came once more";
+  reported.record(0, drive | stop, 14);
+  EXPECT_TRUE(reported.seen(0, drive | stop, 14));
+  EXPECT_FALSE(reported.seen(1, drive, 14)) << "another arm";
 }
 
 TEST(Watchdog, ExpiresAfterItsBudgetAndNotBefore) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The drive side of an arm under commands that come at other times than agreed. */
+/** @file Arm supervisor with commands at other rates than configured. */
 #include "safety/arm_supervisor.h"
 
 #include <gtest/gtest.h>

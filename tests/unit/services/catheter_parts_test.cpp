@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Parts of the services that catheters have of their own. */
+/** @file Catheter-specific parts of the services. */
 #include <gtest/gtest.h>
 
 #include "catheter_system.h"
 #include "operation/convert.h"
-#include "robots/path_run.h"
+#include "robots/detail/path_run.h"
 #include "robots/robot_type.h"
 #include "services/control/catheter_places.h"
 #include "services/control/object_loop.h"
@@ -20,8 +20,8 @@ robots::Measured at(const safety::RobotVector& q) {
   return now;
 }
 
-TEST(PathRun, EndsWhatGoesWrongWithWords) {
-  const service::Setup setup = makeSetup("ablation-pair");
+TEST(PathRun, FailsWithAReason) {
+  const runtime::Setup setup = makeSetup("ablation-pair");
   safety::RobotVector home(6);
   home << setup.robot.arms[0].home, setup.robot.arms[1].home;
   planning::Reference reference;
@@ -40,12 +40,12 @@ TEST(PathRun, EndsWhatGoesWrongWithWords) {
   begin();
   safety::RobotVector apart = home;
   apart[0] += 5e-4;
-  fails_with(apart, "contacts drift by 0.");
+  fails_with(apart, "contact residual is 0.");
   begin();
   safety::RobotVector away = home;
   away[0] += 2e-3;
   away[3] += 2e-3;
-  fails_with(away, "the path is left by 2 mm, more than 1 mm");
+  fails_with(away, "path error is 2 mm, allowed 1 mm");
   begin();
   fails_with(safety::RobotVector::Constant(6, std::nan("")), "no equilibrium at the present joints: ");
   begin();
@@ -53,14 +53,14 @@ TEST(PathRun, EndsWhatGoesWrongWithWords) {
   begin();
   run.pause();
   ASSERT_EQ(run.update(at(home), reference), "");
-  EXPECT_TRUE(reference.frame.feed_forward.isZero(0.0));
+  EXPECT_TRUE(reference.object.feed_forward.isZero(0.0));
   run.resume();
   ASSERT_EQ(run.update(at(home), reference), "");
   EXPECT_EQ(run.progress().iteration, 2);
 }
 
-TEST(EquilibriumFollower, WalksToJointsThatAreFar) {
-  const service::Setup setup = makeSetup("ablation-pair");
+TEST(EquilibriumFollower, ReachesDistantJointsInSteps) {
+  const runtime::Setup setup = makeSetup("ablation-pair");
   robots::EquilibriumFollower jump = robots::makeEquilibriumFollower(setup.robot),
                               walk = robots::makeEquilibriumFollower(setup.robot);
   const safety::RobotVector home = jump.joints();
@@ -75,11 +75,11 @@ TEST(EquilibriumFollower, WalksToJointsThatAreFar) {
   EXPECT_EQ(jump.joints(), far) << "the last rest stays";
 }
 
-TEST(ObjectLoop, HoldsWithoutAFreshRest) {
-  const service::Setup setup = makeSetup("ablation-pair");
+TEST(ObjectLoop, HoldsWithoutAFreshEquilibrium) {
+  const runtime::Setup setup = makeSetup("ablation-pair");
   const robots::RobotModel model(setup.robot);
-  const auto tracker = service::ControlRequestHandler(setup, model).makeTracker();
-  service::ObjectLoop loop(setup);
+  const auto tracker = control_service::ControlRequestHandler(setup, model).makeTracker();
+  control_service::ObjectLoop loop(setup);
   safety::RobotVector home(6), still = safety::RobotVector::Zero(6);
   home << setup.robot.arms[0].home, setup.robot.arms[1].home;
   const auto mechanism = robots::typeOf(setup.robot).makeMechanism(setup.robot);
@@ -87,9 +87,9 @@ TEST(ObjectLoop, HoldsWithoutAFreshRest) {
   planning::Reference tasks;
   tasks.task_count = 1;
   tasks.tasks[0].kind = planning::TaskKind::kObjectPose;
-  tasks.frame.position = mechanism->pose().translation() + Eigen::Vector3d(0.0, 0.0, 1e-4);
-  tasks.frame.orientation = Eigen::Quaterniond(mechanism->pose().linear());
-  tasks.frame.tracked[2] = true;
+  tasks.object.position = mechanism->pose().translation() + Eigen::Vector3d(0.0, 0.0, 1e-4);
+  tasks.object.orientation = Eigen::Quaterniond(mechanism->pose().linear());
+  tasks.object.tracked[2] = true;
   planning::TrackResult result;
   std::int64_t now = 1'000'000'000;
   const auto step = [&] { return loop.step(now, home, still, tasks, *tracker, result); };
@@ -114,17 +114,17 @@ TEST(ObjectLoop, HoldsWithoutAFreshRest) {
 }
 
 TEST(EquilibriumSolver, AnswersFromItsThread) {
-  const service::Setup setup = makeSetup("ablation-pair");
-  service::EquilibriumSolver equilibrium_solver(setup);
+  const runtime::Setup setup = makeSetup("ablation-pair");
+  control_service::EquilibriumSolver equilibrium_solver(setup);
   equilibrium_solver.start();
-  service::EquilibriumSolver::Request wish;
-  wish.stamp = 5;
-  wish.joint_count = 6;
-  Eigen::Vector3d::Map(wish.joints.data()) = setup.robot.arms[0].home;
-  Eigen::Vector3d::Map(wish.joints.data() + 3) = setup.robot.arms[1].home;
-  equilibrium_solver.ask(wish);
+  control_service::EquilibriumSolver::Request request;
+  request.stamp = 5;
+  request.joint_count = 6;
+  Eigen::Vector3d::Map(request.joints.data()) = setup.robot.arms[0].home;
+  Eigen::Vector3d::Map(request.joints.data() + 3) = setup.robot.arms[1].home;
+  equilibrium_solver.ask(request);
   equilibrium_solver.stop();  // after what was asked for
-  service::EquilibriumSolver::Result answer;
+  control_service::EquilibriumSolver::Result answer;
   ASSERT_TRUE(equilibrium_solver.take(answer));
   EXPECT_EQ(answer.stamp, 5);
   EXPECT_EQ(answer.rest.joint_count, 6);
@@ -133,11 +133,11 @@ TEST(EquilibriumSolver, AnswersFromItsThread) {
 TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
   System system("ablation-pair");
   system.run(0.1);
-  service::CatheterSnapshot snapshot;
-  system.sim.trueJoints(snapshot);
+  simulation::CatheterSnapshot snapshot;
+  system.sim.plantJoints(snapshot);
   ASSERT_EQ(snapshot.joint_count, 6);
-  const dds::TipPoses tips = service::CatheterTips(system.setup).at(snapshot);
-  service::CatheterPlaces places(system.setup, system.model);
+  const dds::TipPoses tips = simulation::CatheterTips(system.setup).at(snapshot);
+  control_service::CatheterPlaces places(system.setup, system.model);
   ASSERT_TRUE(places.update(system.state));
   for (int k = 0; k < 2; ++k) {
     EXPECT_EQ(tips.valid[static_cast<std::size_t>(k)], 1);
@@ -151,13 +151,14 @@ TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
   }
 }
 
-TEST(Catheters, PlanningComputesNothingForThem) {
-  const service::Setup setup = makeSetup("ablation-pair");
+TEST(Catheters, PlanningServiceRefusesComputations) {
+  const runtime::Setup setup = makeSetup("ablation-pair");
   std::vector<dds::Reply> replies;  // of the handler's one sending thread, which ends before they are read
   {
-    service::ComputationRequestHandler handler(setup, [&](const service::ComputationRequestHandler::Outgoing& message) {
-      replies.push_back(std::get<dds::Reply>(message));
-    });
+    planning_service::ComputationRequestHandler handler(
+        setup, [&](const planning_service::ComputationRequestHandler::Outgoing& message) {
+          replies.push_back(std::get<dds::Reply>(message));
+        });
     dds::ComputationRequest request;
     request.client = 7;
     request.request = 3;
@@ -170,20 +171,20 @@ TEST(Catheters, PlanningComputesNothingForThem) {
   EXPECT_EQ(replies[0].reason.find("robot: found the catheters of "), 0u) << replies[0].reason;
 }
 
-TEST(Catheters, FramesCrossTheWire) {
+TEST(Catheters, ObjectPoseTasksSurviveTheRoundTrip) {
   planning::Reference reference;
   reference.task_count = 1;
   reference.tasks[0].kind = planning::TaskKind::kObjectPose;
-  reference.frame.position = {0.1, 0.2, 0.3};
-  reference.frame.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()));
-  reference.frame.feed_forward << 1, 2, 3, 4, 5, 6;
-  reference.frame.tracked = {true, false, true, false, false, true};
+  reference.object.position = {0.1, 0.2, 0.3};
+  reference.object.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()));
+  reference.object.feed_forward << 1, 2, 3, 4, 5, 6;
+  reference.object.tracked = {true, false, true, false, false, true};
   dds::PlanningReference message;
   dds::setTasks(reference, message);
-  const planning::ObjectReference back = dds::tasksOf(message).frame;
-  EXPECT_EQ(back.position, reference.frame.position);
-  EXPECT_EQ(back.orientation.coeffs(), reference.frame.orientation.coeffs());
-  EXPECT_EQ(back.tracked, reference.frame.tracked);
+  const planning::ObjectReference back = dds::tasksOf(message).object;
+  EXPECT_EQ(back.position, reference.object.position);
+  EXPECT_EQ(back.orientation.coeffs(), reference.object.orientation.coeffs());
+  EXPECT_EQ(back.tracked, reference.object.tracked);
   for (int k = 0; k < 6; ++k)
     EXPECT_EQ(back.feed_forward[k], back.tracked[static_cast<std::size_t>(k)] ? k + 1.0 : 0.0);
 }

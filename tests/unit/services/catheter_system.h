@@ -24,16 +24,16 @@ struct Stepped : System {
     sim.state(0, state);
     control.onState(state);
     planning.onState(state);
-    tell();
-    order(dds::ControlKind::kAcquireLease);
+    publishStatus();
+    sendRequest(dds::ControlKind::kAcquireLease);
     command(safety::StateCommand::kEnable);
-    tell();
+    publishStatus();
     sim.onCommand(output.command, 0);
     receive();
-    tell();
+    publishStatus();
   }
   /// Control's status, without a step.
-  void tell() {
+  void publishStatus() {
     control.cycle(now, false, output);
     planning.onStatus(output.status);
   }

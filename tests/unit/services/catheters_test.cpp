@@ -32,7 +32,7 @@ std::filesystem::path squeezedPair() {
   for (std::size_t rigid; (rigid = text.find("type: rigid")) != std::string::npos;)
     text.replace(rigid, 11, "type: soft_finger");
   std::filesystem::path file =
-      std::filesystem::path(::testing::TempDir()) / ("squeezed-" + std::to_string(service::randomIdentity()) + ".yaml");
+      std::filesystem::path(::testing::TempDir()) / ("squeezed-" + std::to_string(runtime::randomIdentity()) + ".yaml");
   std::ofstream(file) << text;
   return file;
 }
@@ -69,13 +69,11 @@ int expectSameAsInOneProcess(const std::string& preset, const std::string& text,
       std::ranges::count_if(record.steps, [](const robots::TrackStep& step) { return step.time < 0.0; }));
 }
 
-TEST(Catheters, DoInLockStepWhatOneProcessDoes) { expectSameAsInOneProcess("ablation-pair", pathText("z")); }
+TEST(Catheters, LockStepEqualsOneProcess) { expectSameAsInOneProcess("ablation-pair", pathText("z")); }
 
-TEST(Catheters, ThatAssistDoInLockStepWhatOneProcessDoes) {
-  expectSameAsInOneProcess("ablation-assist", pathText("x"));
-}
+TEST(Catheters, TargetAssistLockStepEqualsOneProcess) { expectSameAsInOneProcess("ablation-assist", pathText("x")); }
 
-TEST(Catheters, SqueezeWhatTheyHoldBeforeTheyMoveIt) {
+TEST(Catheters, ReachTheSpecifiedSqueezeBeforeTheyMove) {
   std::string text = pathText("z");
   text.replace(text.find("duration_s: 1"), 13, "duration_s: 0.2");
   EXPECT_GT(expectSameAsInOneProcess("ablation-pair", text, squeezed), 10);
@@ -84,10 +82,10 @@ TEST(Catheters, SqueezeWhatTheyHoldBeforeTheyMoveIt) {
 TEST(Catheters, FollowAPathInRealTime) {
   System system("ablation-pair", atHundredHertz);
   system.run(0.1);
-  system.order(dds::ControlKind::kAcquireLease);
+  system.sendRequest(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
   system.run(0.1);
-  system.order(dds::ControlKind::kKeepLease);
+  system.sendRequest(dds::ControlKind::kKeepLease);
   ASSERT_EQ(system.shown(0), OperatingState::kEnabled);
   safety::RobotVector home, q;
   ASSERT_TRUE(dds::measuredJoints(system.state, 2, 6, home));
@@ -96,7 +94,7 @@ TEST(Catheters, FollowAPathInRealTime) {
   double error = 0.0, farthest = 0.0;
   const auto ended = [&] {
     if (system.ticks % 100 == 0)
-      system.order(dds::ControlKind::kKeepLease);
+      system.sendRequest(dds::ControlKind::kKeepLease);
     error = std::max(error, system.output.status.task_error[0]);
     dds::measuredJoints(system.state, 2, 6, q);
     farthest = std::max(farthest, (q - home).cwiseAbs().maxCoeff());
@@ -116,7 +114,7 @@ TEST(Catheters, RefuseAPathWhoseDirectionsAreMissingWithTheirNames) {
   Stepped system("ablation-pair");
   const dds::Reply reply = system.startText(pathText("x"));
   EXPECT_EQ(reply.accepted, 0);
-  EXPECT_NE(reply.reason.find("the path asks for translation along x"), std::string::npos) << reply.reason;
+  EXPECT_NE(reply.reason.find("the path requires translation along x"), std::string::npos) << reply.reason;
   EXPECT_NE(reply.reason.find("possible: "), std::string::npos) << reply.reason;
 }
 
@@ -139,27 +137,27 @@ TEST(Catheters, RefuseTrajectoriesOfTubesAndPlans) {
 TEST(Catheters, StopLatchesOnAPathAndMoveJpFollowsAfterwards) {
   System system("ablation-pair", atHundredHertz);
   system.run(0.1);
-  system.order(dds::ControlKind::kAcquireLease);
+  system.sendRequest(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
   system.run(0.1);
   ASSERT_EQ(system.startText(pathText("z")).accepted, 1);
   system.run(0.4);
   ASSERT_FALSE(system.standing());
-  system.order(dds::ControlKind::kKeepLease);
+  system.sendRequest(dds::ControlKind::kKeepLease);
   system.control.stop();
   system.sim.onStop();
   system.run(0.5);
-  system.order(dds::ControlKind::kKeepLease);
+  system.sendRequest(dds::ControlKind::kKeepLease);
   EXPECT_TRUE(system.standing());
   EXPECT_EQ(system.shown(0), OperatingState::kFault);
   EXPECT_EQ(static_cast<planning::Phase>(system.reference_message.phase), planning::Phase::kFailed);
   EXPECT_NE(system.planning.ended().find("became FAULT"), std::string::npos) << system.planning.ended();
   system.command(StateCommand::kDisable);
   system.run(0.2);
-  system.order(dds::ControlKind::kKeepLease);
+  system.sendRequest(dds::ControlKind::kKeepLease);
   system.command(StateCommand::kEnable);
   system.run(0.2);
-  operation::ControlOrder move;
+  operation::ParsedControlRequest move;
   move.client = 7;
   move.kind = dds::ControlKind::kMoveJp;
   move.arm = 0;
@@ -167,24 +165,24 @@ TEST(Catheters, StopLatchesOnAPathAndMoveJpFollowsAfterwards) {
   const safety::ArmVector home = system.setup.robot.arms[0].home;
   for (int j = 0; j < 3; ++j)
     move.joints[static_cast<std::size_t>(j)] = home[j];
-  ASSERT_EQ(system.control.order(move, system.now).refusal.code(), dds::ReplyCode::kOk);
+  ASSERT_EQ(system.control.onRequest(move, system.now).refusal.code(), dds::ReplyCode::kOk);
   system.run(0.5);
   EXPECT_LT((dds::jointsOf(system.state.position, 0, 3) - home).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(Catheters, HoldAndThenFaultWhenTheirRestIsNotKnownAnyMore) {
+TEST(Catheters, HoldThenFaultWithoutEquilibrium) {
   System system("ablation-pair", atHundredHertz);
   system.run(0.1);
-  system.order(dds::ControlKind::kAcquireLease);
+  system.sendRequest(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
   system.run(0.1);
   ASSERT_EQ(system.startText(pathText("z")).accepted, 1);
   system.run(0.3);
-  system.order(dds::ControlKind::kKeepLease);
+  system.sendRequest(dds::ControlKind::kKeepLease);
   EXPECT_EQ(system.output.status.hold, 0);
   EXPECT_EQ(dds::name(static_cast<dds::Model>(system.output.status.model)), "elastic");
-  system.frames->start();
-  system.frames->stop();  // no equilibrium is computed from here on
+  system.object_loop->start();
+  system.object_loop->stop();  // no equilibrium is computed from here on
   const auto held = [&] {
     return static_cast<dds::HoldReason>(system.output.status.hold) == dds::HoldReason::kNoEquilibrium;
   };
@@ -204,17 +202,17 @@ TEST(Catheters, CyclesAllocateNothing) {
     GTEST_SKIP() << "a sanitizer has its own allocator";
   System system("ablation-pair", atHundredHertz);
   system.run(0.1);
-  system.order(dds::ControlKind::kAcquireLease);
+  system.sendRequest(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
   system.run(0.1);
   ASSERT_EQ(system.startText(pathText("z")).accepted, 1);
   system.run(0.2);
-  system.frames->start();
+  system.object_loop->start();
   const std::size_t before = allocationCount();
   for (int i = 0; i < 3; ++i)
     system.control.cycle(system.now, false, system.output);
   const std::size_t after = allocationCount();
-  system.frames->stop();
+  system.object_loop->stop();
   EXPECT_EQ(after, before);
   EXPECT_EQ(system.output.status.task_count, 1) << "it follows";
 }
@@ -237,10 +235,10 @@ TEST(Catheters, AreNotDrivenByAnOperator) {
       ++input.sequence;
       system.control.onInput(input, system.now);
     }
-    system.order(dds::ControlKind::kKeepLease);
+    system.sendRequest(dds::ControlKind::kKeepLease);
   };
   system.run(0.1);
-  system.order(dds::ControlKind::kAcquireLease);
+  system.sendRequest(dds::ControlKind::kAcquireLease);
   system.command(StateCommand::kEnable);
   drive(0.3, false);
   ASSERT_EQ(system.shown(0), OperatingState::kEnabled);
@@ -250,22 +248,22 @@ TEST(Catheters, AreNotDrivenByAnOperator) {
   operation::CrtkSnapshot crtk;
   system.control.fillMoments(system.now, snapshot, crtk);
   EXPECT_EQ(snapshot.reason, operation::Reason::kCatheters);
-  EXPECT_NE(std::string(operation::operatorWords(snapshot.reason)).find("not tip by tip"), std::string::npos);
+  EXPECT_NE(std::string(operation::describeOperatorStop(snapshot.reason)).find("not tip commands"), std::string::npos);
   EXPECT_EQ(system.state.position, before);
 }
 
 TEST(Catheters, AreNotMovedTipByTip) {
   System system("ablation-pair", atHundredHertz);
   system.run(0.2);
-  operation::CrtkOrder order;
-  order.group = 0;
+  operation::CrtkRequest request;
+  request.group = 0;
   for (std::size_t verb = 0; verb < operation::kCrtkVerbs.size(); ++verb) {
     const operation::CrtkVerb& v = operation::kCrtkVerbs[verb];
     if (v.level == operation::CrtkLevel::kHold || v.space == operation::CrtkSpace::kJoint)
       continue;
-    order.verb = static_cast<int>(verb);
-    const operation::CrtkOutcome outcome = system.control.crtk(order, system.now);
-    EXPECT_NE(std::string(outcome.reason.data()).find("not tip by tip"), std::string::npos) << verb;
+    request.verb = static_cast<int>(verb);
+    const operation::CrtkOutcome outcome = system.control.crtk(request, system.now);
+    EXPECT_NE(std::string(outcome.reason.data()).find("not tip commands"), std::string::npos) << verb;
   }
 }
 

@@ -36,7 +36,7 @@ struct Meter {
           planning::JointSampler(*model.limits()[static_cast<std::size_t>(k)]).random(engine);
     return q;
   }
-  service::Setup setup;
+  runtime::Setup setup;
   robots::RobotModel model;
 };
 
@@ -45,7 +45,7 @@ TEST(ClearanceMeter, SaysWhatTheLibraryAnswers) {
   SCOPED_TRACE(trace(seed));
   std::mt19937_64 engine(seed);
   Meter meter;
-  service::ClearanceMeter clearance(meter.setup, meter.model);
+  control_service::ClearanceMeter clearance(meter.setup, meter.model);
   for (int round = 1; round <= 50; ++round) {
     const safety::RobotVector q = meter.random(engine);
     const dds::Clearances said = clearance.measure(meter.state(q));
@@ -83,7 +83,7 @@ TEST(ClearanceMeter, SaysWhatTheLibraryAnswers) {
 TEST(ClearanceMeter, LeavesOutWhatIsNotMeasuredAndThePortThatThereIsNot) {
   std::mt19937_64 engine(baseSeed());
   Meter meter("laptop", false);
-  service::ClearanceMeter clearance(meter.setup, meter.model);
+  control_service::ClearanceMeter clearance(meter.setup, meter.model);
   dds::ActuationState state = meter.state(meter.random(engine));
   EXPECT_EQ(clearance.measure(state).bodies.size(), 1u);
   state.valid[1] = 0;

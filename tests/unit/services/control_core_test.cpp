@@ -18,31 +18,31 @@ TEST(ControlCore, OneCommanderAtATime) {
   System s;
   s.run(0.2);
   EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 7).refusal.code(), dds::ReplyCode::kOk);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kLeaseTaken);
+  EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 7).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kLeaseTaken);
   EXPECT_EQ(s.command(StateCommand::kEnable, 8).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
   EXPECT_EQ(s.command(StateCommand::kEnable, 7).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
   EXPECT_EQ(s.command(StateCommand::kPause, 8).refusal.code(), dds::ReplyCode::kOk);  // anybody may take power away
-  EXPECT_EQ(s.order(ControlKind::kReleaseLease, 7).refusal.code(), dds::ReplyCode::kOk);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.sendRequest(ControlKind::kReleaseLease, 7).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kOk);
 }
 
 TEST(ControlCore, AnArmIsHomedWhenItsDrivesSaySo) {
   System s;
   s.run(0.2);
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   EXPECT_EQ(s.output.status.homed[0], 1);
   s.state_link = false;
   dds::ActuationState unknown = s.state;
   unknown.homed[0] = 0;
   ++unknown.sequence;
   s.control.onState(unknown);
-  const operation::OrderReply answer = s.command(StateCommand::kEnable);
+  const operation::ControlReply answer = s.command(StateCommand::kEnable);
   EXPECT_EQ(answer.refusal.code(), dds::ReplyCode::kWrongState);
   const std::string reason = describe(answer.refusal, s.setup.robot);
-  EXPECT_NE(reason.find("arm_a: its joints"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("arm_a: the drives are not homed"), std::string::npos) << reason;
   EXPECT_NE(reason.find("tandem home"), std::string::npos) << reason;
   s.control.cycle(s.now, false, s.output);
   EXPECT_EQ(s.output.status.homed[0], 0);
@@ -52,16 +52,16 @@ TEST(ControlCore, AnArmIsHomedWhenItsDrivesSaySo) {
 TEST(ControlCore, EnablingOutsideTheLimitsIsRefusedWithByHowMuch) {
   System s;
   s.run(0.2);
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   s.state_link = false;
   dds::ActuationState outside = s.state;
   outside.position[dds::jointIndex(0, 2)] = s.model.limits()[0]->joints[2].upper + 1.23e-3;
   ++outside.sequence;
   s.control.onState(outside);
-  const operation::OrderReply answer = s.command(StateCommand::kEnable);
+  const operation::ControlReply answer = s.command(StateCommand::kEnable);
   EXPECT_EQ(answer.refusal.code(), dds::ReplyCode::kOutsideLimits);
   const std::string reason = describe(answer.refusal, s.setup.robot);
-  EXPECT_NE(reason.find("joint 3 is 1.23 mm or mrad outside"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("joint 3 is 1.23 mm outside"), std::string::npos) << reason;
   EXPECT_NE(reason.find("recover"), std::string::npos) << reason;
 }
 
@@ -69,13 +69,13 @@ TEST(ControlCore, EnablingDoesNotMove) {
   System s;
   s.run(0.3);
   const auto before = s.state.position;
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   s.command(StateCommand::kEnable);
   for (int i = 0; i < 800; ++i) {
     s.tick();
     ASSERT_EQ(s.state.position, before);
     if (i % 300 == 0)
-      s.order(ControlKind::kKeepLease);
+      s.sendRequest(ControlKind::kKeepLease);
   }
   EXPECT_EQ(s.drives(0), OperatingState::kEnabled);
   EXPECT_EQ(s.drives(1), OperatingState::kEnabled);
@@ -89,7 +89,7 @@ TEST(ControlCore, FollowsAReferenceAtBothRates) {
     const double ended = s.until(
         [&] {
           if (s.ticks % 200 == 0)
-            s.order(ControlKind::kKeepLease);
+            s.sendRequest(ControlKind::kKeepLease);
           return s.reference_message.phase == static_cast<std::uint8_t>(planning::Phase::kFinished);
         },
         20.0);
@@ -178,7 +178,7 @@ TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
   EXPECT_TRUE(faulted(s, Fault::kStopRequested));
   EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kWrongState);
   EXPECT_EQ(s.command(StateCommand::kResume).refusal.code(), dds::ReplyCode::kWrongState);
-  s.order(ControlKind::kKeepLease);
+  s.sendRequest(ControlKind::kKeepLease);
   constexpr std::uint64_t kStranger = 8;
   EXPECT_EQ(s.command(StateCommand::kDisable, kStranger).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
   s.run(0.3);
@@ -189,11 +189,11 @@ TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
   EXPECT_EQ(s.shown(0), OperatingState::kDisabled);
   EXPECT_EQ(s.output.status.faults[0], 0u);
   const auto there = s.state.position;
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
-  EXPECT_EQ(s.order(ControlKind::kKeepLease).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.sendRequest(ControlKind::kKeepLease).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.5);
   EXPECT_EQ(s.state.position, there);  // the trajectory of before is over
   EXPECT_EQ(s.reference_message.phase, static_cast<std::uint8_t>(planning::Phase::kFailed));
@@ -207,10 +207,10 @@ TEST(ControlCore, PauseHoldsAndResumeGoesOn) {
   EXPECT_TRUE(s.standing());
   EXPECT_EQ(s.shown(0), OperatingState::kPaused);
   const auto there = s.state.position;
-  s.order(ControlKind::kKeepLease);
+  s.sendRequest(ControlKind::kKeepLease);
   s.run(0.5);
   EXPECT_EQ(s.state.position, there);
-  s.order(ControlKind::kKeepLease);
+  s.sendRequest(ControlKind::kKeepLease);
   EXPECT_EQ(s.command(StateCommand::kResume).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.6);
   EXPECT_NE(s.state.position, there);
@@ -219,10 +219,10 @@ TEST(ControlCore, PauseHoldsAndResumeGoesOn) {
 TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   System s;
   s.run(0.3);
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   s.command(StateCommand::kEnable);
   s.run(0.3);
-  operation::ControlOrder move;
+  operation::ParsedControlRequest move;
   move.client = 7;
   move.request = 3;
   move.kind = ControlKind::kMoveJp;
@@ -230,16 +230,16 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   move.joint_count = 6;
   std::copy_n(s.state.position.begin(), 6, move.joints.begin());
   move.joints[0] += 0.2;  // past the entry
-  EXPECT_EQ(s.control.order(move, s.now).refusal.code(), dds::ReplyCode::kOutsideLimits);
+  EXPECT_EQ(s.control.onRequest(move, s.now).refusal.code(), dds::ReplyCode::kOutsideLimits);
   move.joints[0] -= 0.2;
   for (int j : {0, 1, 2})
     move.joints[static_cast<std::size_t>(j)] -= 0.004;
   move.joints[4] += 0.3;
-  ASSERT_EQ(s.control.order(move, s.now).refusal.code(), dds::ReplyCode::kOk);
+  ASSERT_EQ(s.control.onRequest(move, s.now).refusal.code(), dds::ReplyCode::kOk);
   const double seconds = s.until(
       [&] {
         if (s.ticks % 200 == 0)
-          s.order(ControlKind::kKeepLease);
+          s.sendRequest(ControlKind::kKeepLease);
         return s.ticks > 0 && s.output.status.busy[0] == 0 && s.standing() &&
                std::abs(s.state.position[0] - move.joints[0]) < 1e-9;
       },
@@ -252,9 +252,9 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
 TEST(ControlCore, ARestartedRobotDoesNotMoveByItself) {
   System s;
   s.getMoving();
-  service::Setup again = s.setup;
+  runtime::Setup again = s.setup;
   again.session = s.setup.session + 1;
-  service::SimCore fresh(again);
+  simulation::SimCore fresh(again);
   dds::ActuationState state;
   fresh.state(s.now, state);
   s.control.onState(state);
@@ -274,19 +274,19 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   request.kind = static_cast<std::uint8_t>(ControlKind::kSetMethod);
   request.text = "snsqp";
   dds::Reply refusal;
-  auto order = s.handler.parse(request, 7, refusal);
-  ASSERT_TRUE(order);
-  EXPECT_EQ(s.handler.replyTo(s.control.order(*order, s.now)).accepted, 0);
+  auto parsed = s.handler.parse(request, 7, refusal);
+  ASSERT_TRUE(parsed);
+  EXPECT_EQ(s.handler.replyTo(s.control.onRequest(*parsed, s.now)).accepted, 0);
   dds::PlanningRequest stop;
   stop.client = 7;
   stop.kind = 4;
   std::optional<dds::Path> path;
   s.planning.onRequest(stop, path);
   s.run(0.3);
-  s.order(ControlKind::kKeepLease);
-  order = s.handler.parse(request, 7, refusal);
-  ASSERT_TRUE(order);
-  EXPECT_EQ(s.handler.replyTo(s.control.order(*order, s.now)).accepted, 1);
+  s.sendRequest(ControlKind::kKeepLease);
+  parsed = s.handler.parse(request, 7, refusal);
+  ASSERT_TRUE(parsed);
+  EXPECT_EQ(s.handler.replyTo(s.control.onRequest(*parsed, s.now)).accepted, 1);
   s.run(0.2);
   EXPECT_EQ(s.output.status.method, static_cast<std::uint8_t>(control::Method::kSnsqp));
   request.text = "newton";
@@ -299,7 +299,7 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   }
 }
 
-TEST(ControlCore, NamesTheLimitsThatAreInTheWay) {
+TEST(ControlCore, NamesActiveLimits) {
   const struct {
     Change method;
     bool relative;  ///< the first task is out of reach, not the last
@@ -312,10 +312,10 @@ TEST(ControlCore, NamesTheLimitsThatAreInTheWay) {
   for (const auto& [method, relative, limited] : cases) {
     System s("laptop", method);
     s.run(0.3);
-    s.order(ControlKind::kAcquireLease);
+    s.sendRequest(ControlKind::kAcquireLease);
     s.command(StateCommand::kEnable);
     s.run(0.3);
-    s.order(ControlKind::kKeepLease);
+    s.sendRequest(ControlKind::kKeepLease);
     planning::TrajectorySpec spec;
     spec.name = "far";
     spec.shape = planning::Line{{0.0, 0.0, relative ? 0.001 : 0.5}};
@@ -346,26 +346,27 @@ TEST(ControlCore, NamesTheLimitsThatAreInTheWay) {
 TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
-  for (const auto& [method, word, meaning] : idl::Enumeration<control::Method>::entries) {
+  for (int m = 0; m < control::kMethodCount; ++m) {
+    const auto method = static_cast<control::Method>(m);
     System s("laptop-1khz");
     s.setup.deployment.method = method;
-    service::ControlRequestHandler handler(s.setup, s.model);
-    operation::ControlCore control(service::siteOf(s.setup, s.model), handler.makeTracker());
+    control_service::ControlRequestHandler handler(s.setup, s.model);
+    operation::ControlCore control(control_service::controlSetupOf(s.setup, s.model), handler.makeTracker());
     s.getMoving();
     const dds::ActuationState state = s.state;
     dds::PlanningReference reference = s.reference_message;
     ASSERT_GT(reference.task_count, 0);
     // The same snapshot for a control of each method: enabled, following.
-    operation::ControlOrder order;
-    order.client = 7;
-    order.kind = ControlKind::kAcquireLease;
+    operation::ParsedControlRequest parsed;
+    parsed.client = 7;
+    parsed.kind = ControlKind::kAcquireLease;
     operation::CycleOutput output;
     control.onState(state);
     control.cycle(s.now, false, output);
-    control.order(order, s.now);
-    order.kind = ControlKind::kStateCommand;
-    order.command = StateCommand::kEnable;
-    ASSERT_EQ(control.order(order, s.now).refusal.code(), dds::ReplyCode::kOk);
+    control.onRequest(parsed, s.now);
+    parsed.kind = ControlKind::kStateCommand;
+    parsed.command = StateCommand::kEnable;
+    ASSERT_EQ(control.onRequest(parsed, s.now).refusal.code(), dds::ReplyCode::kOk);
     std::size_t allocated = 0;
     for (int i = 0; i < 200; ++i) {
       dds::ActuationState next = state;
@@ -385,10 +386,10 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
       s.sim.onCommand(output.command, s.now + i * 1'000'000);
       allocated += allocationCount() - before;
     }
-    EXPECT_EQ(allocated, 0u) << word;
-    EXPECT_GT(output.status.task_count, 0) << word;  // it did follow
+    EXPECT_EQ(allocated, 0u) << control::name(method);
+    EXPECT_GT(output.status.task_count, 0) << control::name(method);  // it did follow
     const bool names_limits = method >= control::Method::kNspqp;
-    EXPECT_EQ(output.status.limit_count > 0, names_limits) << word;
+    EXPECT_EQ(output.status.limit_count > 0, names_limits) << control::name(method);
   }
 }
 

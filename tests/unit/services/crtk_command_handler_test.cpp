@@ -11,18 +11,18 @@
 namespace tandem::test {
 namespace {
 
-operation::CrtkOrder orderOf(std::string_view name, int group) {
-  operation::CrtkOrder order;
-  order.group = group;
-  while (operation::kCrtkVerbs[static_cast<std::size_t>(order.verb)].name != name)
-    ++order.verb;
-  return order;
+operation::CrtkRequest requestOf(std::string_view name, int group) {
+  operation::CrtkRequest request;
+  request.group = group;
+  while (operation::kCrtkVerbs[static_cast<std::size_t>(request.verb)].name != name)
+    ++request.verb;
+  return request;
 }
 
 constexpr std::int64_t kMs = 1'000'000;
 
 TEST(CrtkStream, ByWallClocks) {
-  service::CrtkStream stream(false, 0.1);
+  control_service::CrtkStream stream(false, 0.1);
   const std::int64_t wall = 1'700'000'000'000 * kMs;
   EXPECT_NE(stream.judge(0, wall, 0), "") << "a stamp of zero is not valid";
   EXPECT_EQ(stream.judge(wall - 50 * kMs, wall, 1000 * kMs), "");
@@ -31,12 +31,12 @@ TEST(CrtkStream, ByWallClocks) {
   EXPECT_NE(stream.judge(wall + 500 * kMs, wall + 200 * kMs, 1200 * kMs), "") << "from the future";
 }
 
-TEST(CrtkStream, ByArrivalWhateverTheClockOfTheWriter) {
+TEST(CrtkStream, AgeByArrivalIsIndependentOfTheWritersClock) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937_64 random(seed);
   for (int run = 0; run < 50; ++run) {
-    service::CrtkStream stream(true, 0.1);
+    control_service::CrtkStream stream(true, 0.1);
     const auto offset = static_cast<std::int64_t>(random() % 1'000'000) * 1000 * kMs;
     std::int64_t now = static_cast<std::int64_t>(random() % 1'000'000) * kMs + 1;
     const auto sample = [&](std::int64_t delay) { return stream.judge(now - delay + offset, 0, now); };
@@ -57,59 +57,59 @@ TEST(CrtkStream, ByArrivalWhateverTheClockOfTheWriter) {
   }
 }
 
-TEST(CrtkStream, AFirstOneThatALinkHeldBackDoesNotCount) {
+TEST(CrtkStream, DelayedFirstSampleIsRefused) {
   const std::int64_t wall = 1'700'000'000'000 * kMs;
   for (const std::int64_t held : {200, 1000, 600'000}) {  // ms
     SCOPED_TRACE(held);
-    service::CrtkStream stream(true, 0.1);
+    control_service::CrtkStream stream(true, 0.1);
     EXPECT_NE(stream.judge(wall - held * kMs, wall, 1000 * kMs), "");
     EXPECT_EQ(stream.judge(wall + 20 * kMs, wall + 30 * kMs, 1030 * kMs), "") << "the next one is fresh";
     // A link is cut for minutes, and brings what was sent before.
     const std::int64_t later = 900'000;
     EXPECT_NE(stream.judge(wall + 40 * kMs, wall + later * kMs, (1000 + later) * kMs), "");
   }
-  service::CrtkStream agrees(true, 0.1);
+  control_service::CrtkStream agrees(true, 0.1);
   EXPECT_EQ(agrees.judge(wall - 50 * kMs, wall, 1000 * kMs), "") << "where clocks agree the first one counts";
-  service::CrtkStream differs(true, 0.1);
+  control_service::CrtkStream differs(true, 0.1);
   EXPECT_NE(differs.judge(wall - 5000 * kMs, wall, 1000 * kMs), "");
   EXPECT_EQ(differs.judge(wall - 4000 * kMs, wall + 1000 * kMs, 2000 * kMs), "") << "sent again it counts";
 }
 
 TEST(CrtkCommandHandler, ReadsWhatIsValidAndNamesWhatIsNot) {
-  const service::Setup setup = makeSetup("laptop");
+  const runtime::Setup setup = makeSetup("laptop");
   const robots::RobotModel robot(setup.robot, "rigid");
-  const service::CrtkCommandHandler handler(setup, robot);
-  operation::CrtkOrder order = orderOf("servo_jp", 0);
+  const control_service::CrtkCommandHandler handler(setup, robot);
+  operation::CrtkRequest request = requestOf("servo_jp", 0);
   dds::JointState joints;
   joints.position = {1, 2, 3, 4, 5, 6};
-  EXPECT_EQ(handler.parse(joints, order), "");
-  EXPECT_EQ(order.count, 6);
-  EXPECT_EQ(order.values[5], 6.0);
-  joints.name = service::jointNames(setup.robot.arms[0]);
-  EXPECT_EQ(handler.parse(joints, order), "");
+  EXPECT_EQ(handler.parse(joints, request), "");
+  EXPECT_EQ(request.count, 6);
+  EXPECT_EQ(request.values[5], 6.0);
+  joints.name = control_service::jointNames(setup.robot.arms[0]);
+  EXPECT_EQ(handler.parse(joints, request), "");
   std::swap(joints.name[0], joints.name[1]);
-  EXPECT_NE(handler.parse(joints, order).find("name"), std::string::npos);
+  EXPECT_NE(handler.parse(joints, request).find("name"), std::string::npos);
   joints.name.clear();
   joints.position[2] = std::nan("");
-  EXPECT_NE(handler.parse(joints, order).find("finite"), std::string::npos);
+  EXPECT_NE(handler.parse(joints, request).find("finite"), std::string::npos);
   joints.position.pop_back();
-  EXPECT_NE(handler.parse(joints, order).find("found 5 numbers, expected 6"), std::string::npos);
-  order = orderOf("servo_jv", operation::kPairGroup);
+  EXPECT_NE(handler.parse(joints, request).find("found 5 numbers, expected 6"), std::string::npos);
+  request = requestOf("servo_jv", operation::kPairGroup);
   joints.velocity.assign(12, 0.0);
-  EXPECT_EQ(handler.parse(joints, order), "");
+  EXPECT_EQ(handler.parse(joints, request), "");
   dds::PoseStamped pose;
-  order = orderOf("servo_cp", 0);
-  EXPECT_EQ(handler.parse(pose, order), "");
+  request = requestOf("servo_cp", 0);
+  EXPECT_EQ(handler.parse(pose, request), "");
   pose.frame = "tandem_base";
-  EXPECT_EQ(handler.parse(pose, order), "");
+  EXPECT_EQ(handler.parse(pose, request), "");
   pose.frame = "camera";
-  EXPECT_NE(handler.parse(pose, order).find("'camera', expected tandem_base"), std::string::npos);
+  EXPECT_NE(handler.parse(pose, request).find("'camera', expected tandem_base"), std::string::npos);
   pose.frame.clear();
   pose.orientation = {0, 0, 0, 0};
-  EXPECT_NE(handler.parse(pose, order).find("unit quaternion"), std::string::npos);
+  EXPECT_NE(handler.parse(pose, request).find("unit quaternion"), std::string::npos);
   dds::TwistStamped twist;
   twist.angular[1] = INFINITY;
-  EXPECT_NE(handler.parse(twist, order).find("finite"), std::string::npos);
+  EXPECT_NE(handler.parse(twist, request).find("finite"), std::string::npos);
 }
 
 }  // namespace

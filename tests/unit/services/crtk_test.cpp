@@ -11,8 +11,8 @@ namespace tandem::test {
 namespace {
 
 using dds::ControlKind;
-using operation::CrtkOrder;
 using operation::CrtkOutcome;
+using operation::CrtkRequest;
 using operation::CrtkSnapshot;
 using operation::kPairGroup;
 using safety::OperatingState;
@@ -27,13 +27,13 @@ int verbOf(std::string_view name) {
   return 0;
 }
 
-CrtkOrder orderFor(std::string_view name, int group, const Eigen::VectorXd& values) {
-  CrtkOrder order;
-  order.verb = verbOf(name);
-  order.group = group;
-  order.count = static_cast<int>(values.size());
-  std::copy(values.begin(), values.end(), order.values.begin());
-  return order;
+CrtkRequest requestFor(std::string_view name, int group, const Eigen::VectorXd& values) {
+  CrtkRequest request;
+  request.verb = verbOf(name);
+  request.group = group;
+  request.count = static_cast<int>(values.size());
+  std::copy(values.begin(), values.end(), request.values.begin());
+  return request;
 }
 
 struct Crtk : System {
@@ -42,15 +42,15 @@ struct Crtk : System {
       Change change = [](config::Deployment& d) { d.control_period = 0.01; })
       : System(deployment, change) {}
 
-  operation::OrderReply topic(StateCommand command, int arm = dds::kAllArms) {
-    operation::ControlOrder o;
+  operation::ControlReply topic(StateCommand command, int arm = dds::kAllArms) {
+    operation::ParsedControlRequest o;
     o.kind = ControlKind::kStateCommand;
     o.command = command;
     o.arm = arm;
     o.from_topic = true;
     o.control_session = output.status.session;
     o.answers_control = output.status.sequence;
-    return control.order(o, now);
+    return control.onRequest(o, now);
   }
   void enable() {
     run(0.3);
@@ -58,7 +58,7 @@ struct Crtk : System {
     run(0.3);
   }
   CrtkOutcome send(std::string_view name, int group, const Eigen::VectorXd& values) {
-    return control.crtk(orderFor(name, group, values), now);
+    return control.crtk(requestFor(name, group, values), now);
   }
   /// Runs, repeating what `values` says as a stream of 100 Hz.
   template <class Values>
@@ -121,12 +121,12 @@ TEST(CrtkMotion, ServoMovesAsItComesAndStopsWhenItFallsSilent) {
   const double seconds = s.until([&] { return s.standing(); }, 1.0);
   EXPECT_GE(seconds, 0.0);
   EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
-  EXPECT_NE(s.ended().find("silent"), std::string::npos);
+  EXPECT_NE(s.ended().find("no sample of the stream"), std::string::npos);
   s.run(0.05);
   EXPECT_EQ(s.output.status.lease_holder, 0u) << "others may command again";
 }
 
-TEST(CrtkMotion, EveryVerbMovesAndReachesWhatItSays) {
+TEST(CrtkMotion, EveryCommandReachesItsGoal) {
   Crtk s;
   s.enable();
   Eigen::VectorXd q = s.joints(0);
@@ -257,7 +257,7 @@ TEST(CrtkMotion, WhatIsNotValidIsNamedAndMovesNothing) {
   EXPECT_TRUE(has(reason("interpolate_jp", 0, joint(0, 0.5)), "outside"));
   s.topic(StateCommand::kUnhome, 0);
   EXPECT_TRUE(has(reason("servo_cp", 0, s.tip(0)), "not homed"));
-  s.order(ControlKind::kAcquireLease, 9);
+  s.sendRequest(ControlKind::kAcquireLease, 9);
   EXPECT_TRUE(has(reason("servo_cp", 1, s.tip(1)), "lease"));
   s.run(0.3);
   EXPECT_EQ(s.state.position, there);
@@ -267,11 +267,11 @@ TEST(CrtkMotion, AStreamKeepsOthersFromCommandingUntilItEnds) {
   Crtk s;
   s.enable();
   s.stream("servo_cp", 0, 0.2, [&] { return s.tip(0); });
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 9).refusal.code(), dds::ReplyCode::kLeaseTaken);
+  EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 9).refusal.code(), dds::ReplyCode::kLeaseTaken);
   EXPECT_EQ(s.topic(StateCommand::kPause).refusal.code(), dds::ReplyCode::kOk)
       << "state_command is of the same clients";
   s.run(0.2);
-  EXPECT_EQ(s.order(ControlKind::kAcquireLease, 9).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 9).refusal.code(), dds::ReplyCode::kOk);
 }
 
 TEST(CrtkMotion, HoldAndDisableEndMotions) {

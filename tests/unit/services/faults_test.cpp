@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Faults that control finds, what they say, and what is none. */
+/** @file Faults detected by control: causes, messages, and conditions that are not faults. */
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ void expectSolverFault(System& s, FaultCause cause) {
   EXPECT_TRUE(s.standing());
   EXPECT_EQ(s.shown(0), OperatingState::kFault);
   EXPECT_EQ(s.drives(0), OperatingState::kDisabled) << "control takes the power away";
-  s.order(dds::ControlKind::kKeepLease);
+  s.sendRequest(dds::ControlKind::kKeepLease);
   EXPECT_EQ(s.command(StateCommand::kDisable).refusal.code(), dds::ReplyCode::kOk);
   EXPECT_EQ(s.control.faultRecord(0).faults, 0u);
 }
@@ -81,23 +81,23 @@ TEST(Faults, ReachControlAndHalStatusWithTheirCause) {
   EXPECT_GT(record.amount, record.allowed);
   EXPECT_EQ(dds::faultRecordOf(s.hal, 0).faults, 0u);
   EXPECT_EQ(s.control.faultRecord(1).cause, FaultCause::kReported);
-  const std::string text = service::describe(s.setup.robot, {1, record});
+  const std::string text = runtime::describe(s.setup.robot, {1, record});
   EXPECT_EQ(text.rfind("arm_b: drive (following error) of joint 1: ", 0), 0u) << text;
-  service::FaultWatch watch;
+  runtime::FaultWatch watch;
   EXPECT_TRUE(watch.fresh(1, record));
   EXPECT_FALSE(watch.fresh(1, record));
   EXPECT_FALSE(watch.fresh(1, {}));
   EXPECT_TRUE(watch.fresh(1, record));
 }
 
-TEST(Faults, AnOrderRightAfterItsOppositeIsNone) {
+TEST(Faults, RequestRightAfterItsOppositeCausesNoFault) {
   // The drives answer the first order after the second one has been given.
   for (const auto& [first, second] : {std::pair(StateCommand::kDisable, StateCommand::kEnable),
                                       std::pair(StateCommand::kPause, StateCommand::kResume)}) {
     for (int delay = 0; delay < 8; ++delay) {
       System s("laptop-1khz");
       s.run(0.3);
-      s.order(dds::ControlKind::kAcquireLease);
+      s.sendRequest(dds::ControlKind::kAcquireLease);
       s.command(StateCommand::kEnable);
       s.run(0.1);
       ASSERT_EQ(s.shown(0), OperatingState::kEnabled);
@@ -133,7 +133,7 @@ TEST(Faults, AStopStaysLatchedInDrivesWhoseFaultControlHadNotSeen) {
       EXPECT_EQ(s.drives(k), OperatingState::kFault);
       EXPECT_EQ(s.state.faults[static_cast<std::size_t>(k)], bit(Fault::kStopRequested));
     }
-    s.order(dds::ControlKind::kKeepLease);
+    s.sendRequest(dds::ControlKind::kKeepLease);
     ASSERT_EQ(s.command(StateCommand::kDisable).refusal.code(), dds::ReplyCode::kOk);
     s.run(0.3);
     EXPECT_EQ(s.drives(0), OperatingState::kDisabled) << "a disable of somebody who has seen the fault clears it";
@@ -144,9 +144,9 @@ TEST(Faults, AStopStaysLatchedInDrivesWhoseFaultControlHadNotSeen) {
 TEST(Faults, OfTimeSayWhereThisPcWasLate) {
   const System s;
   const auto words = [&](Fault fault, double late) {
-    return service::describe(s.setup.robot, {0, {.faults = bit(fault)}, late});
+    return runtime::describe(s.setup.robot, {0, {.faults = bit(fault)}, late});
   };
-  EXPECT_NE(words(Fault::kStateTimeout, 0.31).find("this PC was late by 0.31 s"), std::string::npos);
+  EXPECT_NE(words(Fault::kStateTimeout, 0.31).find("wake-up delay of 0.31 s"), std::string::npos);
   EXPECT_EQ(words(Fault::kStateTimeout, 0.001).find("late"), std::string::npos) << "who is silent is gone";
   EXPECT_EQ(words(Fault::kDrive, 0.31).find("late"), std::string::npos) << "time has nothing to do with it";
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Homing runs of drives belong to whoever commands: HAL over simulated buses, and control, in simulated time. */
+/** @file Homing requests: only the lease owner can start homing runs. */
 #include "services/hal/hal_core.h"
 #include "tests/unit/hal_robot/robot_fixture.h"
 #include "tests/unit/services/system.h"
@@ -39,27 +39,27 @@ class HomingSystem {
         cycle(keeper);
     }
   }
-  ReplyCode order(std::uint64_t client, ControlKind kind) {
-    operation::ControlOrder o;
+  ReplyCode sendRequest(std::uint64_t client, ControlKind kind) {
+    operation::ParsedControlRequest o;
     o.client = client;
     o.kind = kind;
-    return control_.order(o, now_).refusal.code();
+    return control_.onRequest(o, now_).refusal.code();
   }
   ReplyCode home(std::uint64_t client) {
-    answer = hal_->onOrder({client, 1, static_cast<std::uint8_t>(dds::HalKind::kHome), 0}, now_);
+    answer = hal_->onRequest({client, 1, static_cast<std::uint8_t>(dds::HalKind::kHome), 0}, now_);
     return answer.code;
   }
   bool homing() const { return hal_->robot().arm(0).homing(); }
   void stopControl() { control_.stop(); }
 
-  service::HalAnswer answer;
+  hal_service::HalAnswer answer;
   bool commanding = true;
   std::optional<std::uint64_t> commander;  ///< whom commands name in place of control's
 
  private:
   void cycle(std::uint64_t keeper) {
     if (keeper != 0)
-      order(keeper, ControlKind::kKeepLease);
+      sendRequest(keeper, ControlKind::kKeepLease);
     hal_->state(now_, state_);
     control_.onState(state_);
     control_.cycle(now_, false, output_);
@@ -68,14 +68,14 @@ class HomingSystem {
   }
   static void fast(config::Deployment& deployment) { deployment.control_period = 0.01; }
 
-  service::Setup of_hal_ = makeSetup("drives", fast), of_control_ = makeSetup("drives", fast);
+  runtime::Setup of_hal_ = makeSetup("drives", fast), of_control_ = makeSetup("drives", fast);
   hal::HardwareConfig hardware_ = hal::test::homingHardware();
   std::vector<std::unique_ptr<hal::test::Wire>> wires_;
   std::vector<hal::can::Bus*> buses_;
-  std::optional<service::HalCore> hal_;
+  std::optional<hal_service::HalCore> hal_;
   robots::RobotModel model_{of_control_.robot};
-  service::ControlRequestHandler handler_{of_control_, model_};
-  operation::ControlCore control_{service::siteOf(of_control_, model_), handler_.makeTracker()};
+  control_service::ControlRequestHandler handler_{of_control_, model_};
+  operation::ControlCore control_{control_service::controlSetupOf(of_control_, model_), handler_.makeTracker()};
   operation::CycleOutput output_;
   dds::ActuationState state_;
   std::int64_t now_ = 1'000'000'000;
@@ -85,7 +85,7 @@ TEST(HomingRequest, IsTheCommandersAndEndsWithItsLease) {
   HomingSystem s;
   EXPECT_EQ(s.home(kHolder), ReplyCode::kNotLeaseHolder);
   EXPECT_NE(std::string(s.answer.reason.data()).find("acquire the control lease"), std::string::npos);
-  ASSERT_EQ(s.order(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  ASSERT_EQ(s.sendRequest(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
   s.run(0.1, kHolder);
   EXPECT_EQ(s.home(kOther), ReplyCode::kNotLeaseHolder);
   EXPECT_EQ(s.home(0), ReplyCode::kNotLeaseHolder);
@@ -112,7 +112,7 @@ TEST(HomingRequest, NobodyPassesForTheCrtkClientsThatCommand) {
 
 TEST(HomingRequest, IsRefusedWhileControlIsInFaultOrSilent) {
   HomingSystem s;
-  ASSERT_EQ(s.order(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  ASSERT_EQ(s.sendRequest(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
   s.stopControl();
   s.run(0.1, kHolder);
   EXPECT_EQ(s.home(kHolder), ReplyCode::kWrongState);
@@ -120,7 +120,7 @@ TEST(HomingRequest, IsRefusedWhileControlIsInFaultOrSilent) {
   s.commanding = false;
   s.run(1.0);
   EXPECT_EQ(s.home(kHolder), ReplyCode::kWrongState);
-  EXPECT_NE(std::string(s.answer.reason.data()).find("no command of control"), std::string::npos);
+  EXPECT_NE(std::string(s.answer.reason.data()).find("no recent command from control"), std::string::npos);
   EXPECT_FALSE(s.homing());
 }
 

@@ -16,11 +16,11 @@ void shorten(config::Deployment& deployment) { deployment.idle_power_off = 3.0; 
 /// Lease, enable, and everybody goes.
 void enableAndLeave(System& s) {
   s.run(0.3);
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   s.command(StateCommand::kEnable);
   s.run(0.3);
   ASSERT_EQ(s.drives(0), OperatingState::kEnabled);
-  s.order(ControlKind::kReleaseLease);
+  s.sendRequest(ControlKind::kReleaseLease);
 }
 
 TEST(IdlePower, GoesFromArmsThatNobodyCommandsWithoutAFault) {
@@ -31,9 +31,9 @@ TEST(IdlePower, GoesFromArmsThatNobodyCommandsWithoutAFault) {
   EXPECT_NEAR(s.output.status.idle[0], 2.0, 0.2);
   EXPECT_NEAR(s.output.status.idle_left[0], 1.0, 0.2);
   const auto there = s.state.position;
-  using Verdict = safety::IdlePower::Verdict;
-  EXPECT_GE(s.until([&] { return s.output.idle[0] != Verdict::kNothing; }, 1.5), 0.0);
-  EXPECT_EQ(s.output.idle[0], Verdict::kPowerOff);
+  using Decision = safety::IdlePower::Decision;
+  EXPECT_GE(s.until([&] { return s.output.idle[0] != Decision::kNothing; }, 1.5), 0.0);
+  EXPECT_EQ(s.output.idle[0], Decision::kPowerOff);
   EXPECT_NEAR(s.output.status.idle[0], 3.0, 0.11);
   s.run(0.5);
   for (int arm : {0, 1}) {
@@ -44,7 +44,7 @@ TEST(IdlePower, GoesFromArmsThatNobodyCommandsWithoutAFault) {
   EXPECT_EQ(s.output.status.idle_left[0], -1.0);
   EXPECT_EQ(s.state.position, there);
   // Whoever comes enables it as ever.
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.drives(0), OperatingState::kEnabled);
@@ -53,10 +53,10 @@ TEST(IdlePower, GoesFromArmsThatNobodyCommandsWithoutAFault) {
 TEST(IdlePower, StaysWithWhoeverHoldsTheLeaseAndWithWhatMoves) {
   System s("laptop", shorten);
   enableAndLeave(s);
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   for (int i = 0; i < 20; ++i) {
     s.run(0.5);
-    s.order(ControlKind::kKeepLease);
+    s.sendRequest(ControlKind::kKeepLease);
     EXPECT_EQ(s.output.status.idle[0], 0.0);
   }
   EXPECT_EQ(s.drives(0), OperatingState::kEnabled);
@@ -71,8 +71,8 @@ TEST(IdlePower, StaysWhereAnArmDoesNotHoldWithoutAndIsWarnedOf) {
     s.state_link = false;
     s.tick();
     if (s.ticks % s.control_every == 0) {
-      EXPECT_NE(s.output.idle[0], safety::IdlePower::Verdict::kPowerOff);
-      warnings += s.output.idle[0] == safety::IdlePower::Verdict::kWarn ? 1 : 0;
+      EXPECT_NE(s.output.idle[0], safety::IdlePower::Decision::kPowerOff);
+      warnings += s.output.idle[0] == safety::IdlePower::Decision::kWarn ? 1 : 0;
     }
     s.state.holds = {};
     s.control.onState(s.state);

@@ -6,7 +6,7 @@
 #include "config/robot_files.h"
 #include "robots/limit_description.h"
 
-namespace tandem::service {
+namespace tandem::runtime {
 namespace {
 
 using control::LimitKind;
@@ -27,4 +27,4 @@ TEST(LimitDescription, NameTheJointsOfTubesAndOfCatheters) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::runtime

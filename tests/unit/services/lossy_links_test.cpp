@@ -61,7 +61,7 @@ TEST(LossyLinks, TheReferenceNeverMovesFasterThanControlAsks) {
       disturber.tick(s);
       s.tick();
       if (ticks % 200 == 0)
-        s.order(dds::ControlKind::kKeepLease);
+        s.sendRequest(dds::ControlKind::kKeepLease);
       asked = std::max(asked, fastest(s.output.command));
       for (std::size_t j = 0; j < last.size(); ++j)
         ASSERT_LE(std::abs(s.state.setpoint[j] - last[j]), 1e-3 * asked * (1 + 1e-6)) << "joint " << j << ", " << ticks;
@@ -78,10 +78,10 @@ TEST(LossyLinks, TheReferenceNeverMovesFasterThanControlAsks) {
 /// Starts a motion of arm A. @return the goal
 std::array<double, 6> startMotion(System& s) {
   s.run(0.3);
-  s.order(dds::ControlKind::kAcquireLease);
+  s.sendRequest(dds::ControlKind::kAcquireLease);
   s.command(safety::StateCommand::kEnable);
   s.run(0.3);
-  operation::ControlOrder move;
+  operation::ParsedControlRequest move;
   move.client = 7;
   move.kind = dds::ControlKind::kMoveJp;
   move.arm = 0;
@@ -90,7 +90,7 @@ std::array<double, 6> startMotion(System& s) {
   for (std::size_t j = 0; j < 3; ++j)
     move.joints[j] -= 0.004;
   move.joints[4] += 0.3;
-  EXPECT_EQ(s.control.order(move, s.now).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.control.onRequest(move, s.now).refusal.code(), dds::ReplyCode::kOk);
   std::array<double, 6> goal;
   std::copy_n(move.joints.begin(), 6, goal.begin());
   return goal;
@@ -115,7 +115,7 @@ TEST(LossyLinks, AMotionArrivesAlthoughItsCommandsAreLate) {
         s.command_delay = random.integer(0, 5);
       s.tick();
       if (i % 200 == 0)
-        s.order(dds::ControlKind::kKeepLease);
+        s.sendRequest(dds::ControlKind::kKeepLease);
     }
     expectArrived(s, goal);
   }
@@ -134,7 +134,7 @@ double lose(System& s, bool System::*link, double chance, Random& random) {
         if (link == &System::state_link || s.ticks % 10 == 0)
           s.*link = (link == &System::command_link && !(s.*link)) || !random.chance(chance);
         if (++ticks % 200 == 0)
-          s.order(dds::ControlKind::kKeepLease);
+          s.sendRequest(dds::ControlKind::kKeepLease);
         return s.drives(0) == safety::OperatingState::kFault || s.shown(0) == safety::OperatingState::kFault;
       },
       5.0);
@@ -154,13 +154,13 @@ TEST(LossyLinks, StopAnArmWhoseCommandsAreLostNowAndThen) {
     const safety::FaultRecord& record = s.sim.faultRecord(0);
     EXPECT_EQ(record.faults, bit(safety::Fault::kCommandTimeout)) << safety::describe(record);
     EXPECT_EQ(safety::describe(record),
-              "command_timeout (lost on the way): 0.06 of the last 100, allowed 0.05 of the last 100");
+              "command_timeout (too many samples lost): 0.06 of the last 100, allowed 0.05 of the last 100");
     EXPECT_TRUE(s.standing());
     // What was lost before it got power again stops nobody.
-    s.order(dds::ControlKind::kAcquireLease);
+    s.sendRequest(dds::ControlKind::kAcquireLease);
     s.command(safety::StateCommand::kDisable);
     s.run(0.2);
-    s.order(dds::ControlKind::kKeepLease);
+    s.sendRequest(dds::ControlKind::kKeepLease);
     s.command(safety::StateCommand::kEnable);
     s.run(0.2);
     EXPECT_EQ(s.drives(0), safety::OperatingState::kEnabled) << safety::describe(s.sim.faultRecord(0));
@@ -181,7 +181,7 @@ TEST(LossyLinks, StopAnArmWhoseStatesAreLostNowAndThen) {
   }
 }
 
-TEST(LossyLinks, AFewLossesAreOnlyTold) {
+TEST(LossyLinks, FewLossesAreReportedOnly) {
   System s("laptop", atHundredHertz);
   const auto goal = startMotion(s);
   double worst = 1.0;
@@ -190,7 +190,7 @@ TEST(LossyLinks, AFewLossesAreOnlyTold) {
     s.tick();
     worst = std::min(worst, s.hal.command_success);
     if (i % 200 == 0)
-      s.order(dds::ControlKind::kKeepLease);
+      s.sendRequest(dds::ControlKind::kKeepLease);
   }
   expectArrived(s, goal);
   EXPECT_LT(worst, 0.98);
@@ -216,7 +216,7 @@ TEST(LossyLinks, ATrajectoryGoesOnWherePlanningIsFarAway) {
     for (int i = 0; i < 30000 && !finished(s); ++i) {
       s.tick();
       if (i % 200 == 0)
-        s.order(dds::ControlKind::kKeepLease);
+        s.sendRequest(dds::ControlKind::kKeepLease);
     }
     EXPECT_TRUE(finished(s)) << "point " << s.reference_message.point;
     EXPECT_EQ(s.output.status.faults[0], 0u) << safety::describe(s.control.faultRecord(0));
@@ -234,7 +234,7 @@ TEST(LossyLinks, AMotionArrivesExactlyAndWithinItsLimits) {
       disturber.tick(s);
       s.tick();
       if (i % 200 == 0)
-        s.order(dds::ControlKind::kKeepLease);
+        s.sendRequest(dds::ControlKind::kKeepLease);
       for (std::size_t j = 0; j < last.size(); ++j)
         ASSERT_LE(std::abs(s.state.setpoint[j] - last[j]), 1e-3 * (j < 3 ? 5e-3 : 0.5) * (1 + 1e-6))
             << "joint " << j << ", " << i;

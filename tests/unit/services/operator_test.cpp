@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Operators in front of control and the simulated robot, on a clock that the test moves. */
+/** @file Operator input to control with the simulated robot, in simulated time. */
 #include <gtest/gtest.h>
 
 #include <random>
@@ -44,7 +44,7 @@ struct Operated : System {
       control.onInput(input, now);
     }
     if (ticks % 200 == 0)
-      order(ControlKind::kKeepLease, kOperator);
+      sendRequest(ControlKind::kKeepLease, kOperator);
     tick();
     control.fillMoments(now, snapshot, crtk_moment);
   }
@@ -63,7 +63,7 @@ struct Operated : System {
   }
   void enable() {
     go(0.3);
-    order(ControlKind::kAcquireLease, kOperator);
+    sendRequest(ControlKind::kAcquireLease, kOperator);
     command(StateCommand::kEnable, kOperator);
     go(0.3);
   }
@@ -213,7 +213,7 @@ TEST(Operator, ASwitchThatIsHeldFromTheStartDoesNotCount) {
 TEST(Operator, NothingMovesByEnablingWhileTheSwitchIsHeld) {
   Operated s;
   s.go(0.3);
-  s.order(ControlKind::kAcquireLease, kOperator);
+  s.sendRequest(ControlKind::kAcquireLease, kOperator);
   s.go(0.1);
   s.input.operator_present = 1;
   s.input.linear = {0.0, 0.01, 0.0};

@@ -14,7 +14,7 @@ using dds::ControlKind;
 struct Planned {
   Planned() {
     system.run(0.3);
-    system.order(ControlKind::kAcquireLease);
+    system.sendRequest(ControlKind::kAcquireLease);
     system.command(safety::StateCommand::kEnable);
     system.run(0.3);
     keep();
@@ -27,9 +27,9 @@ struct Planned {
     start.planned = 1;
     start.trajectory = config::formatTrajectory(spec);
   }
-  void keep() { system.order(ControlKind::kKeepLease); }
+  void keep() { system.sendRequest(ControlKind::kKeepLease); }
   /// Of the trajectory, from where the robot stands.
-  service::Plan plan() const {
+  planning_service::Plan plan() const {
     dds::ComputationRequest request;
     request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
     request.trajectory = start.trajectory;
@@ -38,8 +38,8 @@ struct Planned {
       for (int j = 0; j < system.model.size(k); ++j)
         q[system.model.offset(k) + j] = system.state.position[dds::jointIndex(k, j)];
     }
-    const auto result = service::Computation(request, {system.setup.robot, system.model, true}, q).run({});
-    service::Plan plan{request.trajectory, q, {}};
+    const auto result = computation::Computation(request, {system.setup.robot, system.model, true}, q).run({});
+    planning_service::Plan plan{request.trajectory, q, {}};
     for (const dds::PointReport& point : result.report.points)
       plan.points.push_back(Eigen::VectorXd::Map(point.joints.data(), q.size()));
     return plan;
@@ -54,7 +54,7 @@ struct Planned {
 
 TEST(PlannedRun, LeadsTheJointsToThosePlanned) {
   Planned planned;
-  const service::Plan plan = planned.plan();
+  const planning_service::Plan plan = planned.plan();
   ASSERT_EQ(plan.points.size(), 6u);
   planned.system.planning.onPlan(plan);
   ASSERT_EQ(planned.ask().accepted, 1) << planned.ask().reason;
@@ -77,17 +77,17 @@ TEST(PlannedRun, LeadsTheJointsToThosePlanned) {
 
 TEST(PlannedRun, IsRefusedWithoutAPlanFromHere) {
   Planned planned;
-  EXPECT_NE(planned.ask().reason.find("check it first"), std::string::npos);
-  service::Plan plan = planned.plan();
+  EXPECT_NE(planned.ask().reason.find("has not been checked as feasible"), std::string::npos);
+  planning_service::Plan plan = planned.plan();
   plan.trajectory += " ";
   planned.system.planning.onPlan(plan);
-  EXPECT_NE(planned.ask().reason.find("check it first"), std::string::npos);
+  EXPECT_NE(planned.ask().reason.find("has not been checked as feasible"), std::string::npos);
   plan = planned.plan();
   plan.start[9] += 0.1;
   planned.system.planning.onPlan(plan);
   const dds::Reply away = planned.ask();
   EXPECT_EQ(static_cast<dds::ReplyCode>(away.code), dds::ReplyCode::kWrongState);
-  EXPECT_NE(away.reason.find("from other joints than those of arm_b"), std::string::npos) << away.reason;
+  EXPECT_NE(away.reason.find("from other joints than the present ones of arm_b"), std::string::npos) << away.reason;
   planned.start.planned = 0;
   EXPECT_EQ(planned.ask().accepted, 1) << "without joints it is a run like any other";
   planned.system.run(0.5);
@@ -96,7 +96,7 @@ TEST(PlannedRun, IsRefusedWithoutAPlanFromHere) {
 
 TEST(PlannedRun, APostureThatNoLimitsAllowIsLeftOut) {
   Planned planned;
-  service::Plan plan = planned.plan();
+  planning_service::Plan plan = planned.plan();
   for (safety::RobotVector& q : plan.points)
     q[0] = 0.5;  // in front of the entry point
   planned.system.planning.onPlan(plan);

@@ -13,18 +13,19 @@
 #include "services/recordings/hal_watch.h"
 #include "services/recordings/run_file.h"
 
-namespace tandem::service {
+namespace tandem::recorder {
 namespace {
 
-TEST(RunFile, SaysWhichWireItWasRecordedFrom) {
+TEST(RunFile, ContainsTheWireVersion) {
   const config::Deployment deployment =
       config::loadDeployment(std::string(TANDEM_PRESETS) + "/deployments/laptop.yaml");
-  const std::string wire = describeRun(deployment, config::loadAnyRobot(deployment.robot)).values.at("wire");
+  const std::string wire =
+      recordings::describeRun(deployment, config::loadAnyRobot(deployment.robot)).values.at("wire");
   EXPECT_EQ(wire.size(), 16u);
   EXPECT_EQ(std::stoull(wire, nullptr, 16), idl::kWireVersion);
 }
 
-TEST(Replay, KnowsWhatARobotActsUpon) {
+TEST(Replay, ListsTheTopicsThatActOnARobot) {
   const std::set<std::string> shown{"planning/reply",    "planning/progress",
                                     "planning/result",   "planning/path",
                                     "control/clearance", "control/permissions",
@@ -40,7 +41,7 @@ TEST(Replay, KnowsWhatARobotActsUpon) {
                                     "/rosout",           "markers"};
   std::set<std::string> found;
   for (const dds::TopicInfo& topic : dds::allTopics({"arm_a"})) {
-    if (!actedUpon(topic))
+    if (!recordings::actedUpon(topic))
       found.insert(topic.name);
   }
   EXPECT_EQ(found, shown) << "a new topic: does anything that moves act upon it?";
@@ -48,13 +49,13 @@ TEST(Replay, KnowsWhatARobotActsUpon) {
 
 TEST(RecordedTopics, AreChosenByPatterns) {
   const auto all = dds::allTopics({"arm_a", "arm_b"});
-  EXPECT_EQ(chooseTopics(all, {"*"}).size(), all.size());
+  EXPECT_EQ(recordings::chooseTopics(all, {"*"}).size(), all.size());
   std::set<std::string> names;
-  for (const dds::TopicInfo& topic : chooseTopics(all, {"arm_*/measured_*", "stop", "stop"}))
+  for (const dds::TopicInfo& topic : recordings::chooseTopics(all, {"arm_*/measured_*", "stop", "stop"}))
     names.insert(topic.name);
   EXPECT_EQ(names, (std::set<std::string>{"arm_a/measured_js", "arm_a/measured_cp", "arm_a/measured_cv",
                                           "arm_b/measured_js", "arm_b/measured_cp", "arm_b/measured_cv", "stop"}));
-  EXPECT_THROW(chooseTopics(all, {"stop", "stopp"}), std::invalid_argument);
+  EXPECT_THROW(recordings::chooseTopics(all, {"stop", "stopp"}), std::invalid_argument);
 }
 
 class Trigger : public ::testing::Test {
@@ -89,4 +90,4 @@ TEST_F(Trigger, StopsAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace tandem::service
+}  // namespace tandem::recorder

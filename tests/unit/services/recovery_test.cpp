@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Recovery and withdrawal by the holder of the lease, over control and the simulated drives. */
+/** @file Recovery and withdrawal by the lease owner, over control and simulated drives. */
 #include <gtest/gtest.h>
 
 #include "safety/recovery.h"
@@ -15,8 +15,8 @@ using safety::OperatingState;
 using safety::StateCommand;
 
 /// Of a client, to the first arm.
-operation::ControlOrder toFirstArm(const System& s, ControlKind kind, std::uint64_t client = 7) {
-  operation::ControlOrder o = s.orderOf(kind, client);
+operation::ParsedControlRequest toFirstArm(const System& s, ControlKind kind, std::uint64_t client = 7) {
+  operation::ParsedControlRequest o = s.requestOf(kind, client);
   o.command = StateCommand::kRecover;
   o.arm = 0;
   return o;
@@ -26,7 +26,7 @@ operation::ControlOrder toFirstArm(const System& s, ControlKind kind, std::uint6
 struct Broken : System {
   explicit Broken(const char* deployment, int joint) : System(deployment) {
     run(0.3);
-    order(ControlKind::kAcquireLease);
+    sendRequest(ControlKind::kAcquireLease);
     command(StateCommand::kEnable);
     run(0.5);
     dds::SimRequest fault;
@@ -37,7 +37,7 @@ struct Broken : System {
     EXPECT_GE(until([&] { return shown(0) == OperatingState::kFault; }, 1.0), 0.0);
     keep();
   }
-  void keep() { order(ControlKind::kKeepLease); }
+  void keep() { sendRequest(ControlKind::kKeepLease); }
   /// Goes on for so many s, with the lease.
   void live(double seconds) {
     for (double t = 0.0; t < seconds; t += 0.2) {
@@ -45,14 +45,14 @@ struct Broken : System {
       run(0.2);
     }
   }
-  operation::OrderReply recover(JointMask without = 0) {
-    operation::ControlOrder o = toFirstArm(*this, ControlKind::kStateCommand);
+  operation::ControlReply recover(JointMask without = 0) {
+    operation::ParsedControlRequest o = toFirstArm(*this, ControlKind::kStateCommand);
     o.joint_count = model.size(0);
     for (int j = 0; j < o.joint_count; ++j)
       o.joints[static_cast<std::size_t>(j)] = (without & jointBit(j)) != 0 ? 1.0 : 0.0;
-    return control.order(o, now);
+    return control.onRequest(o, now);
   }
-  operation::OrderReply withdraw() { return control.order(toFirstArm(*this, ControlKind::kWithdraw), now); }
+  operation::ControlReply withdraw() { return control.onRequest(toFirstArm(*this, ControlKind::kWithdraw), now); }
   safety::ArmVector joints() const { return dds::jointsOf(state.position, 0, model.size(0)); }
   const safety::ArmLimits& limits() const { return *model.limits()[0]; }
 };
@@ -71,7 +71,8 @@ TEST_P(Withdraw, RetractsWhatIsLeftSlowlyAndWithinTheLimits) {
   ASSERT_EQ(s.shown(0), OperatingState::kEnabled);
   EXPECT_EQ(s.state.lost[0], jointBit(joint));
   EXPECT_EQ(s.output.status.recovery[0], 1);
-  EXPECT_EQ(s.order(ControlKind::kHome).refusal.code(), dds::ReplyCode::kWrongState) << "home is no way to recover";
+  EXPECT_EQ(s.sendRequest(ControlKind::kHome).refusal.code(), dds::ReplyCode::kWrongState)
+      << "home is no way to recover";
   ASSERT_EQ(s.withdraw().refusal.code(), dds::ReplyCode::kOk);
   double violation = -1.0, fastest = 0.0;
   const int n = s.model.size(0);
@@ -119,18 +120,18 @@ INSTANTIATE_TEST_SUITE_P(EachAxisOfEachPreset,
 
 TEST(Recover, IsTheHoldersAloneAndJogsSlowlyWithoutWhatIsLeftOut) {
   Broken s("laptop", 0);
-  EXPECT_EQ(s.control.order(toFirstArm(s, ControlKind::kStateCommand, 8), s.now).refusal.code(),
+  EXPECT_EQ(s.control.onRequest(toFirstArm(s, ControlKind::kStateCommand, 8), s.now).refusal.code(),
             dds::ReplyCode::kNotLeaseHolder);
   ASSERT_EQ(s.recover(jointBit(4)).refusal.code(), dds::ReplyCode::kOk);
   s.live(1.0);
   ASSERT_EQ(s.state.lost[0], jointBit(0) | jointBit(4));
   const safety::ArmVector start = s.joints();
-  operation::ControlOrder jog = toFirstArm(s, ControlKind::kJog);
+  operation::ParsedControlRequest jog = toFirstArm(s, ControlKind::kJog);
   jog.joint_count = 6;
   jog.joints.fill(-5e-3);
   for (int i = 0; i < 5; ++i) {
     jog.answers_control = s.output.status.sequence;
-    ASSERT_EQ(s.control.order(jog, s.now).refusal.code(), dds::ReplyCode::kOk);
+    ASSERT_EQ(s.control.onRequest(jog, s.now).refusal.code(), dds::ReplyCode::kOk);
     s.live(0.2);
   }
   const safety::ArmVector way = s.joints() - start;
@@ -149,7 +150,7 @@ TEST(Recover, IsTheHoldersAloneAndJogsSlowlyWithoutWhatIsLeftOut) {
   EXPECT_LT((s.joints() - before).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(Recover, NeitherEnableNorHomeMakesMoreOfIt) {
+TEST(Recover, EnableAndHomeDoNotExtendRecovery) {
   Broken s("laptop", 1);
   ASSERT_EQ(s.recover().refusal.code(), dds::ReplyCode::kOk);
   s.live(1.0);
@@ -165,20 +166,20 @@ TEST(Recover, NeitherEnableNorHomeMakesMoreOfIt) {
 TEST(Recover, IsRefusedWhileTheDrivesAreNotDisabledYet) {
   System s;
   s.run(0.3);
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   s.command(StateCommand::kEnable);
   s.run(0.5);
   s.command(StateCommand::kDisable);
-  const operation::ControlOrder o = toFirstArm(s, ControlKind::kStateCommand);
-  EXPECT_EQ(s.control.order(o, s.now).refusal.code(), dds::ReplyCode::kWrongState);
+  const operation::ParsedControlRequest o = toFirstArm(s, ControlKind::kStateCommand);
+  EXPECT_EQ(s.control.onRequest(o, s.now).refusal.code(), dds::ReplyCode::kWrongState);
   s.run(0.3);
-  EXPECT_EQ(s.control.order(o, s.now).refusal.code(), dds::ReplyCode::kOk);
+  EXPECT_EQ(s.control.onRequest(o, s.now).refusal.code(), dds::ReplyCode::kOk);
 }
 
 TEST(Recover, PowerThatDoesNotComeIsNotWaitedForForEver) {
   System s;
   s.run(0.3);
-  s.order(ControlKind::kAcquireLease);
+  s.sendRequest(ControlKind::kAcquireLease);
   s.control_runs = s.state_link = false;
   s.command(StateCommand::kEnable);
   // Drives that take every command, and stay DISABLED.
@@ -189,7 +190,7 @@ TEST(Recover, PowerThatDoesNotComeIsNotWaitedForForEver) {
   double waited = 0.0;
   for (; waited < 20.0 && (waited == 0.0 || asks_for_power()); waited += 0.1) {
     s.now += 100'000'000;
-    s.order(ControlKind::kKeepLease);
+    s.sendRequest(ControlKind::kKeepLease);
     s.control.cycle(s.now, false, s.output);
     ++unanswered.sequence;
     unanswered.answers_command = s.output.command.sequence;

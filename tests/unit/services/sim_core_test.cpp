@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The simulated robot on a machine that is busy. */
+/** @file Simulated robot on a loaded machine. */
 #include <gtest/gtest.h>
 
 #include "operation/convert.h"
@@ -15,7 +15,7 @@ constexpr std::int64_t kTick = 1'000'000;
 struct Pair {
   Pair() : setup(makeSetup("laptop")), punctual(setup), sleepy(setup) {}
 
-  void command(service::SimCore& sim, double velocity, std::uint8_t request) {
+  void command(simulation::SimCore& sim, double velocity, std::uint8_t request) {
     dds::ActuationState state;
     sim.state(now, state);
     dds::ActuationCommand command;
@@ -34,19 +34,19 @@ struct Pair {
     command(punctual, velocity, request);
     command(sleepy, velocity, request);
   }
-  dds::ActuationState stateOf(service::SimCore& sim) {
+  dds::ActuationState stateOf(simulation::SimCore& sim) {
     dds::ActuationState state;
     sim.state(now, state);
     return state;
   }
 
-  service::Setup setup;
-  service::SimCore punctual, sleepy;
+  runtime::Setup setup;
+  simulation::SimCore punctual, sleepy;
   std::int64_t now = 1'000'000'000;
   std::uint64_t sequence = 0;
 };
 
-TEST(SimCore, TimeThatWasSleptThroughIsMadeUpFor) {
+TEST(SimCore, MissedPeriodsAreCaughtUp) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 20; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
@@ -111,7 +111,7 @@ TEST(SimCore, PressesAndReleasesTheEmergencyStopOnRequest) {
     EXPECT_EQ(s.drives(arm), safety::OperatingState::kFault);
   EXPECT_EQ(dds::faultRecordOf(s.hal, 0).cause, safety::FaultCause::kEmergencyStop);
   // While it is pressed `disable` clears nothing.
-  s.order(dds::ControlKind::kAcquireLease);
+  s.sendRequest(dds::ControlKind::kAcquireLease);
   s.command(safety::StateCommand::kDisable);
   s.run(0.3);
   EXPECT_EQ(s.drives(0), safety::OperatingState::kFault);

@@ -18,13 +18,13 @@ namespace tandem::test {
 
 using Change = void (*)(config::Deployment&);  ///< of a preset, before the services are made
 
-inline service::Setup makeSetup(const std::string& deployment, Change change = nullptr) {
-  service::Setup setup;
+inline runtime::Setup makeSetup(const std::string& deployment, Change change = nullptr) {
+  runtime::Setup setup;
   setup.deployment = config::loadDeployment(std::string(TANDEM_PRESETS) + "/deployments/" + deployment + ".yaml");
   if (change != nullptr)
     change(setup.deployment);
   setup.robot = config::loadAnyRobot(setup.deployment.robot);
-  setup.session = service::randomIdentity();
+  setup.session = runtime::randomIdentity();
   return setup;
 }
 
@@ -35,9 +35,10 @@ struct System {
         model(setup.robot, setup.deployment.model),
         handler(setup, model),
         sim(setup),
-        frames(has(setup.robot, robots::Capability::kCommonPath) ? std::make_unique<service::ObjectLoop>(setup)
-                                                                 : nullptr),
-        control(service::siteOf(setup, model), handler.makeTracker(), frames.get()),
+        object_loop(has(setup.robot, robots::Capability::kCommonPath)
+                        ? std::make_unique<control_service::ObjectLoop>(setup)
+                        : nullptr),
+        control(control_service::controlSetupOf(setup, model), handler.makeTracker(), object_loop.get()),
         planning(setup) {
     control_every = std::lround(setup.deployment.control_period / setup.deployment.sim_period);
   }
@@ -97,8 +98,8 @@ struct System {
   }
 
   /// Of a client that has seen the status of the last cycle.
-  operation::ControlOrder orderOf(dds::ControlKind kind, std::uint64_t client = 7) const {
-    operation::ControlOrder o;
+  operation::ParsedControlRequest requestOf(dds::ControlKind kind, std::uint64_t client = 7) const {
+    operation::ParsedControlRequest o;
     o.client = client;
     o.request = 1;
     o.kind = kind;
@@ -106,13 +107,13 @@ struct System {
     o.answers_control = output.status.sequence;
     return o;
   }
-  operation::OrderReply order(dds::ControlKind kind, std::uint64_t client = 7) {
-    return control.order(orderOf(kind, client), now);
+  operation::ControlReply sendRequest(dds::ControlKind kind, std::uint64_t client = 7) {
+    return control.onRequest(requestOf(kind, client), now);
   }
-  operation::OrderReply command(safety::StateCommand command, std::uint64_t client = 7) {
-    operation::ControlOrder o = orderOf(dds::ControlKind::kStateCommand, client);
+  operation::ControlReply command(safety::StateCommand command, std::uint64_t client = 7) {
+    operation::ParsedControlRequest o = requestOf(dds::ControlKind::kStateCommand, client);
     o.command = command;
-    return control.order(o, now);
+    return control.onRequest(o, now);
   }
   dds::Reply start(const planning::TrajectorySpec& spec, std::uint64_t client = 7) {
     return startText(config::formatTrajectory(spec), client);
@@ -144,10 +145,10 @@ struct System {
   /// Lease, enable, a long line: moving.
   void getMoving() {
     run(0.3);
-    order(dds::ControlKind::kAcquireLease);
+    sendRequest(dds::ControlKind::kAcquireLease);
     command(safety::StateCommand::kEnable);
     run(0.3);
-    order(dds::ControlKind::kKeepLease);
+    sendRequest(dds::ControlKind::kKeepLease);
     planning::TrajectorySpec spec;
     spec.name = "line";
     spec.shape = planning::Line{{0.0, 0.02, 0.0}};
@@ -155,16 +156,16 @@ struct System {
     spec.speed = 3e-3;
     start(spec);
     run(0.8);
-    order(dds::ControlKind::kKeepLease);
+    sendRequest(dds::ControlKind::kKeepLease);
   }
 
-  service::Setup setup;
+  runtime::Setup setup;
   robots::RobotModel model;
-  service::ControlRequestHandler handler;
-  service::SimCore sim;
-  std::unique_ptr<service::ObjectLoop> frames;
+  control_service::ControlRequestHandler handler;
+  simulation::SimCore sim;
+  std::unique_ptr<control_service::ObjectLoop> object_loop;
   operation::ControlCore control;
-  service::PlanningCore planning;
+  planning_service::PlanningCore planning;
   dds::ActuationState state;
   dds::HalStatus hal;
   dds::TipPoses tips;

@@ -24,7 +24,7 @@ double untilFinished(System& s) {
   return s.until(
       [&] {
         if (s.ticks % 200 == 0)
-          s.order(dds::ControlKind::kKeepLease);
+          s.sendRequest(dds::ControlKind::kKeepLease);
         return s.reference_message.phase >= static_cast<std::uint8_t>(Phase::kFinished);
       },
       30.0);
@@ -52,12 +52,12 @@ TEST(SensorFeedback, StaleTipsHoldTheTrajectoryAndFreshOnesLetItGoOn) {
   EXPECT_GT(held, budget - 0.2);
   EXPECT_LT(held, budget + 0.2) << "a period to notice, one for the command that the measurement answered";
   EXPECT_GT(s.output.status.tip_age, budget);
-  s.order(dds::ControlKind::kKeepLease);
+  s.sendRequest(dds::ControlKind::kKeepLease);
   EXPECT_GE(s.until([&] { return s.standing(); }, 0.5), 0.0);
   const auto there = s.state.position;
   const std::uint32_t iteration = s.reference_message.total_iterations;
   for (int i = 0; i < 4; ++i) {
-    s.order(dds::ControlKind::kKeepLease);
+    s.sendRequest(dds::ControlKind::kKeepLease);
     s.run(0.5);
   }
   EXPECT_EQ(s.state.position, there);
@@ -68,7 +68,7 @@ TEST(SensorFeedback, StaleTipsHoldTheTrajectoryAndFreshOnesLetItGoOn) {
   EXPECT_EQ(s.reference_message.phase, static_cast<std::uint8_t>(Phase::kFinished));
 }
 
-TEST(SensorFeedback, InvalidTipsHoldAndSaySo) {
+TEST(SensorFeedback, InvalidTipsHoldThePathAndAreReported) {
   System s("laptop", [](config::Deployment& deployment) {
     withSensor(deployment);
     deployment.plant.tracker.drop_out = 1.0;
@@ -78,14 +78,14 @@ TEST(SensorFeedback, InvalidTipsHoldAndSaySo) {
   s.control.onTips(s.tips);
   s.planning.onTips(s.tips);
   s.run(0.3);
-  s.order(dds::ControlKind::kAcquireLease);
+  s.sendRequest(dds::ControlKind::kAcquireLease);
   s.command(safety::StateCommand::kEnable);
   s.run(0.3);
   planning::TrajectorySpec spec;
   spec.name = "line";
   spec.shape = planning::Line{{0.0, 0.02, 0.0}};
   ASSERT_EQ(s.start(spec).accepted, 1) << "the tips at the start are known";
-  s.order(dds::ControlKind::kKeepLease);
+  s.sendRequest(dds::ControlKind::kKeepLease);
   s.run(0.6);
   EXPECT_EQ(holdOf(s), HoldReason::kInvalidTips);
   EXPECT_TRUE(s.standing());
@@ -95,7 +95,7 @@ TEST(SensorFeedback, WithoutTipsNoTrajectoryStarts) {
   System s("laptop", withSensor);
   s.tips_link = false;
   s.run(0.3);
-  s.order(dds::ControlKind::kAcquireLease);
+  s.sendRequest(dds::ControlKind::kAcquireLease);
   s.command(safety::StateCommand::kEnable);
   s.run(0.3);
   planning::TrajectorySpec spec;
@@ -104,10 +104,10 @@ TEST(SensorFeedback, WithoutTipsNoTrajectoryStarts) {
   EXPECT_EQ(s.start(spec).accepted, 0);
 }
 
-TEST(PlantOfSimCore, SnapsAreCountedInHalStatus) {
-  const service::Setup setup =
+TEST(SimCorePlant, SnapsAreCountedInHalStatus) {
+  const runtime::Setup setup =
       makeSetup("lockstep", [](config::Deployment& deployment) { deployment.plant.model = "compliant"; });
-  service::SimCore sim(setup);
+  simulation::SimCore sim(setup);
   dds::SimRequest reset;
   reset.kind = 1;
   reset.arm_count = 2;
@@ -145,7 +145,7 @@ TEST(PlantOfSimCore, SnapsAreCountedInHalStatus) {
   EXPECT_EQ(status.snaps[1], 0u) << "arm_b stands";
 }
 
-TEST(PlantOfSimCore, TipsAllocateNothing) {
+TEST(SimCorePlant, TipsAllocateNothing) {
   if (!canCountAllocations())
     GTEST_SKIP() << "sanitizers bring their own allocator";
   System s("laptop", [](config::Deployment& deployment) {

@@ -95,7 +95,7 @@ TEST_F(Plant, DelayIsExact) {
   }
 }
 
-TEST_F(Plant, WhatIsOnItsWayIsNotSettled) {
+TEST_F(Plant, JointsWithPendingMotionAreNotAtStandstill) {
   JointMechanics mechanics;
   mechanics.delay = 0.02;
   mechanics.lag = {0.01, 0.01};

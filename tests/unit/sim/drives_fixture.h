@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Simulated drives of two arms under a commander that behaves, in simulated time. */
+/** @file Test fixture: simulated drives of two arms with a correct command stream, in simulated time. */
 #pragma once
 
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ class DrivesFixture : public ::testing::Test {
   /// A fresh command that asks for nothing.
   sim::Command nextCommand() {
     sim::Command command;
-    command.head = {session, ++sequence, 0.01, 2};
+    command.header = {session, ++sequence, 0.01, 2};
     return command;
   }
 

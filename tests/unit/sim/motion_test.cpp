@@ -118,7 +118,7 @@ TEST_F(Motion, InjectRefusesAxesThatAreNotThere) {
   EXPECT_FALSE(drives.inject(-1, 0, sim::AxisFault::kStuck));
 }
 
-TEST(SimulatedDrivesArguments, AreCheckedWhenItIsMade) {
+TEST(SimulatedDrivesArguments, AreCheckedByTheConstructor) {
   const auto make = [](const std::vector<ArmLimits>& limits, const std::vector<ArmVector>& start, double period) {
     sim::SimulatedDrivesOptions options;
     options.control_period = period;

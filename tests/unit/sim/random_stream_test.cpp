@@ -84,18 +84,18 @@ class Stream {
 
   void command() {
     sim::Command command;
-    command.head = {session_, ++sequence_, random_.chance(0.02) ? 1.0 : 0.01, random_.chance(0.01) ? 1 : 2};
+    command.header = {session_, ++sequence_, random_.chance(0.02) ? 1.0 : 0.01, random_.chance(0.01) ? 1 : 2};
     if (random_.chance(0.02))
-      command.head.sequence -= 5;
+      command.header.sequence -= 5;
     for (int arm = 0; arm < 2; ++arm) {
-      const ArmVector wish = randomWild(limits_[static_cast<std::size_t>(arm)], drives_.setpoint(arm), random_);
+      const ArmVector wanted = randomWild(limits_[static_cast<std::size_t>(arm)], drives_.setpoint(arm), random_);
       command.moving[arm] = !random_.chance(0.15);
       for (int j = 0; j < drives_.jointCount(arm); ++j) {
         const auto i = static_cast<std::size_t>(arm) * safety::kMaxJointsPerArm + static_cast<std::size_t>(j);
         command.velocity[i] =
-            random_.chance(0.001) ? std::nan("") : (wish[j] - drives_.setpoint(arm)[j]) / kStreamPeriod;
+            random_.chance(0.001) ? std::nan("") : (wanted[j] - drives_.setpoint(arm)[j]) / kStreamPeriod;
         // Where a commander takes the joint to be does not matter as long as it is a number.
-        command.position[i] = random_.chance(0.001) ? std::nan("") : wish[j] + random_.uniform(-0.01, 0.01);
+        command.position[i] = random_.chance(0.001) ? std::nan("") : wanted[j] + random_.uniform(-0.01, 0.01);
       }
       if (drives_.state(arm) == OperatingState::kFault && random_.chance(0.5)) {
         command.request[arm] = DriveRequest::kDisable;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Simulated joints that run away, and random lives of arms: nothing jumps, least of all after a recovery. */
+/** @file Runaway joints and random sequences of requests: no jump, also after recovery. */
 #include "safety/recovery.h"
 
 #include "drives_fixture.h"
@@ -33,7 +33,7 @@ TEST_F(Overspeed, ARunawayStopsWithinATickOfBeingMeasured) {
 }
 
 /** A random life of two arms, sequence after sequence of enable or recover, jog, fault, stop and disable. */
-class RandomLife : public DrivesFixture {
+class RandomRequestSequences : public DrivesFixture {
  public:
   void sequence(Random& random) {
     // Not a joint that comes free: it catches up with what it was reported, within the window of the following error.
@@ -99,7 +99,7 @@ class RandomLife : public DrivesFixture {
   double violation = -1.0;  ///< of the limits, m or rad
 };
 
-TEST_F(RandomLife, NeverJumps) {
+TEST_F(RandomRequestSequences, NeverJump) {
   Random random(baseSeed());
   SCOPED_TRACE(trace(baseSeed()));
   for (std::uint32_t i = 0; i < cases(10'000); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Each cause of a stop: it stops within its budget, latches what it should, and clears as the table says. */
+/** @file Each stop cause: stop within its budget, latched faults, clearing. */
 #include "tests/unit/sim/drives_fixture.h"
 
 namespace tandem::test {
@@ -94,10 +94,10 @@ TEST_F(Stop, BadStreamStopsAllArms) {
     Guard guard;
   };
   const Case cases[] = {
-      {"stale", [](sim::Command& c) { c.head.age = 0.301; }, Fault::kStaleCommand, Guard::kFresh},
-      {"repeated", [](sim::Command& c) { --c.head.sequence; }, Fault::kOutOfSequence, Guard::kSequence},
-      {"foreign", [](sim::Command& c) { c.head.session = 666; }, Fault::kOutOfSequence, Guard::kSequence},
-      {"one arm", [](sim::Command& c) { c.head.arm_count = 1; }, Fault::kUnknownArm, Guard::kKnownArm},
+      {"stale", [](sim::Command& c) { c.header.age = 0.301; }, Fault::kStaleCommand, Guard::kFresh},
+      {"repeated", [](sim::Command& c) { --c.header.sequence; }, Fault::kOutOfSequence, Guard::kSequence},
+      {"foreign", [](sim::Command& c) { c.header.session = 666; }, Fault::kOutOfSequence, Guard::kSequence},
+      {"one arm", [](sim::Command& c) { c.header.arm_count = 1; }, Fault::kUnknownArm, Guard::kKnownArm},
   };
   for (const Case& each : cases) {
     SCOPED_TRACE(each.name);
@@ -257,7 +257,7 @@ TEST_F(Stop, NothingMovesOnReconnect) {
   move(fullSpeed());
   run(0.05);
   sim::Command foreign = nextCommand();
-  foreign.head.session = 43;
+  foreign.header.session = 43;
   EXPECT_FALSE(drives.command(foreign, now));
   expectFault(bit(Fault::kOutOfSequence));
 }

@@ -96,7 +96,7 @@ TEST(PlantTips, AForceMovesTheTipItsWay) {
   EXPECT_EQ(loaded.pose(1).matrix(), free.pose(1).matrix()) << "only where the force is";
 }
 
-TEST(PlantTips, RefuseWhatCannotBe) {
+TEST(PlantTips, RefuseInvalidOptions) {
   const auto refused = [](auto change) {
     PlantOptions options = compliant();
     change(options);
@@ -171,7 +171,7 @@ struct Tracker : ::testing::Test {
   Tracker() { place(tips, 1); }
 };
 
-TEST_F(Tracker, MeasuresAtItsRateAndTellsAfterItsDelay) {
+TEST_F(Tracker, MeasuresAtItsRateAndReportsAfterItsDelay) {
   options.rate = 40.0;
   options.delay = 0.060;
   TipTracker tracker(2, options, 1);

@@ -238,7 +238,7 @@ TEST(Drive, AFaultResetNeedsAnEdge) {
   EXPECT_EQ(rig.status() & 0x4F, 0x40);
 }
 
-TEST(Drive, SoftwareLimitsHold) {
+TEST(Drive, SoftwareLimitsStopTheMotor) {
   DriveRig rig(test::rigSpec(1));
   auto setup = test::driveSetup(1);
   setup.steps.push_back(hal::canopen::write({0x607D, 1}, -1000, 4, "low"));

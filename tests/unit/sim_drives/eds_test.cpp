@@ -48,7 +48,7 @@ TEST(Eds, NamesFileLineAndReason) {
       {"[DeviceInfo\n", ":1:", "']'"},
       {kHead + object + "nonsense\n", ":23:", "KEY=VALUE"},
       {kHead + object + "DataType=6\n", ":23:", "already"},
-      {kHead + object + "[6040]\n", ":23:", "already, in line 18"},
+      {kHead + object + "[6040]\n", ":23:", "already defined in line 18"},
       {kHead, ":10:", "[6040]"},
       {kHead + "[6040]\nParameterName=C\nDataType=6\nAccessType=rw\nDefaultValue=0x1G\n", ":22:", "a number"},
       {kHead + "[6040]\nParameterName=C\nDataType=6\nAccessType=rw\nDefaultValue=65536\n", ":22:", "does not fit"},
@@ -59,7 +59,7 @@ TEST(Eds, NamesFileLineAndReason) {
       {kHead + object + "[6041]\nParameterName=S\n", ":23:", "none of the lists"},
       {kHead + "[6040]\nParameterName=C\nObjectType=8\nSubNumber=2\n[6040sub0]\nParameterName=n\nDataType=5\n"
                "AccessType=ro\n",
-       ":21:", "SubNumber says 2, 1"},
+       ":21:", "SubNumber: found 2, expected 1"},
       {"[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=2\n1=0x1000\n", ":2:", "says 2, 1"},
       {"[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=1\n1=0x10\n", ":4:", "an index"},
       {"[MandatoryObjects]\nSupportedObjects=0\n", ":1:", "[DeviceInfo]"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Each fault of the vocabulary shows on the bus. */
+/** @file Each injectable fault has a visible effect on the bus. */
 #include "sim/drives/faults.h"
 
 #include <gtest/gtest.h>

@@ -96,7 +96,7 @@ TEST(DevicePdo, SynchronousCommandsWaitForSync) {
   EXPECT_EQ(rig.drive().state(), DriveState::kReady);
 }
 
-TEST(DevicePdo, WrongLengthsAreTold) {
+TEST(DevicePdo, WrongLengthsAreReported) {
   DriveRig rig(1);
   ASSERT_TRUE(rig.bringUp());
   auto& other = rig.wire.join("other");
@@ -133,7 +133,7 @@ TEST(Device, StopsAndStarts) {
   EXPECT_EQ(rig.drive().nmt(), NmtState::kOperational);
 }
 
-TEST(Device, ResetsWhatItShould) {
+TEST(Device, NmtResetsRestoreTheirParameters) {
   DriveRig rig(1);
   ASSERT_TRUE(rig.bringUp());
   EXPECT_EQ(rig.write(0, {0x6081, 0}, 777, 4), SdoAbort::kNone);

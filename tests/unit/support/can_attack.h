@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Frames that nobody should send: random ones, and mutated ones of those that this system's buses carry. */
+/** @file Random and mutated CAN frames for fuzz tests. */
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random concentric tube arms with limits that belong to them. */
+/** @file Random concentric tube arms with matching limits. */
 #pragma once
 
 #include <numbers>

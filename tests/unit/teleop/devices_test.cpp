@@ -20,8 +20,8 @@
 #include "services/dds/raw.h"
 #include "services/dds/topics.h"
 #include "services/teleop/device.h"
+#include "services/teleop/frozen_input_guard.h"
 #include "services/teleop/sdl.h"  // after SDL's own header: only the numbers
-#include "services/teleop/still.h"
 
 namespace tandem::teleop {
 namespace {
@@ -107,7 +107,7 @@ TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
   EXPECT_TRUE(reading.clutch);
   EXPECT_TRUE(reading.next_mode);
   EXPECT_NEAR((reading.linear - Vector3d(0.02, -0.02, 0.0)).norm(), 0.0, 1e-6);
-  EXPECT_FALSE(pad->read(0.0).next_mode) << "a wish is reported once";
+  EXPECT_FALSE(pad->read(0.0).next_mode) << "a request is reported once";
   SDL_JoystickDetachVirtual(index);
   EXPECT_THROW(pad->read(0.0), DeviceError);
   SDL_JoystickClose(joystick);
@@ -131,7 +131,7 @@ TEST(Gamepad, ThatFallsSilentMovesNothingUntilItsTriggerIsLetGoOf) {
   };
   set(SDL_CONTROLLER_AXIS_TRIGGERRIGHT, 32767);
   EXPECT_TRUE(last(10.0, 40)) << "a hand";
-  EXPECT_TRUE(last(StillGuard::kLongest - 0.3, 0));
+  EXPECT_TRUE(last(FrozenInputGuard::kLongest - 0.3, 0));
   EXPECT_FALSE(last(0.6, 0)) << "it has fallen silent";
   EXPECT_FALSE(last(3.0, 40)) << "it speaks again, but nobody has let go of the trigger";
   set(SDL_CONTROLLER_AXIS_TRIGGERRIGHT, -32768);
@@ -145,7 +145,7 @@ TEST(Gamepad, ThatFallsSilentMovesNothingUntilItsTriggerIsLetGoOf) {
   SDL_JoystickClose(joystick);
 }
 
-TEST(Gamepad, NoneIsAnErrorThatSaysWhatToDo) {
+TEST(Gamepad, MissingGamepadIsAnErrorThatNamesTheDevices) {
   try {
     openGamepad(0.02);
     GTEST_SKIP() << "this machine has one";
@@ -173,7 +173,7 @@ struct Terminal {
   int before, master = -1;
 };
 
-TEST(Keyboard, AKeyIsHeldForAMomentAfterItWasTold) {
+TEST(Keyboard, KeyCountsAsHeldForAMomentAfterEachCharacter) {
   const Terminal terminal;
   const auto keyboard = openKeyboard(0.01);
   EXPECT_FALSE(keyboard->read(0.0).present);
@@ -255,7 +255,7 @@ TEST(Trace, BadFilesAreNamedLineByLine) {
   EXPECT_TRUE(has("time_s,vx\n", "bad.csv:1: found column 'vx'"));
   EXPECT_TRUE(has("vx_mm_per_s\n", "no column 'time_s'"));
   const std::string head = "time_s,vx_mm_per_s,vy_mm_per_s,vz_mm_per_s\n";
-  EXPECT_TRUE(has(head, "no line"));
+  EXPECT_TRUE(has(head, "no motion"));
   EXPECT_TRUE(has(head + "0,0,0\n", "bad.csv:2: found 3 fields, expected 4"));
   EXPECT_TRUE(has(head + "0,0,x,0\n", "bad.csv:2: vy_mm_per_s: found 'x'"));
   EXPECT_TRUE(has(head + "1,0,0,0\n0,0,0,0\n", "bad.csv:3: time_s"));

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Feasible translation range of each tube under the limits of an arm. */
+#pragma once
+
+#include <vector>
+
+#include "safety/limits.h"
+
+namespace tandem::config {
+
+/** The boxes and rows of beta_1..beta_n (equation (1) of Alsaka et al. 2024 with its margins and the stages' travel),
+ * arranged so that translations can be chosen one after another from tube 1 outwards: every choice inside the interval
+ * leaves room for the tubes that follow. */
+class TranslationRange {
+ public:
+  struct Interval {
+    double lower, upper;  ///< m
+  };
+
+  explicit TranslationRange(const safety::ArmLimits& limits);
+
+  int tubes() const { return static_cast<int>(range_.size()); }
+  /// Where tube i (from 0) may be while the tube before stands at `before` (m; ignored for tube 0).
+  Interval of(int tube, double before) const;
+
+ private:
+  std::vector<Interval> range_;   ///< of beta_i, with all outer tubes inside their limits
+  std::vector<Interval> offset_;  ///< of beta_i - beta_{i-1}
+};
+
+}  // namespace tandem::config

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Allocation-free construction of collision bodies (capsule chains). */
+#pragma once
+
+#include "kinematics/clearance.h"
+
+namespace tandem::kinematics {
+
+/** makeBody() that allocates nothing once it is constructed: for models whose backbone() allocates nothing, and bodies
+ * that have been reserved. Not thread-safe. */
+class BodyBuilder {
+ public:
+  /// Nodes of the body of any arm, at most.
+  static constexpr std::size_t kMostNodes = kMaxBodySections * Body::kPieces + 1;
+
+  BodyBuilder() { s_.reserve(kMostNodes); }
+  /// Makes room for the body of any arm.
+  static void reserve(Body& body);
+
+  ModelStatus make(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body);
+
+ private:
+  std::vector<double> s_;  ///< of the nodes
+};
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Straight guided part of the tubes between motors and entry point. */
+#pragma once
+
+#include "kinematics/scalar.h"
+#include "kinematics/segmentation.h"
+
+namespace tandem::kinematics {
+
+/// For the index of an equilibrium a motor right at the entry point is taken as so far behind it, m.
+inline constexpr double kShortestTransmission = 1e-8;
+
+/** Walks from the entry point back to the farthest motor, in pieces over which no tube changes its section. Behind the
+ * entry point every tube is guided straight and twists on its own, by its moment times what the walk adds up.
+ *
+ * @param beta s of the motors, m
+ * @param take take(added, s) is called for every piece, with the compliance that it adds to each tube, rad/(N m), and
+ *   the s at which it ends, m
+ * @return F_i, the compliance of each tube's transmission, rad/(N m) */
+template <class Scalar, class Take>
+Eigen::Matrix<Scalar, kMaxTubes, 1> crossTransmission(const ConcentricTubeArm& arm,
+                                                      const Segmentation& parts,
+                                                      const Eigen::Matrix<Scalar, kMaxTubes, 1>& beta,
+                                                      const Take& take) {
+  using Vector = Eigen::Matrix<Scalar, kMaxTubes, 1>;
+  const Scalar none(0.0);
+  Vector sum = Vector::Constant(none);
+  std::array<int, kMaxTubes> section{};  // below zero: the tube stands behind its motor, or is not there
+  for (int i = 0; i < kMaxTubes; ++i) {
+    const bool present = i < arm.tubeCount() && parts.interval[0].section[i] != Segmentation::kAbsent;
+    section[i] = present && valueOf(beta[i]) < 0.0 ? parts.interval[0].section[i] : -1;
+  }
+  const auto begin = [&](int tube) {
+    Scalar s = beta[tube];
+    for (int k = 0; k < section[tube]; ++k)
+      s += arm.tubes[tube].sections[k].length;
+    return s;
+  };
+  for (Scalar s(0.0);;) {
+    int next = -1;
+    for (int i = 0; i < arm.tubeCount(); ++i) {
+      if (section[i] >= 0 && (next < 0 || valueOf(begin(i)) > valueOf(begin(next))))
+        next = i;
+    }
+    if (next < 0)
+      return sum;
+    const Scalar length = s - begin(next);
+    s = begin(next);
+    if (valueOf(length) > 0.0) {
+      Vector added = Vector::Constant(none);
+      for (int i = 0; i < arm.tubeCount(); ++i) {
+        if (section[i] >= 0)
+          added[i] = length * (1.0 / arm.tubes[i].sections[section[i]].torsional_stiffness);
+      }
+      sum += added;
+      take(added, s);
+    }
+    --section[next];
+  }
+}
+
+}  // namespace tandem::kinematics

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file CRTK commands as plain structs for the periodic thread: group, verb, values. */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <string_view>
+
+#include "operation/permission.h"
+#include "safety/dimensions.h"
+
+namespace tandem::operation {
+
+enum class CrtkLevel : std::uint8_t { kServo, kInterpolate, kMove, kHold };
+enum class CrtkSpace : std::uint8_t { kJoint, kCartesian };
+enum class CrtkKind : std::uint8_t { kPosition, kRelative, kVelocity };
+
+/** One command of CRTK's table. */
+struct CrtkVerb {
+  std::string_view name;  ///< "servo_cp"
+  CrtkLevel level;
+  CrtkSpace space;
+  CrtkKind kind;
+};
+
+/// All commands, in the order of services/dds/topics.h.
+inline constexpr std::array kCrtkVerbs{
+    CrtkVerb{"servo_jp", CrtkLevel::kServo, CrtkSpace::kJoint, CrtkKind::kPosition},
+    CrtkVerb{"servo_jr", CrtkLevel::kServo, CrtkSpace::kJoint, CrtkKind::kRelative},
+    CrtkVerb{"servo_jv", CrtkLevel::kServo, CrtkSpace::kJoint, CrtkKind::kVelocity},
+    CrtkVerb{"servo_cp", CrtkLevel::kServo, CrtkSpace::kCartesian, CrtkKind::kPosition},
+    CrtkVerb{"servo_cr", CrtkLevel::kServo, CrtkSpace::kCartesian, CrtkKind::kRelative},
+    CrtkVerb{"servo_cv", CrtkLevel::kServo, CrtkSpace::kCartesian, CrtkKind::kVelocity},
+    CrtkVerb{"interpolate_jp", CrtkLevel::kInterpolate, CrtkSpace::kJoint, CrtkKind::kPosition},
+    CrtkVerb{"interpolate_jr", CrtkLevel::kInterpolate, CrtkSpace::kJoint, CrtkKind::kRelative},
+    CrtkVerb{"interpolate_jv", CrtkLevel::kInterpolate, CrtkSpace::kJoint, CrtkKind::kVelocity},
+    CrtkVerb{"interpolate_cp", CrtkLevel::kInterpolate, CrtkSpace::kCartesian, CrtkKind::kPosition},
+    CrtkVerb{"interpolate_cr", CrtkLevel::kInterpolate, CrtkSpace::kCartesian, CrtkKind::kRelative},
+    CrtkVerb{"interpolate_cv", CrtkLevel::kInterpolate, CrtkSpace::kCartesian, CrtkKind::kVelocity},
+    CrtkVerb{"move_jp", CrtkLevel::kMove, CrtkSpace::kJoint, CrtkKind::kPosition},
+    CrtkVerb{"move_jr", CrtkLevel::kMove, CrtkSpace::kJoint, CrtkKind::kRelative},
+    CrtkVerb{"move_cp", CrtkLevel::kMove, CrtkSpace::kCartesian, CrtkKind::kPosition},
+    CrtkVerb{"move_cr", CrtkLevel::kMove, CrtkSpace::kCartesian, CrtkKind::kRelative},
+    CrtkVerb{"hold", CrtkLevel::kHold, CrtkSpace::kJoint, CrtkKind::kPosition},
+};
+
+/// @param verb index into kCrtkVerbs
+inline const CrtkVerb& verbOf(int verb) noexcept { return kCrtkVerbs[static_cast<std::size_t>(verb)]; }
+
+/// What a command asks permission for.
+constexpr Action actionOf(const CrtkVerb& verb) noexcept {
+  if (verb.level == CrtkLevel::kHold)
+    return Action::kCrtkHold;
+  if (verb.space == CrtkSpace::kCartesian)
+    return Action::kCrtkTip;
+  return verb.level == CrtkLevel::kMove ? Action::kCrtkMove : Action::kCrtkJoints;
+}
+
+/// Groups that commands are for: the arms, and behind them the pair.
+inline constexpr int kPairGroup = safety::kMaxArms;
+inline constexpr int kCrtkGroups = safety::kMaxArms + 1;
+
+/** A command, checked as far as that goes without knowing the robot's state. */
+struct CrtkRequest {
+  int verb = 0;   ///< index into kCrtkVerbs
+  int group = 0;  ///< arm, or kPairGroup
+  int count = 0;  ///< numbers: joints of the group (those of the pair one arm after the other), or 3
+  std::array<double, 2 * safety::kMaxJointsPerArm> values{};  ///< m, rad, m/s, rad/s
+
+  // The arms of the group.
+  int firstArm() const noexcept { return group == kPairGroup ? 0 : group; }
+  int lastArm() const noexcept { return group == kPairGroup ? 1 : group; }
+};
+
+/** What became of it, or of a motion later. */
+struct CrtkOutcome {
+  int verb = 0;
+  int group = 0;
+  bool counts = true;  ///< false: the command was counted before; this says how its motion ended
+  bool accepted = false;
+  std::array<char, 160> reason{};
+
+  template <class... Args>
+  CrtkOutcome& refuse(const char* format, Args... args) noexcept {
+    accepted = false;
+    std::snprintf(reason.data(), reason.size(), format, args...);
+    return *this;
+  }
+};
+
+/// Whether a goal of joints, m and rad, lies inside the limits of its arm; otherwise the outcome says so.
+inline bool isReachable(const safety::ArmVector& goal, const safety::ArmLimits& limits, CrtkOutcome& outcome) noexcept {
+  const safety::LimitViolation outside = safety::worstLimitViolation(limits, goal);
+  if (outside.amount > kGoalOutside)
+    outcome.refuse("the goal of joint %d is %.4g %s outside its limits", outside.joint + 1, 1e3 * outside.amount,
+                   limits.isTranslation(outside.joint) ? "mm" : "mrad");
+  return outside.amount <= kGoalOutside;
+}
+
+/** What the periodic thread hands over to the thread that publishes. */
+struct CrtkSnapshot {
+  static constexpr std::uint8_t kNone = 255;
+  bool commanding = false;
+  std::array<std::uint8_t, kCrtkGroups> active{};  ///< the verb that moves the group; kNone
+  // Goals: of each group in space, m; of each arm's joints, m and rad.
+  std::array<std::uint8_t, kCrtkGroups> has_cp{}, has_cv{};
+  std::array<std::array<double, 3>, kCrtkGroups> cp{}, cv{};
+  std::array<std::uint8_t, safety::kMaxArms> has_js{};
+  std::array<double, safety::kMaxJoints> js{};
+};
+
+}  // namespace tandem::operation

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/detail/step_path.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "control/holding.h"
+#include "planning/reference_tracker.h"
+
+namespace tandem::planning {
+namespace {
+
+std::vector<const safety::ArmLimits*> pointersTo(const std::vector<safety::ArmLimits>& limits) {
+  std::vector<const safety::ArmLimits*> pointers;
+  for (const safety::ArmLimits& arm : limits)
+    pointers.push_back(&arm);
+  return pointers;
+}
+
+}  // namespace
+
+StepPath::StepPath(const Arms& arms, int arm, int other_arm) : arms_(arms), arm_(arm), other_arm_(other_arm) {
+  for (const safety::ArmLimits* limits : arms.limits) {
+    limits_.push_back(*limits);
+    for (safety::JointLimit& joint : limits_.back().joints)
+      joint.velocity = joint.approach_acceleration = safety::kUnlimited;
+    for (safety::LinearRow& row : limits_.back().rows)
+      row.approach_acceleration = safety::kUnlimited;
+  }
+}
+
+std::optional<safety::RobotVector> StepPath::go(const TrajectoryPoint& from,
+                                                const TrajectoryPoint& to,
+                                                const safety::RobotVector& q,
+                                                double accept,
+                                                const std::function<bool()>& cancelled) const {
+  constexpr double kPiece = 1e-3, kClose = 1e-3;  // m, of the tips
+  safety::RobotVector joints = q;
+  const double way = std::max((to.tip - from.tip).norm(), (to.relative - from.relative).norm());
+  const int pieces = std::max(1, static_cast<int>(std::ceil(way / kPiece)));
+  for (int piece = 1; piece <= pieces; ++piece) {
+    const double share = static_cast<double>(piece) / pieces;
+    const TrajectoryPoint here{from.tip + share * (to.tip - from.tip),
+                               from.relative + share * (to.relative - from.relative)};
+    const bool last = piece == pieces;
+    const double error = approach(here, last ? accept : std::max(accept, 0.2 * kPiece), last, joints, cancelled);
+    if (last && error > kClose)
+      return std::nullopt;
+  }
+  return joints;
+}
+
+Reference StepPath::referenceTo(const TrajectoryPoint& point) const {
+  Reference reference;
+  reference.task_count = 2;
+  reference.tasks[0] = {TaskKind::kRelativePosition, arm_, other_arm_, point.relative, Eigen::Vector3d::Zero()};
+  reference.tasks[1] = {TaskKind::kTipPosition, arm_, 0, point.tip, Eigen::Vector3d::Zero()};
+  return reference;
+}
+
+StepPath::End StepPath::converge(const TrajectoryPoint& point,
+                                 const safety::RobotVector& q,
+                                 const std::function<bool()>& cancelled) const {
+  End end;
+  end.q = q;
+  end.error = approach(point, 0.0, true, end.q, cancelled);
+  const control::MethodParameters parameters;
+  ReferenceTracker tracker(arms_.models, pointersTo(limits_), control::Method::kNspqp, parameters, {});
+  TrackResult result;
+  tracker.step(end.q, end.q, referenceTo(point), result);
+  if (result.status != TrackStatus::kOk)
+    return end;
+  end.limits = control::holding(tracker.problem(), parameters, {}, false);
+  return end;
+}
+
+double StepPath::approach(const TrajectoryPoint& point,
+                          double accept,
+                          bool finely,
+                          safety::RobotVector& joints,
+                          const std::function<bool()>& cancelled) const {
+  constexpr int kMostWithoutGain = 60, kMost = 600;                 // steps
+  constexpr double kProgress = 0.95, kFirst = 100.0, kKept = 1e-5;  // m
+  const std::vector<const safety::ArmLimits*> limits = pointersTo(limits_);
+  const Reference reference = referenceTo(point);
+  TrackResult result;
+  double least = safety::kUnlimited;
+  safety::RobotVector nearest = joints;
+  // Steps to and fro across a kink of the Jacobian become shorter.
+  for (const double size : {1.0, 0.1, 0.01, 0.001}) {
+    control::MethodParameters parameters;
+    parameters.translation_step *= size;
+    parameters.rotation_velocity *= size;
+    ReferenceTracker tracker(arms_.models, limits, control::Method::kNspqp, parameters, {});
+    double best = safety::kUnlimited;
+    for (int i = 0, since = 0; i < kMost && since < kMostWithoutGain; ++i, ++since) {
+      if (cancelled && cancelled())
+        return safety::kUnlimited;
+      tracker.step(joints, joints, reference, result);
+      if (result.status != TrackStatus::kOk)
+        return safety::kUnlimited;
+      if (const double error = std::max(result.error[0], result.error[1]); error <= accept)
+        return error;
+      // The relative position goes first.
+      const double score = result.error[1] + kFirst * std::max(0.0, result.error[0] - kKept);
+      if (score < least) {
+        least = score;
+        nearest = joints;
+      }
+      if (score < kProgress * best) {
+        best = score;
+        since = 0;
+      }
+      joints += parameters.period * result.solution.velocity;
+    }
+    joints = nearest;
+    if (!finely)
+      break;
+  }
+  return least;
+}
+
+}  // namespace tandem::planning

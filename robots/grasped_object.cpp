@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/SVD>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "kinematics/grasp/grasped_object.h"
+#include "robots/catheters.h"
+
+namespace tandem::robots {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using kinematics::Wrench;
+namespace grasp = kinematics::grasp;
+namespace catheter = kinematics::catheter;
+
+namespace {
+
+std::vector<catheter::ElasticArm> elasticArmsOf(const config::CooperativeRobot& robot,
+                                                const config::GraspedObject& object) {
+  std::vector<catheter::ElasticArm> arms;
+  for (const int arm : object.arms)
+    arms.push_back(robot.arms[static_cast<std::size_t>(arm)].model);
+  return arms;
+}
+
+}  // namespace
+
+struct GraspedObjectMechanism::Parts {
+  Parts(const config::CooperativeRobot& robot, const config::GraspedObject& object)
+      : held(object), model(grasp::Grasp(object.contacts, object.size), elasticArmsOf(robot, object)) {
+    rest = model.start(object.pose);
+    for (const int arm : object.arms) {
+      arms.push_back(&robot.arms[static_cast<std::size_t>(arm)]);
+      limits.push_back(&arms.back()->limits);
+    }
+  }
+
+  const grasp::Grasp& grasp() const { return model.grasp(); }
+  Eigen::Index rows(std::size_t k) const {
+    return grasp().firstRow(static_cast<int>(k) + 1) - grasp().firstRow(static_cast<int>(k));
+  }
+  RobotVector::ConstSegmentReturnType jointsOf(const RobotVector& q, std::size_t k) const {
+    return q.segment(static_cast<Eigen::Index>(k) * catheter::kJoints, catheter::kJoints);
+  }
+  grasp::ContactLoad loadAt(std::size_t k, const VectorXd& force) const {
+    return grasp::loadOf(held.contacts[k], force.segment(grasp().firstRow(static_cast<int>(k)), rows(k)));
+  }
+  /// Contact forces with a specified squeeze.
+  VectorXd wanted(double squeeze) const {
+    grasp::Twist left;
+    return grasp().contactForces(rest.state, wrench(), squeeze, left);
+  }
+  /// Whether no contact slips or pulls under these forces, and friction contacts press.
+  bool holds(const VectorXd& force) const {
+    for (std::size_t k = 0; k < arms.size(); ++k) {
+      const grasp::ContactLoad load = loadAt(k, force);
+      if (held.contacts[k].type != grasp::ContactType::kRigid && (!(load.normal > 0.0) || load.slips))
+        return false;
+    }
+    return true;
+  }
+
+  Wrench wrench() const {
+    Wrench load;
+    load << held.load, Eigen::Vector3d::Zero();
+    return load;
+  }
+
+  /// Z^T C (f - f*).
+  VectorXd strain() const {
+    return rest.state.internal_forces.transpose() * (rest.compliance * (rest.force - wanted(held.squeeze)));
+  }
+
+  /// Z^T C d(f - f*)/dq; without loads Z^T B J. The specified forces f* are given in the object frame, in which the
+  /// load turns the other way.
+  MatrixXd strainRates() const {
+    MatrixXd rates = rest.force_by_joints;
+    for (Eigen::Index j = 0; j < rates.cols(); ++j) {
+      const Eigen::Vector3d turn = rest.jacobian.col(j).tail<3>();
+      Wrench change;
+      change << held.load.cross(turn), Eigen::Vector3d::Zero();
+      grasp::Twist left;
+      rates.col(j) -= grasp().contactForces(rest.state, change, 0.0, left);
+    }
+    return rest.state.internal_forces.transpose() * (rest.compliance * rates);
+  }
+
+  /// Orthonormal combinations of its rows, as many as joints can change independently.
+  MatrixXd choice(const MatrixXd& rates) const {
+    if (rates.rows() == 0)
+      return rates;
+    const Eigen::JacobiSVD<MatrixXd> svd(rates, Eigen::ComputeThinU);
+    return svd.matrixU().leftCols(rest.state.squeezes).transpose();
+  }
+
+  const config::GraspedObject& held;
+  grasp::GraspedObject model;
+  std::vector<const config::CatheterArm*> arms;
+  std::vector<const safety::ArmLimits*> limits;
+
+  RobotVector joints;
+  grasp::GraspEquilibrium rest;
+  MotionJacobian jacobian;
+};
+
+GraspedObjectMechanism::GraspedObjectMechanism(const config::CooperativeRobot& robot) {
+  if (!robot.object)
+    throw std::invalid_argument(robot.name + ": found no object, expected one that the arms hold");
+  parts_ = std::make_unique<Parts>(robot, *robot.object);
+}
+GraspedObjectMechanism::~GraspedObjectMechanism() = default;
+
+const std::vector<const safety::ArmLimits*>& GraspedObjectMechanism::limits() const { return parts_->limits; }
+
+RobotVector GraspedObjectMechanism::home() const {
+  RobotVector q(static_cast<Eigen::Index>(parts_->arms.size()) * catheter::kJoints);
+  for (std::size_t k = 0; k < parts_->arms.size(); ++k)
+    q.segment(static_cast<Eigen::Index>(k) * catheter::kJoints, catheter::kJoints) = parts_->arms[k]->home;
+  return q;
+}
+
+std::string GraspedObjectMechanism::solveEquilibrium(const RobotVector& q) {
+  Parts& parts = *parts_;
+  const grasp::GraspStatus status = parts.model.solveEquilibrium(q, parts.wrench(), parts.rest);
+  if (status == grasp::GraspStatus::kArm)
+    return parts.arms[static_cast<std::size_t>(parts.rest.arm)]->name + ": " +
+           std::string(kinematics::describe(parts.rest.arm_status));
+  if (status != grasp::GraspStatus::kOk)
+    return std::string(grasp::describe(status));
+  parts.joints = q;
+  parts.jacobian = parts.rest.jacobian;
+  return {};
+}
+
+const Eigen::Isometry3d& GraspedObjectMechanism::pose() const { return parts_->rest.pose; }
+const MotionJacobian& GraspedObjectMechanism::jacobian() const { return parts_->jacobian; }
+double GraspedObjectMechanism::length() const { return parts_->grasp().length(); }
+
+std::vector<control::Task> GraspedObjectMechanism::higherTasks(double gain) const {
+  const MatrixXd rates = parts_->strainRates();
+  // Only so many combinations of the rows as joints can change: the others are nothing that could be asked for.
+  const MatrixXd choice = parts_->choice(rates);
+  const MatrixXd rows = choice * rates;
+  const VectorXd wanted = -gain * (choice * parts_->strain());
+  std::vector<control::Task> tasks;
+  for (Eigen::Index first = 0; first < rows.rows(); first += control::kMaxTaskRows) {
+    const Eigen::Index count = std::min<Eigen::Index>(control::kMaxTaskRows, rows.rows() - first);
+    tasks.push_back({rows.middleRows(first, count), wanted.segment(first, count)});
+  }
+  return tasks;
+}
+
+double GraspedObjectMechanism::residual() const {
+  return (parts_->choice(parts_->strainRates()) * parts_->strain()).norm();
+}
+
+std::string GraspedObjectMechanism::infeasibility() const {
+  const Parts& parts = *parts_;
+  if (parts.holds(parts.wanted(parts.held.squeeze)))
+    return {};
+  // The least squeeze that would do: from none that does to one that does, by halves.
+  constexpr double kMost = 1e3;  // N
+  double lower = parts.held.squeeze, upper = std::max(lower, 1e-6);
+  while (upper < kMost && !parts.holds(parts.wanted(upper)))
+    lower = upper, upper *= 2.0;
+  char text[200];
+  if (upper >= kMost) {
+    std::snprintf(text, sizeof text,
+                  "no squeeze prevents slip under the load: the contact normals do not oppose each other");
+    return text;
+  }
+  while (upper - lower > 1e-3 * upper && upper > 1e-9) {
+    const double middle = 0.5 * (lower + upper);
+    (parts.holds(parts.wanted(middle)) ? upper : lower) = middle;
+  }
+  if (parts.held.load.isZero())
+    std::snprintf(text, sizeof text, "the contacts rely on friction: found a squeeze of %g N, expected more than 0 N",
+                  parts.held.squeeze);
+  else
+    std::snprintf(text, sizeof text,
+                  "the contacts would slip under the load: found a squeeze of %g N, expected more than %.3g N",
+                  parts.held.squeeze, upper);
+  return text;
+}
+
+std::string GraspedObjectMechanism::errorOf(const grasp::GraspEquilibrium& rest) const {
+  const Parts& parts = *parts_;
+  std::string text;
+  const VectorXd force = rest.force;
+  const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : "; ") + what; };
+  for (std::size_t k = 0; k < parts.arms.size(); ++k) {
+    const grasp::ContactLoad load = parts.loadAt(k, force);
+    if (load.separates)
+      add(parts.arms[k]->name + ": the contact force would be tensile");
+    else if (load.slips)
+      add(parts.arms[k]->name + " slips: its contact needs " + std::to_string(load.used).substr(0, 5) +
+          " of its friction");
+    if (rest.buckled[k] > 0)
+      add(parts.arms[k]->name + " buckles");
+  }
+  if (rest.unstable > 0 && text.empty())
+    add("the equilibrium of arms and grasped object is unstable; reduce squeeze or load");
+  return text;
+}
+
+std::vector<std::pair<std::string, double>> GraspedObjectMechanism::columns() const {
+  const Parts& parts = *parts_;
+  std::vector<std::pair<std::string, double>> columns;
+  for (std::size_t k = 0; k < parts.arms.size(); ++k) {
+    const grasp::ContactLoad load = parts.loadAt(k, parts.rest.force);
+    columns.emplace_back("normal_N_" + parts.arms[k]->name, load.normal);
+    columns.emplace_back("friction_used_" + parts.arms[k]->name, load.used);
+  }
+  columns.emplace_back("manipulability", parts.rest.state.manipulability);
+  return columns;
+}
+
+std::vector<Eigen::Isometry3d> GraspedObjectMechanism::tips() const {
+  std::vector<Eigen::Isometry3d> tips;
+  for (std::size_t k = 0; k < parts_->arms.size(); ++k)
+    tips.push_back(parts_->rest.tips[k].pose);
+  return tips;
+}
+
+std::vector<std::vector<Eigen::Vector3d>> GraspedObjectMechanism::shapes() const {
+  const Parts& parts = *parts_;
+  std::vector<std::vector<Eigen::Vector3d>> shapes;
+  for (std::size_t k = 0; k < parts.arms.size(); ++k) {
+    auto branch = parts.rest.branches[k];
+    std::vector<kinematics::cosserat::RodPoint> points;
+    const Wrench wrench = parts.model.wrenchOn(static_cast<int>(k), parts.rest);
+    parts.model.arms()[k].shape(parts.jointsOf(parts.joints, k), wrench, branch, 60, points);
+    std::vector<Eigen::Vector3d> places;
+    for (const auto& point : points)
+      places.push_back(point.pose.translation());
+    places.push_back(parts.rest.tips[k].pose.translation());
+    shapes.push_back(std::move(places));
+  }
+  return shapes;
+}
+
+const grasp::Grasp& GraspedObjectMechanism::grasp() const { return parts_->grasp(); }
+const grasp::GraspState& GraspedObjectMechanism::state() const { return parts_->rest.state; }
+const grasp::GraspEquilibrium& GraspedObjectMechanism::rest() const { return parts_->rest; }
+const grasp::GraspedObject& GraspedObjectMechanism::model() const { return parts_->model; }
+const RobotVector& GraspedObjectMechanism::joints() const { return parts_->joints; }
+
+grasp::Matrix6 GraspedObjectMechanism::stiffnessOf(int contact) const {
+  const Parts& parts = *parts_;
+  const Eigen::Index row = parts.grasp().firstRow(contact), count = parts.rows(static_cast<std::size_t>(contact));
+  const MatrixXd at_object = parts.rest.state.by_object.middleRows(row, count);
+  const MatrixXd compliance = parts.rest.compliance.block(row, row, count, count);
+  return at_object.transpose() * compliance.ldlt().solve(at_object);
+}
+
+grasp::Matrix6 GraspedObjectMechanism::stiffness() const { return parts_->rest.stiffness; }
+
+}  // namespace tandem::robots

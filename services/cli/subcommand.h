@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Subcommands of `tandem`: their registration, and the helpers that all of them use. */
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "services/client/arguments.h"
+
+namespace tandem::cli {
+
+using client::Failure, client::guarded, client::openInput, client::shareFile, client::since, client::statusField;
+using client::kFailure, client::kOk, client::kUsage;
+
+/** Registers a subcommand's options with `app`; the callback of the subcommand sets `exit_code`. */
+using Register = void(CLI::App& app, int& exit_code);
+Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
+    registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
+    registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
+    registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo;
+
+}  // namespace tandem::cli

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Interruptions of a client: between a request and its answer, and before anything was requested.
+#include "services/client/client.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "config/config.h"
+#include "services/client/arguments.h"
+#include "support.h"
+
+namespace tandem::client {
+namespace {
+
+config::Deployment testDeployment() {
+  config::Deployment deployment;
+  deployment.domain = dds::testOptions().domain;
+  deployment.prefix = dds::testOptions().prefix;
+  return deployment;
+}
+
+// Control as a client sees it. Its answer comes after statuses that wake the client, so that a client that looks for
+// interruptions while it waits sees one.
+class SlowControl {
+ public:
+  static constexpr std::uint32_t kValue = 42;
+
+  explicit SlowControl(dds::Watched<int>& received)
+      : received_(received),
+        bus_(dds::testOptions()),
+        replies_(bus_.writer(dds::kControlReply)),
+        clock_replies_(bus_.writer(dds::kClockReply)),
+        statuses_(bus_.writer(dds::kControlStatus)),
+        requests_(bus_.reader(dds::kControlRequest, [this](const dds::ControlRequest& r) { onRequest(r); })),
+        clock_requests_(bus_.reader(dds::kClockRequest, [this](const dds::ClockRequest& r) { onClockRequest(r); })) {}
+
+  bool requested() const { return requested_; }
+
+ private:
+  void onRequest(const dds::ControlRequest& request) {
+    requested_ = true;
+    constexpr int kStatuses = 3;
+    const int before = received_.get();
+    EXPECT_TRUE(dds::repeatUntil([&] { return received_.get() >= before + kStatuses; },
+                                 [this] { statuses_.write(dds::ControlStatus{}); }));
+    dds::Reply reply;
+    reply.client = request.client;
+    reply.request = request.request;
+    reply.accepted = 1;
+    reply.value = kValue;
+    replies_.write(reply);
+  }
+
+  void onClockRequest(const dds::ClockRequest& request) {
+    dds::ClockReply reply;
+    reply.client = request.client;
+    reply.request = request.request;
+    reply.process = "control";
+    clock_replies_.write(reply);
+  }
+
+  dds::Watched<int>& received_;
+  std::atomic<bool> requested_{false};
+  dds::Bus bus_;
+  dds::Writer<dds::Reply> replies_;
+  dds::Writer<dds::ClockReply> clock_replies_;
+  dds::Writer<dds::ControlStatus> statuses_;
+  dds::Reader requests_, clock_requests_;
+};
+
+Client::Callbacks countingInto(dds::Watched<int>& received) {
+  Client::Callbacks callbacks;
+  callbacks.status = [&received](const dds::ControlStatus&) { received.change([](int& n) { ++n; }); };
+  return callbacks;
+}
+
+TEST(Interruption, BetweenRequestAndAnswerTheAnswerIsAwaited) {
+  dds::Watched<int> received;
+  SlowControl control(received);
+  Client client(testDeployment(), countingInto(received), Client::Receives::kAnyRobot);
+  client.setInterrupt([&] { return control.requested(); });
+  EXPECT_EQ(client.control({}).value, SlowControl::kValue);
+}
+
+TEST(Interruption, BeforeARequestIsReportedAsSuch) {
+  Client client(testDeployment(), {}, Client::Receives::kAnyRobot);
+  client.setInterrupt([] { return true; });
+  const auto expectInterrupted = [](const auto& call) {
+    try {
+      call();
+      FAIL() << "expected a failure";
+    } catch (const Failure& failure) {
+      EXPECT_STREQ(failure.what(), "interrupted; nothing was requested");
+    }
+  };
+  expectInterrupted([&] { client.control({}); });
+  expectInterrupted([&] { client.connect(20.0); });
+}
+
+}  // namespace
+}  // namespace tandem::client
