@@ -39,11 +39,9 @@ void ObjectLoop::stepAtOnce(const safety::RobotVector& q,
                             const planning::Reference& tasks,
                             planning::ReferenceTracker& tracker,
                             planning::TrackResult& result) {
-  const auto solveEquilibrium = [this](const safety::RobotVector& joints) {
-    return follower_->solveEquilibrium(joints);
-  };
+  const auto solve = [this](const safety::RobotVector& joints) { return follower_->solveEquilibrium(joints); };
   const std::string why =
-      robots::stepByMiddle(follower_->mechanism(), solveEquilibrium, tracker, q, tasks.object, period_, rest_, result);
+      robots::stepByMiddle(follower_->mechanism(), solve, tracker, q, tasks.object, period_, rest_, result);
   if (why.empty())
     return;
   spdlog::error("no equilibrium of the common object at the present joints: {}", why);

@@ -16,6 +16,7 @@
 
 #include "services/dds/host_addresses.h"
 #include "services/dds/participant_detail.h"
+#include "services/dds/start_transport.h"
 
 namespace tandem::dds::detail {
 namespace {
@@ -113,16 +114,21 @@ void secure(const Credentials& credentials, fast::DomainParticipantQos& qos) {
   set("crypto.plugin", "builtin.AES-GCM-GMAC");
 }
 
-fast::DomainParticipantQos participantQos(const BusOptions& options) {
+std::shared_ptr<StartTransportDescriptor> transportOf(const BusOptions& options) {
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.push_back(options.interface_address);
+  udp->maxInitialPeersRange = kMostParticipants;
+  udp->receiveBufferSize = kSocketBuffer;
+  udp->sendBufferSize = kSocketBuffer;
+  return std::make_shared<StartTransportDescriptor>(udp);
+}
+
+fast::DomainParticipantQos participantQos(const BusOptions& options,
+                                          const std::shared_ptr<StartTransportDescriptor>& transport) {
   fast::DomainParticipantQos qos;
   if (options.credentials)
     secure(*options.credentials, qos);
   qos.name(options.name);
-  auto transport = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  transport->interfaceWhiteList.push_back(options.interface_address);
-  transport->maxInitialPeersRange = kMostParticipants;
-  transport->receiveBufferSize = kSocketBuffer;
-  transport->sendBufferSize = kSocketBuffer;
   qos.transport().user_transports.push_back(transport);
   qos.transport().use_builtin_transports = false;
 
@@ -143,8 +149,9 @@ fast::DomainParticipantQos participantQos(const BusOptions& options) {
   // forgotten it while it has not forgotten them, and 2.9.1 may take a minute to match them again. Watchdogs of ours
   // notice silence long before.
   builtin.discovery_config.leaseDuration = Duration_t(15, 0);
-  // Newcomers announce themselves five times within their first 0.5 s, and whoever is there answers. Later
-  // announcements repair losses alone; each is a datagram to 32 ports of each peer.
+  // Newcomers announce themselves five times within their first 0.1 s, and whoever is there answers the first one that
+  // it receives. Later announcements repair losses alone; each is a datagram to 32 ports of each peer.
+  builtin.discovery_config.initial_announcements = {5, Duration_t(0, 20'000'000)};
   builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(1, 0);
   return qos;
 }
@@ -223,8 +230,10 @@ Participant::Participant(const BusOptions& options) : options_(options) {
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
 
   auto* factory = fast::DomainParticipantFactory::get_instance();
-  participant_ = factory->create_participant(static_cast<std::uint32_t>(options.domain), participantQos(options), this,
-                                             fast::StatusMask::none());
+  const std::shared_ptr<StartTransportDescriptor> transport = transportOf(options);
+  participant_ = factory->create_participant(static_cast<std::uint32_t>(options.domain),
+                                             participantQos(options, transport), this, fast::StatusMask::none());
+  transport->open();
   if (participant_ != nullptr) {
     publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
     subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);

@@ -2,13 +2,6 @@
 // Two participants in one process, over loopback.
 #include "services/dds/bus.h"
 
-#include <linux/sockios.h>
-#include <netinet/in.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <unistd.h>
-
 #include <array>
 #include <atomic>
 #include <map>
@@ -16,7 +9,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "services/dds/ports.h"
 #include "support.h"
 
 namespace tandem::dds {
@@ -59,31 +51,6 @@ TEST(Bus, PrefixesAndArmsAreKeptApart) {
   auto writer = bus.writer(kStateCommand, "arm_a");
   EXPECT_TRUE(repeatUntil([&] { return right > 20; }, [&] { writer.write({}); }));
   EXPECT_EQ(wrong, 0);
-}
-
-// Each announcement goes to 32 ports of each peer: four a second were half of the system calls of an idle service.
-TEST(Bus, AnnouncesItselfOnceASecond) {
-  constexpr int kInitial = 6, kPeriods = 3;
-  const BusOptions options = testOptions();
-  const int listener = ::socket(AF_INET, SOCK_DGRAM, 0);
-  const timeval deadline{20, 0};
-  ::setsockopt(listener, SOL_SOCKET, SO_RCVTIMEO, &deadline, sizeof deadline);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<std::uint16_t>(discoveryPort(options.domain, 31)));
-  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  Bus bus(options);
-  std::array<double, kInitial + kPeriods + 1> at{};
-  for (double& time : at) {
-    std::array<char, 2048> datagram{};
-    ASSERT_GT(::recv(listener, datagram.data(), datagram.size(), 0), 0);
-    timeval received{};  // by the kernel: this thread may be late
-    ASSERT_EQ(::ioctl(listener, SIOCGSTAMP, &received), 0);
-    time = static_cast<double>(received.tv_sec) + 1e-6 * static_cast<double>(received.tv_usec);
-  }
-  ::close(listener);
-  EXPECT_GT(at.back() - at[kInitial], 0.8 * kPeriods);
 }
 
 TEST(Bus, ALateReaderGetsTheLatchedSample) {
