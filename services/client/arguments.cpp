@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/client/arguments.h"
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 
@@ -13,8 +15,12 @@ std::shared_ptr<std::istream> openInput(const std::string& path) {
     return {&std::cin, [](std::istream*) {}};
   auto file = std::make_shared<std::ifstream>(path);
   if (!*file)
-    throw Failure(kUsage, path + ": cannot be opened for reading");
+    throw Failure(kUsage, path + ": cannot be opened for reading: " + std::strerror(errno));
   return file;
+}
+
+void failToWrite(int code, const std::string& file) {
+  throw Failure(code, file + ": cannot be written" + (errno == 0 ? "" : std::string(": ") + std::strerror(errno)));
 }
 
 void guarded(int& exit_code, const std::function<int()>& body) {

@@ -36,6 +36,9 @@ inline double since(std::chrono::steady_clock::time_point start) {
 /// A file to read, or standard input for "-". @throw Failure(kUsage) where it can't be opened.
 std::shared_ptr<std::istream> openInput(const std::string& path);
 
+/// For a stream that could not be opened or written: "FILE: cannot be written: No space left on device", from errno.
+[[noreturn]] void failToWrite(int code, const std::string& file);
+
 /// Runs a subcommand's body: prints failures to stderr, sets the exit code.
 void guarded(int& exit_code, const std::function<int()>& body);
 

@@ -9,6 +9,7 @@
 #include "safety/operating_state.h"
 #include "services/client/arguments.h"
 #include "services/client/role.h"
+#include "services/runtime/diagnostics.h"
 #include "services/runtime/identity.h"
 
 namespace tandem::client {
@@ -346,6 +347,18 @@ void Client::setMethod(control::Method method) {
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kSetMethod);
   request.text = std::string(control::name(method));
   control(request);
+}
+
+std::string Client::nameOfPauser(const Snapshot& snapshot) const {
+  const std::uint64_t client = snapshot.status.paused_by;
+  if (const auto known = bus_.identityOf(client))
+    return runtime::describe(*known);
+  const auto control = snapshot.diagnostics.find("tandem-control");
+  if (control == snapshot.diagnostics.end())
+    return {};
+  const auto& values = control->second.values;
+  const auto name = std::ranges::find(values, runtime::kPausedByKey + std::to_string(client), &dds::KeyValue::key);
+  return name == values.end() ? std::string() : name->value;
 }
 
 }  // namespace tandem::client

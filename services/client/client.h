@@ -105,6 +105,10 @@ class Client {
   void stateCommand(const std::string& command);
   void setMethod(control::Method method);
 
+  /// "cli (pid 4711 on vm)" of the client that has paused the arms, also if it has left: from its own identity, or from
+  /// control's diagnostics. Empty: neither has arrived. Does not lock; for conditions of waitFor().
+  std::string nameOfPauser(const Snapshot& snapshot) const;
+
  private:
   struct Pending;
   bool wait(double seconds,

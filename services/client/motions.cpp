@@ -12,7 +12,6 @@
 #include "safety/faults.h"
 #include "safety/joint_motion.h"
 #include "services/client/arguments.h"
-#include "services/runtime/identity.h"
 
 namespace tandem::client {
 namespace {
@@ -21,6 +20,7 @@ constexpr double kMotionTime = 600.0;       // s
 constexpr double kWithdrawTime = 3600.0;    // s
 constexpr double kRunTime = 24.0 * 3600.0;  // s
 constexpr double kLag = 2.0;                // s, of joints behind their setpoints, and of services behind each other
+constexpr double kNamed = 3.0;              // s: control publishes its diagnostics once a second
 constexpr double kReason =
     0.5;  // s: planning may notice a fault before control says which one it is, and says why it failed
 
@@ -283,14 +283,21 @@ bool Motions::waitUntilFinished(const Run& run, const std::function<bool(const S
       return woken;
     if (const std::uint64_t who = pauser(now); who != reported) {
       reported = who;
-      const auto known = client_.bus().identityOf(who);
       if (who != 0 && run.paused)
-        run.paused(known ? runtime::describe(*known) : "another client");
+        run.paused(describePauser(who));
     } else {
       client_.stateCommand("resume");
       reported = 0;
     }
   }
+}
+
+/// Waits for the name: a client that pauses and leaves may be known to control alone.
+std::string Motions::describePauser(std::uint64_t client) const {
+  std::string name;
+  wait_(kNamed,
+        [&](const Snapshot& s) { return s.status.paused_by != client || !(name = client_.nameOfPauser(s)).empty(); });
+  return name.empty() ? "another client" : name;
 }
 
 std::string failureOf(const Snapshot& s) {

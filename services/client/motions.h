@@ -65,6 +65,7 @@ class Motions {
   void expectNoFault(const Snapshot& snapshot) const;
   /// Until it is over, through pauses by others. @return false where it was interrupted
   bool waitUntilFinished(const Run& run, const std::function<bool(const Snapshot&)>& over);
+  std::string describePauser(std::uint64_t client) const;
   [[noreturn]] void abandon(const std::string& what, bool trajectory);
 
   Client& client_;

@@ -7,6 +7,7 @@
 #include "robots/capability.h"
 #include "safety/operating_state.h"
 #include "services/control/crtk_command_handler.h"
+#include "services/runtime/identity.h"
 #include "services/runtime/method_library.h"
 #include "services/runtime/periodic_loop.h"
 
@@ -36,6 +37,7 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const r
     : setup_(setup),
       robot_(robot),
       frame_(setup.deployment.prefix + "_base"),
+      bus_(bus),
       diagnostics_(bus, setup.name, setup.robot.name) {
   for (const config::Arm& from : setup.robot.arms)
     arms_.emplace_back(bus, from);
@@ -223,17 +225,24 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
   const auto method = static_cast<control::Method>(status.method);
   const std::string method_text = runtime::describeMethod(method, setup_.deployment, setup_.robot);
   const std::string foreign = method == control::Method::kForeign ? "; method " + method_text : "";
-  diagnostics_.publish(runtime::monotonicNow(), snapshot.state.stamp, level,
-                       states + (hold.empty() ? "" : "; the trajectory is held: " + hold) + foreign + idle + faults,
-                       {{"model", std::string(idl::name(robot_.kind()))},
-                        {"feedback", std::string(planning::name(setup_.deployment.feedback))},
-                        {runtime::kMethodKey, method_text},
-                        {"cycles", std::to_string(status.cycles)},
-                        {"overruns", std::to_string(status.overruns)},
-                        {"state_success", std::to_string(status.state_success)},
-                        {"reference_success", std::to_string(status.reference_success)},
-                        {"jitter_max_s", std::to_string(status.jitter_max)},
-                        {"cycle_time_max_s", std::to_string(status.cycle_time_max)}});
+  runtime::Details values{{"model", std::string(idl::name(robot_.kind()))},
+                          {"feedback", std::string(planning::name(setup_.deployment.feedback))},
+                          {runtime::kMethodKey, method_text},
+                          {"cycles", std::to_string(status.cycles)},
+                          {"overruns", std::to_string(status.overruns)},
+                          {"state_success", std::to_string(status.state_success)},
+                          {"reference_success", std::to_string(status.reference_success)},
+                          {"jitter_max_s", std::to_string(status.jitter_max)},
+                          {"cycle_time_max_s", std::to_string(status.cycle_time_max)}};
+  std::string paused;
+  if (const auto client = bus_.identityOf(status.paused_by); client && status.paused_by != 0) {
+    paused = "; paused by " + runtime::describe(*client);
+    values.push_back({runtime::kPausedByKey + std::to_string(status.paused_by), runtime::describe(*client)});
+  }
+  diagnostics_.publish(
+      runtime::monotonicNow(), snapshot.state.stamp, level,
+      states + paused + (hold.empty() ? "" : "; the trajectory is held: " + hold) + foreign + idle + faults,
+      std::move(values));
 }
 
 void CrtkPublisher::publishCatheter(Arm& arm, int k, std::int64_t stamp) {

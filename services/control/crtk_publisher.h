@@ -91,6 +91,7 @@ class CrtkPublisher {
   std::vector<Arm> arms_;
   std::optional<Ends> pair_;
   std::vector<std::string> pair_names_;  ///< of its joints
+  dds::Bus& bus_;
   runtime::Diagnostics diagnostics_;
   std::vector<kinematics::ShapePoint> shape_;
 };

@@ -18,6 +18,8 @@ using Details = std::vector<dds::KeyValue>;
 inline constexpr const char* kDroppedKey = "dropped ";
 /// Keys of sentences about those who know another robot or deployment begin with this.
 inline constexpr const char* kMismatchKey = "mismatch ";
+/// In control's diagnostics: the key of the name of the client that has paused the arms is this and the client's id.
+inline constexpr const char* kPausedByKey = "paused_by ";
 
 /** Publishes one DiagnosticStatus of a service, at most once a second and at once when its level changes. For publisher
  * threads. */

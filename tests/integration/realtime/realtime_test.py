@@ -222,6 +222,8 @@ class RealTime:
         # Anybody may take power away, and who runs says how it goes on.
         self.assert_ok(self.system.robot("pause"))
         self.await_words(run, "paused by cli (pid ")
+        system.until(lambda: "; paused by cli (pid " in self.status()["diagnostics"]["tandem-control"]["message"], 10,
+                     "control names the client that has paused")
         stood = self.system.assert_still(self)
         self.assertIsNone(run.poll(), "a pause ended the run")
         self.assert_refused(self.system.robot("resume"), "another client has the control lease: cli (pid ", f"pid {run.pid} on ",

@@ -98,5 +98,25 @@ TEST(Interruption, BeforeARequestIsReportedAsSuch) {
   expectInterrupted([&] { client.connect(20.0); });
 }
 
+// The client that has paused may have left before its own identity arrived.
+TEST(Pauser, IsNamedByControl) {
+  constexpr std::uint64_t kPauser = 77;
+  dds::Bus control(dds::testOptions());
+  auto statuses = control.writer(dds::kControlStatus);
+  auto diagnostics = control.writer(dds::kDiagnostics);
+  dds::ControlStatus status;
+  status.paused_by = kPauser;
+  dds::DiagnosticArray array;
+  array.status.resize(1);
+  array.status[0].name = "tandem-control";
+  array.status[0].values = {{"paused_by 76", "another"}, {"paused_by 77", "cli (pid 5 on vm)"}};
+  const Client client(testDeployment(), {}, Client::Receives::kAnyRobot);
+  EXPECT_TRUE(dds::repeatUntil([&] { return client.nameOfPauser(client.snapshot()) == "cli (pid 5 on vm)"; },
+                               [&] {
+                                 statuses.write(status);
+                                 diagnostics.write(array);
+                               }));
+}
+
 }  // namespace
 }  // namespace tandem::client
