@@ -43,4 +43,23 @@ const RobotFile& robotFileOf(const std::filesystem::path& file) {
 
 Robot loadAnyRobot(const std::filesystem::path& file) { return robotFileOf(file).load(file); }
 
+Robot loadAnyRobot(const Deployment& deployment) {
+  Robot robot = loadAnyRobot(deployment.robot);
+  setReadingErrors(deployment.plant.encoders, robot);
+  return robot;
+}
+
+void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot) {
+  constexpr double kDeviations = 8.0;
+  const auto errorOf = [&](safety::JointKind kind) {
+    return 0.5 * encoders.resolution.of(kind) + kDeviations * encoders.noise.of(kind);
+  };
+  for (Arm& arm : robot.arms) {
+    for (safety::JointLimit& joint : arm.limits.joints)
+      joint.reading_error = errorOf(joint.kind);
+    // Two tubes' readings are compared.
+    arm.model.tolerance = safety::kAtRest + 2.0 * errorOf(safety::JointKind::kTranslation);
+  }
+}
+
 }  // namespace tandem::config

@@ -38,4 +38,11 @@ const RobotFile& robotFileOf(const std::filesystem::path& file);
 /// Loads a robot of any type. @throw Error as the type's loader does.
 Robot loadAnyRobot(const std::filesystem::path& file);
 
+/// The same for the robot of a deployment, with setReadingErrors() of its plant.
+Robot loadAnyRobot(const Deployment& deployment);
+
+/** Sets JointLimit::reading_error of all joints: half a count and eight standard deviations of the noise. Models of
+ * tubes accept readings that are outside equation (1) by as much, and by safety::kAtRest. */
+void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot);
+
 }  // namespace tandem::config

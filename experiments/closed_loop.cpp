@@ -107,7 +107,7 @@ planning::Progress runLoop(const config::Robot& robot,
                            const LoopOptions& options,
                            const std::function<void(const LoopView&)>& after) {
   if (options.feedback == planning::Feedback::kSensor && !options.plant.tracker.present)
-    throw std::runtime_error("feedback: sensor needs a tip tracker, plant.tracker");
+    throw std::invalid_argument("feedback: sensor needs a tip tracker, plant.tracker");
   SimulatedRobot plant(robot, model, plan.start, options);
   Controller controller(robot, model, plan.key.method, options);
   planning::Follower follower(options.control_period);
@@ -127,6 +127,7 @@ planning::Progress runLoop(const config::Robot& robot,
     data.point = follower.progress().point;
     data.iteration = follower.progress().iteration;
     data.position = plant.position();
+    data.setpoint = plant.setpoint();
     for (int k = 0; k < model.armCount(); ++k)
       data.tip[static_cast<std::size_t>(k)] = plant.tips().pose(k).translation();
     data.scale = {solution.scale[0], solution.scale[1]};
@@ -145,11 +146,15 @@ RunRecord runOffline(const config::Robot& robot,
                      const LoopOptions& options,
                      const std::function<void(int, int)>& progress) {
   RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);
-  runLoop(robot, model, plan, options, [&](const LoopView& view) {
-    record.add(view.data);
-    if (progress)
-      progress(view.data.point, plan.trajectory.point_count);
-  });
+  try {
+    runLoop(robot, model, plan, options, [&](const LoopView& view) {
+      record.add(view.data);
+      if (progress)
+        progress(view.data.point, plan.trajectory.point_count);
+    });
+  } catch (const std::runtime_error& error) {
+    record.fail(error.what());
+  }
   return record;
 }
 

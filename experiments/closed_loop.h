@@ -36,7 +36,8 @@ std::vector<RunPlan> plan(const config::Experiment& experiment);
 
 /** Closes the loop of one plan until its run is over. @param after  called after every iteration
  * @return where the run ended
- * @throw std::runtime_error where model or plant cannot answer or the gate refuses a command. */
+ * @throw std::invalid_argument for `feedback: sensor` without a tip tracker, std::runtime_error where model or plant
+ * cannot answer or the gate refuses a command. */
 planning::Progress runLoop(const config::Robot& robot,
                            const RobotModel& model,
                            const RunPlan& plan,
@@ -47,7 +48,8 @@ planning::Progress runLoop(const config::Robot& robot,
  * same order.
  * @param model  the controller's; the plant has its own
  * @param progress  called after every iteration with point and point count; may be empty.
- * @throw std::runtime_error where model or plant cannot answer or the gate refuses a command. */
+ * @throw std::invalid_argument as runLoop() does
+ * @return the rows; of a run that runLoop() could not end, those before, and why: RunSummary::failure */
 RunRecord runOffline(const config::Robot& robot,
                      const RobotModel& model,
                      const RunPlan& plan,

@@ -55,6 +55,15 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
   return rows;
 }
 
+std::string formatFailures(std::span<const RunSummary> runs) {
+  std::string text;
+  for (const RunSummary& run : runs) {
+    if (!run.failure.empty())
+      text += format("%s ended after %d iterations: %s\n", run.key.name().c_str(), run.iterations, run.failure.c_str());
+  }
+  return text;
+}
+
 std::string formatTable(std::span<const ComparisonRow> rows) {
   std::string text = format("%-11s %-13s %10s  %-24s %-24s %11s %7s %6s\n", "trajectory", "method", "iterations",
                             "eps_AB RMS+-StD [Max] mm", "eps_A RMS+-StD [Max] mm", "converged", "outside", "gate");

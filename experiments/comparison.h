@@ -30,4 +30,7 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
 /// The table for people: ours, and below each row the paper's.
 std::string formatTable(std::span<const ComparisonRow> rows);
 
+/// A line for each run that ended before its last point, with the reason.
+std::string formatFailures(std::span<const RunSummary> runs);
+
 }  // namespace tandem::experiments

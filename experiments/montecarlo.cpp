@@ -12,7 +12,13 @@
 namespace tandem::experiments {
 namespace {
 
-constexpr double kRotationPerTranslation = 100.0;  // play, rad per m
+constexpr double kRotationPerTranslation = 100.0;  // backlash and noise, rad per m
+
+sim::EncoderOptions encodersOf(const ErrorSizes& errors, sim::EncoderOptions encoders) {
+  if (errors.encoder_counts > 0.0)
+    encoders.resolution = {1e-3 / errors.encoder_counts, 2.0 * std::numbers::pi / errors.encoder_counts};
+  return errors.encoder_noise > 0.0 ? withEncoderNoise(encoders, errors.encoder_noise) : encoders;
+}
 
 /// The loop of one case and task: everything random depends on the seed and the task alone.
 LoopOptions withErrors(LoopOptions options, const ErrorSizes& errors, std::uint64_t seed) {
@@ -24,8 +30,7 @@ LoopOptions withErrors(LoopOptions options, const ErrorSizes& errors, std::uint6
     plant.tube_deviation.curvature = errors.curvature;
   if (errors.length > 0.0)
     plant.tube_deviation.length = errors.length;
-  if (errors.encoder_counts > 0.0)
-    plant.encoders.resolution = {1e-3 / errors.encoder_counts, 2.0 * std::numbers::pi / errors.encoder_counts};
+  plant.encoders = encodersOf(errors, plant.encoders);
   if (errors.play > 0.0)
     plant.mechanics.backlash = {errors.play, kRotationPerTranslation * errors.play};
   if (errors.delay_steps > 0.0)
@@ -47,9 +52,7 @@ TaskResult runMethod(const config::Robot& robot,
   RunRecord record(plan.key, model, plan.trajectory.point_count, plan.trajectory.tolerance);
   try {
     const planning::Progress end = runLoop(robot, model, plan, options, [&](const LoopView& view) {
-      StepData data = view.data;
-      data.setpoint = view.robot.setpoint();
-      record.add(data);
+      record.add(view.data);
       result.held += view.held ? 1 : 0;
       result.snaps = 0;
       for (int k = 0; k < model.armCount(); ++k) {
@@ -89,6 +92,24 @@ std::array<double, 3> percentiles(std::vector<double> values) {
 std::string_view name(Outcome outcome) {
   constexpr std::array<std::string_view, 3> kNames{"completed", "not-converged", "refused"};
   return kNames[static_cast<std::size_t>(outcome)];
+}
+
+sim::EncoderOptions withEncoderNoise(sim::EncoderOptions encoders, double noise) {
+  encoders.noise = {noise, kRotationPerTranslation * noise};
+  return encoders;
+}
+
+sim::EncoderOptions worstEncoders(const MonteCarlo& run, const sim::EncoderOptions& otherwise) {
+  sim::EncoderOptions worst = otherwise;
+  const auto grow = [](sim::PerAxisKind& size, const sim::PerAxisKind& to) {
+    size = {std::max(size.translation, to.translation), std::max(size.rotation, to.rotation)};
+  };
+  for (const ErrorSizes& errors : run.cases) {
+    const sim::EncoderOptions encoders = encodersOf(errors, otherwise);
+    grow(worst.resolution, encoders.resolution);
+    grow(worst.noise, encoders.noise);
+  }
+  return worst;
 }
 
 bool outOfReach(const MonteCarlo& run, int index) {

@@ -18,11 +18,15 @@ struct ErrorSizes {
   double length = 0.0;          ///< of every tube, relative
   double tip_noise = 0.0;       ///< of a measured tip, per axis, m
   double encoder_counts = 0.0;  ///< per turn of a rotation and per mm of a translation; 0: exact
+  double encoder_noise = 0.0;   ///< of a reading, per mm of a translation and 0.1 rad of a rotation, m
   double play = 0.0;            ///< of the actuators, full, per mm of a translation and 0.1 rad of a rotation, m
   double delay_steps = 0.0;     ///< from a setpoint to the motor, control periods
 
   bool operator==(const ErrorSizes&) const = default;
 };
+
+/// Encoders with noise of this standard deviation: translations, m; rotations 0.1 rad per mm.
+sim::EncoderOptions withEncoderNoise(sim::EncoderOptions encoders, double noise);
 
 /** A source of error as people name it. */
 struct ErrorSource {
@@ -32,7 +36,7 @@ struct ErrorSource {
   double unit;    ///< of the numbers that people write, in SI
   bool relative;  ///< may be written with %
 };
-inline constexpr std::array<ErrorSource, 7> kErrorSources{{
+inline constexpr std::array<ErrorSource, 8> kErrorSources{{
     {"stiffness-error", "bending and torsional stiffness of every tube of the plant, standard deviation",
      &ErrorSizes::stiffness, 1.0, true},
     {"curvature-error", "precurvature of every tube of the plant, standard deviation", &ErrorSizes::curvature, 1.0,
@@ -41,6 +45,8 @@ inline constexpr std::array<ErrorSource, 7> kErrorSources{{
     {"tip-noise-mm", "noise of measured tips per axis, standard deviation, mm", &ErrorSizes::tip_noise, 1e-3, false},
     {"encoder-counts", "encoder counts per turn of a rotation and per mm of a translation; 0: exact",
      &ErrorSizes::encoder_counts, 1.0, false},
+    {"encoder-noise-mm", "noise of encoders, standard deviation: translations, mm; rotations 0.1 rad per mm",
+     &ErrorSizes::encoder_noise, 1e-3, false},
     {"play-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm", &ErrorSizes::play,
      1e-3, false},
     {"delay-steps", "delay from setpoint to motor, control periods", &ErrorSizes::delay_steps, 1.0, false},
@@ -86,6 +92,9 @@ struct TaskResult {
   /// Ended as it should: every point really reached.
   bool succeeded() const { return outcome == Outcome::kCompleted && converged == points; }
 };
+
+/// The largest resolution and noise of any case: what control has to expect of readings.
+sim::EncoderOptions worstEncoders(const MonteCarlo& run, const sim::EncoderOptions& otherwise);
 
 /// Whether task `index` is one of those out of reach: evenly spread.
 bool outOfReach(const MonteCarlo& run, int index);

@@ -22,6 +22,7 @@ SOURCES = {
     "length_error": (100, "error of lengths (%)"),
     "tip_noise_mm": (MM, "noise of measured tips (mm)"),
     "encoder_counts": (1, "encoder counts per turn and mm (0: exact)"),
+    "encoder_noise_mm": (MM, "noise of encoders (mm)"),
     "play_mm": (MM, "play of actuators (mm)"),
     "delay_steps": (1, "delay (control periods)"),
 }
@@ -30,6 +31,8 @@ SOURCES = {
 def load(path):
     """Columns by name: text of methods, numbers of what is drawn."""
     table = {name: np.array(values) for name, values in read_csv(path).items()}
+    if "method" in table:  # files of before have fewer sources of error
+        table |= {name: np.zeros(len(table["method"])) for name in SOURCES if name not in table}
     try:
         numbers = [*SOURCES, "task", "feasible", "points", "iterations", "rms_ab", "rms_a", "succeeded"]
         return {"method": table["method"]} | {name: table[name].astype(float) for name in numbers}

@@ -20,9 +20,12 @@ std::string columnOf(const ErrorSource& source) {
   return column;
 }
 
-std::string header() {
+using Sources = std::vector<ErrorSource>;
+const Sources kAllSources(kErrorSources.begin(), kErrorSources.end());
+
+std::string header(const Sources& sources) {
   std::string line = "seed,tasks,task,method";
-  for (const ErrorSource& source : kErrorSources)
+  for (const ErrorSource& source : sources)
     line += "," + columnOf(source);
   return line +
          ",kind,feasible,outcome,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,violations,held,"
@@ -86,13 +89,13 @@ ErrorStatistics readStatistics(Fields& fields) {
   return {rms, deviation, max};
 }
 
-TaskResult readRow(Fields& fields) {
+TaskResult readRow(Fields& fields, const Sources& sources) {
   TaskResult r;
   r.seed = fields.number<std::uint64_t>();
   r.tasks = fields.number<int>();
   r.task = fields.number<int>();
   r.method = named<control::Method>(fields, control::kMethodCount);
-  for (const ErrorSource& source : kErrorSources)
+  for (const ErrorSource& source : sources)
     r.errors.*source.member = fields.number<double>();
   r.kind = named<PathKind>(fields, kPathKinds);
   r.feasible = fields.number<int>() != 0;
@@ -122,7 +125,7 @@ auto sizesOf(const ErrorSizes& errors) {
 }  // namespace
 
 void writeResults(std::ostream& out, const std::vector<TaskResult>& results) {
-  out << header() << '\n';
+  out << header(kAllSources) << '\n';
   for (const TaskResult& r : results) {
     out << r.seed << ',' << r.tasks << ',' << r.task << ',' << control::name(r.method);
     for (const ErrorSource& source : kErrorSources)
@@ -138,20 +141,24 @@ void writeResults(std::ostream& out, const std::vector<TaskResult>& results) {
 
 std::vector<TaskResult> readResults(std::istream& in, const std::string& origin) {
   std::string line;
-  if (!std::getline(in, line) || fieldsOf(line) != fieldsOf(header())) {
+  std::getline(in, line);
+  const std::vector<std::string> found = fieldsOf(line);
+  // Files of earlier versions have fewer sources of error.
+  Sources sources = kAllSources;
+  std::erase_if(sources, [&](const ErrorSource& source) { return std::ranges::count(found, columnOf(source)) == 0; });
+  if (found != fieldsOf(header(sources))) {
     throw std::invalid_argument(origin + ":1: found '" + line.substr(0, 60) +
                                 "', expected the header of a file of tandem montecarlo");
   }
-  const std::size_t columns = fieldsOf(header()).size();
   std::vector<TaskResult> results;
   for (int number = 2; std::getline(in, line); ++number) {
     const std::string place = origin + ":" + std::to_string(number) + ":";
     Fields fields(line, place);
-    if (fields.count() != columns) {
+    if (fields.count() != found.size()) {
       throw std::invalid_argument(place + " found " + std::to_string(fields.count()) + " columns, expected " +
-                                  std::to_string(columns));
+                                  std::to_string(found.size()));
     }
-    results.push_back(readRow(fields));
+    results.push_back(readRow(fields, sources));
   }
   return results;
 }

@@ -23,7 +23,7 @@ void RunRecord::add(const StepData& data) {
   const Eigen::Vector3d b = data.tip[static_cast<std::size_t>(relative.other_arm)];
   row.error_ab = (relative.position - (a - b)).norm();
   row.error_a = (tip.position - a).norm();
-  limits_.setPosition(data.position);
+  limits_.setPosition(data.setpoint);
   row.lower.resize(robot_.jointCount());
   row.upper.resize(robot_.jointCount());
   for (int j = 0; j < robot_.jointCount(); ++j) {
@@ -32,8 +32,7 @@ void RunRecord::add(const StepData& data) {
   }
   row.violation = -safety::kUnlimited;
   for (int k = 0; k < robot_.armCount(); ++k) {
-    const safety::RobotVector& commanded = data.setpoint.size() == 0 ? data.position : data.setpoint;
-    const Eigen::VectorXd q = commanded.segment(robot_.offset(k), robot_.size(k));
+    const Eigen::VectorXd q = data.setpoint.segment(robot_.offset(k), robot_.size(k));
     row.violation = std::max(row.violation, safety::largestViolation(*robot_.limits()[static_cast<std::size_t>(k)], q));
   }
   rows_.push_back(std::move(row));
@@ -68,6 +67,7 @@ RunSummary RunRecord::summary() const {
   RunSummary summary;
   summary.key = key_;
   summary.points = point_count_;
+  summary.failure = failure_;
   summary.iterations = static_cast<int>(rows_.size());
   Accumulator ab, a;
   for (std::size_t i = 0; i < rows_.size(); ++i) {

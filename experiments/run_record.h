@@ -28,9 +28,9 @@ struct RunKey {
 struct StepData {
   int point = 0;
   int iteration = 0;
-  planning::Reference reference;  ///< the one that was answered: relative position, then tip
-  safety::RobotVector position;   ///< of all joints after the step, as measured, m and rad
-  safety::RobotVector setpoint;   ///< past the gate, where joints lag behind it; empty: they are at it
+  planning::Reference reference;                      ///< the one that was answered: relative position, then tip
+  safety::RobotVector position;                       ///< of all joints after the step, as measured, m and rad
+  safety::RobotVector setpoint;                       ///< past the gate
   std::array<Eigen::Vector3d, safety::kMaxArms> tip;  ///< where the tips really are after the step, m, robot base frame
   std::array<double, 2> scale{};                      ///< task scales of the solution
   std::uint32_t solver_iterations = 0;
@@ -61,8 +61,9 @@ struct RunSummary {
   int converged = 0;
   int iterations = 0;
   ErrorStatistics ab, a;     ///< over each point's last iteration
-  int limit_violations = 0;  ///< iterations after which a joint stood outside equation (1) by more than kViolation
+  int limit_violations = 0;  ///< iterations after which a setpoint was outside its limits by more than kViolation
   std::uint64_t gate_actions = 0;
+  std::string failure;  ///< what ended the run before its last point; empty: nothing
 };
 
 /// Excess over a limit that counts as violation: rounding is below it, m or rad.
@@ -72,6 +73,9 @@ inline constexpr double kViolation = 1e-9;
 class RunRecord {
  public:
   RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance);
+
+  /// The run has ended before its last point. @param why  for people
+  void fail(const std::string& why) { failure_ = why; }
 
   /// Adds a row; errors, violation and moving limits are computed here, so that every source of data gives the same
   /// digits.
@@ -87,6 +91,7 @@ class RunRecord {
   control::StepProblem limits_;
   int point_count_;
   double tolerance_;
+  std::string failure_;
   std::vector<Row> rows_;
 };
 

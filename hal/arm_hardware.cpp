@@ -127,7 +127,7 @@ DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
     return DriveRequest::kEnable;  // latches them, which says why
   if (!homed() || homing_.running() || recovering_ || !emergency_known_)
     return DriveRequest::kKeep;
-  if (!(safety::largestViolation(supervisor_.limits(), position()) <= safety::kAtRest))
+  if (!(safety::readOutside(supervisor_.limits(), position()).amount <= 0.0))
     return DriveRequest::kEnable;  // the same, before torque finds a distance to cover
   enable_asked_ = now;
   if (power_ == ArmPower::kOff && supervisor_.standing())

@@ -53,6 +53,9 @@ struct ConcentricTubeArm {
   Eigen::Isometry3d base =
       Eigen::Isometry3d::Identity();  ///< robot base frame <- arm base frame (s = 0, z into the body)
   Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();  ///< tube 1's end frame <- tool tip frame
+  /// m: so far a tube may begin in front of the entry point, or end beyond the tube inside it, where its end is cut
+  /// off. Rounding by default; more where joints are readings, or lengths differ from those that limits were made of.
+  double tolerance = 1e-9;
 
   int tubeCount() const { return static_cast<int>(tubes.size()); }
   int jointCount() const { return 2 * tubeCount(); }

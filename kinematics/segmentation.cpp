@@ -6,9 +6,6 @@
 namespace tandem::kinematics {
 namespace {
 
-/// Rounding that a joint vector on the edge of equation (1) may carry, m.
-constexpr double kEdgeTolerance = 1e-9;
-
 struct Boundary {
   double s;
   int tube;
@@ -30,12 +27,12 @@ ModelStatus checkJoints(const ConcentricTubeArm& arm, const JointsRef& q) noexce
     return ModelStatus::kNotFinite;
   double inner_end = 0.0;
   for (int i = 0; i < n; ++i) {
-    if (q[i] > kEdgeTolerance)
+    if (q[i] > arm.tolerance)
       return ModelStatus::kProtruded;
     const double end = q[i] + arm.tubes[i].length();
     if (i == 0 && end <= 0.0)
       return ModelStatus::kNotExtended;
-    if (i > 0 && end > std::max(0.0, inner_end) + kEdgeTolerance)
+    if (i > 0 && end > std::max(0.0, inner_end) + arm.tolerance)
       return ModelStatus::kInnerInside;
     inner_end = end;
   }
@@ -56,7 +53,7 @@ void segment(const ConcentricTubeArm& arm, const JointsRef& q, Segmentation& res
     for (int k = 0; k <= last; ++k) {
       end += sections[k].length;
       if (i > 0 && k == last)
-        end = std::min(end, inner_end);  // they may meet up to rounding: the outer one ends first
+        end = std::min(end, inner_end);  // within the tolerance: the outer one ends first
       if (end <= 0.0)
         continue;
       if (section[i] == Segmentation::kAbsent)

@@ -72,7 +72,7 @@ RobotCondition ControlCore::condition() const noexcept {
     arms_.fill(k, arm);
     arm.homed = motions_.homed(k) && !motions_.homing(k);
     arm.joints_move = motions_.active(k);
-    arm.outside = safety::worstLimitViolation(setup_.limits(k), setup_.of(k, drives_.measured()));
+    arm.outside = safety::readOutside(setup_.limits(k), setup_.of(k, drives_.measured()));
     now.moving = now.moving || (arms_.mayMove(k) && (arm.joints_move || now.followed));
   }
   return now;

@@ -116,7 +116,7 @@ Reason againstCommand(StateCommand command, Requester requester, const ArmCondit
   if (enable && arm.wanted == OperatingState::kDisabled) {
     if (!arm.located)
       return Reason::kJointsUnknown;
-    if (arm.valid && arm.outside.amount > safety::kAtRest)
+    if (arm.valid && arm.outside.amount > 0.0)
       return Reason::kOutsideLimits;
   }
   if (requester != Requester::kLeaseOwner && arm.faulty())
@@ -242,7 +242,7 @@ RobotCondition conditionOf(const config::Robot& robot,
     arm.recovering = status.recovery[i] != 0;
     arm.joints_move = status.busy[i] != 0;
     now.moving = now.moving || (arm.enabled() && (now.followed || arm.joints_move));
-    arm.outside = safety::worstLimitViolation(limits, msg::jointsOf(state.position, k, limits.jointCount()));
+    arm.outside = safety::readOutside(limits, msg::jointsOf(state.position, k, limits.jointCount()));
   }
   return now;
 }

@@ -58,7 +58,7 @@ struct ArmCondition {
   bool recovering = false;
   bool joints_move = false;          ///< by a motion, a jog, a withdrawal
   bool unseen = false;               ///< who asks has not seen all of its faults
-  safety::LimitViolation outside{};  ///< of its limits, m or rad
+  safety::LimitViolation outside{};  ///< safety::readOutside()
 
   bool enabled() const noexcept {
     return wanted == safety::OperatingState::kEnabled && drives == safety::OperatingState::kEnabled;

@@ -102,7 +102,7 @@ void ArmSupervisor::enable(const ArmVector& measured, const FaultRecord& present
     latch(present);  // says why the arm cannot be enabled
     return;
   }
-  if (const LimitViolation outside = worstLimitViolation(limits_, measured); !(outside.amount <= kAtRest)) {
+  if (const LimitViolation outside = readOutside(limits_, measured); !(outside.amount <= 0.0)) {
     latch({bit(Fault::kDrive), FaultCause::kOutsideLimits, static_cast<std::uint8_t>(outside.joint), outside.amount,
            0.0});
     return;
@@ -110,7 +110,17 @@ void ArmSupervisor::enable(const ArmVector& measured, const FaultRecord& present
   if (!machine_.command(StateCommand::kEnable))
     return;
   setSpeeds(false, 0);
-  place(measured);
+  place(firstSetpoint(measured));
+}
+
+/// The measured position; where the error of the readings alone puts it outside the limits, the nearest one inside.
+ArmVector ArmSupervisor::firstSetpoint(const ArmVector& measured) const noexcept {
+  const ArmVector inside = broughtInside(limits_, measured);
+  for (int j = 0; j < limits_.jointCount(); ++j) {
+    if (std::abs(inside[j] - measured[j]) > limits_.joints[static_cast<std::size_t>(j)].reading_error)
+      return measured;
+  }
+  return inside;
 }
 
 void ArmSupervisor::recover(const ArmVector& measured, JointMask lost) noexcept {

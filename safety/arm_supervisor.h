@@ -46,7 +46,8 @@ class ArmSupervisor {
   /** Takes a command.
    *
    * A command that fails an integrity guard stops the arm and latches if the arm is ENABLED or PAUSED, and has no
-   * effect otherwise. Enabling sets the setpoint to `measured`; the motion in the same command is ignored, because it
+   * effect otherwise. Enabling sets the setpoint to `measured`, or, where the error of the readings puts that outside
+   * the limits, to the nearest joints inside; the motion in the same command is ignored, because it
    * was computed before. Enabling waits until the arm stands, and is refused outside the limits, with a fault that says
    * by how much: then kRecover is the way back.
    * @param measured present position, m, rad; of lost joints, where they are taken to be
@@ -110,6 +111,7 @@ class ArmSupervisor {
   FaultRecord recordOf(const GateReport& report) const noexcept;
   void applyRequest(const ArmRequest& request, const ArmVector& measured, const FaultRecord& present) noexcept;
   void enable(const ArmVector& measured, const FaultRecord& present) noexcept;
+  ArmVector firstSetpoint(const ArmVector& measured) const noexcept;
   void recover(const ArmVector& measured, JointMask lost) noexcept;
   void setSpeeds(bool recovering, JointMask lost) noexcept;
   ArmVector withinOnePeriod(const ArmVector& next) const noexcept;

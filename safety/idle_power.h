@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Idle power: removes power from arms that have had it without a commander for too long. */
+/** @file Automatic power-off of arms that have power while no client commands them. */
 #pragma once
 
 #include <algorithm>

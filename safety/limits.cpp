@@ -31,6 +31,43 @@ LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<con
   return largest;
 }
 
+LimitViolation readOutside(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
+  LimitViolation largest;
+  const auto note = [&](int joint, double amount) {
+    const double tolerance = kAtRest + limits.joints[static_cast<std::size_t>(joint)].reading_error;
+    if (!(amount <= std::max(tolerance, largest.amount)))
+      largest = {joint, amount};
+  };
+  for (int j = 0; j < limits.jointCount(); ++j) {
+    const JointLimit& joint = limits.joints[static_cast<std::size_t>(j)];
+    note(j, joint.lower - q[j]);
+    note(j, q[j] - joint.upper);
+  }
+  for (const LinearRow& row : limits.rows)
+    note(row.outer_joint, rowValue(row, q) - row.b);
+  return largest;
+}
+
+ArmVector broughtInside(const ArmLimits& limits, const ArmVector& q) noexcept {
+  ArmVector inside = q;
+  const auto move = [&](int j, double by) {
+    const JointLimit& joint = limits.joints[static_cast<std::size_t>(j)];
+    inside[j] = std::clamp(inside[j] + by, joint.lower, joint.upper);
+  };
+  for (int j = 0; j < limits.jointCount(); ++j)
+    move(j, 0.0);
+  // A row that is mended may break the next one, outwards: as many rounds as there are tubes end that.
+  for (int round = 0; round < limits.jointCount(); ++round) {
+    for (const LinearRow& row : limits.rows) {
+      for (const int j : {row.outer_joint, row.inner_joint}) {
+        if (const double excess = rowValue(row, inside) - row.b; excess > 0.0)
+          move(j, -excess / row.a[j]);
+      }
+    }
+  }
+  return inside;
+}
+
 double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) {
   return worstLimitViolation(limits, q).amount;
 }

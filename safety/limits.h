@@ -36,6 +36,7 @@ struct JointLimit {
   double stop_deceleration = kUnlimited;      ///< deceleration of the stop ramp
   double max_step = kUnlimited;               ///< a setpoint farther than this from the last one is an integrity fault
   JointKind kind = JointKind::kTranslation;
+  double reading_error = 0.0;  ///< so far a reading may be from the joint: resolution and noise of its encoder
 };
 
 /** What a linear row stands for; it decides how the row is named to people. */
@@ -79,6 +80,15 @@ struct LimitViolation {
   double amount = 0.0;  ///< m or rad; negative or zero inside
 };
 LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
+
+/** The joint that is read farthest outside its limits, of those that are more than kAtRest and
+ * JointLimit::reading_error outside; amount 0: there is none. A reading that is not a number is outside. */
+LimitViolation readOutside(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
+
+/** Joints inside boxes and rows near q, which is outside by little: each joint is brought inside its box, then the
+ * outer joint of each row inside the row, or the inner one where the outer one's box does not allow it. Inside, q
+ * itself. */
+ArmVector broughtInside(const ArmLimits& limits, const ArmVector& q) noexcept;
 
 /** Where a joint may be. */
 struct Interval {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Success rate: share of the samples of a stream that arrive. */
+/** @file Success rate of a stream: share of its last 100 samples that have arrived (libfranka:
+ * control_command_success_rate). */
 #pragma once
 
 #include <algorithm>

@@ -48,7 +48,7 @@ LiveRobot::Command::~Command() {
 
 LiveRobot::LiveRobot(const std::string& deployment)
     : deployment_(runtime::loadDeployment(deployment)),
-      robot_(config::loadAnyRobot(deployment_.robot)),
+      robot_(config::loadAnyRobot(deployment_)),
       timeout_(2.0 + 3.0 * deployment_.control_period) {
   client::Client::Callbacks callbacks;
   callbacks.status = [this](const dds::ControlStatus&) { received_ = Clock::now().time_since_epoch().count(); };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Real-time shell of hal and sim: actuation topics between DDS and the periodic thread. */
+/** @file Threads of hal and sim in real time: actuation topics between DDS and the periodic thread. */
 #pragma once
 
 #include <atomic>

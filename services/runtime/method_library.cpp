@@ -75,7 +75,7 @@ const control::ForeignMethod& open(const std::filesystem::path& file) {
 std::string openAndCheck(const std::filesystem::path& file, const control::CheckConditions& conditions) {
   const auto resolver = open(file).make(conditions.parameters);
   if (!resolver)
-    throw std::invalid_argument("found a null pointer made, expected a Resolver");
+    throw std::invalid_argument("the factory of the library returned a null pointer, expected a Resolver");
   const control::CheckResult result = checkMethod(*resolver, conditions);
   if (!result.refusal.empty())
     throw std::invalid_argument(result.refusal);
@@ -164,7 +164,7 @@ std::string checkApart(const std::filesystem::path& file, const control::CheckCo
                                 " s, expected one");
   if (answer.empty()) {
     const std::string how = WIFSIGNALED(status) ? ::strsignal(WTERMSIG(status)) : "exit";
-    throw std::invalid_argument("found that the method ends its process (" + how + "), expected it to answer");
+    throw std::invalid_argument("the method ended the process of the check (" + how + ") before it returned a result");
   }
   if (answer.front() != kGood)
     throw std::invalid_argument(answer.substr(1));

@@ -228,7 +228,7 @@ int runService(int argc,
     setup.name = name;
     setup.heartbeat = std::make_shared<Heartbeat>(stop);
     setup.deployment = loadDeployment(deployment);
-    setup.robot = config::loadAnyRobot(setup.deployment.robot);
+    setup.robot = config::loadAnyRobot(setup.deployment);
     setup.session = randomIdentity();
     if (name == "control" || name == "planning") {  // where methods run
       if (const std::string found = loadMethod(setup.deployment, setup.robot); !found.empty())

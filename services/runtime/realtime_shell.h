@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Real-time shell of a service: a periodic thread without DDS calls, and publisher threads. */
+/** @file Threads of a real-time service: a periodic thread without DDS calls, and publisher threads. */
 #pragma once
 
 #include <algorithm>

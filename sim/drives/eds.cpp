@@ -172,8 +172,8 @@ class Reader {
     const std::int64_t count = ini_.number(ini_.require(*list, "SupportedObjects"));
     if (count != static_cast<std::int64_t>(list->values.size()) - 1) {
       throw EdsError(ini_.file(), list->line,
-                     "[" + name + "]: SupportedObjects says " + std::to_string(count) + ", " +
-                         std::to_string(list->values.size() - 1) + " are there");
+                     "[" + name + "]: SupportedObjects: found " + std::to_string(count) + ", expected " +
+                         std::to_string(list->values.size() - 1) + ", the number of entries in this section");
     }
     for (std::int64_t k = 1; k <= count; ++k) {
       const Value& entry = ini_.require(*list, std::to_string(k));
@@ -197,7 +197,8 @@ class Reader {
       return;
     }
     if (type != 8 && type != 9)
-      throw EdsError(ini_.file(), kind->line, "expected ObjectType 0x7, 0x8 or 0x9");
+      throw EdsError(ini_.file(), kind->line,
+                     "ObjectType: found " + kind->text + ", expected 0x7 (VAR), 0x8 (ARRAY) or 0x9 (RECORD)");
     const Value& count = ini_.require(section, "SubNumber");
     std::int64_t found = 0;
     for (int sub = 0; sub <= 0xFE; ++sub) {
@@ -233,7 +234,10 @@ class Reader {
     if (value != nullptr)
       readDefault(*value, object);
     if ((object.low && object.value < *object.low) || (object.high && object.value > *object.high))
-      throw EdsError(ini_.file(), section.line, "[" + section.name + "]: the default lies outside the limits");
+      throw EdsError(ini_.file(), section.line,
+                     "[" + section.name + "]: DefaultValue: found " + std::to_string(object.value) + ", expected " +
+                         (object.low ? "LowLimit " + std::to_string(*object.low) : "any") + " to " +
+                         (object.high ? "HighLimit " + std::to_string(*object.high) : "any"));
     return object;
   }
 

@@ -101,7 +101,7 @@ FaultCommand parseFaultCommand(const std::string& line) {
     throw std::invalid_argument("'" + word + "', expected inject, clear, state or mark");
   }
   if (in >> word)
-    throw std::invalid_argument("'" + word + "', expected nothing more");
+    throw std::invalid_argument("'" + word + "' after a complete command, expected the end of the line");
   return command;
 }
 

@@ -165,7 +165,10 @@ class Replay(system.SystemTest):
 class Tables(system.SystemTest):
     def test_csv_folders_are_drawn_and_merged(self):
         self.assert_ok(system.run("montecarlo", "merge", *sorted((OLD / "csv").glob("shard-*.csv")), "--csv", self.folder / "all.csv"))
-        self.assertEqual((self.folder / "all.csv").read_bytes(), (OLD / "csv" / "all.csv").read_bytes())
+        merged, old = rows(self.folder / "all.csv"), rows(OLD / "csv" / "all.csv")
+        self.assertEqual({name: merged[name] for name in old}, old)
+        for name in merged.keys() - old.keys():  # a source of error that has been added since
+            self.assertEqual(set(merged[name]), {"0"}, name)
         subprocess.run(["/usr/bin/python3", system.SOURCE / "experiments" / "figures.py", OLD / "csv" / "experiment",
                         self.folder / "figures"], check=True, capture_output=True)
         self.assertTrue(list((self.folder / "figures").glob("*.png")))

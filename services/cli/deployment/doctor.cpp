@@ -30,7 +30,7 @@ void printDoctor(const Finding& finding) {
 
 int runDoctor(const DoctorCommand& options) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  config::loadAnyRobot(deployment.robot);
+  config::loadAnyRobot(deployment);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   Finding::Level worst = Finding::Level::kGood;
   const auto report = [&](const std::vector<Finding>& findings) {

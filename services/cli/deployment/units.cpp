@@ -68,7 +68,7 @@ void restrict(const std::vector<std::string>& units,
 int runUnits(const std::string& name, const std::optional<std::string>& restrict_in) {
   const std::string instance = instanceOf(name);
   const config::Deployment deployment = runtime::loadDeployment(name);
-  config::loadAnyRobot(deployment.robot);
+  config::loadAnyRobot(deployment);
   const auto fail = [&](const std::string& text) { throw Failure(kUsage, deployment.file.string() + ": " + text); };
   if (deployment.clock == config::ClockMode::kLockStep)
     fail("clock: found lock_step, expected real_time: units are for robots, `tandem experiment` runs in lock-step");

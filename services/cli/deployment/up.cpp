@@ -174,7 +174,7 @@ bool serves(const Supervisor& supervisor, client::Client& client, const std::str
 
 int runUp(const UpCommand& options) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  config::loadAnyRobot(deployment.robot);  // refused here, once, rather than by every process
+  config::loadAnyRobot(deployment);  // refused here, once, rather than by every process
   const std::string host = runtime::hostName(deployment);
   runtime::StopSignal stop;
   const DomainLock domain_lock(deployment, host);

@@ -83,7 +83,7 @@ void write(const std::string& file, const std::vector<Answer>& answers) {
               payload.limit);
   }
   if (!table.finish())
-    throw Failure(kFailure, file + ": cannot be written");
+    client::failToWrite(kFailure, file);
 }
 
 void printPayload(const Json& json) {

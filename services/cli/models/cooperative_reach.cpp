@@ -49,7 +49,7 @@ void writeReachSamples(const ReachCommand& o,
     table.add(row, ok ? "ok" : std::string(assist::describe(samples[k].status)));
   }
   if (!table.finish())
-    throw Failure(kFailure, o.csv + ": cannot be written");
+    client::failToWrite(kFailure, o.csv);
 }
 
 int runReach(ReachCommand o) {

@@ -101,7 +101,7 @@ void writeTrackRows(std::ostream& out, const TrackRecord& record, const std::vec
     table.add(row, std::string(control::name(step.status)));
   }
   if (!table.finish())
-    throw Failure(kFailure, "the rows cannot be written");
+    client::failToWrite(kFailure, "table of results");
 }
 
 void writeShapes(const fs::path& file, const TrackRecord& record) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem experiment: published experiments, with our figures beside the paper's. */
+#include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -11,6 +12,7 @@
 #include "config/robot_files.h"
 #include "experiments/comparison.h"
 #include "experiments/csv.h"
+#include "experiments/montecarlo.h"
 #include "robots/capability.h"
 #include "services/cli/deployment/domain.h"
 #include "services/cli/deployment/supervisor.h"
@@ -28,6 +30,7 @@ namespace fs = std::filesystem;
 struct ExperimentCommand {
   std::string experiment = "table3", deployment = "lockstep", robot, csv, figures, only, log = "warn";
   bool offline = false, json = false;
+  double encoder_noise = 0.0;  ///< standard deviation of a translation, mm
 };
 
 /** One line on a terminal, rewritten in place; one line per run elsewhere. */
@@ -83,7 +86,7 @@ std::vector<experiments::RunSummary> runPlans(const ExperimentCommand& options,
     std::ofstream out(fs::path(options.csv) / (plan.key.name() + ".csv"));
     experiments::writeRun(out, record, robot);
     if (!out.flush())
-      throw Failure(kFailure, options.csv + ": cannot be written");
+      client::failToWrite(kFailure, options.csv);
   }
   bar.end();
   if (!options.csv.empty()) {
@@ -97,8 +100,15 @@ nlohmann::ordered_json statisticsJson(const experiments::ErrorStatistics& e) {
   return {{"rms_mm", 1e3 * e.rms}, {"std_mm", 1e3 * e.deviation}, {"max_mm", 1e3 * e.max}};
 }
 
-nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& rows, double seconds) {
+nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& rows,
+                                 const std::vector<experiments::RunSummary>& runs,
+                                 double seconds) {
   nlohmann::ordered_json json{{"seconds", seconds}, {"rows", nlohmann::ordered_json::array()}};
+  json["failures"] = nlohmann::ordered_json::array();
+  for (const experiments::RunSummary& run : runs) {
+    if (!run.failure.empty())
+      json["failures"].push_back({{"run", run.key.name()}, {"iterations", run.iterations}, {"why", run.failure}});
+  }
   for (const experiments::ComparisonRow& row : rows) {
     nlohmann::ordered_json line{{"trajectory", row.trajectory},       {"method", control::name(row.method)},
                                 {"iterations", row.iterations},       {"epsilon_ab", statisticsJson(row.ab)},
@@ -139,6 +149,11 @@ int runExperiment(ExperimentCommand options) {
     if (const std::string found = runtime::loadMethod(experiment.method_library, 0.0, robot); !found.empty())
       std::cerr << found << '\n';
   }
+  if (options.encoder_noise > 0.0 && !options.offline)
+    throw Failure(kUsage, "--encoder-noise-mm: expected --offline; over DDS set plant.encoders in the deployment");
+  if (options.encoder_noise > 0.0)
+    deployment.plant.encoders = experiments::withEncoderNoise(deployment.plant.encoders, 1e-3 * options.encoder_noise);
+  config::setReadingErrors(deployment.plant.encoders, robot);
   const robots::RobotModel model(robot, deployment.model);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
   if (!options.figures.empty() && options.csv.empty())
@@ -157,7 +172,11 @@ int runExperiment(ExperimentCommand options) {
                                 ", the experiment for " + experiment.robot.string());
     }
     if (deployment.relative_gain != experiment.relative_gain || deployment.tip_gain != experiment.tip_gain) {
-      throw Failure(kUsage, "deployment and experiment differ in their gains");
+      throw Failure(kUsage,
+                    fmt::format("relative_gain and tip_gain: found {} and {} in {}, {} and {} in the experiment; "
+                                "use the same values in both files",
+                                deployment.relative_gain, deployment.tip_gain, deployment.file.string(),
+                                experiment.relative_gain, experiment.tip_gain));
     }
     if (deployment.method_library != experiment.method_library)
       throw Failure(kUsage, "deployment and experiment differ in their method_library: found '" +
@@ -177,10 +196,12 @@ int runExperiment(ExperimentCommand options) {
   bool good = true;
   for (const auto& row : rows)
     good = good && row.converged == row.points && row.limit_violations == 0;
+  for (const auto& run : summaries)
+    good = good && run.failure.empty();
   if (options.json) {
-    std::cout << tableJson(rows, seconds).dump(2) << '\n';
+    std::cout << tableJson(rows, summaries, seconds).dump(2) << '\n';
   } else {
-    std::cout << experiments::formatTable(rows);
+    std::cout << experiments::formatTable(rows) << experiments::formatFailures(summaries);
     std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
                 options.offline                                    ? "in one process"
                 : deployment.clock == config::ClockMode::kLockStep ? "over DDS in lock-step"
@@ -206,6 +227,10 @@ void registerExperiment(CLI::App& app, int& exit_code) {
                    "deployment to start for the run; with `hosts`, only this host's part; in real time the arms first "
                    "move to each start")
       ->capture_default_str();
+  command
+      ->add_option("--encoder-noise-mm,--encoder-noise", options->encoder_noise,
+                   "noise of encoders, standard deviation: translations, mm; rotations 0.1 rad per mm; with --offline")
+      ->check(CLI::Range(0.0, 1000.0));
   command->add_option("--csv", options->csv,
                       "folder for a file per run (one row per iteration, SI) and summary.csv (mm)");
   command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");

@@ -18,6 +18,12 @@
 namespace tandem::cli {
 namespace {
 
+/** A run that cannot be continued; the next one can. */
+class RunEnded : public Failure {
+ public:
+  explicit RunEnded(const std::string& why) : Failure(kFailure, why) {}
+};
+
 constexpr double kProgress = 5.0;  // s without any: something is wrong
 
 }  // namespace
@@ -73,7 +79,8 @@ void ExperimentRunner::refuseFault(const client::Snapshot& s, const std::string&
   for (std::size_t k = 0; k < arm_names_.size(); ++k) {
     const safety::FaultMask faults = s.status.faults[k] | s.state.faults[k];
     if (faults != 0)
-      throw Failure(kFailure, when + ": " + arm_names_[k] + " is in FAULT: " + safety::describeFaults(faults));
+      throw RunEnded((when.empty() ? "" : when + ": ") + arm_names_[k] +
+                     " is in FAULT: " + safety::describeFaults(faults));
   }
 }
 
@@ -130,7 +137,7 @@ void ExperimentRunner::moveToStart(const experiments::RunPlan& plan) {
     }
     return latched || !busy;
   });
-  refuseFault(client_->snapshot(), plan.key.name() + ", on the way to the start");
+  refuseFault(client_->snapshot(), "on the way to the start");
   if (!there)
     throw Failure(kFailure, plan.key.name() + ": the arms did not reach the start");
 }
@@ -213,9 +220,10 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
   }
   experiments::StepData data = dataOf(reference);
   data.position = positions(state->second);
+  data.setpoint = stacked(state->second.setpoint);
   for (int k = 0; k < model_.armCount(); ++k) {
     if (tips->second.valid[static_cast<std::size_t>(k)] == 0)
-      throw Failure(kFailure, "the plant has no equilibrium for these joints");
+      throw RunEnded("the plant has no equilibrium for these joints");
     data.tip[static_cast<std::size_t>(k)] = dds::tipPosition(tips->second, k);
   }
   addSolution(status->second, data);
@@ -247,7 +255,7 @@ void ExperimentRunner::addModelTips(experiments::StepData& data) {
     const auto status =
         model_.models()[i]->tip(data.position.segment(model_.offset(k), model_.size(k)), branches_[i], tip);
     if (status != kinematics::ModelStatus::kOk)
-      throw Failure(kFailure, arm_names_[i] + ": " + std::string(kinematics::describe(status)));
+      throw RunEnded(arm_names_[i] + ": " + std::string(kinematics::describe(status)));
     data.tip[i] = tip.pose.translation();
   }
 }
@@ -298,20 +306,31 @@ bool ExperimentRunner::collectRealTime(experiments::RunRecord& record, std::uint
 
 experiments::RunRecord ExperimentRunner::run(const experiments::RunPlan& plan,
                                              const std::function<void(int, int)>& progress) {
+  experiments::RunRecord record(plan.key, model_, plan.trajectory.point_count, plan.trajectory.tolerance);
+  try {
+    follow(plan, progress, record);
+  } catch (const RunEnded& ended) {
+    record.fail(ended.what());
+  }
+  return record;
+}
+
+void ExperimentRunner::follow(const experiments::RunPlan& plan,
+                              const std::function<void(int, int)>& progress,
+                              experiments::RunRecord& record) {
   prepare(plan);
   forget();
   dds::PlanningRequest request;
   request.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStart);
   request.trajectory = config::formatTrajectory(plan.trajectory);
   const std::uint32_t id = client_->planning(request).value;
-  experiments::RunRecord record(plan.key, model_, plan.trajectory.point_count, plan.trajectory.tolerance);
   for (bool ended = false; !ended;) {
     const bool progressed = client_->waitFor(client_->timeout(kProgress), [&](const client::Snapshot&) {
       const std::lock_guard lock(mutex_);
       return lock_step_ ? collectLockStep(record, id, ended) : collectRealTime(record, id, ended);
     });
     if (!ended)
-      refuseFault(client_->snapshot(), plan.key.name());
+      refuseFault(client_->snapshot(), "");
     if (!progressed) {
       throw Failure(kFailure, fmt::format("{}: no progress for {:.0f} s after iteration {}{}", plan.key.name(),
                                           client_->timeout(kProgress), record.rows().size(), client_->silent()));
@@ -319,8 +338,7 @@ experiments::RunRecord ExperimentRunner::run(const experiments::RunPlan& plan,
     if (progress && !record.rows().empty())
       progress(record.rows().back().data.point, plan.trajectory.point_count);
   }
-  refuseFault(client_->snapshot(), plan.key.name());
-  return record;
+  refuseFault(client_->snapshot(), "");
 }
 
 }  // namespace tandem::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Runs an experiment's plans over DDS, in lock-step or in real time. */
+/** @file Experiment runner: the runs of an experiment over DDS, in lock-step or in real time. */
 #pragma once
 
 #include <deque>
@@ -40,6 +40,9 @@ class ExperimentRunner {
   bool addRow(experiments::RunRecord& record, const dds::PlanningReference& reference);
   void addModelTips(experiments::StepData& data);
   bool closeIteration(experiments::RunRecord& record, std::uint64_t judged_by);
+  void follow(const experiments::RunPlan& plan,
+              const std::function<void(int, int)>& progress,
+              experiments::RunRecord& record);
   void refuseFault(const client::Snapshot& snapshot, const std::string& when) const;
   safety::RobotVector stacked(const dds::JointArray& joints) const;
   safety::RobotVector positions(const dds::ActuationState& state) const { return stacked(state.position); }

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/robot_files.h"
 #include "control/method_names.h"
 #include "experiments/montecarlo.h"
 #include "services/cli/models/figure.h"
@@ -146,12 +147,13 @@ std::vector<ex::TaskResult> runShards(const MonteCarloCommand& options) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   config::Robot robot = config::loadRobot(deployment.robot);
   setParameters(options, robot.parameters);
+  const ex::MonteCarlo run{options.seed,    options.tasks,      options.infeasible,
+                           options.posture, methodsOf(options), casesOf(options)};
+  config::setReadingErrors(ex::worstEncoders(run, deployment.plant.encoders), robot);
   const std::string model_name = options.model.empty() ? deployment.model : options.model;
   const ex::RobotModel model(robot, model_name);
   const ex::LoopOptions loop = loopOf(options, deployment);
   const Shard shard = shardOf(options.shard);
-  ex::MonteCarlo run{options.seed,    options.tasks,      options.infeasible,
-                     options.posture, methodsOf(options), casesOf(options)};
   std::vector<int> tasks;
   for (int i = shard.index; i < run.tasks; i += shard.count)
     tasks.push_back(i);
@@ -202,7 +204,7 @@ int finish(const MonteCarloCommand& options, const std::vector<ex::TaskResult>& 
     std::ofstream out(csv);
     ex::writeResults(out, results);
     if (!out.flush())
-      throw Failure(kFailure, csv + ": cannot be written");
+      client::failToWrite(kFailure, csv);
   }
   if (!options.figure.empty())
     drawFigures("montecarlo.py", {csv, options.figure});

@@ -68,7 +68,7 @@ bool writeStabilityRows(const StabilityCommand& options,
       fs::create_directories(folder);
     file.open(output);
     if (!file)
-      throw Failure(kUsage, output + ": cannot be opened for writing");
+      client::failToWrite(kUsage, output);
   }
   std::vector<Row> rows(count);
   parallelFor(count, options.threads, "stability", [&](std::size_t i) { rows[i] = answer(i); });
@@ -79,7 +79,7 @@ bool writeStabilityRows(const StabilityCommand& options,
     all = all && row.status == "ok";
   }
   if (!table.finish())
-    throw Failure(kFailure, output + ": cannot be written");
+    client::failToWrite(kFailure, output);
   return all;
 }
 

@@ -99,10 +99,10 @@ std::string toText(const StabilityReport& report) {
                  s.at < 0.0 ? " (in the transmission)" : "");
   text += format("conjugate points  %d\n", s.conjugate_points);
   if (std::isfinite(s.rotation_left)) {
-    text += format("rotation left     %.3f deg, tube %d in %s sense\n", kDegrees * s.rotation_left, s.rotation_tube + 1,
+    text += format("rotation to snap  %.3f deg, tube %d in %s sense\n", kDegrees * s.rotation_left, s.rotation_tube + 1,
                    s.rotation_sense > 0 ? "positive" : "negative");
   } else {
-    text += "rotation left     no turn of one tube alone makes the arm snap\n";
+    text += "rotation to snap  no turn of one tube alone makes the arm snap\n";
   }
   text += "gradient          by beta " + list("%.4g", s.gradient.head(n), 1e-3) + " 1/mm, by alpha " +
           list("%.4g", s.gradient.tail(n), 1.0 / kDegrees) + " 1/deg\n";

@@ -139,7 +139,7 @@ void writeSamples(const fs::path& file, const ArmReach& reach) {
     table.add(numbers, sample.status);
   }
   if (!table.finish())
-    throw Failure(kFailure, file.string() + ": cannot be written");
+    client::failToWrite(kFailure, file.string());
 }
 
 void writeFiles(const WorkspaceCommand& options, const std::vector<ArmReach>& arms, const Json& summary) {
@@ -149,7 +149,7 @@ void writeFiles(const WorkspaceCommand& options, const std::vector<ArmReach>& ar
   std::ofstream out(fs::path(options.csv) / "workspace.json");
   out << summary.dump(2) << '\n';
   if (!out.flush())
-    throw Failure(kFailure, options.csv + ": cannot be written");
+    client::failToWrite(kFailure, options.csv);
   if (!options.figures.empty())
     drawFigures("mechanics.py", {"workspace", options.csv, options.figures});
 }

@@ -52,7 +52,7 @@ void reportRecording(const RecordCommand& options,
 
 int runRecord(const RecordCommand& options) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment);
   const std::vector<dds::TopicInfo> topics =
       recordings::chooseTopics(dds::allTopics(config::armList(robot)), options.topics);
   const recordings::RunInfo info = recordings::describeRun(deployment, robot);

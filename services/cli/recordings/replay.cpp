@@ -101,7 +101,7 @@ class Guard {
 
 int play(const ReplayCommand& options, Recording& recording) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment);
   const auto topics = targets(options, recording, robot);
   const recording::Selection selection = recording.select(options.topics, options.start, options.seconds);
   runtime::StopSignal stop;

@@ -94,7 +94,9 @@ class Replica {
     const bool whole = recorded.sequence == 1 || (recorded.sequence == state_.sequence + 1 && feed(recorded));
     if (!whole && moved_)
       throw Failure(kUsage,
-                    "state " + std::to_string(recorded.sequence) + " or what led to it is not in the recording");
+                    "state " + std::to_string(recorded.sequence) +
+                        ", or the command that it answers, is missing in the recording; record all topics again, from "
+                        "before the first motion");
     while (state_.sequence < recorded.sequence)
       sim_.state(0, state_);
     before_ = recorded;
@@ -153,7 +155,7 @@ int resimulate(Recording& recording) {
   setup.name = "sim";
   try {
     setup.deployment = config::loadDeployment(writeFiles(recording, folder.path()));
-    setup.robot = config::loadAnyRobot(setup.deployment.robot);
+    setup.robot = config::loadAnyRobot(setup.deployment);
   } catch (const config::Error& error) {
     const std::string what = error.what(), prefix = folder.path().string() + "/";
     throw Failure(kUsage, recording.reader().file().string() + ": attachment " +

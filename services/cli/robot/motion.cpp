@@ -26,7 +26,7 @@ int homeDrives(const MotionCommand& options) {
   constexpr double kRepeat = 0.2;  // s, of the keep-alive of 1 s
   runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment);
   client::Client client(deployment);
   client::takeCommand(client, [&] { return stop.requested(); });
   dds::HalRequest request;
@@ -51,7 +51,7 @@ int homeDrives(const MotionCommand& options) {
 int jog(const MotionCommand& options) {
   runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment);
   const std::uint8_t arm = client::armIndex(robot, options.arm);
   const int joint = client::jointIndex(robot.arms[arm], options.joint);
   const int joints = robot.arms[arm].limits.jointCount();

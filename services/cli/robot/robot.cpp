@@ -33,7 +33,7 @@ struct RobotCommand {
 struct Session {
   Session(const RobotCommand& options, bool lease)
       : deployment(runtime::loadDeployment(options.deployment)),
-        robot(config::loadAnyRobot(deployment.robot)),
+        robot(config::loadAnyRobot(deployment)),
         client(deployment),
         motions(client, deployment, robot, [this](bool uninterruptible) { uninterruptible_ = uninterruptible; }) {
     client.setInterrupt([this] { return stop.requested() && !uninterruptible_; });
@@ -89,7 +89,9 @@ int moveJp(const RobotCommand& options) {
   if (!arm)
     throw Failure(kUsage, "--arm: found '" + options.arm + "', expected one of: " + config::armNames(session.robot));
   if (options.joints.size() > safety::kMaxJointsPerArm)
-    throw Failure(kUsage, "too many joints");
+    throw Failure(kUsage, "joints: found " + std::to_string(options.joints.size()) + ", expected " +
+                              std::to_string(session.robot.arms[*arm].limits.jointCount()) + " for " +
+                              session.robot.arms[*arm].name);
   session.motions.moveJp(*arm, Eigen::VectorXd::Map(options.joints.data(), std::ssize(options.joints)));
   session.client.releaseLease();
   return done(options, "the arm is at its goal");

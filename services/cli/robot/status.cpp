@@ -297,7 +297,7 @@ class Silence {
 
 int run(const std::string& name, double wait, bool as_json, bool follow) {
   const config::Deployment deployment = runtime::loadDeployment(name);
-  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment);
   client::Client client(deployment);
   const bool several = deployment.hosts.size() > 1;
   client.connect(wait);

@@ -15,7 +15,7 @@ namespace {
 
 int runTopics(const std::string& name, bool as_json) {
   const config::Deployment deployment = runtime::loadDeployment(name);
-  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const dds::TopicInfo& topic : dds::allTopics(config::armList(robot))) {
     const std::string ros = dds::rosTopicName(deployment.prefix, topic.name);

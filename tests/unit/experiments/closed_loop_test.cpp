@@ -5,6 +5,7 @@
 
 #include <sstream>
 
+#include "config/robot_files.h"
 #include "experiments/comparison.h"
 #include "experiments/csv.h"
 
@@ -65,6 +66,32 @@ TEST_F(Table3, SameDigitsEveryTime) {
     EXPECT_NE(first.str().find("point,iteration,beta_a1,beta_a2,beta_a3,alpha_a1,alpha_a2,alpha_a3,beta_b1,"),
               std::string::npos);
   }
+}
+
+// 10 nm ended every run at a limit, when models and enabling took readings for exact.
+TEST_F(Table3, NoiseOfEncodersEndsNoRun) {
+  for (const double noise : {1e-8, 1e-6, 1e-5, 1e-4}) {
+    options.plant.encoders.noise = {noise, 0.0};
+    config::setReadingErrors(options.plant.encoders, robot);
+    const robots::RobotModel noisy(robot);
+    for (const auto& plan : experiments::plan(experiment)) {
+      const experiments::RunSummary summary = experiments::runOffline(robot, noisy, plan, options).summary();
+      EXPECT_EQ(summary.failure, "") << plan.key.name() << " at " << noise;
+      EXPECT_EQ(summary.limit_violations, 0) << plan.key.name() << " at " << noise;
+      if (noise <= 1e-5) {
+        EXPECT_GE(summary.converged, 0.9 * summary.points) << plan.key.name() << " at " << noise;
+      }
+    }
+  }
+}
+
+TEST_F(Table3, ARunThatFailsSaysWhyAndKeepsItsRows) {
+  // The model of the fixture has no tolerance: a reading at a limit is outside equation (1).
+  options.plant.encoders.noise = {1e-6, 0.0};
+  const experiments::RunSummary summary = run(plan("rectangle-1-nspqp")).summary();
+  EXPECT_NE(summary.failure, "");
+  EXPECT_LT(summary.converged, summary.points);
+  EXPECT_NE(experiments::formatFailures({{summary}}).find("rectangle-1-nspqp ended after"), std::string::npos);
 }
 
 TEST_F(Table3, RelativePositionCanMoveAlong) {

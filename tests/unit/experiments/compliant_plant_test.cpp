@@ -106,7 +106,7 @@ TEST_F(CompliantPlant, TooManyDropOutsHoldTheArms) {
 TEST_F(CompliantPlant, FeedbackWithoutATrackerIsRefused) {
   experiments::LoopOptions options = of("lockstep-compliant-sensor");
   options.plant.tracker.present = false;
-  EXPECT_THROW(experiments::runOffline(robot, rigid, plan("rectangle-2-nspqp"), options), std::runtime_error);
+  EXPECT_THROW(experiments::runOffline(robot, rigid, plan("rectangle-2-nspqp"), options), std::invalid_argument);
 }
 
 }  // namespace

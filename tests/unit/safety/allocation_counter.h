@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Counts heap allocations, to show that a piece of code makes none. */
+/** @file Counter of heap allocations for tests of code that makes none. */
 #pragma once
 
 #include "services/runtime/allocation_counter.h"

@@ -52,6 +52,39 @@ TEST(TubeLimits, AreEquationOne) {
   EXPECT_GT(inside, 500);
 }
 
+TEST(Readings, OutsideByLessThanTheirErrorAreBroughtInside) {
+  for (std::uint32_t i = 0; i < test::cases(2000); ++i) {
+    const std::uint32_t seed = test::baseSeed() + i;
+    SCOPED_TRACE(test::trace(seed));
+    test::Random random(seed);
+    const ArmLimits limits = test::randomLimits(random);
+    const ArmVector joints = test::randomInside(limits, random);
+    EXPECT_EQ(broughtInside(limits, joints), joints) << "inside, nothing changes";
+    const double error = random.uniform(1e-8, 2e-4);
+    ArmVector reading = joints;
+    for (Eigen::Index j = 0; j < reading.size(); ++j)
+      reading[j] += random.uniform(-error, error);
+    const ArmVector inside = broughtInside(limits, reading);
+    EXPECT_LE(largestViolation(limits, inside), 1e-15);
+    // Of two tubes that are read, each moves the next one by up to twice the error.
+    EXPECT_LE((inside - reading).cwiseAbs().maxCoeff(), 2.0 * error * limits.jointCount());
+  }
+}
+
+TEST(Readings, AreOutsideBeyondRestAndTheirError) {
+  ArmLimits limits = makeTubeLimits(paperSpec());
+  ArmVector q = ArmVector::Zero(6);
+  q << -0.1, -0.08, 0.5 * kAtRest, 0.0, 0.0, 0.0;
+  EXPECT_EQ(readOutside(limits, q).amount, 0.0) << "at rest at its limit";
+  q[2] = 1.5 * kAtRest;
+  EXPECT_EQ(readOutside(limits, q).joint, 2);
+  EXPECT_DOUBLE_EQ(readOutside(limits, q).amount, 1.5 * kAtRest);
+  limits.joints[2].reading_error = kAtRest;
+  EXPECT_EQ(readOutside(limits, q).amount, 0.0);
+  q[2] = std::nan("");
+  EXPECT_FALSE(readOutside(limits, q).amount <= 0.0);
+}
+
 TEST(TubeLimits, MarginsNarrowTheRows) {
   TubeLimitSpec spec = paperSpec();
   spec.carriage_spacing = {0.004, 0.006};
