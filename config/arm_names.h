@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Finds arms by name and lists the names of all arms. */
+/** @file Lookup of arms by name, and the list of all arm names. */
 #pragma once
 
 #include <optional>

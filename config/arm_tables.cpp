@@ -67,7 +67,7 @@ const Mapping& controlTable() {
                    &P::rotation_velocity),
           positive("snsqp_rotation_velocity", kAngularSpeed, "bound on every rotation in (8)",
                    &P::snsqp_rotation_velocity),
-          positive("translation_step", kLength, "bound on every translation in one period in the QP methods",
+          positive("translation_step", kLength, "bound on every translation in one period (nspqp, snsqp, sns, hqp)",
                    &P::translation_step),
           positive("singular_lever", kLength,
                    "singular threshold: directions in which rotations move the tip by less than this per rad are "

@@ -137,10 +137,13 @@ Assistance readAssistance(const Map& map, const CooperativeRobot& robot) {
   assist::Joints touching;
   touching << target.home, pusher.home;
   touching[3] -= relation.press;
-  if (touching[3] < 0.0 || touching[0] <= 0.0) {
+  if (touching[3] < 0.0) {
     map.fail("press", "found " + map.inUnit("press", relation.press) + ", expected at most " +
-                          map.inUnit("press", pusher.home[0]) +
-                          " (insertion of the assist arm at home), and a target whose insertion is above zero");
+                          map.inUnit("press", pusher.home[0]) + ", the insertion of the assist arm at home");
+  }
+  if (touching[0] <= 0.0) {
+    map.fail("target", "found '" + map.text("target") + "', whose insertion at home is " +
+                           map.inUnit("press", touching[0]) + ", expected an arm with an insertion above zero");
   }
   relation.pair.contact = assist::TargetAssist::touching(relation.pair, touching);
   const double off = relation.pair.contact.translation().norm(), tolerance = map.number("tolerance");

@@ -88,7 +88,8 @@ void checkProcesses(const Map& map, const std::vector<Host>& hosts) {
   map.expectDistinct("processes", "name");
   for (const Map& entry : map.maps("processes")) {
     if (hosts.empty() && entry.has("host"))
-      entry.fail("host", "found '" + entry.text("host") + "' in a deployment without hosts");
+      entry.fail("host", "found '" + entry.text("host") +
+                             "', but the deployment has no `hosts`; add `hosts`, or remove this key");
     if (hosts.empty())
       continue;
     const std::string expected = "one of " + join(namesOf(hosts));

@@ -42,8 +42,10 @@ void readEmergencyInput(const Map& map, hal::HardwareConfig& hardware) {
     input.axis = static_cast<int>(i);
     hardware.emergency_stop.push_back(input);
   }
+  if (hardware.emergency_stop.size() == before && map.has("node"))
+    map.fail("node", "found " + map.text("node") + ", expected the node of a drive on bus '" + map.text("bus") + "'");
   if (hardware.emergency_stop.size() == before)
-    map.fail(map.has("node") ? "node" : "bus", "found no drive there, expected the node of a drive of this file");
+    map.fail("bus", "found '" + map.text("bus") + "', which has no drive in this file, expected a bus with a drive");
 }
 
 }  // namespace

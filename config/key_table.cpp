@@ -250,7 +250,8 @@ const Field& Mapping::field(const std::string& field_name) const {
     if (field.name == field_name)
       return field;
   }
-  throw std::logic_error("no key '" + field_name + "' in the table of '" + name + "'");
+  throw std::logic_error("internal error: the code reads key '" + field_name + "', which the key table '" + name +
+                         "' lacks");
 }
 
 }  // namespace tandem::config

@@ -45,8 +45,11 @@ Tube readTube(const Map& map) {
   Tube tube = map.read<Tube>();
   checkWall(map, tube.outer_diameter, tube.inner_diameter);
   if (tube.poisson_ratio > kLargestPoissonRatio) {
-    map.warn("poisson_ratio", "found " + formatNumber(tube.poisson_ratio) +
-                                  ", expected at most 0.5; it serves only in G = E / (2 (1 + nu))");
+    map.warn(
+        "poisson_ratio",
+        "found " + formatNumber(tube.poisson_ratio) +
+            ", expected at most 0.5, the limit of an isotropic material; the value is used, for G = E / (2 (1 + nu)) "
+            "only");
   }
   readSections(map, tube);
   return tube;

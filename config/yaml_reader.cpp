@@ -317,7 +317,8 @@ void Map::fill(const std::type_info& owner, void* into) const {
     bound = true;
   }
   if (!bound)
-    throw std::logic_error("the table of '" + table_->name + "' binds no member of this struct");
+    throw std::logic_error("internal error: the key table '" + table_->name +
+                           "' fills no member of the struct that is read");
 }
 
 const Map::Entry* Map::find(const std::string& name) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Joint-limit weights W_act of the weighted least-norm methods, equation (6). */
+/** @file Joint-limit weights W_act of the weighted least-norm methods (Alsaka et al. 2024, equation (6)). */
 #pragma once
 
 #include "control/damping.h"

@@ -54,7 +54,7 @@ to renew the facts:
   3. Set `looked_up` to today, run --write, and read the difference.
 """
 
-COMPONENT = {"name", "version", "reads", "shields"}
+COMPONENT = {"name", "version", "reads", "mitigations"}
 CVE = {"id", "effect", "upstream", "debian"}
 STATE = re.compile(r"(yes|no|not found)\b")  # how `debian` of a CVE begins: whether Debian 12 carries the fix
 
@@ -75,10 +75,10 @@ def keys_of(entry, needed, more, where):
             raise Problem(f"{DATA}: {where}: {key}: found {value}, expected text; put it between quotes")
 
 
-def shields_of(entry, data, where):
-    unknown = [name for name in entry.get("shields", []) if name not in data["shields"]]
+def mitigations_of(entry, data, where):
+    unknown = [name for name in entry.get("mitigations", []) if name not in data["mitigations"]]
     if unknown:
-        raise Problem(f"{DATA}: {where}: unknown shield {', '.join(unknown)}; there are {', '.join(data['shields'])}")
+        raise Problem(f"{DATA}: {where}: unknown mitigation {', '.join(unknown)}; there are {', '.join(data['mitigations'])}")
 
 
 def ids_of(cve):
@@ -87,16 +87,16 @@ def ids_of(cve):
 
 def checked(data):
     """The data, or a Problem that names the place of the first error."""
-    keys_of(data, {"looked_up", "shields", "components", "without", "through"}, set(), "the file")
+    keys_of(data, {"looked_up", "mitigations", "components", "without", "through"}, set(), "the file")
     if not isinstance(data["looked_up"], datetime.date):
         raise Problem(f"{DATA}: looked_up: expected a date, e.g. 2026-01-31")
     for source, entry in data["components"].items():
         keys_of(entry, COMPONENT, {"cves", "note"}, source)
-        shields_of(entry, data, source)
+        mitigations_of(entry, data, source)
         for cve in entry.get("cves", []):
             where = f"{source}, {cve.get('id') if isinstance(cve, dict) else cve}"
-            keys_of(cve, CVE, {"shields", "note"}, where)
-            shields_of(cve, data, where)
+            keys_of(cve, CVE, {"mitigations", "note"}, where)
+            mitigations_of(cve, data, where)
             odd = [name for name in ids_of(cve) if not re.fullmatch(r"CVE-\d{4}-\d{4,}|GHSA(-\w{4}){3}", str(name))]
             if odd:
                 raise Problem(f"{DATA}: {where}: {odd[0]}: neither a CVE nor a GHSA")
@@ -196,8 +196,8 @@ def count_of(entry):
     return ", ".join(parts) or "none found"
 
 
-def shielded(entry):
-    return " ".join(filter(None, [sentence(", ".join(entry["shields"])) if entry.get("shields") else "",
+def mitigation_names(entry):
+    return " ".join(filter(None, [sentence(", ".join(entry["mitigations"])) if entry.get("mitigations") else "",
                                   sentence(entry["note"]) if entry.get("note") else ""]))
 
 
@@ -211,15 +211,16 @@ def render(found, data):
     programs = sorted({name for linked in found.values() for name in linked.programs} - {MODULE})
     day = data["looked_up"]
     lines = [f"Facts of {day.day} {day:%B %Y}.", "", "**Components that read bytes of others**", ""]
-    lines += table(["component", "version", "linked into", "reads", "CVEs in Debian 12", "shields"],
+    lines += table(["component", "version", "linked into", "reads", "CVEs in Debian 12", "mitigations"],
                    [[cell(entry["name"]), cell(entry["version"]), place_of(source, found[source], programs), cell(entry["reads"]),
-                     count_of(entry), shielded(entry)] for source, entry in entries.items()])
+                     count_of(entry), mitigation_names(entry)] for source, entry in entries.items()])
     lines += ["", "**CVEs**", ""]
-    lines += table(["component", "CVE", "effect", "fixed by the project in", "fixed in Debian 12", "shields"],
+    lines += table(["component", "CVE", "effect", "fixed by the project in", "fixed in Debian 12", "mitigations"],
                    [[cell(entry["name"]), ", ".join(map(link_of, ids_of(cve))), sentence(cve["effect"]), cell(cve["upstream"]),
-                     cell(cve["debian"]), shielded(cve) or "the update"] for entry in entries.values() for cve in entry.get("cves", [])])
-    lines += ["", "**Shields**", ""]
-    lines += [f"- *{name}*: {cell(text)}" for name, text in data["shields"].items()]
+                     cell(cve["debian"]), mitigation_names(cve) or "the update"]
+                    for entry in entries.values() for cve in entry.get("cves", [])])
+    lines += ["", "**Mitigations**", ""]
+    lines += [f"- *{name}*: {cell(text)}" for name, text in data["mitigations"].items()]
     lines += ["", "**Linked, without a row**", ""]
     lines += [f"- `{source}`: {cell(why)}" for source, why in data["without"].items()]
     lines += [f"- {cell(group['why'])}: " + ", ".join(f"`{source}`" for source in group["packages"]) for group in data["through"]]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Common operations on plain numbers and on numbers with derivatives. */
+/** @file Dual numbers (automatic differentiation by all joints of an arm) and access to their values. */
 #pragma once
 
 #include <Eigen/Core>

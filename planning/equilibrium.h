@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Equilibrium of arms that move a common object, linearised, as plain numbers for a control step. */
+/** @file Struct of fixed size for a linearised equilibrium of the common object: input of a control step. */
 #pragma once
 
 #include <Eigen/Geometry>

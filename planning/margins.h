@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Margins with priority over all tasks: elastic stability, distance between arms. */
+/** @file Margin constraints of a control step (velocity dampers) for elastic stability and for the distance between
+ * arms. */
 #pragma once
 
 #include <array>

@@ -30,9 +30,8 @@ ReferenceTracker ReferenceTracker::ofObject(const std::vector<const safety::ArmL
   tracker.problem_.setLimits(limits.data(), static_cast<int>(limits.size()));
   tracker.posture_ = posture;
   if (posture.size() != tracker.problem_.joint_count)
-    throw std::invalid_argument("found a posture of " + std::to_string(posture.size()) +
-                                " joints, expected one of the " + std::to_string(tracker.problem_.joint_count) +
-                                " that the limits are of");
+    throw std::invalid_argument("posture: found " + std::to_string(posture.size()) + " joints, expected " +
+                                std::to_string(tracker.problem_.joint_count) + ", as many as the limits have");
   return tracker;
 }
 

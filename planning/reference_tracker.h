@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One control step of the cooperating arms: from joint positions and a reference to joint velocities. */
+/** @file Reference tracker: one control step, from joint positions and a reference to joint velocities of all arms. */
 #pragma once
 
 #include <memory>

@@ -15,8 +15,9 @@ int fillTasks(const std::vector<control::Task>& from, int first, planning::Equil
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   for (const control::Task& task : from) {
     if (first == static_cast<int>(rest.tasks.size()) || task.jacobian.rows() > control::kMaxTaskRows)
-      throw std::invalid_argument("found more tasks or rows than " + std::to_string(rest.tasks.size()) + " of " +
-                                  std::to_string(control::kMaxTaskRows) + " each beside the motion");
+      throw std::invalid_argument("the mechanism has more than " + std::to_string(rest.tasks.size()) +
+                                  " tasks besides the motion of the object, or one with more than " +
+                                  std::to_string(control::kMaxTaskRows) + " rows");
     planning::EquilibriumTask& to = rest.tasks[static_cast<std::size_t>(first++)];
     to.rows = static_cast<int>(task.jacobian.rows());
     Eigen::Map<Rows>(to.jacobian.data(), to.rows, task.jacobian.cols()) = task.jacobian;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Equilibrium of a mechanism as input of a control step. */
+/** @file Equilibrium follower of a mechanism, its conversion to planning::Equilibrium, and the midpoint control step.
+ */
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Equilibrium follower of a robot whose arms move a common object. */
+/** @file Factory of the equilibrium follower of a robot whose arms move a common object. */
 #pragma once
 
 #include <memory>

@@ -114,9 +114,10 @@ LogEntry parseLogLine(const std::string& line) {
     throw expected("(TIME) INTERFACE FRAME");
   if (interface.empty() || text.empty())
     throw expected("an interface and a frame after the time");
-  const std::string_view direction = takeWord(rest);  // newer candumps append R or T
-  if ((!direction.empty() && direction != "R" && direction != "T") || !takeWord(rest).empty())
-    throw expected("nothing behind the frame, found '" + std::string(direction) + "'");
+  const std::string_view direction = takeWord(rest), further = takeWord(rest);  // newer candumps append R or T
+  if ((!direction.empty() && direction != "R" && direction != "T") || !further.empty())
+    throw expected("at most R or T after the frame, found '" + std::string(further.empty() ? direction : further) +
+                   "'");
   LogEntry entry{parseFrame(text), std::string(interface)};
   entry.frame.time = parseStamp(stamp.substr(1, stamp.size() - 2));
   return entry;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The drive profile CiA 402: states, transitions, the bits of the modes that are used, error codes in words.
+/** @file CiA 402 drive profile: states, transitions, mode-specific bits, descriptions of error codes.
  *
  * Pure logic over statusword and controlword, independent of the frames that carry them. */
 #pragma once

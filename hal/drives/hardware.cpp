@@ -67,7 +67,9 @@ safety::ArmLimits cutLimits(const safety::ArmLimits& robot, const std::vector<Ax
     if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper) || !std::isfinite(joint.velocity))
       throw std::invalid_argument(who + " has no finite limits");
     if (!(joint.lower < joint.upper))
-      throw std::invalid_argument(who + ": the limits of robot and drive leave no room");
+      throw std::invalid_argument(who + ": the lower limit " + std::to_string(joint.lower) +
+                                  " is not below the upper limit " + std::to_string(joint.upper) +
+                                  " (m or rad) after the limits of robot and drive are combined");
   }
   return limits;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Visualization markers of arms and held object, for RViz, Foxglove and Lichtblick. */
+/** @file Visualization markers of arms and grasped object, for RViz, Foxglove and Lichtblick. */
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Parts of tandem-control, common to real time and lock-step. */
+/** @file Bus, topics and request handlers of tandem-control, used in real time and in lock-step. */
 #pragma once
 
 #include <spdlog/spdlog.h>

@@ -287,11 +287,12 @@ fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSup
   };
   if (!registered.empty() && differs(*registered.get())) {
     throw std::runtime_error("topic " + dds_name + ": this bus uses type " + type.get_type_name() +
-                             " both as messages and as bytes; use a separate bus for the bytes");
+                             " as messages and as bytes; create a second dds::Bus to read it as bytes");
   }
   if (auto* known = participant_->lookup_topicdescription(dds_name)) {
     if (known->get_type_name() != type.get_type_name()) {
-      throw std::runtime_error("topic " + dds_name + ": found two types, expected one");
+      throw std::runtime_error("topic " + dds_name + ": found type " + type.get_type_name() + ", expected " +
+                               known->get_type_name() + ", with which it was created");
     }
     return static_cast<fast::Topic*>(known);
   }

@@ -28,8 +28,11 @@ void checkLink(const hal::BusConfig& bus) {
                                 std::to_string(static_cast<std::uint32_t>(bus.bit_rate)));
   }
   if (link->restart_ms.value_or(0) != 0)
-    spdlog::warn("bus {}: {} restarts by itself after bus-off (restart-ms {}); 0 is safer: drives may have timed out",
-                 bus.name, link->name, *link->restart_ms);
+    spdlog::warn(
+        "bus {}: {} restarts automatically after bus-off (restart-ms {}), when drives may have stopped by time-out; "
+        "set "
+        "restart-ms 0",
+        bus.name, link->name, *link->restart_ms);
   if (link->queue_length < kQueueLength)
     spdlog::warn("bus {}: {} has a transmit queue of {}; `ip link set {} txqueuelen {}` avoids dropped frames",
                  bus.name, link->name, link->queue_length, link->name, kQueueLength);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Core of tandem-hal: hardware behind the actuation topics; without DDS and threads. */
+/** @file Core of tandem-hal: from actuation/command to the hardware and from the hardware to actuation/state; no DDS,
+ * no threads. */
 #pragma once
 
 #include <array>

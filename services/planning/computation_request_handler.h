@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Execution of clients' computations in a low-priority thread beside the publishing one. */
+/** @file Computation request handler: clients' computations, one at a time, in a low-priority thread. */
 #pragma once
 
 #include <atomic>

@@ -82,7 +82,9 @@ void checkChain(const fs::path& file, X509* certificate, X509* authority, X509_C
   if (X509_NAME_cmp(X509_get_issuer_name(certificate), X509_get_subject_name(authority)) != 0 ||
       X509_verify(certificate, key.get()) != 1) {
     takeLastError();
-    throw Error(file.string() + ": not certified by the authority in ca.pem; is it from another folder?");
+    throw Error(file.string() +
+                ": not issued by the authority in ca.pem; copy ca.pem and this file from the same folder of "
+                "credentials, or run `tandem security issue` again");
   }
   X509_REVOKED* revoked = nullptr;
   if (crl != nullptr && X509_CRL_get0_by_cert(crl, &revoked, certificate) == 1)
@@ -167,8 +169,10 @@ void checkAuthority(Report& report,
              "create a new authority and issue all credentials again");
   report.check([&] {
     if (verified(files.governance, authority.get()) != governance())
-      throw Error(files.governance.string() +
-                  ": governance of another version: processes with different governance cannot connect");
+      throw Error(
+          files.governance.string() +
+          ": found the governance of another release; processes with different governance cannot connect: create "
+          "an authority with `tandem security init` in a new folder and issue all credentials again");
     report.say(Level::kGood,
                "governance and authority: " + fingerprint(folder).substr(0, 16) + ", must be the same on all machines");
   });

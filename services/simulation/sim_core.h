@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Core of tandem-sim: simulated robot behind the actuation topics; without DDS and threads. */
+/** @file Core of tandem-sim: from actuation/command to the simulated robot and from it to actuation/state; no DDS, no
+ * threads. */
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Stillness guard: releases the dead-man switch of a device whose readings stay unchanged for 1.5 s while they
- * command motion (lost wireless connection). */
+/** @file Frozen-input guard: releases the dead-man switch of a device whose readings stay unchanged for 1.5 s while
+ * they command motion (lost wireless connection). */
 #pragma once
 
 #include <vector>

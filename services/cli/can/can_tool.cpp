@@ -68,9 +68,10 @@ void CanTool::refuseBesideMaster() {
   constexpr double kEar = 0.15;  // s, longer than any SYNC period
   listen(kEar);
   if (syncs_ > 0 && !options_.force)
-    throw Failure(kFailure,
-                  "a master (tandem-hal?) runs this bus; two of them disturb each other's parameter access: "
-                  "stop it, or use --force");
+    throw Failure(
+        kFailure,
+        "received SYNC from another CANopen master, probably tandem-hal; two masters disturb each other's SDO "
+        "transfers: stop it, or use --force");
 }
 
 void CanTool::readMany(const std::vector<int>& nodes,

@@ -86,7 +86,7 @@ int record(const CanOptions& options) {
   if (!options.file.empty()) {
     file.open(options.file);
     if (!file)
-      throw Failure(kUsage, options.file + ": cannot be opened for writing");
+      client::failToWrite(kUsage, options.file);
   }
   std::ostream& out = options.file.empty() ? std::cout : file;
   hal::can::LogWriter writer(out, interfaceName(options.bus));
@@ -104,7 +104,7 @@ int record(const CanOptions& options) {
       break;
   }
   if (!out.flush())
-    throw Failure(kFailure, "the log cannot be written");
+    client::failToWrite(kFailure, options.file.empty() ? "standard output" : options.file);
   std::cerr << count << " frames, " << tool.bus().counters().rx_overflow << " lost\n";
   return tool.bus().counters().rx_overflow == 0 ? kOk : kFailure;
 }

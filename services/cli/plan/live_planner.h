@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Computations by the planning service of a running system. */
+/** @file Client of the planning service of a running system, for planning computations. */
 #pragma once
 
 #include <functional>

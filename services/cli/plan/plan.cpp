@@ -52,7 +52,7 @@ int repair(const PlanOptions& options) {
     std::ofstream out(options.output);
     out << "# SPDX-License-Identifier: Apache-2.0\n" << repair.trajectory;
     if (!out.flush())
-      throw Failure(kUsage, options.output + ": cannot be written");
+      client::failToWrite(kUsage, options.output);
   }
   if (options.json) {
     std::cout << Json{{"before", reportJson(repair.before)},
@@ -153,7 +153,7 @@ void writeTiming(const PlanOptions& options, const dds::ComputationResult& resul
     table.add(row, "ok");
   }
   if (!table.finish())
-    throw Failure(kUsage, options.csv + ": cannot be written");
+    client::failToWrite(kUsage, options.csv);
 }
 
 int time(const PlanOptions& options) {

@@ -108,7 +108,7 @@ class OwnMethod(system.SystemTest):
                             ("not_finite", "expected a finite velocity of every joint"),
                             ("allocates", "allocations in"),
                             ("ignores_jacobian", "the velocity has to follow from the Jacobian"),
-                            ("crashes", "found that the method ends its process (Aborted)"),
+                            ("crashes", "the method ended the process of the check (Aborted)"),
                             ("beyond_bounds", "beyond the bounds of the joints")):
             self.assertIn(found, self.refusal(self.wrong / f"{name}.so"), name)
 

@@ -109,7 +109,7 @@ class Report(unittest.TestCase):
         words = {line.split("  ")[0]: line for line in lines}
         self.assertIn(f"{found['stability']:.6f}", words["stability"])
         self.assertIn(f"{math.degrees(found['rotation_left']):.3f} deg, tube {found['rotation_tube']}",
-                      words["rotation left"])
+                      words["rotation to snap"])
         self.assertEqual(sum(line.startswith("  * ") for line in lines), 1)
 
 

@@ -245,7 +245,7 @@ TEST(Hardware, Refusals) {
   refuse("{bus: bus_a, node: 1, input_bit: 16,", "{bus: bus_c, node: 1, input_bit: 16,", "bus_c", 0,
          "emergency_stop[0].bus", "expected one of the buses");
   refuse("{bus: bus_a, node: 1, input_bit: 16,", "{bus: bus_a, node: 9, input_bit: 16,", "node: 9", 6,
-         "emergency_stop[0].node", "found no drive there");
+         "emergency_stop[0].node", "expected the node of a drive on bus");
   refuse("node: 1, input_bit: 16,", "node: 1, ", "bus_a, node: 1,  active", 0, "emergency_stop[0].bus",
          "expected one of input_bit and statusword_bit");
   refuse("node: 1, input_bit: 16,", "node: 1, statusword_bit: 6,", "statusword_bit: 6", 16,

@@ -51,7 +51,7 @@ TEST(Deployment, RefusalsOfHosts) {
   const std::string laptop = readAll(presets() / "deployments/laptop.yaml");
   expectRefusalBesideRobot(laptop,
                            {"executable: tandem-sim", "executable: tandem-sim, host: robot", "robot}", 0,
-                            "processes[0].host", "in a deployment without hosts"},
+                            "processes[0].host", "but the deployment has no `hosts`"},
                            [](const std::filesystem::path& file) { loadDeployment(file); });
 }
 

@@ -67,7 +67,7 @@ TEST(Candump, NamesFileLineAndReason) {
       {"(1.0) vcan0 044", "ID#DATA"},
       {"(1.0) vcan0 044#112233445566778899", "length"},
       {"(1.0) vcan0", "an interface and a frame"},
-      {"(1.0) vcan0 044#11 X", "nothing behind"},
+      {"(1.0) vcan0 044#11 X", "at most R or T after the frame, found 'X'"},
       {"(1.0) vcan0 123##", "flags"},
       {"(1.0) vcan0 123##0112233445566778899", "length"},
   };

@@ -29,16 +29,16 @@ FOUND = {
 }
 DATA = {
     "looked_up": datetime.date(2026, 1, 31),
-    "shields": {"loopback": "Sockets are bound to\nthis host.", "sandbox": "It protects the PC."},
+    "mitigations": {"loopback": "Sockets are bound to\nthis host.", "sandbox": "It protects the PC."},
     "components": {
-        "wire": {"name": "Wire", "version": "2.9", "reads": "packets | bytes", "shields": ["loopback", "sandbox"], "cves": [
-            {"id": ["CVE-2025-0001", "CVE-2025-0002"], "effect": "a crash", "upstream": "2.10", "debian": "no", "shields": ["loopback"],
+        "wire": {"name": "Wire", "version": "2.9", "reads": "packets | bytes", "mitigations": ["loopback", "sandbox"], "cves": [
+            {"id": ["CVE-2025-0001", "CVE-2025-0002"], "effect": "a crash", "upstream": "2.10", "debian": "no", "mitigations": ["loopback"],
              "note": "nothing else"},
             {"id": "CVE-2024-12345", "effect": "a leak", "upstream": "2.9.1", "debian": "not found"},
             {"id": "GHSA-8g7x-c9fg-g6mh", "effect": "a leak", "upstream": "2.9.1", "debian": "yes, 2.9.1+ds-1+deb12u3"}]},
-        "json": {"name": "JSON", "version": "3.11.2", "reads": "texts", "shields": []},
-        "xml": {"name": "XML", "version": "9.0.0", "reads": "files", "shields": ["sandbox"]},
-        "npm:plot": {"name": "plot", "version": "1.6.32", "reads": "numbers", "shields": []},
+        "json": {"name": "JSON", "version": "3.11.2", "reads": "texts", "mitigations": []},
+        "xml": {"name": "XML", "version": "9.0.0", "reads": "files", "mitigations": ["sandbox"]},
+        "npm:plot": {"name": "plot", "version": "1.6.32", "reads": "numbers", "mitigations": []},
     },
     "without": {"libc": "of every program"},
     "through": [{"why": "a database that is off", "packages": ["sql", "not-there"]}],
@@ -162,7 +162,7 @@ class Data(unittest.TestCase):
         self.fails("wire: unknown nots", lambda data, wire, cve: wire.update(nots="x"))
         self.fails("wire, ['CVE-2025-0001', 'CVE-2025-0002']: missing effect",
                    lambda data, wire, cve: cve.pop("effect"))
-        self.fails("unknown shield armour; there are loopback, sandbox", lambda data, wire, cve: cve.update(shields=["armour"]))
+        self.fails("unknown mitigation armour; there are loopback, sandbox", lambda data, wire, cve: cve.update(mitigations=["armour"]))
         self.fails("debian: found False, expected text; put it between quotes", lambda data, wire, cve: cve.update(debian=False))
         self.fails("version: found 3.0, expected text", lambda data, wire, cve: wire.update(version=3.0))
         self.fails("debian: found 'never'", lambda data, wire, cve: cve.update(debian="never"))

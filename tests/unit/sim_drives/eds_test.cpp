@@ -55,12 +55,12 @@ TEST(Eds, NamesFileLineAndReason) {
       {kHead + "[6040]\nParameterName=C\nDataType=0x42\nAccessType=rw\n", ":20:", "data type"},
       {kHead + "[6040]\nParameterName=C\nDataType=6\nAccessType=x\n", ":21:", "ro, wo, rw"},
       {kHead + "[6040]\nParameterName=C\nDataType=6\n", ":18:", "AccessType"},
-      {kHead + object + "LowLimit=3\n", ":18:", "outside the limits"},
+      {kHead + object + "LowLimit=3\n", ":18:", "DefaultValue: found 0, expected LowLimit 3"},
       {kHead + object + "[6041]\nParameterName=S\n", ":23:", "none of the lists"},
       {kHead + "[6040]\nParameterName=C\nObjectType=8\nSubNumber=2\n[6040sub0]\nParameterName=n\nDataType=5\n"
                "AccessType=ro\n",
        ":21:", "SubNumber: found 2, expected 1"},
-      {"[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=2\n1=0x1000\n", ":2:", "says 2, 1"},
+      {"[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=2\n1=0x1000\n", ":2:", "found 2, expected 1"},
       {"[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=1\n1=0x10\n", ":4:", "an index"},
       {"[MandatoryObjects]\nSupportedObjects=0\n", ":1:", "[DeviceInfo]"},
   };
