@@ -2,7 +2,10 @@
 #include "planning/follower.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <stdexcept>
 
 namespace tandem::planning {
@@ -59,7 +62,8 @@ void Follower::startAt(const TrajectorySpec& spec,
     arc_length_[i] = arc_length_[i - 1] + (points_[i].tip - points_[i - 1].tip).norm();
   }
   path_time_ = 0.0;
-  periods_at_end_ = 0;
+  passed_.clear();
+  passed_.reserve(points_.size());
   progress_ = Progress{};
   progress_.phase = Phase::kRunning;
   progress_.point_count = spec.point_count;
@@ -94,7 +98,7 @@ bool Follower::update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relativ
     reference = reference_;
     return true;
   }
-  const bool running = spec_.following == Following::kPointByPoint ? nextPoint() : nextInstant();
+  const bool running = spec_.following == Following::kPointByPoint ? nextPoint() : nextInstant(tip, relative);
   if (running) {
     ++progress_.total_iterations;
     reference = reference_;
@@ -102,19 +106,32 @@ bool Follower::update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relativ
   return running;
 }
 
+bool Follower::within() const noexcept {
+  return progress_.tip_error <= spec_.tolerance && progress_.relative_error <= spec_.tolerance;
+}
+
+void Follower::leave(int point, double error) noexcept {
+  ++(error <= spec_.tolerance ? progress_.converged_points : progress_.missed_points);
+  if (progress_.worst_point == 0 || error > progress_.worst_error) {
+    progress_.worst_error = error;
+    progress_.worst_point = point;
+  }
+}
+
+void Follower::finish() noexcept { progress_.phase = progress_.missed_points == 0 ? Phase::kFinished : Phase::kFailed; }
+
 bool Follower::nextPoint() noexcept {
-  const bool within = progress_.tip_error <= spec_.tolerance && progress_.relative_error <= spec_.tolerance;
   const bool started = progress_.point > 0;
-  if (started && !within && progress_.iteration < spec_.max_iterations) {
+  if (started && !within() && progress_.iteration < spec_.max_iterations) {
     ++progress_.iteration;
     for (TaskReference& task : reference_.tasks)
       task.feed_forward.setZero();
     return true;
   }
-  if (started && within)
-    ++progress_.converged_points;
+  if (started)
+    leave(progress_.point, std::max(progress_.tip_error, progress_.relative_error));
   if (progress_.point == progress_.point_count) {
-    progress_.phase = progress_.converged_points == progress_.point_count ? Phase::kFinished : Phase::kFailed;
+    finish();
     return false;
   }
   ++progress_.point;
@@ -140,21 +157,35 @@ TrajectoryPoint Follower::along(double s) const noexcept {
           points_[i - 1].relative + share * (points_[i].relative - points_[i - 1].relative)};
 }
 
-bool Follower::nextInstant() noexcept {
+void Follower::judgePassed(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept {
+  bool last = false;  // the last point is decided, and with it all others: it comes first here
+  for (std::size_t i = passed_.size(); i-- > 0;) {
+    Passed& passed = passed_[i];
+    if (passed.periods < 0)
+      continue;
+    const TrajectoryPoint& point = points_[i + 1];
+    passed.nearest = std::min(passed.nearest, std::max((point.tip - tip).norm(), (point.relative - relative).norm()));
+    if (last || passed.nearest <= spec_.tolerance || passed.periods++ >= spec_.max_iterations) {
+      last = last || i + 2 == points_.size();
+      passed.periods = -1;
+      leave(static_cast<int>(i) + 1, passed.nearest);
+    }
+  }
+}
+
+bool Follower::nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept {
   const Profile profile{arc_length_.back(), spec_.speed, spec_.acceleration};
   const double end = profile.duration();
-  if (path_time_ >= end) {
-    const bool within = progress_.tip_error <= spec_.tolerance && progress_.relative_error <= spec_.tolerance;
-    if (within || periods_at_end_ >= spec_.max_iterations) {
-      progress_.phase = within ? Phase::kFinished : Phase::kFailed;
-      progress_.converged_points = within ? progress_.point_count : progress_.converged_points;
-      return false;
-    }
-    ++periods_at_end_;
-  }
   // Where the reference is now, and the mean velocity with which it gets to where it will be at the next update.
   const double s = profile.distance(path_time_), s_next = profile.distance(path_time_ + period_);
   const TrajectoryPoint now = along(s), next = along(s_next);
+  while (passed_.size() + 1 < points_.size() && (path_time_ >= end || arc_length_[passed_.size() + 1] <= s))
+    passed_.push_back({std::numeric_limits<double>::infinity(), 0});
+  judgePassed(tip, relative);
+  if (progress_.converged_points + progress_.missed_points == progress_.point_count) {
+    finish();
+    return false;
+  }
   path_time_ = std::min(path_time_ + period_, end);
   ask(now, (next.tip - now.tip) / period_, (next.relative - now.relative) / period_);
   if (!postures_.empty()) {
@@ -166,6 +197,15 @@ bool Follower::nextInstant() noexcept {
   progress_.point = std::clamp(progress_.point, 1, progress_.point_count);
   ++progress_.iteration;
   return true;
+}
+
+std::string describeMisses(const Progress& progress) {
+  if (progress.missed_points == 0)
+    return {};
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), "missed %d of %d points, worst %.3g mm at point %d", progress.missed_points,
+                progress.point_count, 1e3 * progress.worst_error, progress.worst_point);
+  return text.data();
 }
 
 void Follower::ask(const TrajectoryPoint& at,

@@ -135,11 +135,8 @@ class Run {
   /// A point has just been left: was it reached? The tracker still holds its last step there.
   void judge(int point) {
     const Progress& progress = follower_.progress();
-    if (progress.converged_points > result_.converged || result_.point > 0) {
-      result_.converged = progress.converged_points;
-      return;
-    }
-    if (follower_.spec().following == Following::kTimed && progress.phase != Phase::kFailed)
+    result_.converged = progress.converged_points;
+    if (progress.missed_points == 0 || result_.point > 0)
       return;
     result_.point = point;
     result_.tip_error = progress.tip_error;

@@ -152,8 +152,11 @@ void PlanningCore::advance() {
   if (const std::string why = run_->update(measured(), reference_); !why.empty())
     return end(why);
   asked_since_ = sequence_ + 1;
-  if (!active())
-    spdlog::info("trajectory {}: {}", trajectory_id_, planning::name(run_->progress().phase));
+  if (!active()) {
+    ended_ = describeMisses(run_->progress());
+    spdlog::info("trajectory {}: {}{}", trajectory_id_, planning::name(run_->progress().phase),
+                 ended_.empty() ? "" : ": " + ended_);
+  }
   publish();
 }
 

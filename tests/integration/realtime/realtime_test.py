@@ -93,6 +93,15 @@ class RealTime:
         self.assert_moved(before, self.tips(), [0, 3e-3, 0])
         self.assert_ok(self.system.robot("disable"))
 
+    def run_that_misses(self):
+        """The arms cannot follow at 50 mm/s: the run says so, and is no success."""
+        fast = self.trajectory("fast", [0, 10, 0], points=4, max_iterations=2, following="timed", speed_mm_per_s=50,
+                               acceleration_mm_per_s2=500)
+        answer = self.system.robot("run", fast)
+        self.assertEqual(answer.returncode, 1, answer.stdout)
+        self.assertRegex(answer.stdout, r"failed: 4 points, \d+ iterations: missed [234] of 4 points, worst .* mm at point \d")
+        self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
+
     def positions(self):
         self.assert_refused(self.move("a", self.system.joints()[0]), "not ENABLED")
         self.assert_ok(self.system.robot("enable"))
@@ -252,7 +261,7 @@ class RealTime:
 
 class TenHertz(RealTime, system.SystemTest):
     preset, period = "laptop", 0.1
-    steps = ("begin", "run_short", "run_timed", "positions", "guards", "end")
+    steps = ("begin", "run_short", "run_timed", "run_that_misses", "positions", "guards", "end")
 
 
 class OneKilohertz(RealTime, system.SystemTest):

@@ -105,7 +105,33 @@ TEST(Follower, TimedReferenceKeepsSpeedAndAcceleration) {
     time += kPeriod;
   }
   EXPECT_EQ(follower.progress().phase, Phase::kFinished);
+  EXPECT_EQ(follower.progress().converged_points, 50);
+  EXPECT_EQ(planning::describeMisses(follower.progress()), "");
   EXPECT_NEAR(time, 0.02 / 4e-3 + 4e-3 / 2e-3, 2 * kPeriod);  // length / v + v / a
+}
+
+// A run whose arm stands still for a part of the way was 'finished', because its end was reached.
+TEST(Follower, TimedRunThatMissesPointsOnTheWayFails) {
+  auto spec = line(0.02, 50);
+  spec.following = planning::Following::kTimed;
+  spec.speed = 4e-3;
+  spec.acceleration = 2e-3;
+  Follower follower(kPeriod);
+  follower.start(spec, kTip, kRelative);
+  Reference reference;
+  Eigen::Vector3d tip = kTip;
+  while (follower.update(tip, kRelative, reference)) {
+    const double asked = reference.tasks[1].position.z() + kPeriod * reference.tasks[1].feed_forward.z() - kTip.z();
+    const bool stands = asked > 0.008 && asked < 0.012;
+    tip.z() = kTip.z() + (stands ? 0.008 : asked);
+  }
+  const planning::Progress& progress = follower.progress();
+  EXPECT_EQ(progress.phase, Phase::kFailed);
+  // 0.4 mm between points, 0.88 mm allowed: the tip jumps from 8 to 12 mm, so points 23 to 27 (9.2 to 10.8 mm) are
+  // missed.
+  EXPECT_EQ(progress.missed_points, 5);
+  EXPECT_EQ(progress.converged_points, 45);
+  EXPECT_EQ(planning::describeMisses(progress), "missed 5 of 50 points, worst 2 mm at point 25");
 }
 
 TEST(Follower, RefusesAShapeWithoutLengthAndStaysIdle) {
