@@ -162,7 +162,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   checkTiming(map, deployment);
   checkMemory(map, deployment);
   warnOfBudgets(map.map("budgets"));
-  robotFileOf(deployment.robot).checkDeployment(map, deployment);
+  robotFileOf(deployment.robot).check_deployment(map, deployment);
   readFeedback(map, deployment);
   deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
   checkConsole(map.map("console"), deployment.console);

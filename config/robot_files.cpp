@@ -51,15 +51,24 @@ Robot loadAnyRobot(const Deployment& deployment) {
 
 void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot) {
   constexpr double kDeviations = 8.0;
-  const auto errorOf = [&](safety::JointKind kind) {
+  const auto error_of = [&](safety::JointKind kind) {
     return 0.5 * encoders.resolution.of(kind) + kDeviations * encoders.noise.of(kind);
   };
   for (Arm& arm : robot.arms) {
     for (safety::JointLimit& joint : arm.limits.joints)
-      joint.reading_error = errorOf(joint.kind);
+      joint.reading_error = error_of(joint.kind);
     // Two tubes' readings are compared.
-    arm.model.tolerance = safety::kAtRest + 2.0 * errorOf(safety::JointKind::kTranslation);
+    arm.model.tolerance = safety::kAtRest + 2.0 * error_of(safety::JointKind::kTranslation);
   }
+}
+
+Robot withoutReadingErrors(Robot robot) {
+  for (Arm& arm : robot.arms) {
+    for (safety::JointLimit& joint : arm.limits.joints)
+      joint.reading_error = safety::JointLimit{}.reading_error;
+    arm.model.tolerance = kinematics::ConcentricTubeArm{}.tolerance;
+  }
+  return robot;
 }
 
 }  // namespace tandem::config

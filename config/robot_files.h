@@ -20,7 +20,7 @@ struct RobotFile {
   const Mapping& (*table)();
   Robot (*load)(const std::filesystem::path& file);  ///< @throw Error
   /// Refuses values of a deployment that robots of this type cannot have. @throw Error at the key
-  void (*checkDeployment)(const Map& map, const Deployment& deployment);
+  void (*check_deployment)(const Map& map, const Deployment& deployment);
 };
 
 /// All robot types. docs/own-robot-type.md adds one.
@@ -44,5 +44,8 @@ Robot loadAnyRobot(const Deployment& deployment);
 /** Sets JointLimit::reading_error of all joints: half a count and eight standard deviations of the noise. Models of
  * tubes accept readings that are outside equation (1) by as much, and by safety::kAtRest. */
 void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot);
+
+/// The robot before setReadingErrors(): for models of joints that are computed, not read.
+Robot withoutReadingErrors(Robot robot);
 
 }  // namespace tandem::config

@@ -36,19 +36,19 @@ class EquilibriumFollower {
  *
  * Solves at the joints, then at the predicted joints of the middle. `result` is that of the middle, except for the
  * error, which is that of the beginning.
- * @param solveEquilibrium  computes the equilibrium at joints, as Mechanism::solveEquilibrium()  @param q  joints;
+ * @param solve  computes the equilibrium at joints, as Mechanism::solveEquilibrium()  @param q  joints;
  * limits refer to them
  * @return empty, or why there is no equilibrium; see also result.status */
 template <class SolveEquilibrium>
 std::string stepByMiddle(const Mechanism& mechanism,
-                         const SolveEquilibrium& solveEquilibrium,
+                         const SolveEquilibrium& solve,
                          planning::ReferenceTracker& tracker,
                          const RobotVector& q,
                          const planning::ObjectReference& reference,
                          double period,
                          planning::Equilibrium& rest,
                          planning::TrackResult& result) {
-  if (std::string why = solveEquilibrium(q); !why.empty())
+  if (std::string why = solve(q); !why.empty())
     return why;
   writeEquilibrium(mechanism, q, rest);
   tracker.step(rest, q, q, reference, result);
@@ -56,7 +56,7 @@ std::string stepByMiddle(const Mechanism& mechanism,
     return {};
   const double error = result.error[0];
   const RobotVector middle = tracker.moved(q, 0.5 * period * result.solution.velocity);
-  if (std::string why = solveEquilibrium(middle); !why.empty())
+  if (std::string why = solve(middle); !why.empty())
     return why;
   writeEquilibrium(mechanism, middle, rest);
   tracker.step(rest, middle, q, reference.after(0.5 * period), result);

@@ -119,7 +119,8 @@ void Motions::expectNoFault(const Snapshot& s) const {
   for (std::size_t k = 0; k < std::min<std::size_t>(s.status.arm_count, robot_.arms.size()); ++k) {
     if (s.status.faults[k] != 0)
       throw Failure(kFailure, robot_.arms[k].name + " is in FAULT: " + safety::describeFaults(s.status.faults[k]) +
-                                  describeLateness(s, s.status.faults[k]));
+                                  describeLateness(s, s.status.faults[k]) +
+                                  "; `tandem robot disable` clears the fault when its cause is gone");
   }
 }
 

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "config/robot_files.h"
 #include "operation/convert.h"
 #include "planning/joint_sampler.h"
 #include "robots/capability.h"
@@ -37,7 +38,7 @@ std::optional<Plan> planOf(const dds::ComputationRequest& request, const dds::Co
 
 ComputationRequestHandler::ComputationRequestHandler(const runtime::Setup& setup,
                                                      std::function<void(const Outgoing&)> send)
-    : setup_(setup), robot_(setup.robot, setup.deployment.model), send_(std::move(send)) {
+    : setup_(setup), robot_(config::withoutReadingErrors(setup.robot), setup.deployment.model), send_(std::move(send)) {
   sender_ = std::thread([this] { this->send(); });
   computer_ = std::thread([this] { compute(); });
 }
