@@ -6,17 +6,17 @@
 
 namespace tandem::safety {
 
-/** Time budgets, s. Larger values than these defaults need a reason in docs/safety.md. */
+/** Time budgets, s. Larger values than these defaults require a reason in docs/safety.md. */
 struct Budgets {
-  double minimum_age = 0.030;         ///< floor of the age of a command or of a state
-  double age_periods = 3.0;           ///< ... and as many control periods, whichever is larger
-  double planning_reference = 0.250;  ///< age of planning's reference, judged by control
-  double teleoperation = 0.100;       ///< age of an operator's stream, judged by control
-  double tip_measurement = 0.100;     ///< age of a measured tip, judged by control
+  double minimum_age = 0.030;         ///< lower bound of the age budget of a command or a state
+  double age_periods = 3.0;           ///< the same budget in control periods; the larger one applies
+  double planning_reference = 0.250;  ///< age of planning's reference, checked by control
+  double teleoperation = 0.100;       ///< age of an operator's stream, checked by control
+  double tip_measurement = 0.100;     ///< age of a measured tip, checked by control
   double drive_heartbeat = 0.100;     ///< the drives' budget for hal's heartbeat
-  double lease = 1.0;                 ///< silence after which the control lease is lost
+  double lease = 1.0;                 ///< time without heartbeat after which the control lease is lost
   double lost_samples = 0.05;         ///< share of the last 100 states, commands or frames of a drive that may be lost
-  double lock_step = 60.0;            ///< silence in lock-step, where nobody is judged by the clock otherwise
+  double lock_step = 60.0;            ///< time without answer in lock-step, where no other time-out applies
 
   /// Largest age of a command or of a state at this control period, s.
   double commandAge(double period) const { return std::max(minimum_age, age_periods * period); }

@@ -8,17 +8,17 @@
 
 namespace tandem::safety {
 
-/** The lease. Reads no clock: times are ns on the caller's clock. Client 0 stands for nobody. */
+/** The lease. Reads no clock: times are ns on the caller's clock. Client 0: no client. */
 class ControlLease {
  public:
-  /// @param budget silence after which the lease is lost (Budgets::lease), s.
+  /// @param budget time without heartbeat after which the lease is lost (Budgets::lease), s.
   explicit ControlLease(double budget) : watchdog_(budget) {}
 
-  /// Who holds the lease now; 0 = free, because released or because its holder fell silent.
+  /// Owner of the lease; 0 = free: released, or the owner's heartbeat timed out.
   std::uint64_t holder(std::int64_t now) const noexcept { return watchdog_.expired(now) ? 0 : client_; }
   bool holds(std::uint64_t client, std::int64_t now) const noexcept { return client != 0 && holder(now) == client; }
 
-  /// Takes a free lease, or renews one's own. False: holder(now) has it, or the client is 0.
+  /// Acquires a free lease, or renews the client's own. False: another client has it, or the client is 0.
   bool acquire(std::uint64_t client, std::int64_t now) noexcept {
     if (client == 0 || (holder(now) != 0 && holder(now) != client))
       return false;
@@ -27,10 +27,10 @@ class ControlLease {
     return true;
   }
 
-  /// Renews. False: the client does not hold it (any more) and has to acquire it anew.
+  /// Renews. False: the client does not have the lease (any more) and must acquire it again.
   bool keep(std::uint64_t client, std::int64_t now) noexcept { return holds(client, now) && acquire(client, now); }
 
-  /// Gives it back. False: the client does not hold it.
+  /// Releases. False: the client does not have the lease.
   bool release(std::uint64_t client, std::int64_t now) noexcept {
     if (!holds(client, now))
       return false;
@@ -38,7 +38,8 @@ class ControlLease {
     return true;
   }
 
-  /** True once after a holder fell silent without releasing: the moment to latch Fault::kLeaseLost if an arm moves. */
+  /** True once after the owner's heartbeat timed out without a release; the caller latches Fault::kLeaseLost if an arm
+   * moves. */
   bool takeLoss(std::int64_t now) noexcept {
     if (client_ == 0 || !watchdog_.expired(now))
       return false;

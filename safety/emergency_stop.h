@@ -12,10 +12,10 @@ namespace tandem::safety {
 
 using idl::EmergencyStop;
 
-/// What it latches on every arm.
+/// Fault that the emergency stop latches on every arm.
 inline constexpr FaultRecord kEmergencyStopRecord{bit(Fault::kStopRequested), FaultCause::kEmergencyStop};
 
-/// Faults whose cause stands, with the emergency stop, which goes first: others are likely to follow from it.
+/// Faults whose cause is still present, with the emergency stop as the cause: the others probably follow from it.
 inline FaultRecord withEmergencyStop(const FaultRecord& present, bool active) noexcept {
   if (!active)
     return present;
@@ -24,11 +24,11 @@ inline FaultRecord withEmergencyStop(const FaultRecord& present, bool active) no
   return record;
 }
 
-/** Whoever reads the emergency stop elsewhere, a controller of the cell say, and tells of it again and again. That it
- * falls silent counts as pressed. Times are ns on the caller's clock. */
+/** Emergency stop reported periodically by another device, for example the controller of the cell. A time-out of the
+ * reports counts as pressed. Times are ns on the caller's clock. */
 class EmergencyReports {
  public:
-  /// @param budget s within which each report has to follow the one before; 0: nobody is asked.
+  /// @param budget longest time between two reports, s; 0: no reports are expected.
   explicit EmergencyReports(double budget) : watchdog_(budget), asked_(budget > 0.0) {}
 
   void take(bool pressed, std::int64_t now) noexcept {

@@ -17,16 +17,16 @@ using idl::name;
 using FaultMask = std::uint32_t;
 using idl::bit;
 
-/// What a person can do about a fault: a sentence or two.
+/// Remedy for a fault: one or two sentences for a person.
 std::string_view remedy(Fault fault);
 
-/// Whether a fault says that something came too late: a busy machine does that, too.
+/// Whether a fault is a time-out: a busy machine also causes those.
 constexpr bool isOfTime(FaultMask faults) noexcept {
   return (faults & (bit(Fault::kStaleCommand) | bit(Fault::kCommandTimeout) | bit(Fault::kStateTimeout) |
                     bit(Fault::kReferenceTimeout) | bit(Fault::kLeaseLost))) != 0;
 }
 
-/// A wake-up that is later than this is reported with such a fault, s.
+/// Lateness of a wake-up above which it is reported with such a fault, s.
 inline constexpr double kLate = 0.02;
 
 /// "command_timeout, drive" or "none".
@@ -34,9 +34,9 @@ std::string describeFaults(FaultMask faults);
 
 using idl::FaultCause;
 
-/** The first thing that led an arm into FAULT since it was last cleared: for logs and people. Amounts are in the unit
- * of what is compared: s for ages and silences, m or rad for joints, a share for lost samples; 0 where nothing is
- * measured. */
+/** First cause of the FAULT state of an arm since the last clear: for logs and people. Amounts are in the unit of the
+ * compared quantity: s for ages and silences, m or rad for joints, a share for lost samples; 0 if nothing is measured.
+ * */
 struct FaultRecord {
   FaultMask faults = 0;  ///< 0: no fault
   FaultCause cause = FaultCause::kUnspecified;
@@ -45,8 +45,8 @@ struct FaultRecord {
   double allowed = 0.0;
 };
 
-/// "drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad", "command_timeout: 0.151 s, allowed 0.15 s".
-/// Joints count from 1 there. @param limits  of the arm: they say which joints are translations
+/// "drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad", "command_timeout: 0.151 s, allowed 0.15 s". Joint
+/// numbers in the text start at 1. @param limits of the arm: identify translations
 std::string describe(const FaultRecord& record, const ArmLimits* limits = nullptr);
 
 using idl::Guard;

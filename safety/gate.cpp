@@ -12,10 +12,10 @@ constexpr double kSmallestAmount = 1e-12;
 /// A command exactly at a speed limit passes: its speed was computed from a difference of positions.
 constexpr double kSpeedTolerance = 1e-9;
 constexpr double kRounding = 1e-15;
-/// Passes over the rows before their joints are held; neighbouring rows pass a violation on, which converges quickly.
+/// Passes over the rows before joints are stopped; neighbouring rows transfer a violation, which converges quickly.
 constexpr int kRowPasses = 64;
 
-/// Clamps a change to [-largest, largest] unless it is within the tolerance. Returns what was taken away.
+/// Clamps a change to [-largest, largest] unless it is within the tolerance. Returns the amount removed.
 double clampChange(double& change, double largest) noexcept {
   if (!(std::abs(change) > largest * (1.0 + kSpeedTolerance) + kRounding))
     return 0.0;
@@ -27,15 +27,15 @@ double clampChange(double& change, double largest) noexcept {
 /// Bound of a row for a step from `last`: an arm that starts outside is not driven farther out.
 double stepBound(const LinearRow& row, const ArmVector& last) noexcept { return std::max(row.b, rowValue(row, last)); }
 
-/// How much joint j closes the gap of the row on its way from last to next; negative or zero where it opens it. m.
+/// Amount by which joint j reduces the gap of the row from last to next; negative or zero if it opens the gap. m.
 double closing(const LinearRow& row, const ArmVector& last, const ArmVector& next, Eigen::Index j) noexcept {
   return row.a[j] == 0.0 ? 0.0 : row.a[j] * (next[j] - last[j]);
 }
 
-/** Equation (1) taken joint by joint from the inside out: the outer joint of a violated row goes to the edge that the
- * next position of the inner one leaves it, held back or carried along. Left undone where that would move the outer
- * joint by more than the inner one moves, faster than it may, or out of its box: then the row is relaxed instead.
- * False: nothing done. */
+/** Equation (1) joint by joint from the inside out: the outer joint of a violated row moves to the bound that the next
+ * position of the inner one defines, less far or farther than commanded. Not done if it would move the outer joint
+ * farther than the inner one moves, faster than its limit, or out of its box: then the row is relaxed instead. False:
+ * nothing done. */
 bool carryRow(const ArmLimits& limits,
               const LinearRow& row,
               double duration,
@@ -59,7 +59,7 @@ bool carryRow(const ArmLimits& limits,
   return true;
 }
 
-/// Takes the excess of a row back from the joints that cause it, in proportion to what they close. False: no excess.
+/// Removes the excess of a row from the joints that cause it, in proportion to their share. False: no excess.
 bool relaxRow(const LinearRow& row, const ArmVector& last, ArmVector& next) noexcept {
   const double bound = stepBound(row, last);
   const double excess = rowValue(row, next) - bound;
@@ -72,7 +72,7 @@ bool relaxRow(const LinearRow& row, const ArmVector& last, ArmVector& next) noex
     if (row.a[j] != 0.0)
       scale = std::max(scale, std::abs(row.a[j] * next[j]));
   }
-  // A hair more than the excess, so that rounding of the new positions ends inside.
+  // Slightly more than the excess, so that the rounded positions are inside.
   const double share = total > 0.0 ? (excess + 1e-15 * scale) / total : 1.0;
   for (Eigen::Index j = 0; j < next.size(); ++j) {
     if (closing(row, last, next, j) <= 0.0)
@@ -83,8 +83,8 @@ bool relaxRow(const LinearRow& row, const ArmVector& last, ArmVector& next) noex
   return true;
 }
 
-/// Holds the closing joints of a row where they are. The sum is monotone in every joint, so this satisfies the row.
-/// False: nothing had to be held.
+/// Keeps the closing joints of a row at their last position. The sum is monotone in every joint, so this satisfies the
+/// row. False: no joint changed.
 bool holdRow(const LinearRow& row, const ArmVector& last, ArmVector& next) noexcept {
   if (!(rowValue(row, next) > stepBound(row, last)))
     return false;
@@ -98,7 +98,7 @@ bool holdRow(const LinearRow& row, const ArmVector& last, ArmVector& next) noexc
   return held;
 }
 
-/// The first joint whose number is not finite, or `size` where all are.
+/// The first joint with a value that is not finite, or `size` if all are finite.
 int firstNotFinite(const ArmVector& values, int size) noexcept {
   if (values.size() != size)
     return 0;
@@ -131,7 +131,7 @@ void Gate::checkIntegrity(const GateCommand& command, const ArmVector& last, Gat
   if (command.stream & bit(Fault::kUnknownArm))
     refuse(Fault::kUnknownArm, Guard::kKnownArm, 1.0, 0);
   if (report.faults != 0)
-    return;  // what such a command holds is of no interest
+    return;  // the values of such a command are irrelevant
   const int n = limits_.jointCount();
   const int bad = std::min(firstNotFinite(command.position, n), firstNotFinite(command.velocity, n));
   if (bad < n || !std::isfinite(command.duration) || command.duration <= 0.0) {
@@ -153,7 +153,7 @@ void Gate::limitSpeed(double duration,
   for (int j = 0; j < limits_.jointCount(); ++j) {
     const JointLimit& joint = limits_.joints[j];
     double change = next[j] - last[j];
-    // Slew: the change against going on at the last velocity.
+    // Slew: difference from the change at the last velocity.
     const double going_on = last_velocity[j] * duration;
     double turn = change - going_on;
     const double by_slew = clampChange(turn, joint.slew_limit * duration * duration);
@@ -193,7 +193,7 @@ void Gate::limitRows(double duration, const ArmVector& last, ArmVector& next, Ga
     for (const LinearRow& row : limits_.rows)
       changed = relaxRow(row, last, next) || changed;
   }
-  // Each round that changes anything holds one more joint, so this ends.
+  // Each round that changes anything stops one more joint, so this terminates.
   while (changed) {
     changed = false;
     for (const LinearRow& row : limits_.rows)

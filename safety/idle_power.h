@@ -11,18 +11,18 @@
 
 namespace tandem::safety {
 
-/** Counts for each arm since when nobody has commanded it although it has power. Whoever knows who commands asks once
- * per cycle. Nothing allocates, locks or throws; times are ns on the caller's clock. */
+/** Idle time of each arm: how long it has had power without a command. Call step() once per cycle. Nothing allocates,
+ * locks or throws; times are ns on the caller's clock. */
 class IdlePower {
  public:
-  /// What an arm's idleness asks for now.
+  /// Decision for an idle arm.
   enum class Decision : std::uint8_t {
     kNothing = 0,
-    kPowerOff,  ///< it has been idle for long enough, and stays where it is without power
-    kWarn,      ///< likewise, but it would not stay there; again after each further such time
+    kPowerOff,  ///< idle for the time-out, and the arm keeps its position without power
+    kWarn,  ///< idle for the time-out, but the arm would not keep its position; repeated after each further time-out
   };
 
-  /// @param timeout s; infinite: never.
+  /// @param timeout s; infinite: no power-off.
   explicit IdlePower(double timeout) : timeout_(timeout) {}
 
   /** Once per cycle and arm.
@@ -43,12 +43,12 @@ class IdlePower {
     return holds ? Decision::kPowerOff : Decision::kWarn;
   }
 
-  /// How long an arm has been idle, s; 0: it is not.
+  /// Idle time of an arm, s; 0: not idle.
   double idle(int arm) const noexcept {
     const Arm& a = arms_[static_cast<std::size_t>(arm)];
     return a.idle ? 1e-9 * static_cast<double>(a.now - a.since) : 0.0;
   }
-  /// Until an idle arm loses its power, s; -1: it keeps it, or is not idle.
+  /// Time until an idle arm loses power, s; -1: it keeps power, or is not idle.
   double left(int arm) const noexcept {
     const Arm& a = arms_[static_cast<std::size_t>(arm)];
     return a.idle && a.holds && std::isfinite(timeout_) ? std::max(0.0, timeout_ - idle(arm)) : -1.0;
@@ -59,7 +59,7 @@ class IdlePower {
   struct Arm {
     bool idle = false;
     bool holds = false;
-    double due = 1.0;  ///< the next decision, in times of the timeout
+    double due = 1.0;  ///< the next decision, in multiples of the time-out
     std::int64_t since = 0;
     std::int64_t now = 0;
   };

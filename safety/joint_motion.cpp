@@ -32,8 +32,8 @@ JointMotion::JointMotion(const ArmLimits& limits, const ArmVector& q0, const Arm
     acceleration_ = std::min(acceleration_, moveAcceleration(limits, j) / way);
   }
   if (!std::isfinite(speed))
-    return;  // no way to go
-  // Either the speed is reached, or the way is so short that slowing down begins half-way.
+    return;  // no distance
+  // Either the speed is reached, or the distance is so short that deceleration begins half-way.
   ramp_ = std::min(speed / acceleration_, std::sqrt(1.0 / acceleration_));
   duration_ = ramp_ + 1.0 / (acceleration_ * ramp_);
 }

@@ -8,7 +8,7 @@ namespace tandem::safety {
 double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
   double value = 0.0;
   for (Eigen::Index j = 0; j < row.a.size(); ++j) {
-    // Joints that are not in the row must not spoil it, whatever they hold.
+    // Joints that are not in the row must not change it, even with NaN.
     if (row.a[j] != 0.0)
       value += row.a[j] * q[j];
   }
@@ -56,7 +56,7 @@ ArmVector broughtInside(const ArmLimits& limits, const ArmVector& q) noexcept {
   };
   for (int j = 0; j < limits.jointCount(); ++j)
     move(j, 0.0);
-  // A row that is mended may break the next one, outwards: as many rounds as there are tubes end that.
+  // A corrected row may violate the next one, outwards: this ends after as many rounds as there are tubes.
   for (int round = 0; round < limits.jointCount(); ++round) {
     for (const LinearRow& row : limits.rows) {
       for (const int j : {row.outer_joint, row.inner_joint}) {

@@ -14,11 +14,11 @@ namespace tandem::safety {
 
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-/// Nearer than this, m or rad, a joint is where it was sent, or inside its limits: joints of drives come to rest within
-/// a few counts.
+/// Position tolerance, m or rad: a joint within it is at its goal, or inside its limits. Drives stop within a few
+/// counts.
 inline constexpr double kAtRest = 1e-4;
 
-/// A joint that is measured to be faster than this, times its largest speed, has run away: a position loop that catches
+/// Measured speed, as a multiple of the largest speed, above which a joint has run away: a position loop that catches
 /// up needs less.
 inline constexpr double kOverspeedFactor = 1.5;
 
@@ -36,10 +36,10 @@ struct JointLimit {
   double stop_deceleration = kUnlimited;      ///< deceleration of the stop ramp
   double max_step = kUnlimited;               ///< a setpoint farther than this from the last one is an integrity fault
   JointKind kind = JointKind::kTranslation;
-  double reading_error = 0.0;  ///< so far a reading may be from the joint: resolution and noise of its encoder
+  double reading_error = 0.0;  ///< largest difference between reading and joint: resolution and noise of its encoder
 };
 
-/** What a linear row stands for; it decides how the row is named to people. */
+/** Origin of a linear row; it decides the name of the row in messages. */
 enum class RowKind {
   kCarriageSpacing,   ///< beta_{i-1} - beta_i <= -spacing: carriages in order (Alsaka 2024, (1), proximal side)
   kMinimumExtension,  ///< beta_i + l_i + extension <= beta_{i-1} + l_{i-1}: inner tube ends ahead of the outer one
@@ -81,16 +81,16 @@ struct LimitViolation {
 };
 LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
-/** The joint that is read farthest outside its limits, of those that are more than kAtRest and
- * JointLimit::reading_error outside; amount 0: there is none. A reading that is not a number is outside. */
+/** The joint with the reading farthest outside its limits, of those more than kAtRest and JointLimit::reading_error
+ * outside; amount 0: none. A reading that is not a number is outside. */
 LimitViolation readOutside(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
-/** Joints inside boxes and rows near q, which is outside by little: each joint is brought inside its box, then the
- * outer joint of each row inside the row, or the inner one where the outer one's box does not allow it. Inside, q
- * itself. */
+/** Joints inside boxes and rows near q, which is slightly outside: each joint moves into its box, then the outer joint
+ * of each row into the row, or the inner one if the box of the outer one does not allow it. Returns q itself if it is
+ * inside. */
 ArmVector broughtInside(const ArmLimits& limits, const ArmVector& q) noexcept;
 
-/** Where a joint may be. */
+/** Permitted positions of a joint. */
 struct Interval {
   double lower;
   double upper;
@@ -99,13 +99,13 @@ struct Interval {
 /** "tube 2 against tube 1 (carriage spacing)". */
 std::string describe(const LinearRow& row);
 
-/** What makes the limits of a concentric tube arm. All lengths in m, index 0 = tube 1, the innermost and longest. */
+/** Parameters of the limits of a concentric tube arm. All lengths in m, index 0 = tube 1, the innermost and longest. */
 struct TubeLimitSpec {
   std::vector<double> tube_length;        ///< l_i, straight plus curved
   std::vector<double> carriage_spacing;   ///< n-1 margins of the proximal rows (Fig. 2's "spacing between the motors")
   std::vector<double> minimum_extension;  ///< n-1 margins of the distal rows (Fig. 2's "minimum segment length")
-  std::vector<double> stage_minimum;      ///< per tube: smallest beta that the linear stage reaches, -l_i at the least
-  std::vector<double> stage_maximum;      ///< per tube: largest beta, 0 at the most
+  std::vector<double> stage_minimum;      ///< per tube: smallest beta that the linear stage reaches, at least -l_i
+  std::vector<double> stage_maximum;      ///< per tube: largest beta, at most 0
   JointLimit translation;                 ///< velocity, accelerations, max_step of every translation (box ignored)
   JointLimit rotation;                    ///< box, velocity, accelerations, max_step of every rotation
 };

@@ -7,7 +7,7 @@ std::optional<OperatingState> transition(OperatingState state, StateCommand comm
   if (command == StateCommand::kRecover)
     return state == State::kDisabled || state == State::kFault ? std::optional(State::kEnabled) : std::nullopt;
   if (state == State::kFault) {
-    // The deviation from CRTK: no other way out but `disable`.
+    // The deviation from CRTK: besides `recover`, only `disable` leaves FAULT.
     return command == StateCommand::kDisable ? std::optional(State::kDisabled) : std::nullopt;
   }
   switch (command) {
@@ -34,11 +34,11 @@ bool StateMachine::command(StateCommand command, FaultMask present) {
   if (!next)
     return false;
   if (state_ == OperatingState::kFault) {
-    faults_ = present;  // whatever has no standing cause is cleared
+    faults_ = present;  // clears all faults without a present cause
     if (faults_ != 0)
       return false;
   }
-  // Power or motion are not given while something is wrong.
+  // No power and no motion while a fault is present.
   if (*next == OperatingState::kEnabled && present != 0)
     return false;
   state_ = *next;

@@ -3,8 +3,7 @@
  *
  * Deliberate deviations from CRTK: in FAULT only `disable` and `recover` are accepted. `disable` clears a fault whose
  * cause is gone and leads to DISABLED; nothing moves until a new `enable` and a fresh stream. `recover`, from DISABLED
- * or FAULT, leads to ENABLED with what is left of the arm: slow, inwards, without lost joints (safety/recovery.h).
- */
+ * or FAULT, leads to ENABLED with the joints that still work: slow, inwards (safety/recovery.h). */
 #pragma once
 
 #include <cstdint>
@@ -20,7 +19,7 @@ using idl::name;
 using idl::OperatingState;
 using idl::StateCommand;
 
-/** State after a command, or nothing where the table forbids it. */
+/** State after a command; empty if the table forbids it. */
 std::optional<OperatingState> transition(OperatingState state, StateCommand command);
 
 /// Whether the drives of an arm in this state hold or move its joints.
@@ -35,8 +34,8 @@ class StateMachine {
   FaultMask faults() const { return faults_; }
   bool mayMove() const { return state_ == OperatingState::kEnabled; }
 
-  /// Applies a command; `present` are the faults whose cause still stands (they keep FAULT on `disable`).
-  /// @return false where the table forbids it, or a cause still stands.
+  /// Applies a command; `present` are the faults whose cause is still present (they keep FAULT on `disable`). @return
+  /// false if the table forbids the command, or a cause is still present.
   bool command(StateCommand command, FaultMask present = 0);
 
   /// Latches faults; any of them leads to FAULT.

@@ -8,7 +8,7 @@
 namespace tandem::safety {
 namespace {
 
-/// How far these joints may go back together before a box or a row ends it, m; negative outside.
+/// Distance that these joints may retract together up to a box or a row, m; negative outside.
 double roomBehind(const ArmLimits& limits, const ArmVector& q, int first, int last) noexcept {
   double room = kUnlimited;
   for (int j = first; j <= last; ++j)

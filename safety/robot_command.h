@@ -9,18 +9,18 @@
 
 namespace tandem::safety {
 
-/** A command for all arms: what tandem_msgs/ActuationCommand carries, after its freshness has been looked up. Arrays
- * over joints are indexed arm * kMaxJointsPerArm + joint. */
+/** Command for all arms: the content of tandem_msgs/ActuationCommand, with its age looked up. Arrays over joints are
+ * indexed arm * kMaxJointsPerArm + joint. */
 struct RobotCommand {
   StreamHeader header;
   std::array<DriveRequest, kMaxArms> request{};
-  std::array<JointMask, kMaxArms> without{};  ///< kRecover: joints that shall not be used
-  std::array<bool, kMaxArms> unseen{};        ///< kRecover: who asks cannot have seen the fault that the arm is in
+  std::array<JointMask, kMaxArms> without{};  ///< kRecover: joints not to be used
+  std::array<bool, kMaxArms> unseen{};  ///< kRecover: the sender cannot have received the fault that the arm is in
   std::array<bool, kMaxArms> moving{};
   std::array<double, kMaxJoints> velocity{};  ///< m/s, rad/s
   std::array<double, kMaxJoints> position{};  ///< m, rad
 
-  /// The part of one arm with so many joints, with the check of the whole stream.
+  /// Part of one arm with this number of joints, with the check of the whole stream.
   ArmRequest forArm(int arm, int joint_count, const StreamCheck& checked) const noexcept {
     const auto index = static_cast<std::size_t>(arm);
     const auto first = index * static_cast<std::size_t>(kMaxJointsPerArm);

@@ -53,7 +53,7 @@ void StopRamp::start(const ArmLimits& limits, const ArmVector& q, const ArmVecto
   // At constant deceleration the line is as long as at full speed for half the time.
   duration_ = std::min(duration_, 2.0 * timeInside(limits, q, v));
   end_ = q + 0.5 * duration_ * v;
-  // Rounding may leave the end a last bit outside.
+  // Rounding may put the end outside by one last bit.
   for (int attempt = 0; !noFartherOut(limits, q, end_) && attempt < 8; ++attempt) {
     duration_ *= 1.0 - 1e-14 * std::pow(10.0, attempt);
     end_ = q + 0.5 * duration_ * v;

@@ -11,20 +11,19 @@
 
 namespace tandem::safety {
 
-/** Share of the last 100 samples that came, of those that should have: what libfranka calls
- * `control_command_success_rate`. Compares two totals, so that a sample that is late and then comes is not lost.
- * Nothing allocates, locks or throws. */
+/** Share of the last 100 due samples that have arrived: `control_command_success_rate` of libfranka. Compares two
+ * totals, so a late sample that arrives is not lost. Nothing allocates, locks or throws. */
 class SuccessRate {
  public:
   static constexpr std::uint64_t kWindow = 100;  ///< samples
 
-  /// Totals so far: of samples that were due, and of those that came. The first call is where counting begins.
+  /// Totals so far: of samples that were due, and of those that have arrived. Counting starts with the first call.
   void note(std::uint64_t due, std::uint64_t came) noexcept {
     if (!begun_ || due < due_ || due - due_ > kJump) {
       begin(due, came);
       return;
     }
-    // What shows that some are lost is one that came, after them.
+    // Only a later sample that arrives proves a loss.
     const auto lost = static_cast<std::int64_t>(due - first_due_) - static_cast<std::int64_t>(came - first_came_);
     const std::uint64_t news = due - due_;
     for (std::uint64_t i = news > kWindow ? news - kWindow : 0; i < news; ++i)
@@ -32,12 +31,12 @@ class SuccessRate {
     due_ = due;
     lost_ = lost;
   }
-  /// Samples of the window that did not come.
+  /// Samples of the window that have not arrived.
   std::uint64_t lost() const noexcept {
     const std::int64_t lost = lost_ - before_[(due_ + 1) % kWindow];
     return static_cast<std::uint64_t>(std::clamp<std::int64_t>(lost, 0, kWindow));
   }
-  /// Likewise, without those that were lost before the last resetLosses().
+  /// The same, without those that were lost before the last resetLosses().
   std::uint64_t held() const noexcept {
     const std::int64_t held = lost_ - std::max(before_[(due_ + 1) % kWindow], lost_at_reset_);
     return static_cast<std::uint64_t>(std::clamp<std::int64_t>(held, 0, kWindow));
@@ -48,15 +47,15 @@ class SuccessRate {
   static constexpr double share(std::uint64_t lost) noexcept {
     return static_cast<double>(lost) / static_cast<double>(kWindow);
   }
-  /** Share that may be lost: `lost_samples` of Budgets, or one outage that is as long as a sample may be old: how long
-   * nothing comes is judged by age. @param outage  s @param period  of the samples, s; 0: not known */
+  /** Share that may be lost: `lost_samples` of Budgets, or one outage as long as the age budget of a sample: longer
+   * outages are detected by age. @param outage s @param period of the samples, s; 0: unknown */
   static double allowed(double lost_samples, double outage, double period) noexcept {
     const double of_outage = period > 0.0 ? outage / (period * static_cast<double>(kWindow)) : 1.0;
     return std::max(lost_samples, std::min(1.0, of_outage));
   }
 
  private:
-  static constexpr std::uint64_t kJump = 1u << 31;  ///< beyond which it is another stream
+  static constexpr std::uint64_t kJump = 1u << 31;  ///< a larger step of the total means another stream
 
   void begin(std::uint64_t due, std::uint64_t came) noexcept {
     begun_ = true;
@@ -68,15 +67,15 @@ class SuccessRate {
 
   bool begun_ = false;
   std::uint64_t first_due_ = 0, first_came_ = 0, due_ = 0;
-  std::int64_t lost_ = 0;                       ///< since the beginning; below 0 while one is counted early
-  std::int64_t lost_at_reset_ = 0;              ///< of these
-  std::array<std::int64_t, kWindow> before_{};  ///< what was lost before each sample of the window
+  std::int64_t lost_ = 0;                       ///< since the start; negative while a sample is counted early
+  std::int64_t lost_at_reset_ = 0;              ///< value of lost_ at the last resetLosses()
+  std::array<std::int64_t, kWindow> before_{};  ///< value of lost_ before each sample of the window
 };
 
-/** Likewise of a stream whose samples carry the sender's session, a sequence and a stamp. */
+/** Success rate of a stream whose samples carry the sender's session, a sequence and a stamp. */
 class StreamSuccess {
  public:
-  /// @param stamp  of the sender, ns  @param arrivals  samples of all sessions that have come, with this one
+  /// @param stamp of the sender, ns @param arrivals samples of all sessions received so far, this one included
   void note(std::uint64_t session, std::uint64_t sequence, std::int64_t stamp, std::uint64_t arrivals) noexcept {
     if (session != session_ || sequence < first_sequence_) {
       *this = {};
@@ -90,11 +89,10 @@ class StreamSuccess {
                 static_cast<double>(sequence - first_sequence_);
   }
   double value() const noexcept { return rate_.value(); }
-  /// What was lost until now shall stop nobody: nothing has power. It is still reported.
+  /// Excludes the losses so far from judge(): nothing has power. value() still includes them.
   void resetLosses() noexcept { rate_.resetLosses(); }
-  /// Whether more of the last 100 were lost since the last resetLosses() than
-  /// allowed() says. @param fault  that this is
-  /// @return empty: no. @param lost_samples  of Budgets @param outage  as long as a sample may be old, s
+  /// Fault if more of the last 100 samples than allowed() were lost since the last resetLosses(), else empty. @param
+  /// fault the fault to report @param lost_samples of Budgets @param outage age budget of a sample, s
   FaultRecord judge(Fault fault, double lost_samples, double outage) const noexcept {
     const double lost = SuccessRate::share(rate_.held());
     const double allowed = SuccessRate::allowed(lost_samples, outage, period_);
@@ -105,7 +103,7 @@ class StreamSuccess {
   SuccessRate rate_;
   std::uint64_t session_ = 0, first_sequence_ = 0;
   std::int64_t first_stamp_ = 0;
-  double period_ = 0.0;  ///< of the sender, s; 0: not known
+  double period_ = 0.0;  ///< of the sender, s; 0: unknown
 };
 
 }  // namespace tandem::safety

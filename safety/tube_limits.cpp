@@ -61,7 +61,7 @@ double largestOffset(const TubeLimitSpec& spec, std::size_t i) {
   return spec.tube_length[i - 1] - spec.tube_length[i] - spec.minimum_extension[i - 1];
 }
 
-/// Walks outwards and keeps the interval that each tube can reach with all inner tubes inside their limits.
+/// Interval that each tube can reach with all inner tubes inside their limits, from the inside out.
 void requireRoom(const TubeLimitSpec& spec, const ArmLimits& limits) {
   Interval reach{limits.joints[0].lower, limits.joints[0].upper};
   for (std::size_t i = 0; i < spec.tube_length.size(); ++i) {

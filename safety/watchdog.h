@@ -7,16 +7,16 @@
 
 namespace tandem::safety {
 
-/** Holds a budget and when it was last fed. Reads no clock: times are ns on the caller's clock. */
+/** Time-out of one sender. Reads no clock: times are ns on the caller's clock. */
 class Watchdog {
  public:
-  /// @param budget longest silence, s.
+  /// @param budget longest time between two calls of feed(), s.
   explicit Watchdog(double budget) : budget_(std::llround(budget * 1e9)) {}
 
   void feed(std::int64_t now) noexcept { fed_ = now; }
-  /// Silent for longer than the budget.
+  /// Whether the budget has passed since the last feed().
   bool expired(std::int64_t now) const noexcept { return now - fed_ > budget_; }
-  /// Time since it was fed, s.
+  /// Time since the last feed(), s.
   double silence(std::int64_t now) const noexcept { return 1e-9 * static_cast<double>(now - fed_); }
 
  private:
