@@ -13,7 +13,7 @@ using safety::StateCommand;
 
 void ArmStates::onState(bool restarted) noexcept {
   for (int k = 0; k < arm_count_; ++k) {
-    // Whatever moved before the drives started anew does not move on.
+    // Motion does not continue after a restart of the drives.
     if (restarted && at(k).machine.state() != OperatingState::kDisabled)
       latch(k, {bit(Fault::kDrive), FaultCause::kRestarted});
     compare(k);
@@ -24,7 +24,7 @@ void ArmStates::compare(int k) noexcept {
   Arm& arm = at(k);
   const msg::ActuationState& state = drives_.state();
   const auto i = static_cast<std::size_t>(k);
-  // Until drives recover an arm they show what it is recovered from.
+  // Until the drives recover an arm, they report the faults that it is recovered from.
   const bool knows = !(arm.pending && arm.recovering);
   if (knows && state.faults[i] != 0 && state.answers_command >= arm.ignored_until)
     latch(k, {state.faults[i], FaultCause::kReported});
@@ -32,7 +32,7 @@ void ArmStates::compare(int k) noexcept {
     latch(k, {bit(Fault::kSensor)});
   const bool as_asked = !(arm.pending && arm.recovering) || state.recovery[i] != 0;
   if (drives_.state(k) == OperatingState::kEnabled && arm.machine.mayMove() && as_asked) {
-    // Drives that have not received the order may be on their way into the state of the order before it.
+    // Drives that have not received the request may be entering the state of the previous request.
     arm.pending = arm.pending && state.answers_command < arm.power_command;
   } else if (arm.machine.mayMove() && !arm.pending) {
     latch(k, {bit(Fault::kDrive), FaultCause::kLeftEnabled});
@@ -161,14 +161,15 @@ DriveRequest ArmStates::requestFor(int k) const noexcept {
       if (!arm.pending)
         return DriveRequest::kKeep;
       if (arm.recovering && drives_.state().recovery[static_cast<std::size_t>(k)] == 0 && power)
-        return DriveRequest::kDisable;  // power that was given for something else
+        return DriveRequest::kDisable;  // power was given for something other than recovery
       if (drive == OperatingState::kPaused)
         return DriveRequest::kResume;
       return arm.recovering ? DriveRequest::kRecover : DriveRequest::kEnable;
     case OperatingState::kPaused:
       return drive == OperatingState::kEnabled ? DriveRequest::kPause : DriveRequest::kKeep;
     case OperatingState::kFault:
-      // Their own faults stay latched there until somebody disables; ours end in a stop with power off.
+      // Faults of the drives stay latched there until a disable request; faults of control end in a stop with power
+      // off.
       return power ? DriveRequest::kDisable : DriveRequest::kKeep;
     case OperatingState::kDisabled:
       return drive == OperatingState::kDisabled ? DriveRequest::kKeep : DriveRequest::kDisable;

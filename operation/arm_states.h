@@ -19,45 +19,45 @@ class ArmStates {
   ArmStates(const ControlSetup& setup, const DriveExchange& drives)
       : drives_(drives), arm_count_(setup.arms()), idle_(setup.deployment.idle_power_off) {}
 
-  /// Compares what the drives say with what was asked for.
+  /// Compares the state of the drives with the requested one.
   void onState(bool restarted) noexcept;
-  /// What judge() allows. @param without  recover: joints that shall not be used
+  /// Applies a command that judge() allows. @param without  recover: joints not to be used
   void apply(safety::StateCommand command, int arm, safety::JointMask without, std::int64_t now) noexcept;
   void latch(int arm, const safety::FaultRecord& record) noexcept;
-  /// Latches all arms. A stop is news to whoever clears faults, even to who has seen one before.
+  /// Latches all arms. A stop counts as a new fault, also for clients that have received an earlier one.
   void stop() noexcept;
-  /// All arms that may move.
+  /// Latches all arms that may move.
   void latchMoving(const safety::FaultRecord& record) noexcept;
-  /// An order has enabled these arms: while one of them waits for its power, a fault of it takes the power from all.
+  /// One request has enabled these arms: while one of them waits for its power, a fault of it removes the power of all.
   void enabledTogether(int first, int last) noexcept;
-  /// Takes that power.
+  /// Disables such a group after a fault.
   void resolveGroupEnable() noexcept;
-  /// Drives that do not give the power that was asked for shall not give it later, when nobody thinks of it any more.
+  /// Latches a fault for drives that do not give the requested power in time, so that they do not give it later.
   void giveUpPending(std::int64_t now) noexcept;
-  /** Torque does not stay for ever: an arm that nobody commands loses it, if it stays where it is without power.
-   * @param decisions  what came of it in this cycle */
+  /** Automatic power-off: an arm without commands loses its power if it keeps its position without power.
+   * @param decisions  of this cycle, per arm */
   void watchIdle(bool commanded,
                  std::int64_t now,
                  std::array<safety::IdlePower::Decision, safety::kMaxArms>& decisions) noexcept;
 
-  /// Control wants the arm ENABLED.
+  /// The state of the arm in control is ENABLED.
   bool mayMove(int arm) const noexcept { return at(arm).machine.mayMove(); }
-  /// So do the drives, as far as is known.
+  /// Control has the arm ENABLED, and so do the drives as far as is known.
   bool powered(int arm) const noexcept { return mayMove(arm) && !at(arm).pending; }
   /// An arm has no power, or is about to lose it.
   bool anyWithoutPower() const noexcept;
-  /// The arm has, or is about to have, power to be recovered.
+  /// The arm has, or is about to have, power for recovery.
   bool recovering(int arm) const noexcept;
-  /// Text for people.
+  /// Operating state for display: FAULT of control, otherwise the state of the drives.
   safety::OperatingState shown(int arm) const noexcept;
-  /// What led an arm into FAULT; empty in the other states.
+  /// First cause of the FAULT state of an arm; empty in the other states.
   const safety::FaultRecord& record(int arm) const noexcept { return at(arm).record; }
-  /// Whether who answers the control/status with this sequence knows of all faults of the arm.
+  /// Whether the sender that answers the control/status with this sequence has received all faults of the arm.
   bool faultsSeen(int arm, std::uint64_t answers) const noexcept {
     return reported_faults_.seen(arm, at(arm).machine.faults(), answers);
   }
   safety::DriveRequest requestFor(int arm) const noexcept;
-  /// Some drives have been asked for something that they do not yet show.
+  /// A request to some drives is not yet shown in their state.
   bool hasPendingDriveRequest() const noexcept;
 
   void fill(int arm, ArmCondition& condition) const noexcept;
@@ -69,13 +69,13 @@ class ArmStates {
   struct Arm {
     safety::StateMachine machine;
     safety::FaultRecord record;
-    bool pending = false;             ///< enable or resume was asked for and the drives do not show it yet
-    bool recovering = false;          ///< power was asked for to recover the arm
-    safety::JointMask without = 0;    ///< recovering: joints that shall not be used
-    std::int64_t pending_until = 0;   ///< given up then: power does not come because somebody once asked, ns
-    std::uint64_t ignored_until = 0;  ///< faults in states older than the answer to this command are history
-    std::uint64_t power_command = 0;  ///< the first command that asks for what is pending
-    unsigned together = 0;            ///< enabled by one order: bits of arms
+    bool pending = false;             ///< enable or resume is requested; the drives do not show it yet
+    bool recovering = false;          ///< power is requested for recovery
+    safety::JointMask without = 0;    ///< recovering: joints not to be used
+    std::int64_t pending_until = 0;   ///< time-out of the pending request, ns
+    std::uint64_t ignored_until = 0;  ///< ignore faults in states older than the answer to this command
+    std::uint64_t power_command = 0;  ///< the first command with the pending request
+    unsigned together = 0;            ///< arms enabled by the same request, one bit per arm
   };
   const Arm& at(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)]; }
   Arm& at(int arm) noexcept { return arms_[static_cast<std::size_t>(arm)]; }

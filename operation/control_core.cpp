@@ -45,7 +45,7 @@ void ControlCore::onMismatch(std::int64_t now) noexcept {
   updateStates();
 }
 
-/// An arm that may not move has no motion; without power of all arms a trajectory is over.
+/// Ends the motion of arms that may not move; ends the trajectory if any arm is without power.
 void ControlCore::updateStates() noexcept {
   arms_.resolveGroupEnable();
   for (int k = 0; k < setup_.arms(); ++k) {
@@ -86,8 +86,8 @@ RobotCondition ControlCore::condition(const ParsedControlRequest& request) const
   return now;
 }
 
-/// An order that lasts for a snapshot, or comes from somebody without a lease, is as fresh as what its sender has seen:
-/// links hold back what they do not lose.
+/// A jog, or a request of a CRTK client without lease, is as old as the status that its sender has received: links
+/// delay messages that they do not lose.
 Reason ControlCore::againstEcho(const ParsedControlRequest& request, Action action, std::int64_t now) const noexcept {
   if (setup_.lockStep())
     return Reason::kNone;
@@ -208,7 +208,7 @@ CrtkOutcome ControlCore::crtk(const CrtkRequest& request, std::int64_t now) noex
   return outcome;
 }
 
-/// What a commander has begun ends with its lease, before anybody else gets it.
+/// A client's motions end with its lease, before another client acquires it.
 void ControlCore::loseLease(std::int64_t now) noexcept {
   if (!lease_.takeLoss(now) || !condition().moving)
     return;
@@ -220,7 +220,7 @@ void ControlCore::watch(std::int64_t now) noexcept {
   loseLease(now);
   mismatch_ = now < mismatch_until_;
   if (setup_.lockStep())
-    return;  // stamps are simulated time there; a dead process stalls everything
+    return;  // stamps are simulated time there; a dead process stalls the simulation
   arms_.giveUpPending(now);
   if (const safety::FaultRecord record = drives_.judge(now); record.faults != 0)
     arms_.latchMoving(record);
@@ -230,7 +230,7 @@ void ControlCore::watch(std::int64_t now) noexcept {
     arms_.latchMoving(record);
 }
 
-/// In lock-step there is no power, and time does not pass by itself.
+/// In lock-step there is no power, and time advances only with the simulation.
 void ControlCore::watchIdle(std::int64_t now, CycleOutput& output) noexcept {
   if (setup_.lockStep())
     return;
@@ -239,14 +239,14 @@ void ControlCore::watchIdle(std::int64_t now, CycleOutput& output) noexcept {
   arms_.watchIdle(commanded, now, output.idle);
 }
 
-/// Whose tasks are done in this cycle: an operator's before CRTK clients', and planning's where nobody else wants to.
+/// Source of the tasks of this cycle: an operator before CRTK clients, and planning if there is neither.
 Source ControlCore::chooseSource(std::int64_t now, bool advance, CycleOutput& output) noexcept {
   if (setup_.lockStep())
     manual_.forgetTips();
   else
     manual_.locate(loop_);
   if (manual_.engaged())
-    reference_.spend();  // it goes on after nobody: it would lead back to where it was
+    reference_.spend();  // never resumed afterwards: it would lead back to its old position
   const Source by_hand = manual_.choose(context(now), condition(), loop_.gains(), tasks_, output.endings);
   if (by_hand == Source::kTeleoperation)
     reference_.spend();
@@ -263,7 +263,7 @@ Source ControlCore::chooseSource(std::int64_t now, bool advance, CycleOutput& ou
   return Source::kPlanning;
 }
 
-/// CRTK clients, which know no lease, have it while they move something.
+/// CRTK clients have the lease only while they move something: their protocol has none.
 void ControlCore::keepCrtkLease(std::int64_t now) noexcept {
   bool moving = manual_.crtk().active();
   for (int k = 0; k < setup_.arms(); ++k)

@@ -11,59 +11,59 @@
 
 namespace tandem::operation {
 
-/** What one cycle says to the world. */
+/** Output of one cycle. */
 struct CycleOutput {
   msg::ActuationCommand command;
   msg::ControlStatus status;  ///< without the statistics of the loop that runs the cycles
   msg::ActuationLimits limits;
   msg::ControlPermissions permissions;
   CrtkEndings endings;
-  /// Of arms that nobody commands; ControlStatus::idle says for how long.
+  /// Of arms without commands; ControlStatus::idle is their idle time.
   std::array<safety::IdlePower::Decision, safety::kMaxArms> idle{};
 };
 
-/** Brings the parts together: the lease, the states of the arms, and who moves them: an operator, CRTK clients,
- * planning's references, or motions of joints. No threads; nothing allocates after construction (a method change
- * apart), locks or throws. All times are ns on one monotonic clock. */
+/** Control core: combines the lease, the states of the arms, and the sources of motion: an operator, CRTK clients,
+ * planning's references, or joint motions. No threads; nothing allocates after construction (except a method change),
+ * locks or throws. All times are ns on one monotonic clock. */
 class ControlCore {
  public:
   /// @param object_control  of catheters, kept by reference; null for tubes
   ControlCore(const ControlSetup& setup,
               std::unique_ptr<planning::ReferenceTracker> tracker,
               ObjectControl* object_control = nullptr);
-  ControlCore(const ControlCore&) = delete;  // parts keep one another by reference
+  ControlCore(const ControlCore&) = delete;  // members keep references to one another
 
-  /// @param arrivals  states that have come so far, with this one; 0: nobody counts
+  /// @param arrivals  states received so far, this one included; 0: not counted
   void onState(const msg::ActuationState& state, std::uint64_t arrivals = 0) noexcept;
-  /// @param arrivals  likewise of references
+  /// @param arrivals  references received so far, likewise
   void onReference(const msg::PlanningReference& reference, std::uint64_t arrivals = 0) noexcept {
     reference_.take(reference, arrivals);
   }
   void onTips(const msg::TipPoses& tips) noexcept { loop_.onTips(tips); }
   void onInput(const msg::TeleopInput& input, std::int64_t now) noexcept { manual_.onInput(input, context(now)); }
-  void stop() noexcept;  ///< the stop topic: every arm into FAULT
-  /// Somebody who knows another robot or deployment commands or measures: arms that move stop, and for a second after
-  /// it none begins to.
+  void stop() noexcept;  ///< the stop topic: all arms into FAULT
+  /// A sender with another robot or deployment publishes commands or measurements: moving arms stop, and no motion
+  /// starts until one second after it.
   void onMismatch(std::int64_t now) noexcept;
   ControlReply onRequest(const ParsedControlRequest& request, std::int64_t now) noexcept;
   CrtkOutcome crtk(const CrtkRequest& request, std::int64_t now) noexcept;
 
-  /// One cycle. `advance`: lock-step, the plant shall take one step with the command.
+  /// Runs one cycle. `advance`: lock-step, the plant takes one step with the command.
   void cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept;
-  /// For the thread that publishes; after cycle().
+  /// Snapshots for the publishing thread; call after cycle().
   void fillMoments(std::int64_t now, OperatorSnapshot& operators, CrtkSnapshot& crtk) const noexcept;
 
-  /// What led an arm into FAULT; empty in the other states.
+  /// First cause of the FAULT state of an arm; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_.record(arm); }
-  /// What judge() decides by now.
+  /// Input of judge() now.
   RobotCondition condition() const noexcept;
   std::uint64_t leaseHolder(std::int64_t now) const noexcept { return lease_.holder(now); }
-  /// Likewise for this order: with what its sender has seen.
+  /// Input of judge() for this request: with the faults that its sender has received.
   RobotCondition condition(const ParsedControlRequest& request) const noexcept;
 
-  /// Lock-step: whether everything is there to answer the present state with motion.
+  /// Lock-step: whether all data are present to answer the current state with motion.
   bool readyToAdvance() const noexcept;
-  /// Lock-step: whether the drives have been asked for something that they do not yet show.
+  /// Lock-step: whether a request to the drives is not yet shown in their state.
   bool drivesPending() const noexcept { return arms_.hasPendingDriveRequest(); }
 
  private:
@@ -89,13 +89,14 @@ class ControlCore {
   FollowedReference reference_;
   TaskLoop loop_;
   ManualControl manual_;
-  safety::StateStamps status_times_;  ///< when each was sent: echoes are judged on our own clock
+  safety::StateStamps
+      status_times_;  ///< publication time of each status: the age of echoes is measured on our own clock
   std::uint64_t status_sequence_ = 0;
   std::int64_t mismatch_until_ = 0;            ///< ns
   std::uint64_t paused_by_ = 0;                ///< client
   bool mismatch_ = false;                      ///< of this cycle
   msg::Source source_ = msg::Source::kNobody;  ///< of this cycle
-  planning::Reference tasks_;                  ///< that were done last
+  planning::Reference tasks_;                  ///< of the last cycle with tasks
 };
 
 }  // namespace tandem::operation

@@ -13,9 +13,9 @@ namespace {
 namespace teleoperation = planning::teleoperation;
 using Eigen::Vector3d;
 
-constexpr double kThere = 5e-5;         ///< nearer to its goal a tip has arrived, m
-constexpr double kNearer = 1e-5;        ///< what counts as coming nearer, m
-constexpr double kMotionTimeout = 3.0;  ///< a motion that comes no nearer for so long is over, s
+constexpr double kThere = 5e-5;         ///< distance at which a tip has reached its goal, m
+constexpr double kNearer = 1e-5;        ///< smallest decrease of the distance that counts as progress, m
+constexpr double kMotionTimeout = 3.0;  ///< a motion without progress for this time ends, s
 
 double since(std::int64_t then, std::int64_t now) noexcept { return 1e-9 * static_cast<double>(now - then); }
 
@@ -105,7 +105,7 @@ bool CrtkMotion::takeTip(const CrtkRequest& request, const Scene& scene, CrtkOut
                    1e3 * step, 1e3 * options_.tip_step);
     return false;
   }
-  int tasks = 0;  // of the others; the pair needs two
+  int tasks = 0;  // of the other groups; the pair needs two
   for (int index = 0; index < kCrtkGroups; ++index) {
     if (index != request.group && groups_[at(index)].verb >= 0 && groups_[at(index)].cartesian)
       tasks += index == kPairGroup ? 2 : 1;
@@ -114,7 +114,7 @@ bool CrtkMotion::takeTip(const CrtkRequest& request, const Scene& scene, CrtkOut
     outcome.refuse("at most %d tips move at once; end another motion first", planning::kMaxTasks);
     return false;
   }
-  // The pair and a tip of its second arm cannot both be had.
+  // The pair and the tip of its second arm are mutually exclusive.
   if (request.group == kPairGroup)
     groups_[1].verb = -1;
   if (request.group == 1)
@@ -157,7 +157,7 @@ bool CrtkMotion::takeJoints(const CrtkRequest& request, const Scene& scene, Crtk
   return true;
 }
 
-/// Why a motion is over, for people; nullptr where that goes without saying.
+/// Reason for the end of a motion, for people; nullptr if it reached its goal.
 const char* CrtkMotion::ending(const Group& group, int index, const Scene& scene, bool& over) noexcept {
   const CrtkVerb& verb = verbOf(group.verb);
   const double silence = since(group.fed, scene.now);
@@ -208,7 +208,7 @@ safety::ArmVector CrtkMotion::jointVelocity(int arm, const Scene& scene) noexcep
   return joints_[at(arm)].step(verbOf(groups_[at(arm)].verb), here(arm, scene));
 }
 
-/// Where a tip shall be after this period, before the guard.
+/// Target of a tip after this period, before the guard.
 Vector3d CrtkMotion::wanted(Group& group) const noexcept {
   const CrtkVerb& verb = verbOf(group.verb);
   const Vector3d& target = group.guard.target();

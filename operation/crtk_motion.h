@@ -11,63 +11,64 @@
 
 namespace tandem::operation {
 
-/** Streams and Cartesian motions; joint motions to one goal (move_jp, move_jr) are control's own.
+/** Streams and Cartesian motions; joint motions to one goal (move_jp, move_jr) belong to JointMotions.
  *
- * Each arm has a group, which is moved by its joints or by its tip, and the pair, the first two arms, has one: x_AB,
- * tip of the first arm minus tip of the second. While the pair is moved, the tip of the first arm stays, or goes where
- * a Cartesian command of its own sends it, and the second arm gives way; a Cartesian command to the second arm ends the
- * pair's, and the other way round. */
+ * Each arm is a group, moved by its joints or by its tip. The pair of the first two arms is another group with x_AB,
+ * tip of the first arm minus tip of the second. While the pair moves, the tip of the first arm holds or follows its own
+ * Cartesian command, and the second arm moves to satisfy x_AB; a Cartesian command to the second arm ends the pair's,
+ * and vice versa. */
 class CrtkMotion {
  public:
   explicit CrtkMotion(const ControlSetup& setup);
 
-  /** What control knows. */
+  /** State of the robot for one cycle. */
   struct Scene {
-    std::int64_t now = 0;                            ///< ns
-    const safety::RobotVector* setpoints = nullptr;  ///< from which velocities are integrated, all arms stacked
-    const planning::teleoperation::TipPlaces* tips = nullptr;  ///< nullptr: not known
+    std::int64_t now = 0;  ///< ns
+    const safety::RobotVector* setpoints =
+        nullptr;  ///< start values for the integration of velocities, all arms stacked
+    const planning::teleoperation::TipPlaces* tips = nullptr;  ///< nullptr: unknown
   };
 
-  /// Takes a command whose arms may move. @return false where it is refused; the outcome says why.
+  /// Takes a command whose arms may move. @return false if it is refused; the outcome has the reason.
   bool take(const CrtkRequest& request, const Scene& scene, CrtkOutcome& outcome) noexcept;
-  /// Ends what moves an arm, the pair's motion included.
+  /// Ends the motion of an arm, including the pair's motion.
   void end(int arm) noexcept;
   void endAll() noexcept;
 
-  /// Ends streams that fell silent and motions that are done. @return false, with what became of it, as long as there
-  /// is something to tell: call again.
+  /// Ends streams that have timed out and motions that are finished. @return false, with the outcome, as long as there
+  /// is an end to report: call again.
   bool reportEnd(const Scene& scene, CrtkOutcome& outcome) noexcept;
 
   bool active() const noexcept;
-  /// The verb that moves a group; CrtkSnapshot::kNone.
+  /// Index of the verb that moves a group, or CrtkSnapshot::kNone.
   std::uint8_t verb(int group) const noexcept;
   bool movesJoints(int arm) const noexcept { return groups_[at(arm)].verb >= 0 && !groups_[at(arm)].cartesian; }
-  /// Some tip is moved.
+  /// At least one tip is moved.
   bool movesTips() const noexcept;
   /// The group's Cartesian motion involves this arm.
   bool movesTip(int arm) const noexcept;
-  /// A motion to one goal is under way.
+  /// A motion to one goal is running.
   bool busy(int arm) const noexcept;
 
   /// Joint velocities of an arm whose joints are moved, m/s, rad/s.
   safety::ArmVector jointVelocity(int arm, const Scene& scene) noexcept;
-  /// The tips' targets go on by one period; the tasks that follow from them.
+  /// Advances the targets of the tips by one period and writes the tasks for them.
   void step(const Scene& scene, const planning::Gains& gains, planning::Reference& reference) noexcept;
   void fill(CrtkSnapshot& snapshot) const noexcept;
 
  private:
   struct Group {
     explicit Group(const planning::teleoperation::GuardOptions& options) : guard(options) {}
-    int verb = -1;            ///< none
+    int verb = -1;            ///< index into kCrtkVerbs; -1: none
     int requested_group = 0;  ///< the group that the command was for
     bool cartesian = false;
-    std::int64_t fed = 0;  ///< when the last command came, ns
+    std::int64_t fed = 0;  ///< time of the last command, ns
     // Cartesian, m, robot base frame.
     planning::teleoperation::TargetGuard guard;
     Eigen::Vector3d goal = Eigen::Vector3d::Zero(), asked = Eigen::Vector3d::Zero(), speed = Eigen::Vector3d::Zero();
-    Eigen::Vector3d held = Eigen::Vector3d::Zero();  ///< pair: where the first arm's tip stays
-    double nearest = 0.0;                            ///< to the goal so far
-    std::int64_t nearer_at = 0;                      ///< when it last came nearer
+    Eigen::Vector3d held = Eigen::Vector3d::Zero();  ///< pair: fixed position of the first arm's tip
+    double nearest = 0.0;                            ///< smallest distance to the goal so far
+    std::int64_t nearer_at = 0;                      ///< time at which `nearest` last decreased
   };
 
   static std::size_t at(int group) noexcept { return static_cast<std::size_t>(group); }

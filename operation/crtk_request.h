@@ -16,7 +16,7 @@ enum class CrtkLevel : std::uint8_t { kServo, kInterpolate, kMove, kHold };
 enum class CrtkSpace : std::uint8_t { kJoint, kCartesian };
 enum class CrtkKind : std::uint8_t { kPosition, kRelative, kVelocity };
 
-/** One command of CRTK's table. */
+/** One command of the CRTK command table. */
 struct CrtkVerb {
   std::string_view name;  ///< "servo_cp"
   CrtkLevel level;
@@ -48,7 +48,7 @@ inline constexpr std::array kCrtkVerbs{
 /// @param verb index into kCrtkVerbs
 inline const CrtkVerb& verbOf(int verb) noexcept { return kCrtkVerbs[static_cast<std::size_t>(verb)]; }
 
-/// What a command asks permission for.
+/// Action that a command needs permission for.
 constexpr Action actionOf(const CrtkVerb& verb) noexcept {
   if (verb.level == CrtkLevel::kHold)
     return Action::kCrtkHold;
@@ -57,15 +57,15 @@ constexpr Action actionOf(const CrtkVerb& verb) noexcept {
   return verb.level == CrtkLevel::kMove ? Action::kCrtkMove : Action::kCrtkJoints;
 }
 
-/// Groups that commands are for: the arms, and behind them the pair.
+/// Groups of commands: the arms, followed by the pair.
 inline constexpr int kPairGroup = safety::kMaxArms;
 inline constexpr int kCrtkGroups = safety::kMaxArms + 1;
 
-/** A command, checked as far as that goes without knowing the robot's state. */
+/** A command with all checks that do not depend on the robot's state. */
 struct CrtkRequest {
   int verb = 0;   ///< index into kCrtkVerbs
   int group = 0;  ///< arm, or kPairGroup
-  int count = 0;  ///< numbers: joints of the group (those of the pair one arm after the other), or 3
+  int count = 0;  ///< number of values: joints of the group (pair: first arm, then second arm), or 3
   std::array<double, 2 * safety::kMaxJointsPerArm> values{};  ///< m, rad, m/s, rad/s
 
   // The arms of the group.
@@ -73,11 +73,11 @@ struct CrtkRequest {
   int lastArm() const noexcept { return group == kPairGroup ? 1 : group; }
 };
 
-/** What became of it, or of a motion later. */
+/** Result of a command, or later the end of its motion. */
 struct CrtkOutcome {
   int verb = 0;
   int group = 0;
-  bool counts = true;  ///< false: the command was counted before; this says how its motion ended
+  bool counts = true;  ///< false: the command was counted before, and this outcome is the end of its motion
   bool accepted = false;
   std::array<char, 160> reason{};
 
@@ -89,7 +89,7 @@ struct CrtkOutcome {
   }
 };
 
-/// Whether a goal of joints, m and rad, lies inside the limits of its arm; otherwise the outcome says so.
+/// Whether a goal of joints, m and rad, lies inside the limits of its arm; if not, the outcome has the reason.
 inline bool isReachable(const safety::ArmVector& goal, const safety::ArmLimits& limits, CrtkOutcome& outcome) noexcept {
   const safety::LimitViolation outside = safety::worstLimitViolation(limits, goal);
   if (outside.amount > kGoalOutside)
@@ -98,12 +98,12 @@ inline bool isReachable(const safety::ArmVector& goal, const safety::ArmLimits& 
   return outside.amount <= kGoalOutside;
 }
 
-/** What the periodic thread hands over to the thread that publishes. */
+/** Snapshot from the periodic thread for the publishing thread. */
 struct CrtkSnapshot {
   static constexpr std::uint8_t kNone = 255;
   bool commanding = false;
-  std::array<std::uint8_t, kCrtkGroups> active{};  ///< the verb that moves the group; kNone
-  // Goals: of each group in space, m; of each arm's joints, m and rad.
+  std::array<std::uint8_t, kCrtkGroups> active{};  ///< index of the verb that moves the group; kNone
+  // Goals: Cartesian ones of each group, m; joint goals of each arm, m and rad.
   std::array<std::uint8_t, kCrtkGroups> has_cp{}, has_cv{};
   std::array<std::array<double, 3>, kCrtkGroups> cp{}, cv{};
   std::array<std::uint8_t, safety::kMaxArms> has_js{};

@@ -49,12 +49,12 @@ void DriveExchange::readJoints() noexcept {
   }
 }
 
-/// The last setpoint that the gate let through, and what has been sent since and is on its way.
+/// The last setpoint that passed the gate, plus all commands sent since.
 safety::ArmVector DriveExchange::setpoint(int k) const noexcept {
   safety::ArmVector from = msg::jointsOf(state_.setpoint, k, setup_.model.size(k));
   if (setup_.lockStep())
     return from;
-  // Some of them may be lost; to take them for done is the careful way where a limit is near.
+  // Some of them may be lost; to count them as executed is conservative near a limit.
   const std::uint64_t first = sequence_ - std::min<std::uint64_t>(inFlight(), kRemembered) + 1;
   for (std::uint64_t i = first; i <= sequence_; ++i)
     from += setup_.period() * setup_.of(k, sent_[i % kRemembered]);

@@ -15,7 +15,7 @@ namespace tandem::operation {
 /** Joint velocities of one cycle, of all arms. */
 struct Velocities {
   safety::RobotVector value;                   ///< m/s, rad/s
-  std::array<bool, safety::kMaxArms> moves{};  ///< otherwise the arm holds
+  std::array<bool, safety::kMaxArms> moves{};  ///< false: the arm holds
 };
 
 /** Both directions between control and the drives. Nothing allocates after construction; times are ns on one clock. */
@@ -23,22 +23,22 @@ class DriveExchange {
  public:
   explicit DriveExchange(const ControlSetup& setup);
 
-  /** What a state brings, apart from itself. */
+  /** Events detected in a state. */
   struct StateUpdate {
-    bool ours = false;       ///< otherwise another robot's, and ignored
-    bool restarted = false;  ///< the drives started anew
-    bool displaced = false;  ///< the joints were put elsewhere without a path
+    bool ours = false;       ///< false: the state is another robot's, and ignored
+    bool restarted = false;  ///< the drives have restarted
+    bool displaced = false;  ///< the joints were reset without a motion
   };
-  /// @param arrivals  states that have come so far, with this one; 0: nobody counts
+  /// @param arrivals  states received so far, this one included; 0: not counted
   StateUpdate take(const msg::ActuationState& state, std::uint64_t arrivals = 0) noexcept;
   /// Begins a cycle.
   void begin(std::int64_t now) noexcept;
-  /// Joints as of the last state, and the setpoints from which velocities sent now are integrated.
+  /// Joints of the last state, and the setpoints from which the velocities of this cycle are integrated.
   void readJoints() noexcept;
 
   const msg::ActuationState& state() const noexcept { return state_; }
   bool received() const noexcept { return state_.sequence > 0; }
-  /// A new state came since the last cycle.
+  /// A new state has arrived since the last cycle.
   bool fresh() const noexcept { return fresh_; }
   safety::OperatingState state(int arm) const noexcept {
     return static_cast<safety::OperatingState>(state_.operating_state[static_cast<std::size_t>(arm)]);
@@ -49,16 +49,16 @@ class DriveExchange {
   const safety::RobotVector& lastSent() const noexcept { return sent_[sequence_ % kRemembered]; }
   /// Sequence of the last command.
   std::uint64_t sequence() const noexcept { return sequence_; }
-  /// When each command was sent.
+  /// Send time of each command.
   const safety::StateStamps& sendTimes() const noexcept { return times_; }
-  /// Commands that the drives had not taken when they said their state.
+  /// Number of commands that the last state does not include yet.
   std::uint64_t inFlight() const noexcept { return sequence_ - state_.answers_command; }
   /// Whether the state is too old, by the command that it echoes, or too many are lost. @return the fault; empty: none
   safety::FaultRecord judge(std::int64_t now) const noexcept;
-  /// Share of the last 100 states that came, 0 to 1.
+  /// Share of the last 100 states that have arrived, 0 to 1.
   double success() const noexcept { return success_.value(); }
 
-  /// The next command, apart from what it asks the drives for; arms that `velocities` does not move hold.
+  /// Writes the next command, without requests to the drives; arms that `velocities` does not move hold.
   void send(std::int64_t now, bool advance, const Velocities& velocities, msg::ActuationCommand& command) noexcept;
   /// Lock-step: the present state has not been answered with motion.
   bool unanswered() const noexcept { return received() && state_.sequence != answered_; }

@@ -11,23 +11,23 @@
 
 namespace tandem::operation {
 
-/** The last one. Nothing allocates, locks or throws. */
+/** The last reference. Nothing allocates, locks or throws. */
 class FollowedReference {
  public:
   explicit FollowedReference(const ControlSetup& setup);
 
-  /// @param arrivals  references that have come so far, with this one; 0: nobody counts
+  /// @param arrivals  references received so far, this one included; 0: not counted
   void take(const msg::PlanningReference& message, std::uint64_t arrivals = 0) noexcept {
     message_ = message;
     if (arrivals > 0)
       success_.note(0, message.sequence, message.stamp, arrivals);
   }
-  /// Share of the last 100 references that came, 0 to 1.
+  /// Share of the last 100 references that have arrived, 0 to 1.
   double success() const noexcept { return success_.value(); }
-  /// The trajectory is over for good: it would lead back to where it was.
+  /// Ends the trajectory for good: resuming it would lead back to its old position.
   void spend() noexcept { spent_ = message_.trajectory_id; }
 
-  /// A trajectory is under way, running or paused. @param state  the present one
+  /// A trajectory is active, running or paused. @param state  the present one
   bool underWay(const msg::ActuationState& state) const noexcept {
     return (phase() == planning::Phase::kRunning || phase() == planning::Phase::kPaused) && message_.task_count > 0 &&
            message_.state_session == state.session && message_.trajectory_id != spent_;
@@ -38,12 +38,12 @@ class FollowedReference {
   std::uint64_t sequence() const noexcept { return message_.sequence; }
   std::uint64_t answersState() const noexcept { return message_.answers_state; }
 
-  /** Whether it is too old to be followed; then it is not followed any more. A reference is as old as the status that
-   * it had seen: judged on this process's clock alone.
-   * @param statuses  when each status was sent  @return the fault; empty: none */
+  /** Checks the age; a reference that is too old is not followed any more. Its age is that of the status that it
+   * answers, measured on this process's clock alone.
+   * @param statuses  send time of each status @return the fault; empty: none */
   safety::FaultRecord judge(const safety::StateStamps& statuses, std::int64_t now) noexcept;
 
-  /// Its tasks. Planned joints are a preference, not a task: those that no limits allow are left out.
+  /// Its tasks. Planned joints are a preference, not a task: they are left out if they violate the limits.
   planning::Reference tasks(const msg::ActuationState& state) const noexcept;
 
  private:

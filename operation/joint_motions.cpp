@@ -82,10 +82,10 @@ void JointMotions::step(int k, bool recovering, std::int64_t now, Velocities& ve
 }
 
 safety::ArmVector JointMotions::towardGoal(int k) noexcept {
-  // How fast it makes up for commands that were lost, 1/s. Only what a new state shows is made up for: an old one shows
-  // the way that was gone since as an error, too.
+  // Rate of correction after lost commands, 1/s. Corrections are made only from a new state: in an old one the distance
+  // travelled since also appears as an error.
   constexpr double kCatchUpRate = 20.0;
-  constexpr double kTimeout = 10.0;  // s, after which it ends although its joints have not arrived
+  constexpr double kTimeout = 10.0;  // s; after this time the motion ends although its joints have not arrived
   Arm& arm = at(k);
   const double period = setup_.period();
   const safety::ArmVector before = arm.motion.position(arm.time);
@@ -105,8 +105,8 @@ safety::ArmVector JointMotions::towardGoal(int k) noexcept {
   return velocity;
 }
 
-/// Not when the last setpoint has been sent or taken, for that one may have been lost, but when the joints are there
-/// and the drives were last asked to stay: from a segment with a speed they go on beyond its end.
+/// Not when the last setpoint was sent or accepted, which may be lost, but when the joints have arrived and the last
+/// command has zero velocity: drives continue beyond the end of a segment with a velocity.
 bool JointMotions::arrived(int k) const noexcept {
   constexpr double kArrived = 1e-7;  // m or rad
   const safety::ArmVector& goal = at(k).motion.goal();

@@ -9,39 +9,42 @@
 
 namespace tandem::operation {
 
-/** At most one motion of each arm, and whether arms are homed. Nothing allocates after construction, locks or throws.
- */
+/** At most one motion per arm, and the homing state of the arms. Nothing allocates after construction, locks or throws.
+ * */
 class JointMotions {
  public:
   /// Keeps `drives` by reference.
   JointMotions(const ControlSetup& setup, const DriveExchange& drives);
 
-  // Each replaces what moves the arm, and goes on from DriveExchange::setpoints().
+  // Each replaces the present motion of the arm and starts from DriveExchange::setpoints().
   /// @param goal  inside the limits, m, rad
   void moveTo(int arm, const safety::ArmVector& goal) noexcept;
-  /// CRTK's move_jp and move_jr, for an arm or for two. @return false where a goal is outside; the outcome says so
+  /// CRTK's move_jp and move_jr, for one or two arms. @return false if a goal is outside the limits; the outcome has
+  /// the reason
   bool take(const CrtkRequest& request, CrtkOutcome& outcome) noexcept;
   void home(int arm) noexcept;
-  /// @param velocity  m/s, rad/s; ends by itself, unless it is repeated within its budget
+  /// @param velocity  m/s, rad/s; the jog ends by itself unless it is repeated within its budget
   void jog(int arm, const safety::ArmVector& velocity, std::int64_t now) noexcept;
   void withdraw(int arm) noexcept;
   void end(int arm) noexcept { at(arm).kind = Kind::kNone; }
 
-  double jogTime() const noexcept { return 1e-9 * static_cast<double>(jog_time_); }  ///< for which a jog lasts, s
+  double jogTime() const noexcept {
+    return 1e-9 * static_cast<double>(jog_time_);
+  }  ///< duration of a jog without repetition, s
   bool active(int arm) const noexcept { return at(arm).kind != Kind::kNone; }
   bool anyActive() const noexcept;
-  /// It ends by itself.
+  /// The arm has a motion that ends by itself.
   bool busy(int arm) const noexcept { return active(arm) && at(arm).kind != Kind::kJog; }
-  /// A CRTK command moves it.
+  /// A CRTK command moves the arm.
   bool byCrtk(int arm) const noexcept { return at(arm).kind == Kind::kGoal && at(arm).verb != CrtkSnapshot::kNone; }
-  /// Home counts as forgotten until the next home().
+  /// The arm counts as not homed until the next home().
   void unhome(int arm) noexcept { at(arm).unhomed = true; }
   bool homed(int arm) const noexcept {
     return !at(arm).unhomed && drives_.state().homed[static_cast<std::size_t>(arm)] != 0;
   }
   bool homing(int arm) const noexcept { return at(arm).kind == Kind::kGoal && at(arm).homing; }
 
-  /// The next velocities of an arm with a motion. @param recovering  only as fast as joints are recovered
+  /// Next velocities of an arm with a motion. @param recovering  limits them to recovery speeds
   void step(int arm, bool recovering, std::int64_t now, Velocities& velocities) noexcept;
   void fill(CrtkSnapshot& snapshot) const noexcept;
 
@@ -50,7 +53,7 @@ class JointMotions {
   struct Arm {
     Kind kind = Kind::kNone;
     safety::JointMotion motion;
-    double time = 0.0;  ///< s since its start
+    double time = 0.0;  ///< since its start, s
     bool homing = false, unhomed = false;
     std::uint8_t verb = CrtkSnapshot::kNone, group = 0;
     safety::ArmVector jog_velocity;
@@ -65,7 +68,7 @@ class JointMotions {
 
   ControlSetup setup_;
   const DriveExchange& drives_;
-  std::int64_t jog_time_;  ///< for which a jog lasts, ns
+  std::int64_t jog_time_;  ///< duration of a jog without repetition, ns
   std::array<Arm, safety::kMaxArms> arms_;
 };
 

@@ -7,21 +7,21 @@
 
 namespace tandem::operation {
 
-/** Goals are judged, then followed. Nothing allocates after construction, locks or throws. */
+/** Checks and follows goals. Nothing allocates after construction, locks or throws. */
 class JointStream {
  public:
   JointStream(const ControlSetup& setup, int arm);
 
-  /** Where a command sends the joints, m and rad, or how fast, m/s and rad/s.
-   * @param here  their setpoints  @param following  relative commands go on from the goal before
-   * @return false where it is refused; the outcome says why */
+  /** Goal of a command for the joints, m and rad, or its velocity, m/s and rad/s.
+   * @param here  setpoints of the joints @param following  relative commands add to the previous goal
+   * @return false if it is refused; the outcome has the reason */
   bool goalOf(const CrtkVerb& verb,
               const safety::ArmVector& value,
               const safety::ArmVector& here,
               bool following,
               safety::ArmVector& goal,
               CrtkOutcome& outcome) const noexcept;
-  /// @param from_rest  otherwise the speed goes on
+  /// @param from_rest  start from standstill; otherwise the present velocity continues
   void take(const safety::ArmVector& goal, bool from_rest) noexcept;
   /// Velocities of the next period.
   const safety::ArmVector& step(const CrtkVerb& verb, const safety::ArmVector& here) noexcept;

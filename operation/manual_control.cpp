@@ -116,7 +116,7 @@ void ManualControl::fill(const OperatorInputHandler::Context& context,
     if (of_tip)
       Eigen::Vector3d::Map(op.tip_target.data() + 3 * task.arm) = task.position;
     if (source == Source::kCrtk || (!of_tip && (task.arm != 0 || task.other_arm != 1)))
-      continue;  // CRTK's own goals are there already
+      continue;  // CRTK's own goals are already written
     const auto group = static_cast<std::size_t>(of_tip ? task.arm : kPairGroup);
     crtk.has_cp[group] = 1;
     Eigen::Vector3d::Map(crtk.cp[group].data()) = task.position;
@@ -125,7 +125,7 @@ void ManualControl::fill(const OperatorInputHandler::Context& context,
     fillTargets(*tasks, op);
 }
 
-/// A relative task says where the other tip goes once the first one is known.
+/// A relative task defines the target of the other tip once the first one is known.
 void ManualControl::fillTargets(const planning::Reference& tasks, OperatorSnapshot& op) const noexcept {
   const auto place = [&](int k) { return Eigen::Vector3d::Map(op.tip_target.data() + 3 * k); };
   const auto end = tasks.tasks.begin() + tasks.task_count;

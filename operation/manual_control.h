@@ -8,13 +8,14 @@
 
 namespace tandem::operation {
 
-/** How motions of CRTK clients ended in one cycle. */
+/** Ends of CRTK clients' motions in one cycle. */
 struct CrtkEndings {
   std::array<CrtkOutcome, kCrtkGroups + 1> outcome{};
   int count = 0;
 };
 
-/** An operator comes before CRTK clients. Nothing allocates after construction, locks or throws; times are ns. */
+/** An operator has precedence over CRTK clients. Nothing allocates after construction, locks or throws; times are ns.
+ * */
 class ManualControl {
  public:
   /// Keeps `drives` by reference.
@@ -23,39 +24,39 @@ class ManualControl {
   void onInput(const msg::TeleopInput& input, const OperatorInputHandler::Context& context) noexcept {
     operator_.take(input, context);
   }
-  /// A stream, a motion of a tip, or hold, that judge() allows. @return false where it is refused; the outcome says why
+  /// A stream, a tip motion or hold, allowed by judge(). @return false if it is refused; the outcome has the reason
   bool onCrtk(const CrtkRequest& request, std::int64_t now, CrtkOutcome& outcome) noexcept {
     return crtk_.take(request, scene(now), outcome);
   }
-  /// Ends what CRTK clients have begun with an arm.
+  /// Ends the motions of CRTK clients with an arm.
   void endCrtk(int arm) noexcept { crtk_.end(arm); }
 
-  /// Looks where the tips are. Before judge() and choose().
+  /// Computes the tip positions. Call before judge() and choose().
   void locate(TaskLoop& loop) noexcept { tips_known_ = loop.findTips(tips_); }
   void forgetTips() noexcept { tips_known_ = false; }
   bool tipsKnown() const noexcept { return tips_known_; }
 
-  /// Somebody moves the robot.
+  /// An operator or CRTK client moves the robot.
   bool active() const noexcept { return operator_.engaged() || crtk_.active(); }
   bool engaged() const noexcept { return operator_.engaged(); }
   const CrtkMotion& crtk() const noexcept { return crtk_; }
 
-  /** Who moves tips in this cycle, and the tasks that follow. Ends what can no longer be done.
-   * @return kTeleoperation, kCrtk, or kNobody: the tasks then are what they were */
+  /** Source of tip motion in this cycle, and its tasks. Ends motions that are no longer possible.
+   * @return kTeleoperation, kCrtk, or kNobody, which leaves `tasks` unchanged */
   msg::Source choose(const OperatorInputHandler::Context& context,
                      const RobotCondition& condition,
                      const planning::Gains& gains,
                      planning::Reference& tasks,
                      CrtkEndings& endings) noexcept;
-  /// The tips cannot be moved now.
+  /// Stops all tip motion: the tips cannot be moved now.
   void invalidateTips() noexcept;
   /// Velocities of an arm whose joints a CRTK client moves.
   safety::ArmVector jointVelocity(int arm, std::int64_t now) noexcept { return crtk_.jointVelocity(arm, scene(now)); }
-  /** Where limits are in the way, tips do not go straight to their targets: what these velocities, and those that are
-   * under way, would do to the tips must not lead into a forbidden region either. All joints slow down together. */
+  /** Active limits divert tips from the straight line to their targets: this keeps the tips out of forbidden regions
+   * under these velocities and those not yet executed. All joints slow down in proportion. */
   void keepOut(const planning::TrackResult& result, safety::RobotVector& velocity) noexcept;
 
-  /// For the thread that publishes; after the cycle. @param tasks  of the trajectory, or of `source`; null: none
+  /// Snapshots for the publishing thread, after the cycle. @param tasks  of the trajectory, or of `source`; null: none
   void fill(const OperatorInputHandler::Context& context,
             msg::Source source,
             const planning::Reference* tasks,
@@ -76,7 +77,7 @@ class ManualControl {
   CrtkMotion crtk_;
   bool tips_known_ = false;
   planning::teleoperation::TipPlaces tips_;
-  int kept_out_of_ = -1;  ///< the forbidden region that held this cycle's motion back
+  int kept_out_of_ = -1;  ///< the forbidden region that slowed this cycle's motion
 };
 
 }  // namespace tandem::operation

@@ -7,16 +7,16 @@
 
 namespace tandem::operation {
 
-/** Called from the periodic thread; whoever implements it may have a thread beside it. */
+/** Called from the periodic thread; an implementation may have its own thread. */
 class ObjectControl {
  public:
   virtual ~ObjectControl() = default;
 
-  /// The joints were put elsewhere without a path.
+  /// The joints were reset without a motion.
   virtual void restart() noexcept = 0;
 
-  /// One step. @param setpoint  joints from which this cycle goes on  @param velocity  of the command before
-  /// @return why the arms have to hold instead; `result` says so, too
+  /// One step. @param setpoint  start joints of this cycle @param velocity  of the previous command
+  /// @return why the arms must hold; `result` has it, too
   virtual msg::HoldReason step(std::int64_t now,
                                const safety::RobotVector& setpoint,
                                const safety::RobotVector& velocity,
@@ -24,7 +24,7 @@ class ObjectControl {
                                planning::ReferenceTracker& tracker,
                                planning::TrackResult& result) noexcept = 0;
 
-  /// At the end of every cycle: what the next one will need. @param velocity  that has been sent
+  /// Prepares the next cycle, at the end of every cycle. @param velocity  that has been sent
   virtual void ask(std::int64_t now,
                    const safety::RobotVector& setpoint,
                    const safety::RobotVector& velocity,

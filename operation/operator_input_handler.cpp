@@ -10,7 +10,7 @@ namespace {
 namespace teleoperation = planning::teleoperation;
 using teleoperation::State;
 
-/// How long a refusal is shown where nothing better is to be said, ns.
+/// Time for which a refusal is displayed without a later one, ns.
 constexpr std::int64_t kShown = 1'000'000'000;
 
 template <std::size_t N>
@@ -76,7 +76,7 @@ void OperatorInputHandler::take(const msg::TeleopInput& input, const Context& co
   } else if (!commander) {
     refusal = Reason::kNotCommander;
   } else {
-    if (input.client != last_.client) {  // another operator starts anew
+    if (input.client != last_.client) {  // a new operator: restart
       pipeline_.release();
       last_ = {};
       seen_ = false;

@@ -14,10 +14,10 @@
 
 namespace tandem::operation {
 
-/// The reason for an operator, whose switch has to be released before the robot moves again.
+/// Reason of a stop in words for the operator, who must release the switch before the robot moves again.
 std::string describeOperatorStop(Reason reason);
 
-/** What the periodic thread hands over to the thread that publishes teleop/status. */
+/** Snapshot from the periodic thread for the thread that publishes teleop/status. */
 struct OperatorSnapshot {
   struct Stage {
     std::array<double, 3> input{}, output{};
@@ -35,32 +35,32 @@ struct OperatorSnapshot {
   std::array<double, 3 * safety::kMaxArms> tip_target{};
 };
 
-/** One operator at a time: the holder of the control lease. */
+/** One operator at a time: the owner of the control lease. */
 class OperatorInputHandler {
  public:
   explicit OperatorInputHandler(const ControlSetup& setup);
 
-  /// What control knows when it looks at an input.
+  /// State of control when an input is processed.
   struct Context {
     std::int64_t now = 0;                           ///< ns
-    std::uint64_t lease_holder = 0;                 ///< 0: nobody
-    const safety::StateStamps* statuses = nullptr;  ///< when each control/status was sent
+    std::uint64_t lease_holder = 0;                 ///< 0: none
+    const safety::StateStamps* statuses = nullptr;  ///< send time of each control/status
   };
   void take(const msg::TeleopInput& input, const Context& context) noexcept;
 
-  /// Whether an operator holds the dead-man switch of a fresh stream and is not stopped: wants to move.
-  /// Judges freshness and the lease; call once a cycle before step().
+  /// Whether the operator requests motion: pressed dead-man switch, fresh stream, not stopped. Checks freshness and the
+  /// lease; call once a cycle before step().
   bool isActive(const Context& context) noexcept;
-  /// The arms that would move.
+  /// The arms that the input moves.
   int arm() const noexcept { return sample_.arm; }
   int otherArm() const noexcept { return sample_.other_arm; }
 
-  /// One cycle of following. Call where isActive() and nothing stands against it.
+  /// One cycle of following. Call if isActive() and nothing forbids it.
   void step(const planning::teleoperation::TipPlaces& tips) noexcept { pipeline_.step(sample_, tips); }
-  /// Nothing moves in this cycle; the operator has to release the dead-man switch before anything does.
+  /// No motion in this cycle; the operator must release the dead-man switch before the next motion.
   void stop(Reason reason) noexcept;
 
-  /// The robot follows.
+  /// The robot follows the input.
   bool engaged() const noexcept { return pipeline_.engaged(); }
   void tasks(double relative_gain, double tip_gain, planning::Reference& reference) const noexcept {
     pipeline_.tasks(relative_gain, tip_gain, reference);
@@ -79,9 +79,9 @@ class OperatorInputHandler {
   planning::teleoperation::Pipeline pipeline_;
   planning::teleoperation::Sample sample_;
   msg::TeleopInput last_;  ///< the last accepted one
-  bool seen_ = false;      ///< there is one of the present client
-  bool locked_ = true;     ///< the switch has to be seen released first
-  Reason reason_{};        ///< for which it is locked
+  bool seen_ = false;      ///< an input of the present client was accepted
+  bool locked_ = true;     ///< the switch must be released first
+  Reason reason_{};        ///< of the lock
   std::int64_t last_taken_ = 0;
   std::int64_t last_refusal_ = 0;  ///< ns
   double rate_ = 0.0, latency_ = 0.0;

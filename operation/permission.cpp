@@ -12,7 +12,7 @@ namespace {
 using safety::OperatingState;
 using safety::StateCommand;
 
-/// What a reason is to programs.
+/// Reply code of a reason, for programs.
 constexpr msg::ReplyCode codeOf(Reason reason) noexcept {
   using enum idl::RefusalReason;
   switch (reason) {
@@ -55,7 +55,7 @@ constexpr msg::ReplyCode codeOf(Reason reason) noexcept {
   }
 }
 
-/// Anybody may take power away, or ask for the lease.
+/// Every client may remove power, or request a free lease.
 Reason againstRequester(Action action, Requester requester) noexcept {
   if (requester == Requester::kLeaseOwner || action == Action::kDisable || action == Action::kPause)
     return Reason::kNone;
@@ -66,7 +66,7 @@ Reason againstRequester(Action action, Requester requester) noexcept {
   return requester == Requester::kOtherClient ? Reason::kOtherLease : Reason::kNoLease;
 }
 
-/// What the state of the robot as a whole has against it.
+/// Objection from the state of the robot as a whole.
 Reason againstRobot(Action action, const RobotCondition& now) noexcept {
   if (now.mismatch && !isHarmless(action))
     return Reason::kMismatch;
@@ -101,7 +101,7 @@ Reason againstRobot(Action action, const RobotCondition& now) noexcept {
   }
 }
 
-/// What an arm has against a command of CRTK's table of states.
+/// Objection of an arm to a command of CRTK's state table.
 Reason againstCommand(StateCommand command, Requester requester, const ArmCondition& arm) noexcept {
   const bool enable = command == StateCommand::kEnable;
   if ((enable || command == StateCommand::kResume) && arm.drives == OperatingState::kFault)

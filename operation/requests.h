@@ -7,21 +7,21 @@
 
 namespace tandem::operation {
 
-/** A request, parsed and checked as far as that goes without knowing the robot's state. */
+/** A request with all checks that do not depend on the robot's state. */
 struct ParsedControlRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
   msg::ControlKind kind = msg::ControlKind::kKeepLease;
   int arm = msg::kAllArms;
-  bool from_topic = false;                                 ///< from arm_x/state_command, which knows no clients
-  std::uint64_t control_session = 0, answers_control = 0;  ///< of the control/status that its sender has seen
+  bool from_topic = false;                                 ///< from arm_x/state_command, which carries no client
+  std::uint64_t control_session = 0, answers_control = 0;  ///< of the last control/status that its sender received
   safety::StateCommand command = safety::StateCommand::kDisable;
   int joint_count = 0;
   std::array<double, safety::kMaxJointsPerArm> joints{};
   planning::ReferenceTracker* tracker = nullptr;  ///< a method change: the tracker to use from now on
 };
 
-/// What an order asks permission for.
+/// Action that a request needs permission for.
 inline Action actionOf(const ParsedControlRequest& request) noexcept {
   using enum idl::Action;
   constexpr std::array kOfKind{kAcquireLease, kReleaseLease, kKeepLease, kEnable, kSetMethod, kSetMethod,
@@ -30,15 +30,15 @@ inline Action actionOf(const ParsedControlRequest& request) noexcept {
                                                          : kOfKind[static_cast<std::size_t>(request.kind) - 1];
 }
 
-/** The answer to an order, for the thread that publishes. */
+/** Reply to a request, for the publishing thread. */
 struct ControlReply {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
   Refusal refusal;
   planning::ReferenceTracker* retired = nullptr;  ///< no longer used by the periodic thread: delete it
   bool method_accepted = false;
-  std::uint64_t holder = 0;  ///< of the lease, before the order
-  std::uint64_t status = 0;  ///< sequence of the last control/status from before the order
+  std::uint64_t holder = 0;  ///< lease owner before the request
+  std::uint64_t status = 0;  ///< sequence of the last control/status before the request
 };
 
 }  // namespace tandem::operation

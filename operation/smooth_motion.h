@@ -8,8 +8,8 @@
 
 namespace tandem::operation {
 
-/** One step toward a goal along the straight way to it, speeding up and slowing down by `acceleration`.
- * @param way  from here to the goal; @param velocity  of the step before; @param speed  largest one, per coordinate
+/** One step toward a goal along the straight line, with bounded acceleration and deceleration.
+ * @param way  vector to the goal; @param velocity  of the step before; @param speed  largest one, per coordinate
  * @return the velocity of the next `dt` seconds; it never leads beyond the goal. */
 template <class Vector>
 Vector smoothVelocity(const Vector& way,
@@ -17,14 +17,14 @@ Vector smoothVelocity(const Vector& way,
                       const Vector& speed,
                       const Vector& acceleration,
                       double dt) noexcept {
-  // Share of the way per second: as much as the slowest coordinate can do, and can still brake from.
+  // Fraction of the distance per second, limited by the slowest coordinate with its braking distance.
   double rate = 1.0 / dt;
   for (Eigen::Index i = 0; i < way.size(); ++i) {
     const double distance = std::abs(way[i]);
     if (distance == 0.0)
       continue;
     rate = std::min(rate, speed[i] / distance);
-    // In steps of dt, v = sqrt((a dt / 2)^2 + 2 a d) - a dt / 2 is what can be braked from.
+    // With steps of dt, v = sqrt((a dt / 2)^2 + 2 a d) - a dt / 2 is the largest speed with braking distance d.
     const double half = 0.5 * acceleration[i] * dt;
     rate = std::min(rate, (std::sqrt(half * half + 2.0 * acceleration[i] * distance) - half) / distance);
   }

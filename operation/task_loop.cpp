@@ -70,7 +70,7 @@ void TaskLoop::closeLoop(std::int64_t now) noexcept {
     tracker_->step(q, from, tasks_, sensor_ ? &tips_.tips() : nullptr, result_);
 }
 
-/// That the limits forbid a task is an answer, with a velocity. A solver that gives none, step after step, is broken.
+/// A task that the limits forbid is a valid result, with a velocity. Repeated steps without a solution are a fault.
 safety::FaultRecord TaskLoop::judge() noexcept {
   using safety::FaultCause;
   const bool no_equilibrium = hold_ == HoldReason::kNoEquilibrium;
@@ -111,10 +111,10 @@ void TaskLoop::fill(msg::ActuationLimits& limits) const noexcept {
   }
 }
 
-/// Where the limits forbid the tasks, those of the certificate; where they hold them back, those at which the joints
-/// stand.
+/// Limits that forbid the tasks, from the infeasibility certificate; or active limits that slow the tasks.
 const control::Conflict* TaskLoop::conflict(msg::ControlStatus& status) noexcept {
-  constexpr double kLeft = 0.01;  // of a task's velocity; methods that weigh it against speed leave out less
+  constexpr double kLeft =
+      0.01;  // of a task's velocity; methods that weigh the task against speed leave a smaller residual
   const control::Solution& solution = result_.solution;
   if (solution.status == control::SolveStatus::kInfeasible) {
     status.limited = static_cast<std::uint8_t>(msg::Limited::kForbidden);

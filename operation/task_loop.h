@@ -14,27 +14,27 @@
 
 namespace tandem::operation {
 
-/** Closes it on the model's tips, on measured ones, or on what catheters move. Nothing allocates in a cycle, apart from
- * ObjectControl in lock-step. */
+/** Closes the loop on the model's tips, on measured tips, or on the common object of catheters. Nothing allocates in a
+ * cycle, except ObjectControl in lock-step. */
 class TaskLoop {
  public:
-  /// Keeps `drives` and `frames` by reference. @param frames  of catheters; null for tubes
+  /// Keeps `drives` and `object_control` by reference. @param object_control  for catheters; null for tubes
   TaskLoop(const ControlSetup& setup,
            const DriveExchange& drives,
            std::unique_ptr<planning::ReferenceTracker> tracker,
            ObjectControl* object_control);
 
   void onTips(const msg::TipPoses& tips) noexcept { tips_.take(tips); }
-  /// Elastic arms remember their way; there is none to where somebody put them.
+  /// The joints were reset: the branch of elastic arms, which depends on their past motion, is found anew.
   void restart() noexcept;
-  /// Another method from now on. @return the tracker that was in use
+  /// Changes the method. @return the tracker that was in use
   planning::ReferenceTracker* exchange(planning::ReferenceTracker* tracker) noexcept;
 
   /// Begins a cycle without tasks.
   void begin() noexcept;
-  /// Where the tips are, as the errors of tasks will be computed. @return false where that is not known.
+  /// Tip positions, as used in the errors of tasks. @return false if they are unknown.
   bool findTips(planning::teleoperation::TipPlaces& tips) noexcept;
-  /// The velocities that do the tasks; arms may move unless hold() says why not. @return a fault; empty: none
+  /// Computes velocities for the tasks; arms may move unless hold() has a reason. @return a fault; empty: none
   safety::FaultRecord follow(const planning::Reference& tasks, std::int64_t now) noexcept;
   /// A cycle without tasks.
   void observe() noexcept { tracker_->observe(drives_.measured(), drives_.setpoints()); }
@@ -44,7 +44,7 @@ class TaskLoop {
   msg::HoldReason hold() const noexcept { return hold_; }
   const planning::TrackResult& result() const noexcept { return result_; }
   const planning::Gains& gains() const noexcept { return tracker_->gains(); }
-  /// Lock-step: whether everything that belongs to the present state is here.
+  /// Lock-step: whether all data of the present state have arrived.
   bool complete() const noexcept { return !sensor_ || tips_.knows(drives_.state()); }
 
   void fill(msg::ActuationLimits& limits) const noexcept;
@@ -59,15 +59,15 @@ class TaskLoop {
   const DriveExchange& drives_;
   std::unique_ptr<planning::ReferenceTracker> tracker_;
   ObjectControl* object_control_;
-  bool sensor_;  ///< errors are those of measured tips
+  bool sensor_;  ///< task errors use measured tips
   TipFeedback tips_;
   planning::Reference tasks_;
   planning::TrackResult result_;
-  control::Conflict standing_;  ///< limits at which the velocity stands
+  control::Conflict standing_;  ///< active limits that stop the joints
   msg::HoldReason hold_ = msg::HoldReason::kNone;
   bool solved_ = false;  ///< result_ is of this cycle
   double solve_time_ = 0.0;
-  double unsolved_ = 0.0;  ///< s for which the resolver has failed without a break
+  double unsolved_ = 0.0;  ///< time of consecutive resolver failures, s
 };
 
 }  // namespace tandem::operation

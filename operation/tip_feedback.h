@@ -9,31 +9,31 @@
 
 namespace tandem::operation {
 
-/** Takes in sensing/tips. A measurement is as old as the newest of our commands that the robot had taken when it was
- * made, on our own clock; in lock-step, as the simulated time that has passed since. A tip that drops out stays in
- * force until it is too old; then the trajectory is held. Nothing allocates. */
+/** Checks the measurements of sensing/tips. The age of a measurement is that of the newest of our commands that the
+ * robot had executed then, on our own clock; in lock-step, the simulated time since. A tip that drops out stays valid
+ * until it is too old; then the trajectory is held. Nothing allocates. */
 class TipFeedback {
  public:
   /// @param budget  largest age of a measurement, s
   TipFeedback(bool lock_step, double budget) : lock_step_(lock_step), budget_(budget) {}
 
   void take(const msg::TipPoses& message) noexcept;
-  /// The robot was put elsewhere, or is another one: what was measured before says nothing.
+  /// The joints were reset, or the robot is another one: older measurements are invalid.
   void forget() noexcept;
-  /// Lock-step: whether the tips that go with a state are here.
+  /// Lock-step: whether the tips of a state have arrived.
   bool knows(const msg::ActuationState& state) const noexcept {
     return last_.state_session == state.session && last_.answers_state >= state.sequence;
   }
 
-  /// Whether the tips of all arms that the tasks name can be used, and if not, why.
-  /// @param state  the present one; @param commands  when each command was sent; @param now  ns
+  /// Whether the tips of all arms in the tasks are usable; if not, the reason.
+  /// @param state  the present one; @param commands  send time of each command; @param now  ns
   msg::HoldReason check(const planning::Reference& tasks,
                         const msg::ActuationState& state,
                         const safety::StateStamps& commands,
                         std::int64_t now) noexcept;
 
   const planning::MeasuredTips& tips() const noexcept { return tips_; }
-  /// Of the oldest tip that the last check() looked at, s; infinite where there is none.
+  /// Age of the oldest tip in the last check(), s; infinite if there is none.
   double age() const noexcept { return age_; }
 
  private:

@@ -9,7 +9,7 @@ safety::ArmVector WithdrawalRun::step(const safety::ArmLimits& limits,
                                       safety::JointMask lost,
                                       double period,
                                       std::int64_t now) noexcept {
-  // A tube that comes no farther for so long is held by what only its drives know, ns.
+  // After this time without progress, a limit known only to the drives blocks the tube, ns.
   constexpr std::int64_t kTimeout = 2'000'000'000;
   const bool progress =
       from_.size() != setpoint.size() || (setpoint - from_).cwiseAbs().maxCoeff() > 0.1 * safety::kAtRest;
@@ -21,7 +21,7 @@ safety::ArmVector WithdrawalRun::step(const safety::ArmLimits& limits,
     since_ = now;
   }
   const auto held = static_cast<safety::JointMask>(lost | stuck_);
-  const double speed = safety::recoveryVelocity(limits, 0, 0);  // translations are alike
+  const double speed = safety::recoveryVelocity(limits, 0, 0);  // all translations have the same speed
   const safety::Withdrawal next = safety::nextWithdrawal(limits, setpoint, held, speed * period);
   moving_ = next.joints;
   done_ = next.joints == 0;

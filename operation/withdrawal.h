@@ -11,11 +11,11 @@ namespace tandem::operation {
 /** One withdrawal. Nothing allocates, locks or throws. Times are ns. */
 class WithdrawalRun {
  public:
-  /// Begins anew.
+  /// Restarts.
   void start() noexcept { *this = {}; }
 
-  /** Velocities for the next control period, m/s; zero once nothing can be retracted any more.
-   * @param limits of the robot; those of its drives may be narrower: a tube that comes no farther is left where it is
+  /** Velocities for the next control period, m/s; zero once nothing more can be retracted.
+   * @param limits of the robot; those of its drives may be narrower: a tube without progress is left where it is
    * @param setpoint from which velocities are integrated, m, rad
    * @param period of control, s */
   safety::ArmVector step(const safety::ArmLimits& limits,
@@ -26,9 +26,9 @@ class WithdrawalRun {
   bool done() const noexcept { return done_; }
 
  private:
-  safety::JointMask stuck_ = 0;   ///< came no farther
-  safety::JointMask moving_ = 0;  ///< since from_
-  safety::ArmVector from_;        ///< where progress was seen last
+  safety::JointMask stuck_ = 0;   ///< joints without progress
+  safety::JointMask moving_ = 0;  ///< joints that retract since since_
+  safety::ArmVector from_;        ///< setpoint at the last progress
   std::int64_t since_ = 0;
   bool done_ = false;
 };
