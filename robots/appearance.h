@@ -14,16 +14,16 @@ namespace tandem::robots {
 /** One tube of an arm, or a whole catheter. */
 struct TubeAppearance {
   std::string name;                               ///< "tube 2"
-  double length = 0.0;                            ///< at most, m
+  double length = 0.0;                            ///< largest one, m
   double outer_radius = 0.0, inner_radius = 0.0;  ///< m
-  std::vector<kinematics::TubeSection> sections;  ///< with precurvature; none of a catheter, which tendons bend
+  std::vector<kinematics::TubeSection> sections;  ///< with precurvature; empty for a catheter, which is bent by tendons
 };
 
-/** Words for a joint. */
+/** Names of a joint for display. */
 struct JointAppearance {
-  std::string symbol;  ///< for narrow places: "β2", "roll"
+  std::string symbol;  ///< short, for narrow columns: "β2", "roll"
   std::string title;   ///< "translation of tube 2"
-  std::string part;    ///< of the arm, that it moves; limits are named by it: "tube 2"
+  std::string part;    ///< part of the arm that it moves; its limits have this name: "tube 2"
 };
 
 struct ArmAppearance {

@@ -16,7 +16,7 @@ const config::Assistance& relationOf(const config::CooperativeRobot& robot) {
   return *robot.assistance;
 }
 
-/// Places along a catheter whose tool tip, turned or not by its roll, bears a wrench.
+/// Points along a catheter with a wrench at its tool tip, which rotates with the roll or not.
 std::vector<Eigen::Vector3d> along(const catheter::ElasticCatheter& model,
                                    const Eigen::Vector3d& q,
                                    const kinematics::Wrench& wrench) {
@@ -56,7 +56,7 @@ std::string AssistedMechanism::solveEquilibrium(const RobotVector& q) {
 }
 
 std::vector<control::Task> AssistedMechanism::lowerTasks(double gain) const {
-  // The normal's own turning is left to the feedback.
+  // The rotation of the contact normal is left to the feedback.
   control::Task task;
   task.jacobian = chain_.contact.linear().col(2).transpose() * chain_.wrench_by_joints.topRows<3>();
   task.velocity.setConstant(1, gain * (push_ - chain_.push));
@@ -74,14 +74,14 @@ std::vector<std::pair<std::string, double>> AssistedMechanism::columns() const {
 }
 
 std::vector<Eigen::Isometry3d> AssistedMechanism::tips() const {
-  // The assist arm's tip touches: its frame is that of the contact where it is gripped, turned by the roll.
+  // Tip of the assist arm: the contact frame, rotated by the roll.
   Eigen::Isometry3d assist = chain_.contact * Eigen::AngleAxisd(joints_[4], Eigen::Vector3d::UnitZ());
   return {chain_.tip.pose, assist};
 }
 
 std::vector<std::vector<Eigen::Vector3d>> AssistedMechanism::shapes() const {
-  // The whole target as one rod would not carry the contact in its middle: its proximal end as a rod of its own, which
-  // ends at the base of bending, and then the arc.
+  // The whole target as one rod would not have the contact in its middle: its proximal end is a separate rod up to the
+  // base of bending, followed by the arc.
   const catheter::ElasticArm& target = relation_.pair.target;
   kinematics::cosserat::Rod rod = catheter::rodOf(target);
   rod.sections.resize(1);
@@ -92,7 +92,7 @@ std::vector<std::vector<Eigen::Vector3d>> AssistedMechanism::shapes() const {
   kinematics::cosserat::RodInput input(rod);
   input.base = target.arm.base;
   input.first_length = joints_[0];
-  // The wrench at the contact, given at the rod's end: the base of bending.
+  // The wrench at the contact, transferred to the rod's end: the base of bending.
   const Eigen::Isometry3d bending_base = chain_.contact * relation_.pair.contact.inverse();
   const Eigen::Vector3d lever = chain_.contact.translation() - bending_base.translation();
   input.tip = chain_.wrench;

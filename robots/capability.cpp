@@ -6,7 +6,7 @@
 namespace tandem::robots {
 namespace {
 
-/// "concentric tubes or catheters": the types that have it.
+/// "concentric tubes or catheters": the types with this capability.
 std::string typesWith(Capability capability) {
   std::string types;
   for (const RobotType* type : robotTypes()) {

@@ -12,13 +12,13 @@ namespace tandem::robots {
 
 enum class Capability : std::uint8_t {
   kTips,         ///< each tip follows tasks of its own: trajectories, Cartesian commands, measured tips
-  kCommonPath,   ///< the arms move one thing together along a path: see Mechanism
+  kCommonPath,   ///< the arms move a common object along a path: see Mechanism
   kComputation,  ///< inverse kinematics, feasibility, timing and clearance of trajectories: see planning/
 };
 
 bool has(const config::Robot& robot, Capability capability);
 
-/// Why a robot lacks a capability: what was found, what is expected, and what the robot does instead. Empty: it has it.
+/// Reason why a robot lacks a capability: found, expected, and the robot's alternative. Empty: it has the capability.
 std::string refusal(const config::Robot& robot, Capability capability);
 
 }  // namespace tandem::robots

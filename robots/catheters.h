@@ -21,7 +21,7 @@ namespace tandem::robots {
  * displacement that corresponds to the error of the internal forces. */
 class GraspedObjectMechanism final : public Mechanism {
  public:
-  /// @throw std::invalid_argument where the robot file has no object. @param robot  outlives this
+  /// @throw std::invalid_argument if the robot file has no object. @param robot  outlives this
   explicit GraspedObjectMechanism(const config::CooperativeRobot& robot);
   ~GraspedObjectMechanism() override;
 
@@ -39,18 +39,18 @@ class GraspedObjectMechanism final : public Mechanism {
   std::vector<Eigen::Isometry3d> tips() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
-  /// Why an equilibrium cannot be used, for example because a contact slips; empty: it can.
+  /// Reason why an equilibrium cannot be used, for example because a contact slips; empty: it can.
   std::string errorOf(const kinematics::grasp::GraspEquilibrium& rest) const;
   const kinematics::grasp::GraspedObject& model() const;
   const RobotVector& joints() const;  ///< of the last equilibrium
   const kinematics::grasp::Grasp& grasp() const;
   const kinematics::grasp::GraspState& state() const;
-  /// The last equilibrium with its derivatives by joints and loads.
+  /// The last equilibrium with its derivatives with respect to joints and loads.
   const kinematics::grasp::GraspEquilibrium& rest() const;
   /// Stiffness of the object's pose under the present loads, robot base frame.
   kinematics::grasp::Matrix6 stiffness() const;
-  /// Contribution of one arm to it at the object's origin, without the geometric stiffness of forces that turn with the
-  /// object.
+  /// Contribution of one arm to it at the object's origin, without the geometric stiffness of forces that rotate with
+  /// the object.
   kinematics::grasp::Matrix6 stiffnessOf(int contact) const;
 
  private:
@@ -58,10 +58,11 @@ class GraspedObjectMechanism final : public Mechanism {
   std::unique_ptr<Parts> parts_;
 };
 
-/** A target arm and its assist arm (section IV). The common object is the target's tip; the contact force is kept. */
+/** A target arm and its assist arm (section IV). The common object is the target's tip; the contact force is controlled
+ * to a constant. */
 class AssistedMechanism final : public Mechanism {
  public:
-  /// @throw std::invalid_argument where the robot file has no assistance. @param robot  outlives this
+  /// @throw std::invalid_argument if the robot file has no assistance. @param robot  outlives this
   explicit AssistedMechanism(const config::CooperativeRobot& robot);
 
   const std::vector<const safety::ArmLimits*>& limits() const override { return limits_; }

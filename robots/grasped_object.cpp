@@ -52,7 +52,7 @@ struct GraspedObjectMechanism::Parts {
     grasp::Twist left;
     return grasp().contactForces(rest.state, wrench(), squeeze, left);
   }
-  /// Whether no contact slips or pulls under these forces, and friction contacts press.
+  /// Whether no contact slips or pulls under these forces, and friction contacts have pressure.
   bool holds(const VectorXd& force) const {
     for (std::size_t k = 0; k < arms.size(); ++k) {
       const grasp::ContactLoad load = loadAt(k, force);
@@ -74,7 +74,7 @@ struct GraspedObjectMechanism::Parts {
   }
 
   /// Z^T C d(f - f*)/dq; without loads Z^T B J. The specified forces f* are given in the object frame, in which the
-  /// load turns the other way.
+  /// load rotates in the opposite direction.
   MatrixXd strainRates() const {
     MatrixXd rates = rest.force_by_joints;
     for (Eigen::Index j = 0; j < rates.cols(); ++j) {
@@ -87,7 +87,7 @@ struct GraspedObjectMechanism::Parts {
     return rest.state.internal_forces.transpose() * (rest.compliance * rates);
   }
 
-  /// Orthonormal combinations of its rows, as many as joints can change independently.
+  /// Orthonormal combinations of the rows, as many as joints can change independently.
   MatrixXd choice(const MatrixXd& rates) const {
     if (rates.rows() == 0)
       return rates;
@@ -140,7 +140,7 @@ double GraspedObjectMechanism::length() const { return parts_->grasp().length();
 
 std::vector<control::Task> GraspedObjectMechanism::higherTasks(double gain) const {
   const MatrixXd rates = parts_->strainRates();
-  // Only so many combinations of the rows as joints can change: the others are nothing that could be asked for.
+  // Only as many combinations of the rows as joints can change: the others cannot be controlled.
   const MatrixXd choice = parts_->choice(rates);
   const MatrixXd rows = choice * rates;
   const VectorXd wanted = -gain * (choice * parts_->strain());
@@ -160,7 +160,7 @@ std::string GraspedObjectMechanism::infeasibility() const {
   const Parts& parts = *parts_;
   if (parts.holds(parts.wanted(parts.held.squeeze)))
     return {};
-  // The least squeeze that would do: from none that does to one that does, by halves.
+  // Smallest sufficient squeeze: doubling, then bisection.
   constexpr double kMost = 1e3;  // N
   double lower = parts.held.squeeze, upper = std::max(lower, 1e-6);
   while (upper < kMost && !parts.holds(parts.wanted(upper)))

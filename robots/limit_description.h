@@ -9,7 +9,7 @@
 
 namespace tandem::robots {
 
-/// "rotation limit of tube 2 of arm a"; of a catheter "rotation limit of bend of arm a".
+/// "rotation limit of tube 2 of arm a"; for a catheter "rotation limit of bend of arm a".
 std::string describeLimit(const config::Robot& robot, const control::NamedLimit& limit);
 
 }  // namespace tandem::robots

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Mechanism: interface of arms that move a common object, for the methods of control/.
- * docs/own-robot-type.md adds one. */
+/** @file Mechanism: interface of arms that move a common object, for the methods of control/. docs/own-robot-type.md
+ * describes how to add one. */
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,7 +17,7 @@ using planning::Twist;
 using safety::RobotVector;
 using MotionJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-/** Arms and their common object in equilibrium. solveEquilibrium() computes an equilibrium; all other members describe
+/** Arms and their common object in equilibrium. solveEquilibrium() computes an equilibrium; all other members refer to
  * the last one. */
 class Mechanism {
  public:
@@ -32,30 +32,30 @@ class Mechanism {
 
   /// robot base frame <- object frame
   virtual const Eigen::Isometry3d& pose() const = 0;
-  /// Twist of the object by joint velocity (linear rows first), for joint velocities that satisfy higherTasks().
+  /// Twist of the object per joint velocity (linear rows first), for joint velocities that satisfy higherTasks().
   virtual const MotionJacobian& jacobian() const = 0;
-  /// Length that weighs a radian against a metre, m.
+  /// Length that converts radians to metres, m.
   virtual double length() const = 0;
 
-  /// Tasks with a higher priority than the motion, highest first: contact constraints. @param gain  of errors, 1/s
+  /// Tasks with a higher priority than the motion, highest first: contact constraints. @param gain  on errors, 1/s
   virtual std::vector<control::Task> higherTasks(double gain) const {
     static_cast<void>(gain);
     return {};
   }
-  /// Tasks with a lower priority than the motion: contact forces to keep.
+  /// Tasks with a lower priority than the motion: regulation of contact forces.
   virtual std::vector<control::Task> lowerTasks(double gain) const {
     static_cast<void>(gain);
     return {};
   }
 
-  /// Why the specified contact forces cannot hold the object, for example because contacts would slip; empty: they can.
-  /// Checked before the arms move.
+  /// Reason why the specified contact forces cannot hold the object, for example because contacts would slip; empty:
+  /// they can. Checked before the arms move.
   virtual std::string infeasibility() const { return {}; }
-  /// Why this equilibrium cannot be used, for example because a contact slips; empty: it can.
+  /// Reason why this equilibrium cannot be used, for example because a contact slips; empty: it can.
   virtual std::string error() const { return {}; }
   /// Residual of higherTasks(), m; 0 without such tasks.
   virtual double residual() const { return 0.0; }
-  /// Further numbers of this equilibrium: name with unit, and value. They are columns of the table.
+  /// Further values of this equilibrium, for the columns of the table: name with unit, and value.
   virtual std::vector<std::pair<std::string, double>> columns() const { return {}; }
   /// Poses of the tool tips, robot base frame; empty if unknown.
   virtual std::vector<Eigen::Isometry3d> tips() const { return {}; }

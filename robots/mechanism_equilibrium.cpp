@@ -8,7 +8,7 @@
 namespace tandem::robots {
 namespace {
 
-/// A step on the way to joints that are far, m and rad.
+/// Step size of the motion to distant joints, m and rad.
 constexpr double kStep = 2e-3, kTurn = 0.05;
 
 int fillTasks(const std::vector<control::Task>& from, int first, planning::Equilibrium& rest) {

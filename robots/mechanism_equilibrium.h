@@ -11,17 +11,17 @@
 namespace tandem::robots {
 
 /// Writes the equilibrium of a mechanism. @param q  its joints, m and rad
-/// @throw std::invalid_argument for more tasks or rows than control/ takes.
+/// @throw std::invalid_argument for more tasks or rows than control/ accepts.
 void writeEquilibrium(const Mechanism& mechanism, const RobotVector& q, planning::Equilibrium& rest);
 
-/** A mechanism that follows moving joints. It walks in small steps where they have moved far, so that it stays on its
- * branch of equilibria. Allocates. */
+/** A mechanism that follows moving joints. Large motions are divided into small steps, so that it stays on its branch
+ * of equilibria. Allocates. */
 class EquilibriumFollower {
  public:
-  /// Starts in the equilibrium at home. @throw std::invalid_argument with the reason where there is none.
+  /// Starts in the equilibrium at home. @throw std::invalid_argument with the reason if there is none.
   explicit EquilibriumFollower(std::unique_ptr<Mechanism> mechanism);
 
-  /// Moves to joints, m and rad. @return empty, or why there is no equilibrium on the way; the last one then stays
+  /// Moves to joints, m and rad. @return empty, or why a step has no equilibrium; the last one then stays valid
   std::string solveEquilibrium(const RobotVector& q);
   const RobotVector& joints() const { return joints_; }  ///< of the last equilibrium
   const Mechanism& mechanism() const { return *mechanism_; }
@@ -31,11 +31,11 @@ class EquilibriumFollower {
   RobotVector joints_;
 };
 
-/** One control period with the joint velocities of its middle (midpoint rule, second order). With those of its
- * beginning the arms would open the contacts, because their orientation changes much in one period.
+/** One control period with the joint velocities of its midpoint (midpoint rule, second order). Those of its start would
+ * open the contacts, because the orientation of the arms changes much in one period.
  *
- * Solves at the joints, then at the predicted joints of the middle. `result` is that of the middle, except for the
- * error, which is that of the beginning.
+ * Solves at the joints, then at the predicted joints of the midpoint. `result` is that of the midpoint, except for the
+ * error, which is that of the start.
  * @param solve  computes the equilibrium at joints, as Mechanism::solveEquilibrium()  @param q  joints;
  * limits refer to them
  * @return empty, or why there is no equilibrium; see also result.status */

@@ -10,7 +10,8 @@
 namespace tandem::robots {
 
 /// The mechanism of a robot with Capability::kCommonPath, in its equilibrium at home. @param robot  outlives it
-/// @throw std::invalid_argument for a robot without that capability or without an equilibrium at home: names the file.
+/// @throw std::invalid_argument, with the file name, for a robot without that capability or without an equilibrium at
+/// home.
 EquilibriumFollower makeEquilibriumFollower(const config::Robot& robot);
 
 }  // namespace tandem::robots

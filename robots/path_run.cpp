@@ -37,7 +37,7 @@ void PathRun::resume() {
     progress_.phase = Phase::kRunning;
 }
 
-/// Why the path cannot start at the present equilibrium.
+/// Reason why the path cannot start at the present equilibrium.
 std::string PathRun::refusalAtPresentPose() const {
   const std::string error = follower_.mechanism().error();
   return error.empty() ? refusal(follower_.mechanism(), path_) : error;
@@ -75,7 +75,7 @@ void PathRun::ask(const planning::ObjectReference& object) {
   wanted_ = planning::poseOf(object.after(options_.parameters.period));
 }
 
-/// Why the run cannot go on from the present equilibrium.
+/// Reason why the run cannot continue from the present equilibrium.
 std::string PathRun::judge() const {
   const Mechanism& mechanism = follower_.mechanism();
   std::string why;
@@ -91,7 +91,7 @@ std::string PathRun::judge() const {
          " s: " + why;
 }
 
-/// Keeps the object at its start until the path can begin.
+/// Keeps the object at its start pose until the path can start.
 std::string PathRun::before() {
   if (follower_.mechanism().residual() <= kPrepared * options_.most_drift) {
     if (std::string why = refusalAtPresentPose(); !why.empty())

@@ -13,7 +13,7 @@ using kinematics::Branch;
 using kinematics::JointsRef;
 using kinematics::ModelStatus;
 
-/** Rigid links in a plane. The tip's z axis lies along the last link, as that of a backbone:
+/** Rigid links in a plane. The tip's z axis lies along the last link, as for a backbone:
  *
  *     phi_k = q_1 + ... + q_k,   p_k = p_{k-1} + l_k (cos phi_k, sin phi_k, 0),   dp/dq_j = z x (p - p_{j-1}) */
 class PlanarModel final : public kinematics::ArmModel {

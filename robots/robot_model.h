@@ -25,7 +25,7 @@ class RobotModel {
   /// Empty without Capability::kTips: see robots/mechanism.h.
   const std::vector<const kinematics::ArmModel*>& models() const { return models_; }
   const std::vector<const safety::ArmLimits*>& limits() const { return limits_; }
-  /// What the wire calls it.
+  /// Model on the wire.
   idl::Model kind() const { return kind_; }
   int armCount() const { return static_cast<int>(limits_.size()); }
   int jointCount() const { return offset_.back(); }
@@ -33,8 +33,8 @@ class RobotModel {
   int size(int arm) const { return offset(arm + 1) - offset(arm); }
   /// Joints of all arms in one vector.
   safety::RobotVector stack(const std::vector<Eigen::VectorXd>& arms) const;
-  /// A tracker of the references that this robot can follow: of its tips, or of what its arms move together, which then
-  /// has home as its posture. It refers to this object. @throw std::invalid_argument as control::makeResolver() does.
+  /// Tracker of the references that this robot can follow: of its tips, or of its common object, which then has home as
+  /// its posture. It refers to this object. @throw std::invalid_argument as control::makeResolver() does.
   std::unique_ptr<planning::ReferenceTracker> makeTracker(control::Method method,
                                                           const control::MethodParameters& parameters,
                                                           const planning::Gains& gains) const;

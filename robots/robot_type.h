@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Robot type: interface of everything type-specific. docs/own-robot-type.md adds one. */
+/** @file Robot type: interface of everything type-specific. docs/own-robot-type.md describes how to add one. */
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace tandem::robots {
 
 class Mechanism;
 
-/** One type of robots. Without state: all functions take the robot. A function that belongs to a capability is called
+/** One type of robots, without state: all functions take the robot. A function that belongs to a capability is called
  * only for robots that have it. */
 class RobotType {
  public:
@@ -24,19 +24,19 @@ class RobotType {
   /// In the plural, for messages: "concentric tubes".
   virtual std::string description() const = 0;
   virtual bool has(Capability capability) const noexcept = 0;
-  /// @param arm  number in the robot's order
+  /// @param arm  index in the robot's order
   virtual ArmAppearance appearance(const config::Robot& robot, int arm) const = 0;
 
-  /// What the wire calls the model that a deployment names.
+  /// Wire value of a model that a deployment names.
   virtual idl::Model model(const std::string& name) const;
-  /// Model of one arm. Capability::kTips. @param name  as deployments write it: "rigid"
+  /// Model of one arm. Capability::kTips. @param name  as in deployment files: "rigid"
   /// @throw std::invalid_argument for a model that the type does not have.
   virtual std::unique_ptr<kinematics::ArmModel> makeModel(const config::Robot& robot,
                                                           int arm,
                                                           const std::string& name) const;
   /// Capability::kCommonPath. @param robot  outlives the mechanism
   virtual std::unique_ptr<Mechanism> makeMechanism(const config::Robot& robot) const;
-  /// The object that the arms hold; null: none.
+  /// The grasped object; null: none.
   virtual const config::GraspedObject* graspedObject(const config::Robot& robot) const noexcept;
 };
 

@@ -13,38 +13,38 @@
 
 namespace tandem::robots {
 
-/** Measured state of a robot, as a run judges it. */
+/** Measured state of a robot, as input of a run. */
 struct Measured {
-  safety::RobotVector joints;                  ///< of all arms; empty: not all of them are valid
+  safety::RobotVector joints;                  ///< of all arms; empty: not all are valid
   std::array<bool, safety::kMaxArms> valid{};  ///< by arm
-  /// Measured tips, where the deployment's `feedback` says that they count; null: the model's.
+  /// Measured tips, if the deployment's `feedback` selects them; null: use the model's.
   const planning::MeasuredTips* tips = nullptr;
 };
 
-/** One motion after another, of the kind that the robot can follow: a trajectory of two tips, or a path of what the
- * arms move together. Not for the periodic thread: implementations allocate. */
+/** Execution of motions, one after another, of the type that the robot can follow: a trajectory of two tips, or a path
+ * of the common object. Not for the periodic thread: implementations allocate. */
 class Run {
  public:
   virtual ~Run() = default;
 
-  /// The joints were put elsewhere without a path.
+  /// The joints were reset without a motion.
   virtual void restart() = 0;
-  /// Follows measured joints, whether a motion runs or not.
+  /// Follows measured joints, with or without a running motion.
   virtual void observe(const safety::RobotVector& q) = 0;
 
-  /// Begins a motion. @param text  YAML of a trajectory or path  @param postures  planned joints of all arms, one
-  /// vector a point; empty: none. @return empty, or why it cannot start
-  /// @throw std::invalid_argument, or config::Error, for a text that is none
+  /// Starts a motion. @param text  YAML of a trajectory or path  @param postures  planned joints of all arms, one
+  /// vector per point; empty: none. @return empty, or why it cannot start
+  /// @throw std::invalid_argument, or config::Error, for an invalid text
   virtual std::string start(const std::string& text,
                             const Measured& now,
                             std::vector<safety::RobotVector> postures) = 0;
-  /// Judges the measured state and says what to do next: a new reference while the motion runs; while it is paused, the
-  /// last one without feed-forward. @return empty, or why the motion cannot go on
+  /// Checks the measured state and writes the reference: a new one while the motion runs; while it is paused, the last
+  /// one without feed-forward. @return empty, or why the motion cannot continue
   virtual std::string update(const Measured& now, planning::Reference& reference) = 0;
   virtual void pause() = 0;
   virtual void resume() = 0;
   virtual void stop() = 0;
-  virtual void fail() = 0;  ///< ends a motion that cannot go on, as kFailed
+  virtual void fail() = 0;  ///< ends a motion that cannot continue, as kFailed
 
   virtual const planning::Progress& progress() const = 0;
   virtual double tolerance() const = 0;                       ///< at the end, m

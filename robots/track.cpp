@@ -16,11 +16,10 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Singular values below this part of the largest one are none: rods are solved to 1e-11 of their length, and
-/// derivatives are those of the solution; contacts' softness, of which ratios reach 1e4, leaves about a thousandth of
-/// this.
+/// Relative rank tolerance of singular values: rods are solved to 1e-11 of their length, derivatives are those of the
+/// solution, and contact compliances with ratios up to 1e4 leave errors of about a thousandth of this value.
 constexpr double kRank = 1e-7;
-/// A direction this near to the movable ones counts as one of them, as a sine.
+/// Sine of the angle below which a direction counts as one of the movable ones.
 constexpr double kOutside = 1e-4;
 
 struct Spaces {
@@ -50,7 +49,7 @@ MatrixXd rowsOf(const Matrix& matrix, const std::vector<int>& tracked, double le
   return rows;
 }
 
-/// The other way: columns of tracked components as twists.
+/// Inverse of rowsOf(): columns of tracked components as twists.
 MatrixXd twistsOf(const MatrixXd& columns, const std::vector<int>& tracked, double length) {
   MatrixXd twists = MatrixXd::Zero(6, columns.cols());
   for (std::size_t k = 0; k < tracked.size(); ++k)
@@ -65,7 +64,7 @@ Spaces motionSpaces(const Mechanism& mechanism, const std::vector<int>& tracked)
     higher.bottomRows(task.jacobian.rows()) = task.jacobian;
   }
   const MatrixXd free = spacesOf(higher).null;
-  // What is left of rates beside those that higherTasks() forbids is rounding below this part of them.
+  // After higherTasks(), remaining rates below this fraction are rounding.
   const MatrixXd rows = rowsOf(mechanism.jacobian(), tracked, mechanism.length());
   return spacesOf(rows * free, kRank * rows.norm());
 }
@@ -114,7 +113,7 @@ class NotedRun {
     return mechanism_.error();
   }
 
-  /// A period of following. @return empty, or why there is none
+  /// One period of tracking. @return empty, or why it failed
   std::string step(double time, const planning::ObjectReference& reference, TrackRecord& record) {
     const double period = options_.parameters.period;
     const auto solveEquilibrium = [this](const RobotVector& q) {

@@ -17,40 +17,39 @@ using planning::Hold;
 using planning::ObjectPath;
 using planning::PathShape;
 
-/// A path begins when the residual of the contact constraints is below this part of its limit.
+/// A path starts when the residual of the contact constraints is below this fraction of its limit.
 inline constexpr double kPrepared = 0.02;
-/// Reason of a run whose residual does not fall below it.
+/// Reason of a run whose residual stays above it.
 inline const std::string kContactsNotReady = "contact constraints are not satisfied at the start";
 
 struct TrackOptions {
   control::Method method = control::Method::kNspqp;
   control::MethodParameters parameters;
-  double gain = 5.0;               ///< 1/s, of all errors
-  double preparation_time = 20.0;  ///< s, for the contact constraints to be satisfied before the path begins
+  double gain = 5.0;               ///< 1/s, on all errors
+  double preparation_time = 20.0;  ///< s, to satisfy the contact constraints before the path starts
   double most_drift = 1e-4;        ///< m: a run with a larger residual of the contact constraints fails
   double most_error = 1e-3;  ///< m: a run with a larger error of the tracked components fails (radians times length())
 };
 
-/** One period. */
+/** State of one period. */
 struct TrackStep {
-  double time = 0.0;            ///< s; below zero before the path begins
+  double time = 0.0;            ///< s; negative before the path starts
   RobotVector joints;           ///< m, rad
   Eigen::Isometry3d pose;       ///< of the object
   double error = 0.0;           ///< of the tracked components, m; radians times length()
   double drift = 0.0;           ///< see Mechanism::residual(), m
   std::vector<double> columns;  ///< see Mechanism::columns()
-  int active_limits = 0;        ///< number of limits that the joint velocities meet
+  int active_limits = 0;        ///< number of active limits of the joint velocities
   control::SolveStatus status = control::SolveStatus::kSolved;
 };
 
-/// Record of a period at its beginning, without error, limits and status. @param mechanism  in equilibrium at the
-/// joints
+/// Record of a period at its start, without error, limits and status. @param mechanism  in equilibrium at the joints
 TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double time);
 
 /** Record of a run. */
 struct TrackRecord {
-  std::string refused;             ///< why the run did not start; empty: it did
-  std::string stopped;             ///< why the run failed; empty: it did not
+  std::string refused;             ///< why the run did not start; empty: it started
+  std::string stopped;             ///< why the run failed; empty: no failure
   std::vector<std::string> names;  ///< of columns
   std::vector<TrackStep> steps;
   double rms_error = 0.0, max_error = 0.0, max_drift = 0.0;           ///< along the path, m
@@ -59,7 +58,7 @@ struct TrackRecord {
   bool good() const { return refused.empty() && stopped.empty(); }
 };
 
-/// Computes the errors of a run from its steps, and sets `stopped` where they are too large.
+/// Computes the errors of a run from its steps, and sets `stopped` if they are too large.
 void judge(const TrackOptions& options, TrackRecord& record);
 
 /** Tracked directions in which the object can and cannot move while higherTasks() is satisfied; columns are twists. */
@@ -68,7 +67,7 @@ struct MotionSpace {
 };
 MotionSpace motionSpace(const Mechanism& mechanism, const std::vector<int>& tracked);
 
-/// Why a mechanism cannot follow a path from its equilibrium; empty: it can.
+/// Reason why a mechanism cannot follow a path from its equilibrium; empty: it can.
 std::string refusal(const Mechanism& mechanism, const ObjectPath& path);
 
 /** Moves the arms until higherTasks() is satisfied, with the object kept at its pose of home.
@@ -76,10 +75,10 @@ std::string refusal(const Mechanism& mechanism, const ObjectPath& path);
 std::string prepare(Mechanism& mechanism, const TrackOptions& options, RobotVector& joints);
 
 /** Follows a path. Each period computes the equilibrium, solves the hierarchy higherTasks() > path > lowerTasks() >
- * posture at home with limits, and takes a step. The path begins after prepare(), if refusal() is empty.
+ * posture at home with limits, and takes a step. The path starts after prepare(), if refusal() is empty.
  * @param progress  called with a time and the duration, s
  * @throw std::invalid_argument as ObjectPath::check() and control::makeResolver() do, or for more tasks or rows than
- * control/ takes. */
+ * control/ accepts. */
 TrackRecord track(Mechanism& mechanism,
                   const ObjectPath& path,
                   const TrackOptions& options,

@@ -6,7 +6,7 @@
 
 namespace tandem::robots {
 
-/// The tip and where it is from the other one. @return false where either is not known.
+/// Position of the tip, and relative to the other tip. @return false if either is unknown.
 bool TrajectoryRun::place(const planning::TrajectorySpec& spec,
                           const Measured& now,
                           Eigen::Vector3d& tip,
@@ -26,7 +26,7 @@ bool TrajectoryRun::place(const planning::TrajectorySpec& spec,
 std::string TrajectoryRun::start(const std::string& text,
                                  const Measured& now,
                                  std::vector<safety::RobotVector> postures) {
-  const planning::TrajectorySpec spec = config::parseTrajectory(text, "planning/request", {});  // names no files
+  const planning::TrajectorySpec spec = config::parseTrajectory(text, "planning/request", {});  // without file names
   for (const int arm : {spec.arm, spec.other_arm}) {
     if (arm < 0 || arm >= tips_.armCount() || spec.arm == spec.other_arm)
       throw std::invalid_argument("arm and other_arm: expected two different arms of the " +
