@@ -9,7 +9,7 @@
 
 namespace tandem::planning {
 
-/** A task besides the motion of the object: A qdot = gain * velocity. */
+/** A task in addition to the motion of the object: A qdot = gain * velocity. */
 struct EquilibriumTask {
   int rows = 0;
   std::array<double, control::kMaxTaskRows * safety::kMaxJoints> jacobian{};  ///< A, row by row, joint by joint
@@ -22,8 +22,8 @@ struct Equilibrium {
   std::array<double, safety::kMaxJoints> joints{};        ///< m, rad
   std::array<double, 3> position{};                       ///< of the object, m, robot base frame
   std::array<double, 9> rotation{};                       ///< likewise, column by column
-  std::array<double, 6 * safety::kMaxJoints> jacobian{};  ///< twist of the object by joint velocity, column by column
-  double length = 1.0;                                    ///< weight of a radian, m
+  std::array<double, 6 * safety::kMaxJoints> jacobian{};  ///< twist of the object per joint velocity, column by column
+  double length = 1.0;                                    ///< length that converts radians to metres, m
   double residual = 0.0;                                  ///< residual of the higher-priority tasks, m
   int higher_count = 0, lower_count = 0;
   /// Tasks of higher priority than the motion, highest first, then those of lower priority.

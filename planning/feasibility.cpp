@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/** The start: tips, equilibria, and whether the robot may stand there at all. */
+/** The start: tips, equilibria, and the reason if it is not permitted. */
 struct Start {
   std::vector<kinematics::Tip> tips;
   std::vector<kinematics::Branch> branches;
@@ -54,7 +54,7 @@ double rotationConditioning(const kinematics::Tip& tip) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(rotations).singularValues()[1];
 }
 
-/** Walks along the points. */
+/** Continuation along the points of a trajectory. */
 class Walker {
  public:
   Walker(const Arms& arms, const TrajectorySpec& spec, const FeasibilityOptions& options, Start start)
@@ -107,7 +107,7 @@ class Walker {
     return report;
   }
 
-  /// The whole trajectory from the start in steps as control makes them. @return whether all points are had so.
+  /// Simulates control steps along the whole trajectory from the start. @return whether they reach all points.
   bool walkAll(TrajectoryPoint from,
                const std::vector<TrajectoryPoint>& points,
                safety::RobotVector q,
@@ -137,8 +137,9 @@ class Walker {
   }
   bool cancelled() const { return options_.ik.cancelled && options_.ik.cancelled(); }
 
-  /** Whether joints come from q to an answer along the straight way of the tips. Where they move far, the way is halved
-   * until they do not; what still jumps is no way. @param answer  at `to`; replaced by what the halves lead to */
+  /** Whether joints move continuously from q to an answer along the straight path of the tips. Paths with large joint
+   * motion are halved; a remaining jump is a discontinuity. @param answer  at `to`; replaced by the result of the
+   * halves */
   bool follow(const TrajectoryPoint& from,
               const TrajectoryPoint& to,
               const safety::RobotVector& q,
@@ -156,7 +157,7 @@ class Walker {
     return answer.reach == Reach::kReached && follow(middle, to, half.q, answer, halvings - 1);
   }
 
-  /// Whether steps as control makes them lead from q to a point. @param answer  replaced by what they lead to
+  /// Whether simulated control steps lead from q to a point. @param answer  replaced by their result
   bool walks(const TrajectoryPoint& point,
              const std::vector<TipTarget>& targets,
              const safety::RobotVector& q,
@@ -178,7 +179,7 @@ class Walker {
     return true;
   }
 
-  /// The arms stay where they are, which may be far from the targets.
+  /// Answer at the present joints, which may be far from the targets.
   void stay(const std::vector<TipTarget>& targets, const safety::RobotVector& q, IkAnswer& answer) const {
     IkAnswer here = standingAt(targets, q);
     if (here.reach != Reach::kReached)
@@ -187,7 +188,7 @@ class Walker {
     answer = std::move(here);
   }
 
-  /// Joints as an answer to targets that they miss. kReached: all demands are kept there.
+  /// Joints as an answer for targets that they miss. kReached: all demands are satisfied there.
   IkAnswer standingAt(const std::vector<TipTarget>& targets, const safety::RobotVector& q) const {
     std::vector<TipTarget> here = targets;
     for (TipTarget& target : here) {
@@ -204,8 +205,8 @@ class Walker {
     return answer;
   }
 
-  /// A nearest pose among joints near those of the point before may not be one: goes on from it in steps as control
-  /// makes them, and says what holds it where these end.
+  /// A nearest pose among joints near those of the previous point may not be the nearest of all: continues from it in
+  /// simulated control steps, and reports the limits at which they end.
   void converge(const TrajectoryPoint& point, const std::vector<TipTarget>& targets, IkAnswer& answer) const {
     constexpr double kNearer = 0.99;
     constexpr int kTries = 3;
@@ -254,12 +255,12 @@ class Walker {
     ik.rotation_trust = options.rotation_jump;
     return ik;
   }
-  /// Whether the last point could not be had for the same reason: then everywhere has just been searched.
+  /// Whether the previous point was unreachable for the same reason: then the global search has just been done.
   bool followsKnownEdge(const IkAnswer& answer) const {
-    constexpr double kFar = 3e-3;  // m: nearer ones are looked for again
+    constexpr double kFar = 3e-3;  // m: smaller errors are searched again
     return edge_ == answer.reach && !answer.tips.empty() && answer.largestError() > kFar;
   }
-  /// Whether it is a demand that stands in the way, and not the joints.
+  /// Whether a demand, not the joints, is the reason.
   static bool demanded(Reach reach) {
     return reach == Reach::kUnstable || reach == Reach::kArmsTouch || reach == Reach::kPortTouched;
   }
@@ -359,7 +360,7 @@ FeasibilityReport checkTrajectory(const Arms& arms,
     const bool first = point.reach != Reach::kReached && report.unreachable() == 0;
     q = point.q;
     report.points.push_back(std::move(point));
-    // The nearest joints from point to point may lead astray where control, which moves all along, does not.
+    // Point-by-point minimisation may lead to a dead end that control, which moves continuously, avoids.
     if (std::vector<PointReport> walked; first && walker.walkAll({tip, relative}, points, start, branches, walked)) {
       report.points = std::move(walked);
       if (options.progress)

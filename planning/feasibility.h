@@ -10,26 +10,26 @@
 
 namespace tandem::planning {
 
-/** How one point of a trajectory can be had. */
+/** Feasibility of one point of a trajectory. */
 struct PointReport {
   int point = 0;  ///< counts from 1; 0: the start
   TrajectoryPoint wanted;
   Reach reach = Reach::kReached;
-  std::string words;      ///< why not
-  safety::RobotVector q;  ///< joints at the point, or at the nearest one that can be had
-  Eigen::Vector3d tip = Eigen::Vector3d::Zero(), actual_relative = Eigen::Vector3d::Zero();  ///< there, m
+  std::string words;      ///< reason if it is not reached
+  safety::RobotVector q;  ///< joints at the point, or at the nearest feasible one
+  Eigen::Vector3d tip = Eigen::Vector3d::Zero(), actual_relative = Eigen::Vector3d::Zero();  ///< at these joints, m
   double error = 0.0;                                                                        ///< of the tip, m
   double relative_error = 0.0;                                                               ///< m
-  double stability = 1.0, clearance = safety::kUnlimited;                                    ///< as IkAnswer's
+  double stability = 1.0, clearance = safety::kUnlimited;                                    ///< as in IkAnswer
 };
 
 struct FeasibilityReport {
-  std::vector<PointReport> points;  ///< all of them, or up to where it was cancelled or stopped
+  std::vector<PointReport> points;  ///< all of them, or those before the check was cancelled or stopped
   bool feasible = false;
   bool cancelled = false;
-  std::string start;  ///< what is wrong with the start itself; empty if nothing
-  /// Second singular value of the rotations' columns of a tip's Jacobian, the smaller of both arms, m/rad. Zero where
-  /// all tubes bend in one plane: at first order rotations then only move the tip across that plane.
+  std::string start;  ///< error of the start itself; empty: none
+  /// Second singular value of the rotations' columns of a tip's Jacobian, the smaller one of both arms, m/rad. Zero if
+  /// all tubes bend in one plane: to first order rotations then move the tip only perpendicular to that plane.
   double rotation_conditioning = 0.0;
   bool planar_start = false;
   int unreachable() const;
@@ -39,25 +39,25 @@ struct FeasibilityReport {
 
 struct FeasibilityOptions {
   IkOptions ik;
-  double accept = 1e-5;  ///< m: points nearer than this are reached
-  /// Joints may move by this much from one point to the next, m and rad; farther is another configuration of the arm.
+  double accept = 1e-5;  ///< m: points with a smaller error count as reached
+  /// Largest joint motion from one point to the next, m and rad; a larger one is another configuration of the arm.
   double translation_jump = 0.02, rotation_jump = 1.5;
-  /// Where they move by more than this, the way between two points is halved, at most so often, until they do not.
+  /// Joint motion, m and rad, above which the path between two points is halved, up to `halvings` times.
   double translation_step = 0.01, rotation_step = 0.3;
   int halvings = 4;
-  int stop_after = 0;  ///< unreachable points, of which no more need be known; 0: all points are looked at
+  int stop_after = 0;  ///< number of unreachable points after which the check stops; 0: it checks all points
   std::function<void(int point, int points)> progress;  ///< may be empty
 };
 
-/** Follows a trajectory point by point, each inverse kinematics problem starting from the joints, and the equilibria,
- * of the point before:
+/** Follows a trajectory point by point. Each inverse kinematics problem starts from the joints and equilibria of the
+ * previous point:
  *
  *     q_k = argmin 1/2 |z - z_(k-1)|^2   s.t.  p_A(q) = x_A,k,   p_A(q) - p_B(q) = x_AB,k,   all limits and demands.
  *
- * Where joints move far between two points, the way is halved: what jumps however short the way is no way. A point that
- * cannot be had so is looked for from everywhere. If it is found, the arms would have to go to another
- * configuration (kReconfiguration); else the nearest point that keeps x_AB,k is answered, with the reason.
- * @param start  joints of all arms; the trajectory's offsets count from their tips */
+ * If joints move far between two points, the path is halved; joints that jump at every path length are not continuous.
+ * A point that is not reached so is searched for globally. If it is found, the arms would have to change their
+ * configuration (kReconfiguration); else the result is the nearest point that keeps x_AB,k, with the reason.
+ * @param start  joints of all arms; the trajectory's offsets are relative to their tips */
 FeasibilityReport checkTrajectory(const Arms& arms,
                                   const TrajectorySpec& spec,
                                   const safety::RobotVector& start,
@@ -71,13 +71,12 @@ struct RepairResult {
 };
 
 /** The nearest feasible trajectory. In every round the points' corrections d_k, from the wanted to the nearest feasible
- * place, are made smooth by
+ * position, are smoothed by
  *
- *     min_s  sum_k w_k |s_k - d_k|^2 + mu sum_k |s_(k-1) - 2 s_k + s_(k+1)|^2,   w_k = 100 at points that were moved,
- * else 1,
+ *     min_s  sum_k w_k |s_k - d_k|^2 + mu sum_k |s_(k-1) - 2 s_k + s_(k+1)|^2,
  *
- * and the moved trajectory is checked again. In the last rounds mu = 0, so that only what cannot be had is moved. The
- * relative position stays as it was asked for. */
+ * with w_k = 100 at points that were moved, else 1, and the moved trajectory is checked again. The last rounds use
+ * mu = 0, so that only infeasible points move. The relative position keeps its original values. */
 RepairResult repairTrajectory(const Arms& arms,
                               const TrajectorySpec& spec,
                               const safety::RobotVector& start,

@@ -176,7 +176,7 @@ void Follower::judgePassed(const Eigen::Vector3d& tip, const Eigen::Vector3d& re
 bool Follower::nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept {
   const Profile profile{arc_length_.back(), spec_.speed, spec_.acceleration};
   const double end = profile.duration();
-  // Where the reference is now, and the mean velocity with which it gets to where it will be at the next update.
+  // Reference at this update, and its mean velocity up to the next update.
   const double s = profile.distance(path_time_), s_next = profile.distance(path_time_ + period_);
   const TrajectoryPoint now = along(s), next = along(s_next);
   while (passed_.size() + 1 < points_.size() && (path_time_ >= end || arc_length_[passed_.size() + 1] <= s))
@@ -189,7 +189,7 @@ bool Follower::nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& re
   path_time_ = std::min(path_time_ + period_, end);
   ask(now, (next.tip - now.tip) / period_, (next.relative - now.relative) / period_);
   if (!postures_.empty()) {
-    const auto [i, share] = pieceAt(s);  // before the first point its posture is all that is known
+    const auto [i, share] = pieceAt(s);  // before the first point only its posture is known
     const std::size_t before = std::max<std::size_t>(i, 2) - 2;
     reference_.posture = postures_[before] + share * (postures_[i - 1] - postures_[before]);
   }

@@ -15,58 +15,58 @@ namespace tandem::planning {
 using idl::name;
 using idl::Phase;
 
-/** Where a run stands. */
+/** Progress of a run. */
 struct Progress {
   Phase phase = Phase::kIdle;
   int point = 0;  ///< counts from 1
   int point_count = 0;
   int iteration = 0;  ///< within the point, counts from 1
   int total_iterations = 0;
-  int converged_points = 0;  ///< reached within the tolerance
-  int missed_points = 0;     ///< left without having been reached
-  double worst_error = 0.0;  ///< m, of worst_point: the larger error of tip and relative position when it was nearest
-  int worst_point = 0;       ///< counts from 1; 0: none
-  double tip_error = 0.0;    ///< m, at the last update, against the reference given before
+  int converged_points = 0;     ///< reached within the tolerance
+  int missed_points = 0;        ///< left without being reached
+  double worst_error = 0.0;     ///< m, of worst_point: the larger error of tip and relative position at its least
+  int worst_point = 0;          ///< counts from 1; 0: none
+  double tip_error = 0.0;       ///< m, at the last update, relative to the previous reference
   double relative_error = 0.0;  ///< m
 };
 
-/// "missed 8 of 12 points, worst 46.3 mm at point 7"; empty where none was missed.
+/// "missed 8 of 12 points, worst 46.3 mm at point 7"; empty if no point was missed.
 std::string describeMisses(const Progress& progress);
 
-/** Walks along a trajectory, one update per control period.
+/** Follower of a trajectory, one update per control period.
  *
- * kPointByPoint (Alsaka et al. 2024, section 3): a point is done when both errors are within the tolerance, or after
- * max_iterations; then the next one is asked for. The feed-forward, spacing / point_duration along the path, acts in
- * the first iteration of a point only: held through the point it would offset the tip by feed_forward / lambda_A.
- * kTimed: the reference moves along the polyline with trapezoidal speed, with its velocity as feed-forward. A point is
- * reached if both errors against it are within the tolerance at an update from the time at which the reference passes
- * it until max_iterations periods later; the run ends when that is decided for the last point.
- * A run that missed a point ends as kFailed, after all points. */
+ * kPointByPoint (Alsaka et al. 2024, section 3): a point ends when both errors are within the tolerance, or after
+ * max_iterations; the next one follows. The feed-forward, spacing / point_duration along the path, acts in the first
+ * iteration of a point only: constant feed-forward would offset the tip by feed_forward / lambda_A. kTimed: the
+ * reference moves along the polyline with trapezoidal speed, with its velocity as feed-forward. A point is reached if
+ * both errors relative to it are within the tolerance at an update between the time at which the reference passes it
+ * and max_iterations periods later; the run ends when this is decided for the last point. A run that missed a point
+ * ends as kFailed, after all points. */
 class Follower {
  public:
   /// @param period  control period, s.
   explicit Follower(double period) : period_(period) {}
 
   /// Starts at the measured tip and relative position.
-  /// @param postures  planned joints of all arms, one vector a point (FeasibilityReport::path()); empty: references
-  /// carry no posture. @throw std::invalid_argument as sample() does, or for another number of postures.
+  /// @param postures  planned joints of all arms, one vector per point (FeasibilityReport::path()); empty: references
+  /// have no posture. @throw std::invalid_argument as sample() does, or for another number of postures.
   void start(const TrajectorySpec& spec,
              const Eigen::Vector3d& tip,
              const Eigen::Vector3d& relative,
              std::vector<safety::RobotVector> postures = {});
-  /// The same at given points, `spec.point_count` of them, in place of those of its shape.
+  /// Starts likewise, with `spec.point_count` given points instead of those of its shape.
   void startAt(const TrajectorySpec& spec,
                const Eigen::Vector3d& tip,
                const Eigen::Vector3d& relative,
                std::vector<TrajectoryPoint> points,
                std::vector<safety::RobotVector> postures = {});
   void stop();
-  void fail();  ///< ends a run that cannot go on, as kFailed
+  void fail();  ///< ends a run that cannot continue, as kFailed
   void pause();
   void resume();
 
-  /// Judges the measured state against the last reference and says what to do next.
-  /// @return true with a new reference while running; while paused the last reference is held without feed-forward.
+  /// Compares the measured state with the last reference and writes the next one. @return true with a new reference
+  /// while running; while paused the last reference is kept without feed-forward.
   bool update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept;
 
   const Progress& progress() const { return progress_; }
@@ -84,13 +84,13 @@ class Follower {
   void ask(const TrajectoryPoint& at,
            const Eigen::Vector3d& tip_velocity,
            const Eigen::Vector3d& relative_velocity) noexcept;
-  /// The piece of the way at arc length s, by the number of its end, and which share of it is behind.
+  /// Segment of the path at arc length s, by the index of its end, and the fraction of it that is complete.
   std::pair<std::size_t, double> pieceAt(double s) const noexcept;
   TrajectoryPoint along(double s) const noexcept;
 
   double period_;
   TrajectorySpec spec_;
-  std::vector<TrajectoryPoint> points_;  ///< the start itself in front
+  std::vector<TrajectoryPoint> points_;  ///< including the start as first point
   std::vector<double> arc_length_;       ///< of the tip at each point, m
   std::vector<safety::RobotVector> postures_;
   double path_time_ = 0.0;  ///< s, timed following

@@ -8,7 +8,7 @@
 namespace tandem::planning {
 namespace {
 
-/// Whether joints keep everything that a programme asks for, up to rounding.
+/// Whether joints satisfy all constraints of a problem, up to rounding.
 bool kept(const PosePoint& point) {
   constexpr double kRounding = 1e-9;
   return point.answered && ((point.constraints - point.lower).array() >= -kRounding).all() &&
@@ -17,9 +17,9 @@ bool kept(const PosePoint& point) {
 
 }  // namespace
 
-/** Random steps downhill, half of them towards joints anywhere inside the limits, half of them of a few joints of one
- * arm, brought back inside, of all sizes down to 1e-7 of the range. Derivatives end where those of the model jump (ends
- * of tubes that pass each other): there a programme stops short of the nearest pose. */
+/** Random descent steps of all sizes down to 1e-7 of the range: half of them towards any joints inside the limits, half
+ * of them with a few joints of one arm, projected inside. The model's derivatives jump where ends of tubes pass each
+ * other; a gradient method stops there before the nearest pose. */
 safety::RobotVector InverseKinematics::downhill(const PoseProblem& problem,
                                                 const safety::RobotVector& q,
                                                 std::mt19937_64& engine) const {
@@ -57,8 +57,8 @@ safety::RobotVector InverseKinematics::downhill(const PoseProblem& problem,
   return best;
 }
 
-/// The nearest pose once more from itself: an interior-point method may end short of a corner of the limits, or of a
-/// place where the model's derivatives jump.
+/// Solves for the nearest pose again from itself: an interior-point method may stop before a corner of the limits, or
+/// before a point where the model's derivatives jump.
 void InverseKinematics::polish(Search& search, std::mt19937_64& engine) const {
   constexpr int kRounds = 3;
   constexpr double kAside = 5e-3;       // rad
@@ -73,7 +73,7 @@ void InverseKinematics::polish(Search& search, std::mt19937_64& engine) const {
     take(search, search.nearest_problem, lower);
     if (search.reached || search.best.largestError() > before - kWorthwhile)
       continue;
-    improve(search, neighbour(search.best.q, 0.0, engine));  // its multipliers tell what holds it back
+    improve(search, neighbour(search.best.q, 0.0, engine));  // its multipliers identify the active limits
   }
 }
 

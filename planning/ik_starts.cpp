@@ -11,7 +11,7 @@
 namespace tandem::planning {
 namespace {
 
-/// Turns rotations that have no limit by whole turns toward the reference.
+/// Shifts rotations without limits by whole turns toward the reference.
 void unwind(const Arms& arms, const safety::RobotVector& reference, safety::RobotVector& q) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   for (int arm = 0; arm < arms.count(); ++arm) {
@@ -66,7 +66,7 @@ std::vector<safety::RobotVector> InverseKinematics::starts(const PoseProblem& pr
         if (model.tip(q, tip) != kinematics::ModelStatus::kOk)
           continue;
         Eigen::Isometry3d pose = tip.pose;
-        if (turns) {  // the whole arm turned so that the tip is over the target
+        if (turns) {  // the whole arm rotated so that the tip has the azimuth of the target
           const Eigen::Vector3d is = base.inverse() * Eigen::Vector3d(pose.translation());
           const Eigen::Vector3d wanted = base.inverse() * target->position;
           const double angle = std::atan2(wanted.y(), wanted.x()) - std::atan2(is.y(), is.x());

@@ -11,10 +11,10 @@
 namespace tandem::planning {
 namespace {
 
-constexpr double kSlack = 1e-6;       ///< by which a demand may be missed: in m, or of stability
+constexpr double kSlack = 1e-6;       ///< by which a demand may be missed: m, or units of stability
 constexpr double kDirection = 1e-6;   ///< rad
-constexpr double kForce = 1e-6;       ///< multipliers above this hold the tip back
-constexpr double kNearlyThere = 0.3;  ///< |r|^2 / 2 of a nearest pose from which the pose itself is tried
+constexpr double kForce = 1e-6;       ///< multipliers above this belong to limits that keep the tip from its target
+constexpr double kNearlyThere = 0.3;  ///< |r|^2 / 2 of a nearest pose below which the pose itself is tried
 
 std::string format(const char* pattern, double value) {
   char text[96];
@@ -22,9 +22,9 @@ std::string format(const char* pattern, double value) {
   return text;
 }
 
-/// Limits that the nearest pose stands at and is pushed against, the strongest first.
+/// Active limits of the nearest pose with their multipliers, the largest first.
 std::vector<ActiveLimit> heldBack(const Arms& arms, const PoseProblem& problem, const PoseSolution& nearest) {
-  constexpr double kStandsAt = 1e-6, kWeak = 1e-3;  // m or rad; of the strongest
+  constexpr double kStandsAt = 1e-6, kWeak = 1e-3;  // m or rad; fraction of the largest multiplier
   std::vector<ActiveLimit> held;
   const PosePoint point = evaluate(problem, nearest.q);
   const double pull = kForce * std::max(1.0, std::sqrt(2.0 * point.objective));
@@ -53,7 +53,7 @@ std::vector<ActiveLimit> heldBack(const Arms& arms, const PoseProblem& problem, 
   return held;
 }
 
-/// Those of the arm; where there are none, all.
+/// Limits of the arm; if it has none, those of all arms.
 std::string describeLimits(const std::vector<ActiveLimit>& limits, int arm) {
   const bool own = std::any_of(limits.begin(), limits.end(), [arm](const ActiveLimit& l) { return l.arm == arm; });
   std::string words;
@@ -74,7 +74,7 @@ InverseKinematics::InverseKinematics(Arms arms, IkOptions options)
     samplers_.emplace_back(*limits);
 }
 
-/// Checks a solution against everything that was asked for. @return whether it reaches the targets and keeps all.
+/// Checks a solution against all constraints and demands. @return whether it reaches the targets and satisfies all.
 bool InverseKinematics::take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const {
   PoseProblem all = problem;
   all.demands = options_.demands;
@@ -170,9 +170,9 @@ IkAnswer InverseKinematics::judge(const std::vector<TipTarget>& targets,
   return search.best;
 }
 
-/// From a start to the pose itself. Demands that a solution breaks are asked for in the next try.
+/// From a start to the pose itself. Demands that a solution violates become constraints of the next try.
 void InverseKinematics::attempt(Search& search, const safety::RobotVector& from) const {
-  constexpr int kTries = 4, kShort = 40;  // what has not arrived by then seldom does
+  constexpr int kTries = 4, kShort = 40;  // more iterations seldom succeed
   ++search.starts;
   for (int i = 0; i < kTries && !search.reached && !cancelled(); ++i) {
     const PoseProblem problem = search.problem;
@@ -189,7 +189,7 @@ void InverseKinematics::attempt(Search& search, const safety::RobotVector& from)
   }
 }
 
-/// From a start to the nearest pose; from there to the pose itself, where they are one.
+/// From a start to the nearest pose; then to the pose itself if the nearest pose is close to it.
 void InverseKinematics::improve(Search& search, const safety::RobotVector& start) const {
   constexpr int kTries = 4;
   ++search.starts;
@@ -225,7 +225,7 @@ void InverseKinematics::improve(Search& search, const safety::RobotVector& start
   }
 }
 
-/// Says what stands in the way of the nearest pose.
+/// Writes the reason why the nearest pose is not the target.
 void InverseKinematics::explain(Search& search) const {
   IkAnswer& best = search.best;
   if (best.tips.empty()) {
@@ -234,7 +234,7 @@ void InverseKinematics::explain(Search& search) const {
     return;
   }
   if (const Demands& needed = search.problem.demands; !search.broken && !cancelled()) {
-    // Was it the demands? Not if the targets are out of reach without them, too.
+    // Are the demands the reason? Not if the targets are unreachable without them, too.
     IkOptions plain = options_;
     plain.demands = {};
     const bool any = needed.stability || needed.clearance || needed.port;
@@ -298,7 +298,7 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
     if (search.best.largestError() > kHopeless)
       break;
   }
-  // A nearest pose that is almost the pose itself is worth more starts.
+  // A nearest pose close to the targets justifies more starts.
   for (int batch = 0; batch < kBatches && !search.reached && !options_.local; ++batch) {
     if (batch > 0 && !(search.best.largestError() < kAlmost))
       break;
@@ -311,7 +311,7 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
   if (!options_.local && !search.best.tips.empty())
     polish(search, engine);
   if (!search.reached && search.best.tips.empty() && search.problem.keep_relative && !cancelled())
-    return solve(targets, reference, branches, false);  // the difference cannot be kept anywhere
+    return solve(targets, reference, branches, false);  // no pose keeps the difference
   search.best.starts = search.starts;
   search.best.iterations = search.iterations;
   if (cancelled() && !search.reached) {

@@ -19,22 +19,22 @@ using idl::Reach;
 
 struct IkOptions {
   Demands demands;           ///< none by default
-  double tolerance = 5e-7;   ///< of a tip, m; directions are good to 1e-6 rad
+  double tolerance = 5e-7;   ///< of a tip, m; directions are accurate to 1e-6 rad
   int starts = 12;           ///< besides the reference
-  int candidates = 600;      ///< random joints that the starts are chosen from
-  int max_iterations = 120;  ///< of Ipopt, a programme
+  int candidates = 600;      ///< random joints from which the starts are chosen
+  int max_iterations = 120;  ///< of Ipopt, per problem
   std::uint64_t seed = 1;    ///< of the starts; the same seed gives the same answer
   bool local = false;        ///< the reference and its neighbourhood are the only starts
-  /// How far joints may be from the reference, m and rad.
+  /// Largest distance of joints from the reference, m and rad.
   double translation_trust = safety::kUnlimited, rotation_trust = safety::kUnlimited;
-  std::function<bool()> cancelled;  ///< asked at every iteration
+  std::function<bool()> cancelled;  ///< called at every iteration
 };
 
-/** A limit that holds a tip back. */
+/** An active limit that keeps a tip from its target. */
 struct ActiveLimit {
   int arm = 0;
   std::string words;   ///< "tube 2 against tube 1 (carriage spacing)", "upper limit of translation 3"
-  double force = 0.0;  ///< its multiplier, units of the programme
+  double force = 0.0;  ///< its multiplier, in units of the optimisation problem
 };
 
 struct IkAnswer {
@@ -45,34 +45,33 @@ struct IkAnswer {
   std::vector<double> error;              ///< distance to each target, m
   std::vector<ActiveLimit> limits;        ///< at the nearest pose
   double stability = 1.0;                 ///< smallest of all arms
-  double clearance = safety::kUnlimited;  ///< between arms, m; infinite where it was not asked for
-  int starts = 0, iterations = 0;         ///< used, in total
-  std::string words;                      ///< "arm a: 4.2 mm beyond the edge of the workspace"; empty where reached
+  double clearance = safety::kUnlimited;  ///< between arms, m; infinite if not computed
+  int starts = 0, iterations = 0;         ///< totals
+  std::string words;                      ///< "arm a: 4.2 mm beyond the edge of the workspace"; empty if reached
 
   double largestError() const;
 };
 
-/** Inverse kinematics with the programmes of PoseProblem.
+/** Inverse kinematics with the optimisation problems of PoseProblem.
  *
- * The reference is tried first, then neighbours of it (a planar arm's Jacobian is singular; a little turn leaves the
- * plane), then random joints whose tips are near the targets: from each the nearest pose is looked for, and where that
- * is the pose itself, the joints nearest to the reference that reach it. Clearance and stability enter a programme once
- * a solution without them breaks them. Where no start leads to the pose, the best of the nearest ones is answered,
- * after random steps downhill from it; that nothing nearer exists is as certain as that a start would have led there.
- */
+ * Starts are, in this order: the reference; neighbours of it (a planar arm's Jacobian is singular, a small rotation
+ * leaves the plane); random joints with tips near the targets. From each start it solves for the nearest pose and, if
+ * that is the pose itself, for the joints nearest to the reference that reach it. Clearance and stability become
+ * constraints once a solution without them violates them. If no start reaches the pose, the result is the best of the
+ * nearest poses, improved by random descent steps. That no nearer pose exists is then likely, not proved. */
 class InverseKinematics {
  public:
   explicit InverseKinematics(Arms arms, IkOptions options = {});
 
-  /// @param reference  q_ref, all arms; need not be inside the limits
-  /// @param branches  equilibria to follow from, one an arm; empty: cold
-  /// @param keep_relative  a nearest pose keeps the difference of the first two targets if it can
+  /// @param reference  q_ref, all arms; may be outside the limits
+  /// @param branches  equilibria to continue from, one per arm; empty: cold start
+  /// @param keep_relative  a nearest pose keeps the difference of the first two targets if possible
   IkAnswer solve(const std::vector<TipTarget>& targets,
                  const safety::RobotVector& reference,
                  const std::vector<kinematics::Branch>& branches = {},
                  bool keep_relative = false) const;
 
-  /// Whether joints reach the targets and keep limits and demands: kReached, or kIterationLimit.
+  /// Whether joints reach the targets and satisfy limits and demands: kReached, or kIterationLimit.
   IkAnswer judge(const std::vector<TipTarget>& targets,
                  const safety::RobotVector& q,
                  const std::vector<kinematics::Branch>& branches) const;
@@ -83,7 +82,7 @@ class InverseKinematics {
  private:
   struct Search;
   std::vector<safety::RobotVector> starts(const PoseProblem& problem, std::uint64_t seed) const;
-  /// q inside the limits, a little away from their edges, its rotations turned at random by up to `turn`, rad.
+  /// q inside the limits, slightly away from their bounds, its rotations changed at random by up to `turn`, rad.
   safety::RobotVector neighbour(const safety::RobotVector& q, double turn, std::mt19937_64& engine) const;
   void attempt(Search& search, const safety::RobotVector& from) const;
   bool take(Search& search, const PoseProblem& problem, const PoseSolution& solution) const;

@@ -9,17 +9,17 @@
 
 namespace tandem::planning {
 
-/** Chooses joints inside the boxes and the rows of neighbouring tubes that makeTubeLimits() makes: translations one
- * after another from tube 1 outwards, each inside what leaves room for the tubes that follow. */
+/** Samples joints inside the boxes and the coupled rows of makeTubeLimits(): translations one after another from tube 1
+ * outwards, each inside the interval that leaves room for the tubes that follow. */
 class JointSampler {
  public:
   explicit JointSampler(const safety::ArmLimits& limits);
 
-  /// Evenly in each interval; rotations without limits from -pi to pi.
+  /// Uniform in each interval; rotations without limits from -pi to pi.
   safety::ArmVector random(std::mt19937_64& engine) const;
   /// Translations in the middle of their intervals, rotations as in q and inside their boxes.
   safety::ArmVector middle(const safety::ArmVector& q) const;
-  /// q brought inside: each joint in turn to the nearest place that leaves room for the others.
+  /// q projected inside: each joint in turn to the nearest value that leaves room for the others.
   safety::ArmVector inside(const safety::ArmVector& q) const;
   /// Whether no rotation has a limit.
   bool turnsFreely() const;

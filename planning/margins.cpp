@@ -8,8 +8,8 @@ namespace tandem::planning {
 namespace {
 
 constexpr double kUnknown = -std::numeric_limits<double>::infinity();
-/// The reserve r that a shortened step leaves, of the least value: the first time, and at most; what is left of it a
-/// period later.
+/// Reserve r after a shortened step, as a fraction of the least value: the first and the largest one, and its factor
+/// per period.
 constexpr double kFirstReserve = 0.01, kMostReserve = 0.1, kFading = 0.98;
 
 auto jointsOf(const safety::RobotVector& q, int arm, const control::StepProblem& problem) {
@@ -29,7 +29,7 @@ Margins::Margins(std::vector<const kinematics::ArmModel*> models, const control:
   kinematics::BodyBuilder::reserve(body_b_);
 }
 
-/// A new margin whose gradient is still zero.
+/// Adds a margin with zero gradient.
 void Margins::add(const Margin& margin, control::StepProblem& problem) {
   const auto i = static_cast<std::size_t>(problem.barrier_count++);
   margins_[i] = margin;
@@ -90,7 +90,7 @@ void Margins::set(const TipFollower& tips,
   }
 }
 
-/// A margin at other joints, near those that `tips` knows; below all numbers where the model has no answer.
+/// A margin at other joints, near those of `tips`; minus infinity if the model has no solution.
 double Margins::at(const Margin& margin,
                    const TipFollower& tips,
                    const safety::RobotVector& q,
@@ -121,7 +121,7 @@ void Margins::keep(const TipFollower& tips,
     double& reserve = reserve_[static_cast<std::size_t>(margin.id)];
     reserve = std::clamp(2.0 * reserve, kFirstReserve * margin.least, kMostReserve * margin.least);
     share = ++halvings > kHalvings ? 0.0 : 0.5 * share;
-    i = 0;  // what was kept by the longer way need not be by the shorter one
+    i = 0;  // a margin satisfied by the longer step may be violated by the shorter one
   }
   if (share == 1.0)
     return;

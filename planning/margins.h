@@ -17,25 +17,25 @@ namespace tandem::planning {
 
 /** Writes the margins of a step, linear in the joint velocities, as velocity dampers:
  *
- *   grad h^T qdot >= -barrier_gain (h - least - r),
+ *     grad h^T qdot >= -barrier_gain (h - least - r),
  *
- * h being the stability of each arm (Tip::stability) with least_stability and, for each relative task of a reference,
- * the distance between the bodies of its two arms with least_distance. What has least value 0 is left out. A step goes
- * on for a period, and h is not linear: keep() shortens what would end below the least value. r, zero until then, makes
- * the next steps move away from it first, so that a way along the margin does not end there. Nothing after construction
- * allocates. */
+ * where h is the stability of each arm (Tip::stability) with least_stability and, for each relative task of a
+ * reference, the distance between the bodies of its two arms with least_distance. A least value of 0 means no margin. A
+ * step lasts one period, and h is not linear: keep() shortens a step that would end below the least value. The reserve
+ * r, zero until then, makes the next steps move away from the margin first, so that motion along it does not stop
+ * there. Nothing after construction allocates. */
 class Margins {
  public:
   Margins(std::vector<const kinematics::ArmModel*> models, const control::MethodParameters& parameters);
 
-  /// @param q  of all arms, where `tips` has followed them
+  /// @param q  of all arms; `tips` has been updated with it
   void set(const TipFollower& tips,
            const safety::RobotVector& q,
            const Reference& reference,
            control::StepProblem& problem);
 
-  /// Halves the velocity that a method has found for what set() wrote until no margin ends the period below its least
-  /// value, or below what it is now where that is less; at rest in the end.
+  /// Halves the solution's velocity until no margin ends the period below its least value, or below its present value
+  /// if that is smaller; finally sets it to zero.
   void keep(const TipFollower& tips,
             const safety::RobotVector& q,
             const control::StepProblem& problem,
@@ -43,9 +43,9 @@ class Margins {
 
  private:
   struct Margin {
-    int arm = 0, other = -1;  ///< other arm: their distance; -1: the arm's stability
+    int arm = 0, other = -1;  ///< other arm of a distance; -1: the arm's stability
     double least = 0.0, now = 0.0;
-    int id = 0;  ///< the same from step to step
+    int id = 0;  ///< constant from step to step
   };
   void add(const Margin& margin, control::StepProblem& problem);
   void addDistance(const TipFollower& tips,

@@ -17,7 +17,7 @@ constexpr std::array<const char*, 6> kDirections{"x", "y", "z", "rx", "ry", "rz"
 constexpr std::array<const char*, 3> kShapes{"line", "circle", "lissajous"};
 constexpr std::array<const char*, 3> kHolds{"none", "places", "all"};
 
-/// @throw std::invalid_argument with the message where the name is not among them.
+/// @throw std::invalid_argument with the message if the name is not among them.
 template <std::size_t N>
 int indexOf(const std::array<const char*, N>& names, const std::string& name, const std::string& message) {
   const auto found = std::ranges::find(names, name);

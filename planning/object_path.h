@@ -17,11 +17,11 @@ enum class PathShape { kLine, kCircle, kLissajous };
 PathShape pathShape(const std::string& name);
 std::string nameOf(PathShape shape);
 
-/** What is held of the components that a path does not move along. */
+/** Components that are kept constant although the path does not move along them. */
 enum class Hold {
-  kNone,    ///< they follow as contacts and posture have it
-  kPlaces,  ///< the three of the place
-  kAll      ///< place and orientation
+  kNone,    ///< the other components follow from contacts and posture
+  kPlaces,  ///< the three components of the position
+  kAll      ///< position and orientation
 };
 /// @throw std::invalid_argument for another name than none, places, all.
 Hold holdOf(const std::string& name);
@@ -31,33 +31,34 @@ std::string nameOf(Hold hold);
 int directionOf(const std::string& name);
 std::string directionName(int direction);
 
-/** A path that begins and ends at rest.
+/** A path that begins and ends at standstill.
  *
- * With c(t) of the shape and phase p(t) from 0 to 1 (a quintic, at rest at both ends):
+ * With c(t) of the shape and phase p(t) from 0 to 1 (a quintic, zero speed at both ends):
  *   line:      out by size along the first direction and back, c_1 = size sin^2(pi p)
  *   circle:    c_1 = size (1 - cos 2 pi p), c_2 = size sin 2 pi p
  *   lissajous: c_1 = size sin 2 pi p, c_2 = size sin 4 pi p: the figure of Alsaka et al. 2024
- * Angular directions take size / length rad. Places are in the robot base frame, turns rotation vectors in it. */
+ * Angular directions use size / length rad. Positions are in the robot base frame, rotations are rotation vectors in
+ * it. */
 struct ObjectPath {
   PathShape shape = PathShape::kLissajous;
   std::vector<int> directions;  ///< 1 of a line, else 2, all different
   double size = 5e-3;           ///< m
   double duration = 10.0;       ///< s
-  double length = 1.0;          ///< m that a radian counts as
+  double length = 1.0;          ///< length that converts radians to metres, m
   Hold held = Hold::kPlaces;
   std::string name = {};
 
-  /// @throw std::invalid_argument: what was found and what is expected.
+  /// @throw std::invalid_argument with the value found and the one expected.
   void check() const;
   /// Displacement from the start (m; rotation vector, rad) and the twist of the path at a time.
   void at(double time, Twist& displacement, Twist& rate) const;
-  /// Which of the six components are to be tracked: those of the directions and those held.
+  /// Components to be tracked: those of the directions and those kept constant.
   std::vector<int> tracked() const;
 };
 
 /// The frame of a path that starts at `start`.
 Eigen::Isometry3d displaced(const Eigen::Isometry3d& start, const Twist& displacement);
-/// Twist that leads from one frame to another in unit time, robot base frame.
+/// Twist that moves one frame to another in unit time, robot base frame.
 Twist difference(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
 
 }  // namespace tandem::planning

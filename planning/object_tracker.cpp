@@ -9,7 +9,7 @@
 
 namespace tandem::planning {
 
-/// @param away  joints from those of the rest
+/// @param away  joints minus those of the equilibrium
 void ReferenceTracker::addEquilibriumTask(const EquilibriumTask& from, const safety::RobotVector& away) noexcept {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   control::Task& task = problem_.task[static_cast<std::size_t>(problem_.task_count++)];
@@ -19,7 +19,7 @@ void ReferenceTracker::addEquilibriumTask(const EquilibriumTask& from, const saf
   task.velocity *= gains_.relative;
 }
 
-/// @return by how much what is tracked is off, m
+/// @return error of the tracked components, m
 double ReferenceTracker::addObjectTask(const Equilibrium& rest,
                                        const safety::RobotVector& away,
                                        const ObjectReference& reference) noexcept {

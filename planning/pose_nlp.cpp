@@ -14,7 +14,7 @@ namespace {
 using Ipopt::Index;
 using Ipopt::Number;
 
-/** PoseProblem as Ipopt sees it: over z, all matrices dense. */
+/** Ipopt interface of PoseProblem: over z, all matrices dense. */
 class PoseNlp final : public CancellableNlp {
  public:
   PoseNlp(const PoseProblem& problem,
@@ -58,7 +58,8 @@ class PoseNlp final : public CancellableNlp {
     return true;
   }
 
-  /// A target far away makes a large objective; its gradient shall be of the order of one for Ipopt's tolerances.
+  /// Scales the objective, which is large for distant targets, to a gradient of the order of one for Ipopt's
+  /// tolerances.
   bool get_scaling_parameters(Number& objective, bool& x, Index, Number*, bool& g, Index, Number*) override {
     objective = problem_.nearest ? 1.0 / std::max(1.0, std::sqrt(2.0 * first_objective_)) : 1.0;
     x = g = false;
@@ -197,12 +198,12 @@ PoseSolution solve(const PoseProblem& problem,
   options->SetNumericValue("acceptable_constr_viol_tol", 1e-7);
   options->SetIntegerValue("acceptable_iter", 8);
   options->SetNumericValue("bound_relax_factor", 0.0);
-  // Starts are good ones as a rule: they are not pushed far from bounds that they stand at.
+  // Starts are usually good: keeps them near the bounds that they are at.
   options->SetNumericValue("bound_push", 1e-4);
   options->SetNumericValue("bound_frac", 1e-4);
   options->SetNumericValue("mu_init", 1e-3);
   options->SetStringValue("nlp_scaling_method", "user-scaling");
-  // No ipopt.opt of the working folder.
+  // Ignores ipopt.opt in the working folder.
   if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded)
     return solution;
   const Ipopt::SmartPtr<Ipopt::TNLP> base = Ipopt::GetRawPtr(nlp);

@@ -18,7 +18,7 @@ constexpr double kRegularisation = 1e-8;  // rho
 constexpr double kRowUnit = 0.1;          // m
 constexpr double kFree = 2e19;            // Ipopt's infinity
 
-/// r_k and its derivative by the joints of its arm (m, rad).
+/// r_k and its derivative with respect to the joints of its arm (m, rad).
 void residual(const TipTarget& target, const kinematics::Tip& tip, Eigen::VectorXd& r, Eigen::MatrixXd& by_joints) {
   const int rows = target.direction ? 6 : 3;
   const auto joints = tip.jacobian.cols();
@@ -36,7 +36,7 @@ void residual(const TipTarget& target, const kinematics::Tip& tip, Eigen::Vector
   }
 }
 
-/// Two unit vectors across d, and d: rows.
+/// Two unit vectors perpendicular to d, and d: rows.
 Eigen::Matrix3d acrossAndAlong(const Vector3d& d) {
   Eigen::Matrix3d rows;
   rows.row(0) = d.unitOrthogonal().transpose();
@@ -124,7 +124,7 @@ void addLimits(const PoseProblem& problem, const safety::RobotVector& q, Rows& r
   }
 }
 
-/// @return false where a model cannot answer.
+/// @return false if a model has no solution.
 bool addClearances(const PoseProblem& problem, const safety::RobotVector& q, PosePoint& point, Rows& rows) {
   const Arms& arms = *problem.arms;
   const Demands& demands = problem.demands;
@@ -229,7 +229,7 @@ PosePoint evaluate(const PoseProblem& problem, const safety::RobotVector& q) {
 
 namespace {
 
-/// Weights w_k of the residuals that the constraints' multipliers stand for.
+/// Weights w_k of the residuals that correspond to the constraints' multipliers.
 std::vector<Eigen::VectorXd> weights(const PoseProblem& problem, const Eigen::VectorXd& multipliers) {
   std::vector<Eigen::VectorXd> w;
   Eigen::Index next = 0;
@@ -298,7 +298,7 @@ Eigen::MatrixXd curvature(const PoseProblem& problem,
       if (span > 0.0)
         block.col(j) = (ends[1] - ends[0]) / span;
     }
-    // A boundary that is crossed by the step makes an entry as large as the jump over the step: held back.
+    // A step across a discontinuity gives an entry as large as the jump divided by the step: clamped.
     block = block.cwiseMax(-kLargest).cwiseMin(kLargest).eval();
     result.block(first, first, size, size) += 0.5 * (block + block.transpose());
   }

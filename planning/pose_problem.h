@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Nonlinear programmes of inverse kinematics: objective, constraints, solution with Ipopt. */
+/** @file Optimisation problems of inverse kinematics: objective, constraints, solution with Ipopt. */
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace tandem::planning {
 
-/** The arms of a robot as planning sees them; what it points to must outlive it. */
+/** The arms of a robot for planning; the objects that it points to must outlive it. */
 struct Arms {
   std::vector<const kinematics::ArmModel*> models;
   std::vector<const safety::ArmLimits*> limits;
@@ -24,18 +24,18 @@ struct Arms {
   static std::string label(int arm);  ///< "arm a"
 };
 
-/** Where a tip shall be, and optionally where it shall point. */
+/** Desired position of a tip, and optionally its direction. */
 struct TipTarget {
   int arm = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, robot base frame
   std::optional<Eigen::Vector3d> direction;            ///< of the tool's z axis, unit vector, robot base frame
 };
 
-/** What a pose must keep besides the limits of the joints. Absent ones are not asked for. */
+/** Demands on a pose in addition to the limits of the joints; absent ones are not checked. */
 struct Demands {
   std::optional<double> stability;       ///< smallest Tip::stability of every arm
   std::optional<double> clearance;       ///< smallest distance between any two arms, m
-  std::optional<kinematics::Port> port;  ///< that no arm may touch
+  std::optional<kinematics::Port> port;  ///< port that no arm may touch
   double port_clearance = 0.0;           ///< smallest distance to it, m
 };
 
@@ -58,29 +58,29 @@ struct PoseProblem {
   bool nearest = false;
   bool keep_relative = false;  ///< of the first two targets
   Demands demands;
-  /// |q - q_ref| of translations and rotations, m and rad: for continuation. Infinite: anywhere.
+  /// Largest |q - q_ref| of translations and rotations, m and rad: for continuation. Infinite: unbounded.
   double translation_trust = safety::kUnlimited, rotation_trust = safety::kUnlimited;
 
-  /// Box of a joint of the stacked vector: its limit, and the trust around q_ref.
+  /// Box of a joint of the stacked vector: the intersection of its limits with the trust region around q_ref.
   safety::Interval box(int joint) const;
   static double unit(const Arms& arms, int joint);  ///< u_j, m or rad
 };
 
-/** What a constraint row stands for. */
+/** Meaning of a constraint row. */
 struct ConstraintName {
   enum class Kind { kTarget, kRelative, kRow, kStability, kClearance, kPort } kind;
   int arm = 0;
   int index = 0;  ///< row of the arm's limits, or the other arm
 };
 
-/** Objective, constraints and exact first derivatives at one q. Units: those of the programme. */
+/** Objective, constraints and exact first derivatives at one q, in the units of the problem. */
 struct PosePoint {
-  bool answered = false;  ///< every model could answer
+  bool answered = false;  ///< every model has a solution
   kinematics::ModelStatus status = kinematics::ModelStatus::kOk;
   std::vector<kinematics::Tip> tips;
   std::vector<kinematics::Branch> branches;
   double objective = 0.0;
-  Eigen::VectorXd gradient;     ///< of the objective by z
+  Eigen::VectorXd gradient;     ///< of the objective with respect to z
   Eigen::VectorXd constraints;  ///< g
   Eigen::MatrixXd jacobian;     ///< dg / dz
   Eigen::VectorXd lower, upper;
@@ -89,8 +89,8 @@ struct PosePoint {
 
 PosePoint evaluate(const PoseProblem& problem, const safety::RobotVector& q);
 
-/// d / dz of sum_k R_k(q)' w_k over the targets, R_k = d r_k / dz, and of 1/2 factor sum |r_k|^2: curvature of the
-/// Lagrangian by central differences of exact gradients. @param multipliers  of the constraints
+/// Hessian of the Lagrangian: d / dz of sum_k R_k(q)' w_k over the targets, R_k = d r_k / dz, and of 1/2 factor sum
+/// |r_k|^2, by central differences of exact gradients. @param multipliers  of the constraints
 Eigen::MatrixXd curvature(const PoseProblem& problem,
                           const safety::RobotVector& q,
                           double factor,
@@ -101,12 +101,12 @@ struct PoseSolution {
   bool cancelled = false;  ///< requested by the caller
   bool iteration_limit = false;
   safety::RobotVector q;
-  Eigen::VectorXd multipliers;        ///< of the constraints; positive: pushed at the upper bound
+  Eigen::VectorXd multipliers;        ///< of the constraints; positive: active at the upper bound
   Eigen::VectorXd joint_multipliers;  ///< of the boxes, upper minus lower
   int iterations = 0;
 };
 
-/// Solves from `start`, which has to be inside the limits.
+/// Solves from `start`, which must be inside the limits.
 PoseSolution solve(const PoseProblem& problem,
                    const safety::RobotVector& start,
                    int max_iterations,

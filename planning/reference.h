@@ -18,9 +18,9 @@ struct ObjectReference {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();                              ///< m, robot base frame
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();                 ///< robot base frame <- frame
   Eigen::Matrix<double, 6, 1> feed_forward = Eigen::Matrix<double, 6, 1>::Zero();  ///< m/s, rad/s, robot base frame
-  std::array<bool, 6> tracked{};  ///< which of x, y, z and turns about them count
+  std::array<bool, 6> tracked{};  ///< tracked components: x, y, z and rotations about them
 
-  /// The reference after moving for a time with its feed-forward, s.
+  /// The reference after a time of motion with its feed-forward, s.
   ObjectReference after(double time) const noexcept;
 };
 

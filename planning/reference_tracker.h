@@ -23,10 +23,10 @@ struct Gains {
 
 enum class TrackStatus : std::uint8_t {
   kOk = 0,
-  kModel,          ///< a kinematic model cannot answer for these joints
-  kReference,      ///< the reference names an arm that there is not, or holds a number that is not finite
+  kModel,          ///< a kinematic model has no solution at these joints
+  kReference,      ///< the reference names an arm that does not exist, or has a value that is not finite
   kSolver,         ///< see Solution::status
-  kSensor,         ///< the tip of an arm that the reference names has not been measured
+  kSensor,         ///< the tip of an arm in the reference has not been measured
   kNoEquilibrium,  ///< no equilibrium of the common object is known
 };
 
@@ -34,16 +34,15 @@ enum class TrackStatus : std::uint8_t {
 struct TrackResult {
   TrackStatus status = TrackStatus::kOk;
   kinematics::ModelStatus model = kinematics::ModelStatus::kOk;
-  int model_arm = 0;                                    ///< whose model could not answer
-  control::Solution solution;                           ///< velocity is zero unless status is kOk
-  int first_task = 0;                                   ///< of the problem: the reference's; others may come before
-  std::array<double, kMaxTasks> error{};                ///< |x_d - x| per task, m; of a frame, a radian counts length
+  int model_arm = 0;           ///< arm whose model has no solution
+  control::Solution solution;  ///< velocity is zero unless status is kOk
+  int first_task = 0;          ///< first index of the reference's tasks in the problem; others may precede them
+  std::array<double, kMaxTasks> error{};                ///< |x_d - x| per task, m; for a frame, radians times length
   std::array<kinematics::Tip, safety::kMaxArms> tip{};  ///< the model's, at the joint positions given
 };
 
-/** Follows references with a redundancy-resolution method. step() allocates nothing and throws nothing with the
- * active-set backend. The relative Jacobian of tip A minus tip B is J_AB = [J_A, -J_B] in the common base frame (eq.
- * (2)). */
+/** Follows references with a redundancy-resolution method. step() does not allocate or throw with the active-set
+ * backend. The relative Jacobian of tip A minus tip B is J_AB = [J_A, -J_B] in the common base frame (eq. (2)). */
 class ReferenceTracker {
  public:
   /// Arms in the robot's order; models and limits must outlive the tracker.
@@ -53,8 +52,8 @@ class ReferenceTracker {
                    const control::MethodParameters& parameters,
                    Gains gains);
 
-  /// A tracker of the common frame that the arms move together; it has no tips.
-  /// @param posture  of all joints: where they go as far as no task asks for anything else
+  /// Tracker of a common object; it has no tips. @param posture  of all joints: their goal as far as tasks leave them
+  /// free
   static ReferenceTracker ofObject(const std::vector<const safety::ArmLimits*>& limits,
                                    const safety::RobotVector& posture,
                                    control::Method method,
@@ -75,9 +74,9 @@ class ReferenceTracker {
   safety::RobotVector moved(const safety::RobotVector& q, const safety::RobotVector& by) const noexcept;
 
   /// Tips, errors and joint velocities.
-  /// @param q  measured joints, all arms stacked: where the tips are
-  /// @param setpoint  the joints from which the velocities will be integrated: where limits are counted from
-  /// @param measured  tips to compute the errors with, fresh ones; nullptr: the model's
+  /// @param q  measured joints, all arms stacked: tips are computed from them
+  /// @param setpoint  joints from which the velocities are integrated: limits refer to them
+  /// @param measured  fresh tips for the errors; nullptr: the model's
   void step(const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
             const Reference& reference,
@@ -91,26 +90,26 @@ class ReferenceTracker {
     step(q, setpoint, reference, nullptr, result);
   }
 
-  /// A cycle without motion for a reason: tips and limits, zero velocity.
+  /// A cycle without motion for a reason: computes tips and limits, zero velocity.
   void hold(const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
             TrackStatus reason,
             TrackResult& result) noexcept;
 
-  /// Tips alone. @return false where a model cannot answer; then result.model and model_arm say why.
+  /// Computes the tips only. @return false if a model has no solution; result.model and model_arm have the reason.
   bool computeTips(const safety::RobotVector& q, TrackResult& result) noexcept;
 
-  /// Refreshes problem()'s moving limits and follows the joints, without a step.
+  /// Updates problem()'s moving limits and follows the joints, without a step.
   void observe(const safety::RobotVector& q, const safety::RobotVector& setpoint) noexcept;
 
-  /// The joints were put elsewhere without a path.
+  /// The joints were reset: the next step is a cold start.
   void restart() noexcept { tips_.restart(); }
-  /// Takes over from a tracker of the same robot and model that has followed the joints so far.
+  /// Continues from the state of a tracker of the same robot and model.
   void continueFrom(const ReferenceTracker& other) noexcept { tips_.continueFrom(other.tips_); }
-  /// The model's tips along the path of the joints.
+  /// Tips of the model along the path of the joints.
   const TipFollower& tips() const noexcept { return tips_; }
 
-  /// Limits and bounds as the last step or observe() saw them.
+  /// Limits and bounds of the last step or observe().
   const control::StepProblem& problem() const { return problem_; }
   control::Method method() const { return resolver_->method(); }
   int jointCount() const { return problem_.joint_count; }

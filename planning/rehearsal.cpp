@@ -13,7 +13,7 @@
 namespace tandem::planning {
 namespace {
 
-/** Joints that are where the gate lets them be sent. */
+/** Joints that are exactly at the setpoints that pass the gate. */
 class IdealJoints {
  public:
   IdealJoints(const Arms& arms, const safety::RobotVector& start) : arms_(arms), q_(start) {
@@ -24,7 +24,7 @@ class IdealJoints {
 
   const safety::RobotVector& position() const { return q_; }
 
-  /// @return false where the gate refuses.
+  /// @return false if the gate refuses.
   bool move(const safety::RobotVector& velocity, double period) {
     for (int arm = 0; arm < arms_.count(); ++arm) {
       const int begin = arms_.offset(arm), size = arms_.size(arm);
@@ -132,7 +132,7 @@ class Run {
   bool look() { return tracker_.computeTips(joints_.position(), track_); }
   Eigen::Vector3d tip(int arm) const { return track_.tip[at(arm)].pose.translation(); }
 
-  /// A point has just been left: was it reached? The tracker still holds its last step there.
+  /// Records whether the point that has just ended was reached. The tracker still has its last step there.
   void judge(int point) {
     const Progress& progress = follower_.progress();
     result_.converged = progress.converged_points;

@@ -21,7 +21,7 @@ struct RehearsalOptions {
   control::Method method = control::Method::kNspqp;
   control::MethodParameters parameters;
   Gains gains;
-  std::vector<std::string> arms;                        ///< names, for words; empty: a, b, ...
+  std::vector<std::string> arms;                        ///< names for messages; empty: a, b, ...
   std::function<bool()> cancelled;                      ///< may be empty
   std::function<void(int point, int points)> progress;  ///< may be empty
 };
@@ -30,20 +30,20 @@ struct Rehearsal {
   RehearsalEnd end = RehearsalEnd::kInvalid;
   int points = 0;
   int converged = 0;              ///< points reached within the tolerance
-  int point = 0;                  ///< the first that was not, counts from 1; 0: none
-  double tip_error = 0.0;         ///< where the method gave that point up, m
+  int point = 0;                  ///< the first unreached point, counts from 1; 0: none
+  double tip_error = 0.0;         ///< at the end of that point, m
   double relative_error = 0.0;    ///< m
-  std::vector<std::string> held;  ///< limits that hold it there, the heaviest first
-  std::string words;              ///< all of this; empty where it completes
+  std::vector<std::string> held;  ///< active limits at that point, the largest multiplier first
+  std::string words;              ///< summary of all this; empty if the run completes
   int iterations = 0;
-  double largest_violation = 0.0;  ///< of equation (1) and the boxes on the way, behind the gate, m or rad
+  double largest_violation = 0.0;  ///< of equation (1) and the boxes along the path, after the gate, m or rad
   double fastest_rotation = 0.0;   ///< rad/s
   safety::RobotVector q;           ///< joints at the end
 };
 
-/** Runs follower, tracker and gate with joints that are where they were sent, as the services do. A run that leaves a
- * point unreached goes on with the next one, as the follower does.
- * @param postures  planned joints, one vector a point (FeasibilityReport::path()); empty: none */
+/** Runs follower, tracker and gate with ideal joints that follow their setpoints exactly. A run continues after an
+ * unreached point with the next one, as the follower does.
+ * @param postures  planned joints, one vector per point (FeasibilityReport::path()); empty: none */
 Rehearsal rehearse(const Arms& arms,
                    const TrajectorySpec& spec,
                    const safety::RobotVector& start,

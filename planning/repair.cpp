@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// min_s sum w_k |s_k - d_k|^2 + mu sum |second differences|^2; the start in front stays where it is.
+/// min_s sum w_k |s_k - d_k|^2 + mu sum |second differences|^2; the correction of the start is zero.
 std::vector<Vector3d> smooth(const std::vector<Vector3d>& d, const std::vector<double>& w, double mu) {
   const int n = static_cast<int>(d.size());
   using Triplet = Eigen::Triplet<double>;

@@ -56,7 +56,7 @@ struct Outline {
   }
 };
 
-/// `count` points after the first, evenly spaced along a polyline; all equal to the start where it has no length.
+/// `count` points after the first, evenly spaced along a polyline; all equal to the start if its length is zero.
 Polyline resample(const Polyline& line, int count) {
   std::vector<double> length(line.size(), 0.0);
   for (std::size_t i = 1; i < line.size(); ++i)

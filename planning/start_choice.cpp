@@ -9,8 +9,8 @@
 namespace tandem::planning {
 namespace {
 
-constexpr double kTie = 1e-6;   // of the room
-constexpr double kSame = 1e-3;  // of z: two starts are one
+constexpr double kTie = 1e-6;   // relative difference in room
+constexpr double kSame = 1e-3;  // in z: below it two starts are equal
 
 bool known(const Arms& arms, const std::vector<StartCandidate>& candidates, const safety::RobotVector& q) {
   return std::any_of(candidates.begin(), candidates.end(), [&](const StartCandidate& other) {
@@ -25,7 +25,7 @@ bool known(const Arms& arms, const std::vector<StartCandidate>& candidates, cons
   });
 }
 
-/// @return false where the check was cancelled or the start is no start.
+/// @return false if the check was cancelled or the start is not valid.
 bool judge(const Arms& arms, const TrajectorySpec& spec, const FeasibilityOptions& options, StartCandidate& candidate) {
   const FeasibilityReport report = checkTrajectory(arms, spec, candidate.q, options);
   if (report.cancelled || !report.start.empty())

@@ -86,7 +86,7 @@ double StepPath::approach(const TrajectoryPoint& point,
   TrackResult result;
   double least = safety::kUnlimited;
   safety::RobotVector nearest = joints;
-  // Steps to and fro across a kink of the Jacobian become shorter.
+  // Shorter steps end the oscillation across a kink of the Jacobian.
   for (const double size : {1.0, 0.1, 0.01, 0.001}) {
     control::MethodParameters parameters;
     parameters.translation_step *= size;
@@ -101,7 +101,7 @@ double StepPath::approach(const TrajectoryPoint& point,
         return safety::kUnlimited;
       if (const double error = std::max(result.error[0], result.error[1]); error <= accept)
         return error;
-      // The relative position goes first.
+      // The relative position has precedence.
       const double score = result.error[1] + kFirst * std::max(0.0, result.error[0] - kKept);
       if (score < least) {
         least = score;

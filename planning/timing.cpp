@@ -17,7 +17,7 @@ using Ipopt::Number;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Largest x of each point by the velocities; infinite where nothing moves.
+/// Largest x of each point from the velocity limits; infinite without motion.
 Eigen::VectorXd largest(const TimingProblem& problem) {
   const Eigen::Index last = problem.path.cols() - 1;
   Eigen::VectorXd x = Eigen::VectorXd::Constant(last + 1, kInfinity);
@@ -38,12 +38,12 @@ struct Row {
   double a, b;
 };
 
-/** The convex programme over y_k = x_k / largest x_k. */
+/** The convex problem over y_k = x_k / largest x_k. */
 class TimingNlp final : public CancellableNlp {
  public:
   TimingNlp(const TimingProblem& problem, const std::function<bool()>& cancelled, Eigen::VectorXd& x)
       : CancellableNlp(cancelled), x_(x) {
-    // A scale for points that no velocity limits.
+    // Scale for points without an active velocity limit.
     double known = 0.0;
     for (const double value : x_)
       known = std::isfinite(value) ? std::max(known, value) : known;
@@ -78,7 +78,7 @@ class TimingNlp final : public CancellableNlp {
   }
 
   bool get_starting_point(Index n, bool, Number* y, bool, Number*, Number*, Index, bool, Number*) override {
-    // So slow that no acceleration is felt.
+    // So slow that no acceleration limit is active.
     double scale = 1.0;
     for (const Row& row : rows_)
       scale = std::min(scale, 0.5 / std::max(1e-300, std::abs(row.a) * x_[row.k] + std::abs(row.b) * x_[row.k + 1]));
@@ -146,7 +146,7 @@ class TimingNlp final : public CancellableNlp {
       const double sum = root(y, k) + root(y, k + 1), d1 = -2.0 / (sum * sum), d2 = 4.0 / (sum * sum * sum);
       for (const Index i : {k, k + 1}) {
         const double s = slope(y, i, n);
-        const double bend = s > 0.0 ? -0.5 * s / y[i] : 0.0;  // of the root
+        const double bend = s > 0.0 ? -0.5 * s / y[i] : 0.0;  // second derivative of the root
         values[i] += factor * (d2 * s * s + d1 * bend);
       }
       values[n + k] += factor * d2 * slope(y, k, n) * slope(y, k + 1, n);
@@ -173,12 +173,12 @@ class TimingNlp final : public CancellableNlp {
   static constexpr double kLeast = 1e-12;
 
   double root(const Number* y, Index k) const { return std::sqrt(std::max(0.0, y[k]) * x_[k]); }
-  /// d sqrt(x_k) / d y_k; the ends stand still.
+  /// d sqrt(x_k) / d y_k; zero at the ends, where the speed is zero.
   double slope(const Number* y, Index k, Index n) const {
     return k == 0 || k + 1 == n ? 0.0 : 0.5 * x_[k] / root(y, k);
   }
 
-  /// Accelerations of all joints in piece k, felt at the point `at` (k or k + 1).
+  /// Acceleration constraints of all joints in segment k at the point `at` (k or k + 1).
   void addRows(const TimingProblem& problem, int k, int at) {
     const auto last = static_cast<int>(problem.path.cols()) - 1;
     const int before = std::max(0, at - 1), after = std::min(last, at + 1);
@@ -210,7 +210,7 @@ TimingStatus solve(const TimingProblem& problem, const std::function<bool()>& ca
   app->Options()->SetNumericValue("bound_relax_factor", 0.0);
   app->Options()->SetStringValue("mu_strategy", "adaptive");
   app->Options()->SetStringValue("jac_d_constant", "yes");
-  // No ipopt.opt of the working folder.
+  // Ignores ipopt.opt in the working folder.
   if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded)
     return TimingStatus::kInvalid;
   switch (app->OptimizeTNLP(nlp)) {
@@ -240,7 +240,7 @@ Timing timeOptimal(const TimingProblem& problem, const std::function<bool()>& ca
   const Eigen::Index last = problem.path.cols() - 1;
   Eigen::VectorXd x = largest(problem);
   const bool accelerates = problem.acceleration.array().isFinite().any();
-  // With two points there is nothing between the ends to choose.
+  // Two points have no free variable between the ends.
   const bool optimise = accelerates && last >= 2;
   timing.status = optimise ? solve(problem, cancelled, x) : TimingStatus::kOptimal;
   if (timing.status != TimingStatus::kOptimal)
@@ -256,7 +256,7 @@ Timing timeOptimal(const TimingProblem& problem, const std::function<bool()>& ca
     double needed = piece;
     if (optimise)
       needed = step.maxCoeff() > 0.0 ? 2.0 / (std::sqrt(x[k]) + std::sqrt(x[k + 1])) : 0.0;
-    else if (accelerates)  // from rest to rest over one piece: up and down, or up, along and down
+    else if (accelerates)  // from standstill to standstill over one segment: triangular or trapezoidal speed
       for (Eigen::Index j = 0; j < step.size(); ++j) {
         const double a = problem.acceleration[j], v = problem.velocity[j];
         needed = std::max(needed, step[j] < v * v / a ? 2.0 * std::sqrt(step[j] / a) : step[j] / v + v / a);

@@ -8,10 +8,10 @@
 
 namespace tandem::planning {
 
-/** Asks between Ipopt's iterations whether to go on; ends with User_Requested_Stop where not. */
+/** Checks for cancellation between Ipopt's iterations; a cancelled problem ends with User_Requested_Stop. */
 class CancellableNlp : public Ipopt::TNLP {
  public:
-  /// @param cancelled  outlives this; empty: never
+  /// @param cancelled  outlives this; empty: never cancelled
   explicit CancellableNlp(const std::function<bool()>& cancelled) : cancelled_(cancelled) {}
 
   bool wasCancelled() const { return was_cancelled_; }

@@ -13,27 +13,28 @@
 
 namespace tandem::planning {
 
-/** Joints come from q to a point in steps of at most 1 mm and 0.2 rad, shorter ones where these do not arrive, with the
- * method nspqp under the limits of the joints' positions, while the tips go along the straight way. Where that arrives
- * there is a way, however far the joints have gone: a witness against kReconfiguration that a programme over one point
- * cannot be. */
+/** Simulated joint motion from q to a point in steps of at most 1 mm and 0.2 rad, shorter ones if these do not arrive,
+ * with the method nspqp under the joints' position limits, while the tips move along the straight line. Arrival proves
+ * a continuous path, however far the joints have moved: a counterexample to kReconfiguration that an optimisation over
+ * one point cannot give. */
 class StepPath {
  public:
-  /// @param arm, other_arm  whose tip goes, and to which the relative position counts
+  /// @param arm, other_arm  arm whose tip moves, and its partner in the relative position
   StepPath(const Arms& arms, int arm, int other_arm);
 
-  /// @param accept  m. @return joints at the point, or less than 1 mm away where it comes no nearer; else nothing.
+  /// @param accept  m. @return joints at the point, or less than 1 mm away if there is no further progress; else
+  /// nothing.
   std::optional<safety::RobotVector> go(const TrajectoryPoint& from,
                                         const TrajectoryPoint& to,
                                         const safety::RobotVector& q,
                                         double accept,
                                         const std::function<bool()>& cancelled) const;
 
-  /// Where steps towards a point end that cannot be had.
+  /// End of steps towards an unreachable point.
   struct End {
     safety::RobotVector q;
-    double error = 0.0;               ///< the larger one of the tip's and the relative position's, m
-    std::vector<std::string> limits;  ///< that hold it there, in words, the heaviest first; empty: none does
+    double error = 0.0;               ///< the larger of tip error and relative error, m
+    std::vector<std::string> limits;  ///< active limits there, in words, the largest multiplier first; empty: none
   };
   End converge(const TrajectoryPoint& point,
                const safety::RobotVector& q,
@@ -41,7 +42,7 @@ class StepPath {
 
  private:
   Reference referenceTo(const TrajectoryPoint& point) const;
-  /// @return how far the tips are, m; infinite where a step cannot be made.
+  /// @return distance of the tips from the point, m; infinite if a step fails.
   double approach(const TrajectoryPoint& point,
                   double accept,
                   bool finely,

@@ -6,7 +6,7 @@
 namespace tandem::planning::teleoperation {
 namespace {
 
-/// Share of a new sample at this cutoff: alpha = 1 / (1 + tau / T), tau = 1 / (2 pi f_c).
+/// Weight of a new sample at this cutoff: alpha = 1 / (1 + tau / T), tau = 1 / (2 pi f_c).
 double share(double cutoff, double dt) noexcept { return 1.0 / (1.0 + 1.0 / (2.0 * std::numbers::pi * cutoff * dt)); }
 
 }  // namespace

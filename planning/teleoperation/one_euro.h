@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The One-Euro filter: little jitter at rest, little lag in motion (Casiez, Roussel, Vogel, CHI 2012). */
+/** @file The One-Euro filter: little jitter at standstill, little lag in motion (Casiez, Roussel, Vogel, CHI 2012). */
 #pragma once
 
 #include <Eigen/Core>
@@ -8,9 +8,9 @@ namespace tandem::planning::teleoperation {
 
 /** Parameters of the filter. */
 struct OneEuroOptions {
-  double min_cutoff = 2.0;         ///< f_c at rest, Hz
-  double beta = 200.0;             ///< how much f_c grows with speed: Hz per m/s, that is 1/m
-  double derivative_cutoff = 1.0;  ///< of the speed's own low-pass, Hz
+  double min_cutoff = 2.0;         ///< f_c at standstill, Hz
+  double beta = 200.0;             ///< increase of f_c with speed: Hz per m/s, that is 1/m
+  double derivative_cutoff = 1.0;  ///< of the low-pass filter of the speed, Hz
 };
 
 /** First-order low-pass of a position whose cutoff grows with its speed: f_c = f_min + beta |x'|. All three coordinates
@@ -19,11 +19,11 @@ class OneEuro {
  public:
   explicit OneEuro(const OneEuroOptions& options) : options_(options) {}
 
-  /// Stands at x, m, without speed.
+  /// Resets the filter to position x, m, with zero speed.
   void reset(const Eigen::Vector3d& x) noexcept;
-  /// The next sample, m, `dt` seconds after the one before. @return the filtered position.
+  /// Next sample, m, `dt` seconds after the previous one. @return the filtered position.
   const Eigen::Vector3d& step(const Eigen::Vector3d& x, double dt) noexcept;
-  /// Moves input and output together: the filter goes on as if everything had always been there.
+  /// Shifts input and output by the same vector, without a transient.
   void shift(const Eigen::Vector3d& by) noexcept;
   const Eigen::Vector3d& value() const noexcept { return value_; }
 

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 constexpr std::array<std::string_view, kStages> kStageNames{"deadband", "dead_man", "clutch",    "frame", "scale",
                                                             "filter",   "fixture",  "workspace", "rate",  "reach"};
 
-/// What is left of a vector outside of a ball.
+/// Part of a vector outside of a ball.
 Vector3d outside(const Vector3d& v, double radius) noexcept {
   const double norm = v.norm();
   return norm <= radius ? Vector3d(Vector3d::Zero()) : Vector3d((1.0 - radius / norm) * v);
@@ -60,7 +60,7 @@ double Pipeline::lag() const noexcept {
   return engaged_ && target_speed_ > kStanding ? (guard_.target() - now_).norm() / target_speed_ : 0.0;
 }
 
-/// As velocity over this cycle. Where a place is said, motion since the last one; the first one only says from where.
+/// Device velocity over this cycle. For positions: motion since the last one; the first one only sets the origin.
 Vector3d Pipeline::deviceVelocity(const Sample& sample) noexcept {
   const bool fresh = sample.number != number_;
   number_ = sample.number;
@@ -119,7 +119,7 @@ State Pipeline::step(const Sample& sample, const TipPlaces& tips) noexcept {
   const Vector3d& tip = tips[static_cast<std::size_t>(arm_)];
   now_ = mode_ == Mode::kRelative ? Vector3d(tip - tips[static_cast<std::size_t>(other_arm_)]) : tip;
   raw_ += period_ * scaled;
-  if (sample.clutch) {  // what the filter still holds back does not come either
+  if (sample.clutch) {  // motion still in the filter is discarded
     raw_ = guard_.target();
     filter_.reset(raw_);
   }
@@ -132,8 +132,8 @@ State Pipeline::step(const Sample& sample, const TipPlaces& tips) noexcept {
   stages_[static_cast<std::size_t>(Stage::kWorkspace)] = result.workspace;
   stages_[static_cast<std::size_t>(Stage::kRate)] = result.rate;
   stages_[static_cast<std::size_t>(Stage::kReach)] = result.reach;
-  // A device that says velocities has no place of its own: what was not allowed is forgotten, so that the way back
-  // begins at once. One that says places keeps its place behind the wall.
+  // A device that sends velocities has no position: motion that was not allowed is discarded, so that reverse motion
+  // starts at once. A device that sends positions keeps its position behind the bound.
   if (!sample.pose) {
     const Vector3d back = guard_.target() - wanted_;
     raw_ += back;

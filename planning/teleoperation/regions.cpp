@@ -45,7 +45,8 @@ Vector3d outward(const ForbiddenRegion& region, const Vector3d& point) noexcept 
 }
 
 double nearestOnWay(const ForbiddenRegion& region, const Vector3d& from, const Vector3d& to) noexcept {
-  // Ternary search on a convex function; 30 rounds leave 5e-6 of the way, by which the distance changes no more.
+  // Ternary search on a convex function; 30 rounds leave an interval of 5e-6 of the line, which also bounds the error
+  // of the distance.
   constexpr int kRounds = 30;
   double low = 0.0, high = 1.0;
   const Vector3d way = to - from;
@@ -77,7 +78,7 @@ Vector3d guided(const Guidance& guidance, const Vector3d& from, const Vector3d& 
     return d;
   const Vector3d tangential = d.dot(along) * along;
   const Vector3d lateral = d - tangential;
-  // The part of the lateral motion that brings the place nearer to its foot is free, up to the path itself.
+  // Lateral motion towards the nearest point of the path is free, up to the path itself.
   const Vector3d back = foot - from;
   const double gap = back.norm();
   Vector3d free = Vector3d::Zero();

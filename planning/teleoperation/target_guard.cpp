@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Of a distance, m: rounding.
+/// Rounding of a distance, m.
 constexpr double kTiny = 1e-9;
 
 }  // namespace
@@ -21,8 +21,8 @@ double leashOf(const GuardOptions& options, double period) noexcept {
   return std::max(options.leash, 1.5 * options.max_speed * responseTime(options, period));
 }
 
-/// Pushes all tips out to the margin, or to where they are now if that is nearer. Where regions leave no room between
-/// them, the last target is as good as it gets.
+/// Moves all tips out to the margin, or to their present distance if that is smaller. If regions leave no room between
+/// them, the last target remains.
 Vector3d TargetGuard::outOfRegions(Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept {
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
@@ -66,7 +66,8 @@ Vector3d TargetGuard::intoWorkspace(Vector3d x, const DrivenTips& tips, StageRes
   return x;
 }
 
-/// Which share of the way of every tip to its place at the target `to` keeps this margin, or what it has of it now.
+/// Fraction of the straight line from every tip to its position at the target `to` that keeps this margin, or its
+/// present distance if that is smaller.
 double TargetGuard::clearShare(const DrivenTips& from, const Vector3d& to, double margin, int& region) const noexcept {
   double share = 1.0;
   for (std::size_t r = 0; r < options_->forbidden.size(); ++r) {
@@ -75,7 +76,7 @@ double TargetGuard::clearShare(const DrivenTips& from, const Vector3d& to, doubl
       const Vector3d start = from.tip[i], end = from.place(i, to);
       const double here = distance(forbidden, start);
       const double bound = std::min(margin, here) - kTiny;
-      // The distance changes no faster than the place: most ways need no search.
+      // The distance changes no faster than the position: most lines need no search.
       if (here + distance(forbidden, end) - (end - start).norm() >= 2.0 * bound)
         continue;
       const auto clear = [&](double t) { return nearestOnWay(forbidden, start, start + t * (end - start)) >= bound; };
@@ -124,8 +125,8 @@ const TargetGuard::Result& TargetGuard::step(const Vector3d& wanted,
     x = now + (leash / ahead) * (x - now);
     result_.reach.limiter = Limiter::kLeash;
   }
-  // What follows is the promise: whatever happened before, neither the target's way nor the tips' way to it goes
-  // through a forbidden region. Half of the margin, and a quarter, leave room for the chords of a way along a surface.
+  // Final guarantee, independent of the steps before: neither the target's path nor the tips' lines to it cross a
+  // forbidden region. Half and a quarter of the margin leave room for chords of a path along a surface.
   int region = -1;
   DrivenTips here = tips;
   for (std::size_t i = 0; i < static_cast<std::size_t>(tips.count); ++i)

@@ -12,21 +12,21 @@
 
 namespace tandem::planning::teleoperation {
 
-/** What bounds targets of operators and CRTK clients. */
+/** Bounds on targets of operators and CRTK clients. */
 struct GuardOptions {
   std::vector<ForbiddenRegion> forbidden;
-  double margin = 1e-3;  ///< distance that targets keep from them, m
+  double margin = 1e-3;  ///< minimum distance between targets and forbidden regions, m
   std::optional<Guidance> guidance;
-  std::optional<Box> workspace;  ///< that targets of tips stay in
+  std::optional<Box> workspace;  ///< bounds of tip targets
   double max_speed = 20e-3;      ///< of targets, m/s
-  double leash = 3e-3;           ///< farthest that a target is ahead of the tip, m
-  double response = 0.05;        ///< in which a tip reaches its target, s; two control periods where these are longer
+  double leash = 3e-3;           ///< largest distance of a target ahead of the tip, m
+  double response = 0.05;        ///< response time of a tip to its target, s; at least two control periods
 };
 
-/** What in a stage changed its input. */
+/** Limiter that changed the input of a stage. */
 enum class Limiter : std::uint8_t {
   kNone = 0,
-  kForbiddenRegion,  ///< StageResult::index says which
+  kForbiddenRegion,  ///< region in StageResult::index
   kGuidance,
   kWorkspace,  ///< index: 0 to 5 for x_min, x_max, y_min, y_max, z_min, z_max
   kSpeed,
@@ -37,7 +37,7 @@ enum class Limiter : std::uint8_t {
   kScale,
 };
 
-/** What one stage did in one cycle. */
+/** Result of one stage in one cycle. */
 struct StageResult {
   Eigen::Vector3d input = Eigen::Vector3d::Zero();
   Eigen::Vector3d output = Eigen::Vector3d::Zero();
@@ -45,12 +45,12 @@ struct StageResult {
   int index = 0;
 };
 
-/** The tips that move with what is driven: each one is at offset + sign * (where what is driven is). */
+/** Tips that move with the driven point x: tip i is at offset + sign * x. */
 struct DrivenTips {
   int count = 0;
   std::array<int, 2> arm{};
   std::array<Eigen::Vector3d, 2> offset{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< m
-  std::array<Eigen::Vector3d, 2> tip{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};     ///< where it is, m
+  std::array<Eigen::Vector3d, 2> tip{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};     ///< present position, m
   std::array<double, 2> sign{1.0, 1.0};
 
   void add(int k, const Eigen::Vector3d& from_driven, const Eigen::Vector3d& now, double direction = 1.0) noexcept {
@@ -60,25 +60,25 @@ struct DrivenTips {
     tip[i] = now;
     sign[i] = direction;
   }
-  /// Where tip i is when what is driven is at x.
+  /// Position of tip i with the driven point at x.
   Eigen::Vector3d place(std::size_t i, const Eigen::Vector3d& x) const noexcept { return offset[i] + sign[i] * x; }
 };
 
-/** Lets a target move from where it is toward where it is wanted as far as that is allowed.
+/** Moves a target from its present to its wanted position as far as allowed.
  *
- * Neither targets nor the straight way of each tip to its target enter a forbidden region. A tip that is inside of one
- * already, or outside of the workspace, may only move out. Nothing after construction allocates or throws. */
+ * Neither targets nor the straight line from each tip to its target enter a forbidden region. A tip already inside one,
+ * or outside of the workspace, may only move out. Nothing after construction allocates or throws. */
 class TargetGuard {
  public:
   explicit TargetGuard(const GuardOptions& options) : options_(&options) {}
 
-  /// The target is here, m, robot base frame: where what is driven is.
+  /// Sets the target to the driven point, m, robot base frame.
   void engage(const Eigen::Vector3d& x) noexcept { target_ = x; }
 
   struct Result {
     StageResult fixture, workspace, rate, reach;
   };
-  /// @param wanted  m; @param now  where what is driven is, m; @param leash  largest distance between target and now, m
+  /// @param wanted  m; @param now  the driven point, m; @param leash  largest distance between target and now, m
   const Result& step(const Eigen::Vector3d& wanted,
                      const Eigen::Vector3d& now,
                      const DrivenTips& tips,
@@ -97,9 +97,9 @@ class TargetGuard {
   Result result_;
 };
 
-/// How fast tips follow targets at a control period, s: the time in which the distance shrinks to 1/e.
+/// Time constant of tips following targets at a control period, s: the distance decreases to 1/e.
 double responseTime(const GuardOptions& options, double period) noexcept;
-/// Leash that lets targets move at full speed at that period, m.
+/// Leash that allows targets to move at full speed at that period, m.
 double leashOf(const GuardOptions& options, double period) noexcept;
 
 }  // namespace tandem::planning::teleoperation
