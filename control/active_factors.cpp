@@ -9,13 +9,13 @@
 namespace tandem::control {
 namespace {
 
-/// Lower triangle L of H + shift I, into `L`, zeros above. A pivot that rounding could have left counts as none.
+/// Lower triangle L of H + shift I, into `L`, zeros above. A pivot within rounding counts as zero.
 template <int N>
 bool cholesky(const QpMatrix& H, double shift, QpMatrix& L) {
   constexpr double kRounding = 1e-13;
   const int n = static_cast<int>(H.rows());
   for (int j = 0; j < n; ++j) {
-    // Whole columns: what they hold above the diagonal is not used, and loops of one length have no ends to care for.
+    // Whole columns: entries above the diagonal are unused, and loops of one length need no remainder.
     SizedVector<N> column = sized<N>(&H(0, j), n);
     column[j] += shift;
     const double before = column[j];
@@ -92,7 +92,7 @@ void ActiveFactors::unconstrainedMinimum(const QpVector& g, QpVector& x) {
   x = -x;
 }
 
-/// The columns of J from `first` on, each times its entry of the direction.
+/// Sum of the columns of J from `first` on, each times its entry of the direction.
 template <int N>
 void ActiveFactors::combine(int first, QpVector& sum) const {
   SizedVector<N> total = SizedVector<N>::Zero(n_);
@@ -142,8 +142,8 @@ const QpVector& ActiveFactors::dualStep() {
   return dual_;
 }
 
-/// A reflection I - w w^T / h turns d_2 = J_2^T n into a multiple of the first unit vector; J_2 w is known from J_2
-/// d_2. The largest entry of d_2 comes first, so that columns of very different sizes keep their digits.
+/// A reflection I - w w^T / h maps d_2 = J_2^T n to a multiple of the first unit vector; J_2 w follows from J_2 d_2.
+/// The largest entry of d_2 is first, so that columns of very different sizes keep their accuracy.
 bool ActiveFactors::append() {
   const double length = std::sqrt(outside_);
   if (!(length > 0.0))

@@ -9,17 +9,17 @@ namespace tandem::control {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-/// A normal whose part outside the span of the active ones is smaller than this share of it counts as dependent.
+/// A normal counts as dependent if its part outside the span of the active ones is smaller than this fraction of it.
 constexpr double kDependent = 1e-11;
-/// Relative size of a violation that rounding explains, of a constraint by itself and against the largest variable.
+/// Relative size of a violation due to rounding, of one constraint and of the largest variable.
 constexpr double kRowRounding = 1e-13, kGlobalRounding = 1e-14;
-/// A violation of this size against the largest variable, which no step can reduce, is rounding that has added up where
-/// more constraints meet than there are dimensions; a larger one is infeasibility.
+/// A violation of this size relative to the largest variable, which no step can reduce, is accumulated rounding where
+/// more constraints are active than there are dimensions; a larger one is infeasibility.
 constexpr double kUnreachable = 1e-10;
-/// Residual of an answer that needs no second look.
+/// Residual of a solution that is accepted without a second attempt.
 constexpr double kExact = 5e-9;
 
-/// Whether all numbers are finite: zero times another one is not zero.
+/// Whether all values are finite: zero times an infinite value or NaN is not zero.
 bool finite(const auto& numbers) { return (numbers.array() * 0.0).sum() == 0.0; }
 
 bool finite(const QuadraticProgram& qp) {
@@ -116,12 +116,12 @@ void ActiveSet::drop(int position) {
   factors_.remove(position);
 }
 
-/// n = sum of dual_step_i n_i, which cannot be satisfied together: these multipliers prove it.
+/// n = sum of dual_step_i n_i, an unsatisfiable combination: these multipliers are the certificate.
 void ActiveSet::certify(int id, double sign, const QpVector& dual_step) {
   certified_ = factors_.active() + 1;
   for (int i = 0; i < factors_.active(); ++i)
     multiplier_[i] = -sign * dual_step[i];
-  // The span of the active normals may have all n_ dimensions: one entry more than active_ holds replaces a zero.
+  // With all n_ dimensions active the certificate has one entry too many: the smallest moves to extra_entry_.
   if (certified_ > n_) {
     int least = 0;
     for (int i = 1; i < n_; ++i) {
@@ -143,7 +143,7 @@ QpStatus ActiveSet::addEqualities() {
     takeNormal(id);
     const double residual = slack(id);
     const QpVector& dual_step = factors_.dualStep();
-    if (factors_.outside() <= kDependent * kDependent * factors_.whole()) {  // says again what others say, or not
+    if (factors_.outside() <= kDependent * kDependent * factors_.whole()) {  // redundant or contradictory
       const double scale = std::abs(qp_->e[id]) + qp_->E.row(id).cwiseAbs().dot(x_.cwiseAbs());
       if (std::abs(residual) > 1e-9 * std::max(scale, 1e-12)) {
         certify(id, residual > 0.0 ? -1.0 : 1.0, dual_step);
@@ -230,7 +230,7 @@ QpStatus ActiveSet::enforce(int id) {
       return QpStatus::kIterationLimit;
     takeNormal(id);
     const QpVector& dual_step = factors_.dualStep();
-    // Longest dual step before a multiplier of an inequality turns negative.
+    // Longest dual step before the multiplier of an inequality becomes negative.
     double dual_length = kInf;
     int blocking = -1;
     for (int i = active_equalities_; i < factors_.active(); ++i) {
@@ -247,7 +247,7 @@ QpStatus ActiveSet::enforce(int id) {
         certify(id, 1.0, dual_step);
         return QpStatus::kInfeasible;
       }
-      restore(before_);  // the steps made for it balance a multiplier that it will not have
+      restore(before_);  // undoes the steps made for a constraint that gets no multiplier
       is_met_[id] = true;
       return QpStatus::kSolved;
     }
@@ -272,7 +272,7 @@ QpStatus ActiveSet::addInequalities() {
   }
 }
 
-/// The problem with H + shift I and gradient_.
+/// Solves the problem with H + shift I and gradient_.
 QpStatus ActiveSet::solveStrictly(double shift) {
   is_active_.fill(false);
   is_met_.fill(false);
@@ -337,7 +337,7 @@ void ActiveSet::attempt(const QuadraticProgram& qp, bool strictly, QpSolution& s
   if (solution.status == QpStatus::kSolved) {
     solution.x = x_;
     report(solution);
-    // What rounding left outside a bound is not worth a multiplier, but it must not reach the joints either.
+    // Violations of bounds by rounding need no multiplier, but they must not reach the joints.
     for (int i = 0; i < n_; ++i)
       solution.x[i] = std::clamp(solution.x[i], qp_->lower[i], qp_->upper[i]);
     solution.residual = kktResidual(qp, solution);
@@ -389,7 +389,7 @@ void ActiveSet::tryScaled(const QuadraticProgram& qp, QpSolution& solution) {
   if (again_.status != QpStatus::kInfeasible && !(again_.residual <= kExact))
     attempt(scaled_.program(), false, again_);
   scaled_.restore(again_);
-  // An answer that proves itself in the units of the problem is the better one.
+  // If both are solved, compares the residuals in the units of the problem.
   if (again_.status == QpStatus::kSolved && solution.status == QpStatus::kSolved)
     again_.residual = kktResidual(qp, again_);
   if (!std::isfinite(solution.residual) || again_.residual < solution.residual)

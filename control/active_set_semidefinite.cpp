@@ -6,7 +6,7 @@
 
 namespace tandem::control {
 
-/// Takes away the rounding of the way to the solution; for problems whose numbers are of the size of one.
+/// Removes accumulated rounding from the solution; for problems with values of magnitude one.
 void ActiveSet::polish(double shift) {
   for (int k = 0; k < factors_.active(); ++k)
     normal_[k] = slack(active_[k]);
@@ -15,8 +15,8 @@ void ActiveSet::polish(double shift) {
   factors_.descend(gradient, x_, multiplier_);
 }
 
-/// Whether a direction is feasible without end, costs nothing in H, and makes the objective fall.
-/// @param negligible part of the direction that does not count
+/// Whether a direction is feasible without bound, has no cost in H, and decreases the objective. @param negligible
+/// fraction of the direction below which entries count as zero
 bool ActiveSet::isUnbounded(const QpVector& way, double negligible) const {
   const double small = negligible * way.cwiseAbs().maxCoeff();
   if (!(qp_->g.dot(way) < -small * qp_->g.cwiseAbs().maxCoeff()))
@@ -37,7 +37,7 @@ bool ActiveSet::isUnbounded(const QpVector& way, double negligible) const {
   return true;
 }
 
-/// The proximal point method on a problem whose numbers are of the size of one.
+/// The proximal point method on a problem with values of magnitude one.
 QpStatus ActiveSet::solveSemidefinite() {
   constexpr double kFirstShift = 1e-3, kLastShift = 1e-6, kConverged = 1e-11;
   constexpr int kMaxRounds = 60, kStrictRounds = 10;
@@ -53,7 +53,7 @@ QpStatus ActiveSet::solveSemidefinite() {
     const double size = std::max(qp_->g.cwiseAbs().maxCoeff(), x_.cwiseAbs().maxCoeff());
     if (shift * way.cwiseAbs().maxCoeff() <= kConverged * size)
       return QpStatus::kSolved;
-    // A variable that creeps towards a bound far away hides the one that runs away.
+    // A variable that moves slowly towards a distant bound hides an unbounded one.
     if (isUnbounded(way, round < kStrictRounds ? 1e-7 : 1e-4))
       return QpStatus::kUnbounded;
     last = x_;

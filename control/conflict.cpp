@@ -85,7 +85,7 @@ NamedLimit nameOf(const StepProblem& problem, const Conflict::Limit& limit) noex
   NamedLimit name{LimitKind::kNeighbour, joint.arm, joint.tube};
   if (row)
     return name;
-  // What stops a joint: its own velocity, or the way that is left to its limit.
+  // Limit of the joint: its own velocity, or the remaining distance to its position limit.
   if (std::abs(limit.bound) >= problem.joint[limit.index].velocity * (1.0 - 1e-9))
     name.kind = joint.rotation ? LimitKind::kRotationVelocity : LimitKind::kVelocity;
   else if (limit.step)

@@ -11,20 +11,20 @@
 
 namespace tandem::control {
 
-/// Takes the limits of a certificate, the heaviest first; the QP's first joint_count variables are the velocities, its
-/// rows those of the bounds. Allocates nothing.
+/// Writes the limits of a certificate, the largest multiplier first; the QP's first joint_count variables are the
+/// velocities, its rows those of the bounds. Allocates nothing.
 void explain(const StepProblem& problem,
              const VelocityBounds& bounds,
              const QpSolution& certificate,
              Conflict& conflict) noexcept;
 
-/// The limits at which a solution's velocity stands, as a conflict of equal weights. Allocates nothing.
+/// Writes the active limits of a solution's velocity, as a conflict of equal weights. Allocates nothing.
 void standingAt(const StepProblem& problem, const Solution& solution, Conflict& conflict) noexcept;
 
 using idl::LimitKind;
 using idl::name;
 
-/** A limit without the problem that it belongs to. */
+/** Name of a limit, independent of the problem. */
 struct NamedLimit {
   LimitKind kind = LimitKind::kNeighbour;
   int arm = 0;
@@ -32,15 +32,14 @@ struct NamedLimit {
 };
 NamedLimit nameOf(const StepProblem& problem, const Conflict::Limit& limit) noexcept;
 
-/// What an arm without a name is called: a, b, ...
+/// Default name of an arm: a, b, ...
 std::string armLetter(int arm);
 
-/// "velocity limit of tube 2 of arm a". @param arms  names of the arms, in the robot's order; those missing go by
-/// letters
+/// "velocity limit of tube 2 of arm a". @param arms  names of the arms, in the robot's order; missing ones are replaced
+/// by armLetter()
 std::string describe(const NamedLimit& limit, const std::vector<std::string>& arms);
 
-/** In words: "tube 2 of arm a against tube 1, velocity limit of tube 2 of arm a".
- * @param arms  as above */
+/** Text of a conflict: "tube 2 of arm a against tube 1, velocity limit of tube 2 of arm a". @param arms  as above */
 std::string describe(const StepProblem& problem, const Conflict& conflict, const std::vector<std::string>& arms);
 
 }  // namespace tandem::control

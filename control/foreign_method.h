@@ -10,11 +10,11 @@
 
 namespace tandem::control {
 
-/** What a program and a library must have in common before one calls the other. Integers of fixed size, so that each
- * can read those of the other. */
+/** Interface properties that a program and a library must share before one calls the other. Integers of fixed size,
+ * readable in any build. */
 struct MethodAbi {
-  std::uint64_t interface = 0;        ///< counts changes of meaning in Resolver, StepProblem and Solution
-  std::uint64_t eigen_alignment = 0;  ///< EIGEN_MAX_ALIGN_BYTES: instruction sets change it (-mavx, -march=native)
+  std::uint64_t interface = 0;        ///< version of the meaning of Resolver, StepProblem and Solution
+  std::uint64_t eigen_alignment = 0;  ///< EIGEN_MAX_ALIGN_BYTES: depends on the instruction set (-mavx, -march=native)
   std::uint64_t eigen_version = 0;    ///< 30400 for 3.4.0
   std::uint64_t compiler_abi = 0;     ///< __GXX_ABI_VERSION
   std::uint64_t layout = 0;           ///< hash of sizes, alignments and offsets in the headers
@@ -22,11 +22,11 @@ struct MethodAbi {
   bool operator==(const MethodAbi&) const = default;
 };
 
-/** What a library exports under kForeignSymbol: see TANDEM_METHOD. */
+/** Description of a method that a library exports under kForeignSymbol: see TANDEM_METHOD. */
 struct ForeignMethod {
   MethodAbi abi;
-  const char* name = nullptr;  ///< small letters, digits and -
-  /// May throw, for parameters that it does not take; called whenever method or parameters are chosen.
+  const char* name = nullptr;  ///< lower-case letters, digits and -
+  /// Creates the method, whenever method or parameters change. May throw, for parameters that it does not accept.
   std::unique_ptr<Resolver> (*make)(const MethodParameters& parameters) = nullptr;
 };
 
@@ -35,7 +35,7 @@ inline constexpr const char* kForeignSymbol = "tandem_method";
 // Offsets in types with private or nested members are "conditionally supported"; g++ and clang have them.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Winvalid-offsetof"
-/// That of the code in which it is called.
+/// MethodAbi of the code that calls it.
 constexpr MethodAbi methodAbi() noexcept {
   using P = StepProblem;
   using S = Solution;
@@ -83,9 +83,9 @@ constexpr MethodAbi methodAbi() noexcept {
 }
 #pragma GCC diagnostic pop
 
-/** One per library, at global scope: exports a method.
- * @param method_name  what status and recordings call it
- * @param Type  derives from Resolver, is made from MethodParameters, and answers Method::kForeign in method() */
+/** Exports a method: once per library, at global scope.
+ * @param method_name  its name in status and recordings
+ * @param Type  derives from Resolver, is constructed from MethodParameters, its method() returns Method::kForeign */
 // NOLINTBEGIN(bugprone-macro-parentheses): a type
 #define TANDEM_METHOD(method_name, Type)                                                                             \
   extern "C" __attribute__((visibility("default"))) constinit const tandem::control::ForeignMethod tandem_method = { \

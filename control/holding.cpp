@@ -10,7 +10,7 @@ namespace tandem::control {
 namespace {
 
 Conflict findHolding(const StepProblem& problem, const MethodParameters& parameters) {
-  constexpr double kWeak = 1e-2;  // of the heaviest
+  constexpr double kWeak = 1e-2;  // of the largest multiplier
   Conflict conflict;
   VelocityBounds bounds;
   velocityBounds(problem, BoundsKind::kCoupled, parameters.period, bounds);
@@ -31,7 +31,7 @@ Conflict findHolding(const StepProblem& problem, const MethodParameters& paramet
   if (solution.status != QpStatus::kSolved)
     return conflict;
   explain(problem, bounds, solution, conflict);
-  constexpr double kNothing = 1e-9;  // of what the tasks pull with
+  constexpr double kNothing = 1e-9;  // relative to the gradient of the tasks
   while (conflict.count > 0 && (conflict.limit[conflict.count - 1].weight < kWeak * conflict.limit[0].weight ||
                                 conflict.limit[conflict.count - 1].weight < kNothing * pull))
     --conflict.count;

@@ -10,14 +10,14 @@
 
 namespace tandem::control {
 
-/** The limits, in words, that are active in
+/** Names of the limits that are active at the solution of
  *
  *   min over qdot   1/2 sum over all tasks |J_k qdot - v_k|^2 + 1/2 zeta |qdot|^2   s.t.  bounds and coupled rows
  *
- * at its solution, the strongest first: those without which the tasks would come nearer. None where no limit of the
- * joints is in the way. Allocates; not for the periodic path.
- * @param arms  names of the arms, as describe() takes them
- * @param steps  whether what a method allows in a step counts as a limit */
+ * The largest multiplier is first: without these limits the tasks would have a smaller error. Empty if no joint limit
+ * increases the error. Allocates; not for the periodic path.
+ * @param arms  names of the arms, as in describe()
+ * @param steps  whether the step bounds of a method count as limits */
 std::vector<std::string> holding(const StepProblem& problem,
                                  const MethodParameters& parameters,
                                  const std::vector<std::string>& arms,

@@ -15,10 +15,10 @@ namespace {
 using Ipopt::Index;
 using Ipopt::Number;
 
-/** The QP as a nonlinear programme: constraints are the equalities, then the rows; all matrices dense.
+/** The QP as a nonlinear problem: constraints are the equalities, then the rows; all matrices dense.
  *
- * Ipopt's tolerances are absolute, joint velocities are thousandths: it sees y = x / kUnit and the objective times
- * factor_, so that the gradient at the start is of the order of one. */
+ * Ipopt's tolerances are absolute, joint velocities are thousandths: Ipopt solves for y = x / kUnit with the objective
+ * times factor_, so that the gradient at the start is of the order of one. */
 class QpAsNlp final : public Ipopt::TNLP {
  public:
   QpAsNlp(const QuadraticProgram& qp, QpSolution& solution) : qp_(qp), solution_(solution) {
@@ -136,8 +136,8 @@ class QpAsNlp final : public Ipopt::TNLP {
   }
 
  private:
-  static constexpr double kInfinity = 2e19;  // Ipopt's own notion of no bound
-  static constexpr double kUnit = 1e-3;      // m/s, the size of joint velocities
+  static constexpr double kInfinity = 2e19;  // Ipopt's value for no bound
+  static constexpr double kUnit = 1e-3;      // m/s, magnitude of joint velocities
   const QuadraticProgram& qp_;
   QpSolution& solution_;
   double factor_ = 1.0;
@@ -186,7 +186,7 @@ void IpoptBackend::solve(const QuadraticProgram& qp, QpSolution& solution) noexc
     app->Options()->SetStringValue("hessian_constant", "yes");
     app->Options()->SetStringValue("mehrotra_algorithm", "yes");
     app->Options()->SetStringValue("fixed_variable_treatment", "make_constraint");
-    // No ipopt.opt of the working folder.
+    // Ignores ipopt.opt in the working folder.
     if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded) {
       solution.status = QpStatus::kFailed;
       return;

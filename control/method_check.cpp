@@ -13,7 +13,7 @@
 namespace tandem::control {
 namespace {
 
-constexpr int kProblems = 200;       // with far limits, and as many with near ones
+constexpr int kProblems = 200;       // with far limits, and the same number with near ones
 constexpr double kTolerance = 0.05;  // of a task's velocity
 constexpr double kBeyond = 1e-8;     // m/s and rad/s, rounding of a velocity at its bound
 
@@ -56,7 +56,7 @@ class Problems {
 
  private:
   double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-  /// m or rad; none in every tenth place.
+  /// m or rad; zero in one of ten cases.
   double room() { return between(0.0, 1.0) < 0.1 ? 0.0 : between(0.0, 2e-3); }
 
   void limit(JointState& joint, double below, double above, double velocity) {
@@ -67,7 +67,7 @@ class Problems {
     joint.approach_acceleration = safety::kUnlimited;
   }
 
-  /// Tasks of this speed, m/s: translations move them one to one, rotations with a lever of 20 mm.
+  /// Draws tasks of this speed, m/s: translations move them one to one, rotations with a lever of 20 mm.
   void draw(double speed) {
     for (int k = 0; k < problem_.task_count; ++k) {
       Task& task = problem_.task[static_cast<std::size_t>(k)];
@@ -85,12 +85,12 @@ class Problems {
     }
   }
 
-  std::mt19937 random_{1};  // NOLINT(bugprone-random-generator-seed): the same verdict each time
+  std::mt19937 random_{1};  // NOLINT(bugprone-random-generator-seed): reproducible result
   StepProblem problem_;
   std::array<int, 2> rows_{};
 };
 
-/** Checks one method; the first thing that is wrong is the refusal. */
+/** Check of one method; the first violation is the refusal. */
 class Check {
  public:
   Check(Resolver& resolver, const CheckConditions& conditions)

@@ -7,9 +7,9 @@
 
 namespace tandem::control {
 
-/// Those that are built in, in the order of Method: "nsp", "nspwln" ...
+/// Built-in methods, in the order of Method: "nsp", "nspwln" ...
 std::vector<std::string> methodNames();
-/// What a message expects: "nsp, nspwln ... hqp, or foreign with a method_library".
+/// Expected values for messages: "nsp, nspwln ... hqp, or foreign with a method_library".
 std::string methodList();
 
 }  // namespace tandem::control

@@ -16,7 +16,7 @@ std::unique_ptr<Resolver> makeSnsqp(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeSns(const MethodParameters& parameters);
 std::unique_ptr<Resolver> makeHqp(const MethodParameters& parameters);
 
-/// Whether a method solves quadratic programmes, so that MethodParameters::backend changes its time.
+/// Whether a method solves quadratic programs, so that MethodParameters::backend affects its time.
 constexpr bool solvesProgrammes(Method method) {
   return method == Method::kNspqp || method == Method::kSnsqp || method == Method::kHqp;
 }

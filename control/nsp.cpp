@@ -12,7 +12,8 @@ namespace {
  *
  *   qdot = J_1# v_1 + (I - J_1# J_1) J_2# v_2,   J# = J^T (J J^T + d^2 I)^-1.
  *
- * No limits: where the paper starts from. Further tasks are projected behind the first in the same way. */
+ * Without limits: the starting point of the paper. Further tasks are projected into the null space of the first in the
+ * same way. */
 class Nsp final : public Resolver {
  public:
   explicit Nsp(const MethodParameters& parameters) : Resolver(parameters) {}

@@ -16,13 +16,13 @@ namespace {
  *   s.t.            J_k qdot = v_k  for all tasks k before the last one, m,
  *                   lower <= qdot <= upper,   a_i^T qdot <= rate_i  (coupled rows; none with frozen bounds).
  *
- * Where the limits forbid a task above the last, the paper's method has no answer. Here the certificate says which
- * limits those are, and the velocity is the one that comes nearest, task by task: with v_k replaced by J_k qdot_k,
+ * If the limits forbid a task before the last, the paper's method has no solution. Here the certificate names those
+ * limits, and the velocity minimises the error task by task: with v_k replaced by J_k qdot_k,
  *
  *   qdot_k = argmin 1/2 |J_k qdot - v_k|^2 + 1/2 zeta |qdot|^2   s.t.  J_i qdot = J_i qdot_i for i < k, and the limits.
  *
- * Rotations are bounded by rotation_velocity, or by the robot file where that is less; translations by translation_step
- * in one period. With a posture, zeta |qdot - qdot_p|^2 stands for zeta |qdot|^2 everywhere (postureVelocity()). */
+ * Rotations are bounded by rotation_velocity, or by the robot file if that is less; translations by translation_step in
+ * one period. With a posture, zeta |qdot - qdot_p|^2 replaces zeta |qdot|^2 everywhere (postureVelocity()). */
 class Nspqp final : public Resolver {
  public:
   explicit Nspqp(const MethodParameters& parameters)
@@ -37,7 +37,7 @@ class Nspqp final : public Resolver {
   }
 
  private:
-  /// Minimises the error of task `last` with the tasks before it met as wanted_ says.
+  /// Minimises the error of task `last`, with the tasks before it equal to wanted_.
   void setProblem(const StepProblem& problem, int last, const VelocityBounds& bounds) {
     const int n = problem.joint_count;
     int equalities = 0;
@@ -61,7 +61,7 @@ class Nspqp final : public Resolver {
       qp_.g -= parameters_.nspqp_zeta * posture_;
   }
 
-  /// Replaces what the tasks before the last want by what is possible of it.
+  /// Replaces the velocities of the tasks before the last by the nearest feasible ones.
   SolveStatus comeNearest(const StepProblem& problem, Solution& solution) noexcept {
     for (int k = 0; k + 1 < problem.task_count; ++k) {
       setProblem(problem, k, solution.bounds);
@@ -97,7 +97,7 @@ class Nspqp final : public Resolver {
       setProblem(problem, last, solution.bounds);
       backend_->solve(qp_, qp_solution_);
       solution.iterations += qp_solution_.iterations;
-      // solution.velocity satisfies every constraint: what is called infeasible then has no other point, up to
+      // solution.velocity satisfies every constraint: an infeasible status then means that no other point does, up to
       // rounding.
       if (qp_solution_.status == QpStatus::kInfeasible)
         return SolveStatus::kInfeasible;
@@ -111,7 +111,7 @@ class Nspqp final : public Resolver {
     return infeasible ? SolveStatus::kInfeasible : SolveStatus::kSolved;
   }
 
-  /// Part of a wanted velocity that is left, along itself.
+  /// Fraction of a task's velocity that remains in `wanted`, along the task's direction.
   static double shareOf(const Task& task, const TaskVector& wanted) {
     const double size = task.velocity.squaredNorm();
     return size > 0.0 ? std::clamp(wanted.dot(task.velocity) / size, 0.0, 1.0) : 1.0;

@@ -13,11 +13,11 @@ namespace {
  *   qdot = inv(J_1) v_1 + (I - inv(J_1) J_1) inv(J_2) v_2,
  *   inv(J) stacks, arm by arm,  (J_k^T W_track J_k + W_act,k)^-1 J_k^T W_track,
  *
- * J_k being the columns of arm k and W_act the weights of limitWeights(). Each arm minimises (4) as if it were alone,
- * so the primary task is answered once by each of the two arms: J_1 inv(J_1) is about 2 I.
+ * where J_k are the columns of arm k and W_act the weights of limitWeights(). Each arm minimises (4) separately, so
+ * each of the two arms does the whole primary task: J_1 inv(J_1) is about 2 I.
  *
- * inv is computed as W^-1 J^T (J W^-1 J^T + I / w_track)^-1, the same matrix by the push-through identity, which keeps
- * its digits where W_track is 1e8 times W_act. */
+ * inv is computed as W^-1 J^T (J W^-1 J^T + I / w_track)^-1, the same matrix by the push-through identity, which stays
+ * accurate with W_track 1e8 times W_act. */
 class Nspwln final : public Resolver {
  public:
   explicit Nspwln(const MethodParameters& parameters) : Resolver(parameters) {}

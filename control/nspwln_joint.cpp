@@ -17,8 +17,7 @@ namespace {
  *   N_k = N_{k-1} - (J_k N_{k-1})# J_k N_{k-1}.
  *
  * With two tasks: qdot = J_1# v_1 + N (J_2 N)# (v_2 - J_2 J_1# v_1). One weighted inverse over the columns of all arms
- * answers each task once, and the second task knows what the first one already moves. W: limitWeights() with
- * kCorrected. */
+ * does each task once, and the second task accounts for its motion by the first. W: limitWeights() with kCorrected. */
 class NspwlnJoint final : public Resolver {
  public:
   explicit NspwlnJoint(const MethodParameters& parameters) : Resolver(parameters) {}

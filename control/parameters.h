@@ -12,7 +12,7 @@ namespace tandem::control {
 
 using idl::Method;
 using idl::name;
-/// Of the methods that are built in: all but Method::kForeign, the last one.
+/// Number of built-in methods: all but Method::kForeign, the last one.
 inline constexpr int kMethodCount = idl::count<Method> - 1;
 static_assert(static_cast<int>(Method::kForeign) == kMethodCount);
 
@@ -21,7 +21,7 @@ struct ForeignMethod;
 using idl::Backend;
 using idl::BoundsKind;
 
-/** Parameters of all methods; each method reads its own. SI units (m, rad). */
+/** Parameters of all methods; each method uses its own. SI units (m, rad). */
 struct MethodParameters {
   double period = 0.1;  ///< T, s: control sampling time
   BoundsKind bounds = BoundsKind::kCoupled;
@@ -32,24 +32,23 @@ struct MethodParameters {
   double rotation_weight = 1e-3;     ///< lambda_r
   double nspqp_zeta = 1e-6;          ///< zeta of (7)
   double snsqp_zeta = 3e-2;          ///< zeta of (8)
-  /// rad/s, bound on every rotation in all methods: steps stay where the Jacobian holds, and no tube spins
+  /// rad/s, bound on every rotation in all methods: steps stay where the Jacobian is valid, and no tube spins
   double rotation_velocity = 2.0;
   double snsqp_rotation_velocity =
       0.5;  ///< rad/s, bound on every rotation in (8); without it the optimum spins the tubes
-  /// m, bound on every translation in one period in the QP methods, and on the way to a posture in all. Where ends of
-  /// tubes pass each other the tip's Jacobian jumps, and longer steps go to and fro across that place for ever.
+  /// m, bound on every translation in one period in the QP methods, and on motion toward a posture in all. Where ends
+  /// of tubes pass each other the tip's Jacobian jumps; longer steps oscillate across that point without end.
   double translation_step = 1e-3;
-  /// m/rad: a direction in which the rotations move a task by less is singular to the closed-form methods, which damp
-  /// it
+  /// m/rad: closed-form methods treat a direction as singular, and damp it, if rotations move a task by less than this
   double singular_lever = 5e-4;
-  double hqp_zeta = 1e-3;         ///< zeta of hqp, (s/rad)^2: what a velocity costs against the share of a task
-  double spread_distance = 0.01;  ///< m: hqp leads tubes away from limits and neighbours that are nearer, where it can
-  double spread_gain = 0.5;       ///< 1/s: how fast
-  double barrier_gain = 1.0;      ///< 1/s: largest rate at which hqp lets a margin go to its least value
-  double least_stability = 0.0;   ///< elastic stability that hqp keeps (Tip::stability); 0: it does not look
-  double least_distance = 0.0;  ///< m between the bodies of arms of a relative task that hqp keeps; 0: it does not look
-  double posture_gain = 2.0;    ///< k_p, 1/s: how fast joints go to the posture of a reference
-  const ForeignMethod* foreign = nullptr;  ///< what Method::kForeign is; null: no library was loaded
+  double hqp_zeta = 1e-3;         ///< zeta of hqp, (s/rad)^2: weight of velocity relative to the scale of a task
+  double spread_distance = 0.01;  ///< m: hqp moves tubes away from nearer limits and neighbours, if tasks permit
+  double spread_gain = 0.5;       ///< 1/s: gain of that motion
+  double barrier_gain = 1.0;      ///< 1/s: largest rate at which hqp lets a margin approach its least value
+  double least_stability = 0.0;   ///< elastic stability that hqp keeps (Tip::stability); 0: no margin
+  double least_distance = 0.0;    ///< m between the bodies of arms of a relative task that hqp keeps; 0: no margin
+  double posture_gain = 2.0;      ///< k_p, 1/s: gain of motion toward the posture of a reference
+  const ForeignMethod* foreign = nullptr;  ///< implementation of Method::kForeign; null: no library loaded
 };
 
 /// Bits 1 << method.
@@ -60,12 +59,13 @@ constexpr MethodSet methods(Methods... some) {
 }
 inline constexpr MethodSet kAllMethods = (1U << kMethodCount) - 1U;
 
-/** A number that can be changed while a method runs, by its name in robot files (there with a unit) and on the wire. */
+/** A parameter that can be changed while a method runs, by its name in robot files (there with unit) and on the wire.
+ */
 struct TunableParameter {
   const char* name;
   double MethodParameters::*member;
-  MethodSet readers = kAllMethods;  ///< methods to which it matters
-  /// A foreign method may read each.
+  MethodSet readers = kAllMethods;  ///< methods that use it
+  /// A foreign method may use any parameter.
   constexpr bool readBy(Method method) const { return method == Method::kForeign || (readers & methods(method)) != 0; }
 };
 
@@ -73,7 +73,7 @@ namespace tunable_parameters {
 using enum idl::Method;
 using P = MethodParameters;
 inline constexpr MethodSet kWeighted = methods(kNspwln, kNspwlnJoint);
-/// All of them; each has to be finite and above zero.
+/// All tunable parameters; each must be finite and above zero.
 inline constexpr std::array kAll{
     TunableParameter{"nsp_damping", &P::nsp_damping, methods(kNsp)},
     TunableParameter{"track_weight", &P::track_weight, kWeighted},

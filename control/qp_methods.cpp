@@ -20,7 +20,7 @@ void boundSteps(const StepProblem& problem, double translation, double rotation,
   bounds.step_rotation = rotation;
   for (int j = 0; j < problem.joint_count; ++j) {
     const double velocity = problem.joint[j].kind == JointKind::kRotation ? rotation : translation;
-    // A bound that asks for a way back is not to be contradicted.
+    // Does not contradict a bound that requires a return from outside a limit.
     bounds.lower[j] = std::min(std::max(bounds.lower[j], -velocity), velocity);
     bounds.upper[j] = std::max(std::min(bounds.upper[j], velocity), -velocity);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Dense convex quadratic programmes, their solutions, and the solver interface. */
+/** @file Dense convex quadratic programs, their solutions, and the solver interface. */
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@
 namespace tandem::control {
 
 inline constexpr int kMaxEqualities = kMaxTasks * kMaxTaskRows;
-/// Joint velocities, one task scale, what damping leaves of that task, and what holding tasks lets go.
+/// Joint velocities, one task scale, the damping residual of that task, and slacks of the tasks before it.
 inline constexpr int kMaxVariables = safety::kMaxJoints + 1 + kMaxTaskRows + kMaxEqualities;
 /// Coupled rows and margins.
 inline constexpr int kMaxInequalities = kMaxRows + kMaxBarriers;
@@ -51,12 +51,12 @@ struct QuadraticProgram {
 
 enum class QpStatus {
   kSolved,
-  kInfeasible,  ///< no x satisfies the constraints; the multipliers are a certificate of that
-  kUnbounded,   ///< the objective falls for ever along a feasible direction
+  kInfeasible,  ///< no x satisfies the constraints; the multipliers are a certificate
+  kUnbounded,   ///< the objective decreases without bound along a feasible direction
   kIterationLimit,
   kNotConvex,  ///< H has a negative eigenvalue
-  kNotFinite,  ///< a number in the problem is not finite
-  kFailed,     ///< the backend gave up
+  kNotFinite,  ///< a value in the problem is not finite
+  kFailed,     ///< the backend failed
 };
 std::string_view describe(QpStatus status);
 
@@ -73,7 +73,7 @@ struct QpSolution {
   int crossed = -1;  ///< kInfeasible: a variable whose own bounds contradict each other; the multipliers are then zero
   int iterations = 0;
   double residual = std::numeric_limits<double>::infinity();  ///< kktResidual() or certificateResidual(), in the units
-                                                              ///< that the backend solved it in
+                                                              ///< of the backend's solution
 };
 
 /** Largest violation of the optimality conditions: stationarity relative to its largest term, primal feasibility
@@ -81,20 +81,21 @@ struct QpSolution {
  * Dimensionless. */
 double kktResidual(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
 
-/** How far a certificate of infeasibility is from one: its sum relative to its largest term, and signs; infinite if it
+/** Residual of a certificate of infeasibility: its sum relative to its largest term, and signs; infinite if it
  * separates nothing. Dimensionless. */
 double certificateResidual(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
 
-/** A solver of quadratic programmes. Not thread-safe; one per thread. */
+/** A solver of quadratic programs. Not thread-safe; one per thread. */
 class QpBackend {
  public:
   virtual ~QpBackend() = default;
   virtual void solve(const QuadraticProgram& qp, QpSolution& solution) noexcept = 0;
-  /// Forgets what it knows of former problems.
+  /// Discards the state of former problems.
   virtual void reset() noexcept {}
 };
 
-/** active-set: our own, allocation-free; ipopt: interior point, the judge (allocates; not for the periodic path). */
+/** active-set: our own, allocation-free; ipopt: interior point, the reference in tests (allocates; not for the periodic
+ * path). */
 std::unique_ptr<QpBackend> makeQpBackend(Backend backend);
 
 }  // namespace tandem::control

@@ -7,7 +7,7 @@ namespace tandem::control {
 namespace {
 
 constexpr double kLeast = 1e-8;  ///< eps
-/// Part of itself by which a bound is missed on purpose: rounding must not forbid it.
+/// Relative relaxation of a bound, so that rounding does not make it infeasible.
 constexpr double kBoundRounding = 1e-9;
 
 }  // namespace

@@ -8,19 +8,19 @@
 
 namespace tandem::control {
 
-/** Velocity that brings joints and rows back which are outside their limits, while the others keep theirs:
+/** Velocity that returns joints and rows from outside their limits, while the others stay inside theirs:
  *
- *   min over qdot   1/2 sum over what is outside (a_i^T qdot - wanted_i)^2 + eps/2 qdot^T qdot
- *   s.t.            bounds and rows of all that is inside, and |qdot_j| <= V_j
+ *   min over qdot   1/2 sum over all outside (a_i^T qdot - wanted_i)^2 + eps/2 qdot^T qdot
+ *   s.t.            bounds and rows of all inside, and |qdot_j| <= V_j
  *
- * with wanted_i the speed of the approach to a limit, from the other side (VelocityBounds). What comes out is then what
- * the bounds of those outside ask for at least: the task has to leave it that, and always can. */
+ * where wanted_i is the speed of the approach to a limit, from the other side (VelocityBounds). The result becomes the
+ * bound of those outside: it has precedence over the tasks, and is always feasible. */
 class Recovery {
  public:
   explicit Recovery(Backend backend) : backend_(makeQpBackend(backend)) {}
 
-  /// @param bounds  of velocityBounds(): those that ask for a way back are changed to what is possible
-  /// @param velocity  a velocity that satisfies the bounds, zero where nothing is outside
+  /// @param bounds  of velocityBounds(): those that require a return are relaxed to feasible values
+  /// @param velocity  a velocity that satisfies the bounds; zero if nothing is outside
   void apply(const StepProblem& problem, VelocityBounds& bounds, RobotVector& velocity) noexcept;
 
  private:

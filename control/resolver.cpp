@@ -13,7 +13,7 @@
 namespace tandem::control {
 namespace {
 
-/// A velocity this near to its bound stands at it, m/s or rad/s.
+/// A velocity this near to its bound is at it, m/s or rad/s.
 constexpr double kAtBound = 1e-10;
 
 bool isFinite(const StepProblem& problem) {
@@ -51,8 +51,8 @@ void markActive(const StepProblem& problem, Solution& solution) {
   }
 }
 
-/// Scales the velocity, direction and all, so that no rotation is faster than `limit`, rad/s: methods without limits of
-/// their own would turn tubes by any amount near singular poses.
+/// Scales the whole velocity so that no rotation is faster than `limit`, rad/s: methods without limits would rotate
+/// tubes without bound near singular poses.
 void slowDown(const StepProblem& problem, double limit, RobotVector& velocity) {
   double fastest = 0.0;
   for (int j = 0; j < problem.joint_count; ++j) {
@@ -63,11 +63,11 @@ void slowDown(const StepProblem& problem, double limit, RobotVector& velocity) {
     velocity *= limit / fastest;
 }
 
-/** What rounding leaves outside rows must not reach the joints: where many limits and tasks depend on each other it is
- * far below what can be seen, and far above what the gate takes for rounding. Each row moves its first joint, as far as
- * the bounds allow, then its second; neighbouring rows pass it on. */
+/** Removes violations of rows by rounding, so that they do not reach the joints: with many dependent limits and tasks
+ * they are negligible for motion, but larger than the gate's rounding tolerance. Each row moves its first joint, as far
+ * as the bounds allow, then its second; neighbouring rows transfer the change. */
 void tidy(const StepProblem& problem, Solution& solution) {
-  constexpr double kRounding = 1e-8;  // m/s; more is no rounding: a method that knows no rows, for the gate to see
+  constexpr double kRounding = 1e-8;  // m/s; larger violations (methods without rows) are left to the gate
   constexpr int kPasses = 4;
   const VelocityBounds& bounds = solution.bounds;
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -89,12 +89,12 @@ void tidy(const StepProblem& problem, Solution& solution) {
   }
 }
 
-/** Where all tubes of an arm lie in one plane, turning them moves the tip out of that plane only, and a task within the
- * plane that translations cannot do has no gradient in the rotations: a saddle, which every method would stay on. Turns
- * neighbouring tubes apart by a little, after which the task itself drives them on. */
+/** If all tubes of an arm lie in one plane, rotations move the tip only out of that plane. A task within the plane that
+ * translations cannot do then has no gradient in the rotations: a saddle, at which every method would stay. This
+ * rotates neighbouring tubes apart by a small angle, after which the task itself moves them further. */
 void leaveSaddle(const StepProblem& problem, double period, double limit, Solution& solution) {
-  constexpr double kUndone = 0.05;   // part of a wanted velocity
-  constexpr double kNoLever = 1e-6;  // of a rotation on what is left undone, of its own size
+  constexpr double kUndone = 0.05;   // of a wanted velocity
+  constexpr double kNoLever = 1e-6;  // lever of a rotation on the task residual, relative to its column
   constexpr double kOffset = 1e-4;   // rad
   constexpr double kSlow = 1e-9;     // wanted velocities below this are rounding, m/s
   for (int k = 0; k < problem.task_count; ++k) {

@@ -9,8 +9,8 @@
 
 namespace tandem::control {
 
-/** Turns stacked tasks and limits into joint velocities. With the active-set backend solve() allocates nothing and
- * throws nothing. One object per control loop: it keeps what it learnt of the last step for a warm start. */
+/** Converts stacked tasks and limits into joint velocities. With the active-set backend solve() does not allocate or
+ * throw. One object per control loop: it keeps the state of the last step for a warm start. */
 class Resolver {
  public:
   virtual ~Resolver() = default;
@@ -19,11 +19,11 @@ class Resolver {
 
   virtual Method method() const = 0;
 
-  /// Solves one step. A task that the limits forbid gives the velocity that comes nearest to it, and says which limits
-  /// those are; a problem that cannot be solved gives zero velocity and says why.
+  /// Solves one step. If the limits forbid a task, the velocity is the one with the smallest error, and the solution
+  /// names those limits; if the problem cannot be solved, the velocity is zero, with the reason in the status.
   void solve(const StepProblem& problem, Solution& solution) noexcept;
 
-  /// Forgets the last step.
+  /// Discards the state of the last step.
   virtual void reset() noexcept {}
 
  protected:
@@ -32,7 +32,7 @@ class Resolver {
   const MethodParameters parameters_;
 };
 
-/** @throw std::invalid_argument for parameters out of range: what was found, what is expected. */
+/** @throw std::invalid_argument for parameters out of range, with the value found and the range expected. */
 std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& parameters);
 
 }  // namespace tandem::control

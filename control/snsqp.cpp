@@ -16,15 +16,15 @@ namespace {
  *          J_i qdot = J_i qdot_{k-1}  for all i < k,   0 <= s_k <= 1,
  *          lower <= qdot <= upper,   a_i^T qdot <= rate_i  (coupled rows; none with frozen bounds).
  *
- * At k = 1 the first line is J_1 qdot = s_1 v_1, as printed. Behind it the printed J_k qdot = s_k v_k is often
- * infeasible under limits, whereas here s_k = 0 is always allowed: qdot_{k-1} is a feasible point of level k. qdot_0 is
- * zero inside all limits, else the way back (Recovery). With zeta -> 0, s_k is the largest that the limits allow, and
- * qdot the least velocity for it; at zeta = 1e-5 s_k is that of the linear programme to 1e-9. Rotations
- * are bounded by snsqp_rotation_velocity: without a bound the optimum buys the last per mille of s with any number of
- * turns; translations by translation_step in one period.
+ * At k = 1 the first line is J_1 qdot = s_1 v_1, as printed. For k > 1 the printed J_k qdot = s_k v_k is often
+ * infeasible under limits, whereas here s_k = 0 is always feasible: qdot_{k-1} is a feasible point of level k. qdot_0
+ * is zero inside all limits, else the return velocity (Recovery). With zeta -> 0, s_k is the largest that the limits
+ * allow, and qdot the least velocity for it; at zeta = 1e-5 s_k is that of the linear program to 1e-9. Rotations are
+ * bounded by snsqp_rotation_velocity: without a bound the optimum spends any number of turns on the last per mille of
+ * s; translations by translation_step in one period.
  *
- * With a posture, qdot_0 is the velocity within the limits that is nearest to qdot_p, and zeta |qdot - qdot_0|^2 stands
- * for zeta |qdot|^2: what the limits do not let the tasks have, s_k < 1, goes to the posture. */
+ * With a posture, qdot_0 is the velocity within the limits nearest to qdot_p, and zeta |qdot - qdot_0|^2 replaces zeta
+ * |qdot|^2: motion that the tasks do not use because of limits, s_k < 1, goes to the posture. */
 class Snsqp final : public Resolver {
  public:
   explicit Snsqp(const MethodParameters& parameters)
@@ -40,7 +40,7 @@ class Snsqp final : public Resolver {
   }
 
  private:
-  /// Level k over the variables [qdot, s_k].
+  /// Sets level k over the variables [qdot, s_k].
   void setLevel(const StepProblem& problem, int k, const Solution& solution) {
     const int n = problem.joint_count;
     const double zeta = parameters_.snsqp_zeta;
@@ -82,7 +82,7 @@ class Snsqp final : public Resolver {
       backend_[k]->solve(qp_, qp_solution_);
       solution.iterations += qp_solution_.iterations;
       if (k > 0 && qp_solution_.status == QpStatus::kInfeasible) {
-        // qdot_{k-1} with s_k = 0 satisfies every constraint of this level, so no point but that one does, up to
+        // qdot_{k-1} with s_k = 0 satisfies every constraint of this level, so it is the only feasible point, up to
         // rounding.
         solution.scale[k] = 0.0;
         continue;
@@ -99,7 +99,7 @@ class Snsqp final : public Resolver {
   Recovery recovery_;
   PostureWithinLimits posture_;
   RobotVector base_;                                           ///< qdot_0 with a posture
-  std::array<std::unique_ptr<QpBackend>, kMaxTasks> backend_;  ///< one per level: each is warm-started by itself
+  std::array<std::unique_ptr<QpBackend>, kMaxTasks> backend_;  ///< one per level, each with its own warm start
   QuadraticProgram qp_;
   QpSolution qp_solution_;
 };

@@ -14,7 +14,7 @@ namespace tandem::control {
 using idl::name;
 using idl::SolveStatus;
 
-/** The limits that forbid a task, by the multipliers of a certificate of infeasibility (Farkas' lemma). */
+/** Limits that forbid a task, by the multipliers of a certificate of infeasibility (Farkas' lemma). */
 struct Conflict {
   enum class Kind : std::uint8_t { kLower, kUpper, kRow };
   struct Limit {
@@ -22,26 +22,26 @@ struct Conflict {
     int index = 0;        ///< joint of the robot, or coupled row
     double weight = 0.0;  ///< multiplier
     double bound = 0.0;   ///< the bound on the velocity, m/s or rad/s
-    bool step = false;    ///< it is what the method allows in a step, not a limit of the robot
+    bool step = false;    ///< a step bound of the method, not a limit of the robot
   };
   static constexpr int kMost = 8;
-  std::array<Limit, kMost> limit{};  ///< heaviest first
+  std::array<Limit, kMost> limit{};  ///< largest weight first
   int count = 0;
 };
 
-/** Joint velocities and how they came about. */
+/** Joint velocities and their properties. */
 struct Solution {
   SolveStatus status = SolveStatus::kFailed;
   RobotVector velocity;                      ///< qdot, m/s and rad/s
-  std::array<double, kMaxTasks> scale{};     ///< s_k: which share of task k is done by design, 1 = all
-  std::array<double, kMaxTasks> residual{};  ///< |J_k qdot - v_k|: what of task k is left undone, m/s
+  std::array<double, kMaxTasks> scale{};     ///< s_k: fraction of task k done by design, 1 = all
+  std::array<double, kMaxTasks> residual{};  ///< |J_k qdot - v_k|: residual of task k, m/s
   int iterations = 0;                        ///< of the QP backend, all levels; 0 for closed forms
   double kkt_residual = 0.0;                 ///< worst level; 0 for closed forms
-  VelocityBounds bounds;                     ///< those in force; infinite for methods without limits
+  VelocityBounds bounds;                     ///< bounds in use; infinite for methods without limits
   std::array<std::uint8_t, safety::kMaxJoints>
-      joint_active{};    ///< 1: qdot stands at a bound of the joint or at a row of it
-  int active_count = 0;  ///< bounds and rows at which qdot stands
-  Conflict conflict;     ///< kInfeasible: what forbids the task
+      joint_active{};    ///< 1: qdot is at a bound of the joint or at one of its rows
+  int active_count = 0;  ///< number of active bounds and rows
+  Conflict conflict;     ///< kInfeasible: the limits that forbid the task
 };
 
 }  // namespace tandem::control

@@ -50,8 +50,7 @@ void StepProblem::setPosition(const RobotVector& q) {
   for (int i = 0; i < row_count; ++i) {
     CoupledRow& r = row[i];
     r.gap = row_bound_[i] - (r.a_first * q[r.first] + r.a_second * q[r.second]);
-    // Where one carriage may be with the other one standing still. Equation (1) bounds the outer one by the inner one
-    // only.
+    // Interval of one carriage with the other one stationary. Equation (1) bounds the outer one by the inner one only.
     const double outer_edge = q[r.second] + r.gap / r.a_second;
     const double inner_edge = q[r.first] + r.gap / r.a_first;
     JointState& outer = joint[r.second];

@@ -15,14 +15,14 @@ using safety::RobotVector;
 
 inline constexpr int kMaxTasks = 4;
 inline constexpr int kMaxTaskRows = 6;
-/// Most coupled rows of a robot: two per pair of neighbouring tubes.
+/// Largest number of coupled rows of a robot: two per pair of neighbouring tubes.
 inline constexpr int kMaxRows = 2 * 3 * safety::kMaxArms;
 
 using TaskJacobian =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxTaskRows, safety::kMaxJoints>;
 using TaskVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxTaskRows, 1>;
 
-/** J qdot = v, wanted. */
+/** Task J qdot = v. */
 struct Task {
   TaskJacobian jacobian;  ///< rows x joints of the robot
   TaskVector velocity;    ///< v, m/s (rad/s)
@@ -30,22 +30,21 @@ struct Task {
 
 using safety::JointKind;
 
-/** One joint as the methods see it. SI. */
+/** State and limits of one joint. SI. */
 struct JointState {
   JointKind kind = JointKind::kTranslation;
   double position = 0.0;
   double lower = -safety::kUnlimited;  ///< box
   double upper = safety::kUnlimited;
-  double frozen_lower =
-      -safety::kUnlimited;  ///< beta_min, beta_max of equation (1), the inner neighbour standing still
+  double frozen_lower = -safety::kUnlimited;  ///< beta_min, beta_max of equation (1) with a stationary inner neighbour
   double frozen_upper = safety::kUnlimited;
-  double moving_lower = -safety::kUnlimited;  ///< the same with both neighbours standing still: what a plot shows
+  double moving_lower = -safety::kUnlimited;  ///< the same with both neighbours stationary, for plots
   double moving_upper = safety::kUnlimited;
   double velocity = safety::kUnlimited;               ///< V_max
   double approach_acceleration = safety::kUnlimited;  ///< A_max
 };
 
-/** gap = b - a^T q >= 0 is to be kept; a has at most two entries, `first` and `second`. */
+/** Constraint gap = b - a^T q >= 0; a has at most two entries, `first` and `second`. */
 struct CoupledRow {
   int first = 0;
   int second = 0;
@@ -55,17 +54,17 @@ struct CoupledRow {
   double approach_acceleration = safety::kUnlimited;
 };
 
-/// Most margins that a method keeps: elastic stability of every arm and distances of the arms of every task.
+/// Largest number of margins: elastic stability of every arm and distances of the arms of every task.
 inline constexpr int kMaxBarriers = safety::kMaxArms + kMaxTasks;
 
-/** A margin h(q) that is to be kept above its least value, as a velocity damper (Faverjon & Tournassoud 1987):
- * gradient^T qdot >= rate, rate = -gain (h - least). */
+/** A margin h(q) to be kept above its least value, as a velocity damper (Faverjon & Tournassoud 1987): gradient^T qdot
+ * >= rate, rate = -gain (h - least). */
 struct Barrier {
-  RobotVector gradient;  ///< of h by all joints
-  double rate = 0.0;     ///< of h, above zero where h has to grow
+  RobotVector gradient;  ///< of h with respect to all joints
+  double rate = 0.0;     ///< of h; positive: h must increase
 };
 
-/** Everything that a redundancy-resolution method needs for one step. Reused from step to step: no allocation. */
+/** Input of a redundancy-resolution method for one step. Reused from step to step: no allocation. */
 struct StepProblem {
   int joint_count = 0;
   int arm_count = 0;
@@ -76,12 +75,12 @@ struct StepProblem {
   int task_count = 0;
   std::array<Task, kMaxTasks> task{};  ///< highest priority first
   int barrier_count = 0;
-  std::array<Barrier, kMaxBarriers> barrier{};  ///< hqp alone keeps them
-  RobotVector posture;  ///< q_p, where the joints shall be as far as tasks leave them free; empty: none
+  std::array<Barrier, kMaxBarriers> barrier{};  ///< used by hqp only
+  RobotVector posture;                          ///< q_p, preferred joints as far as tasks leave them free; empty: none
 
-  /// Lays out the arms and their limits; tasks are left empty. Call once, then setPosition() each step.
+  /// Sets the arms and their limits, without tasks. Call once, then setPosition() each step.
   void setLimits(const safety::ArmLimits* const* limits, int count);
-  /// Takes over the joint positions (all arms stacked) and refreshes gaps and frozen intervals.
+  /// Sets the joint positions (all arms stacked) and updates gaps and frozen intervals.
   void setPosition(const RobotVector& q);
 
  private:
@@ -94,7 +93,7 @@ struct VelocityBounds {
   RobotVector upper;
   int row_count = 0;                        ///< 0 for frozen bounds
   std::array<double, kMaxRows> row_rate{};  ///< a^T qdot <= row_rate
-  /// Largest that a method allows in a step whatever the limits are, m/s and rad/s; infinite: no such bound.
+  /// Step bounds of a method, independent of the limits, m/s and rad/s; infinite: none.
   double step_translation = safety::kUnlimited, step_rotation = safety::kUnlimited;
 };
 

@@ -7,10 +7,11 @@
 namespace tandem::control {
 namespace {
 
-/// A distance outside a limit that rounding explains, m or rad.
+/// Largest violation of a limit by rounding, m or rad.
 constexpr double kDistanceRounding = 1e-12;
 
-/// Largest approach speed over a distance that remains, m/s (rad/s). Outside, where it is below zero, the speed back.
+/// Largest approach speed over a remaining distance, m/s (rad/s). Outside (negative distance): the return speed,
+/// negative.
 double approach(double distance, double period, double velocity, double acceleration, bool come_back) {
   const double size = std::abs(distance);
   if (distance < 0.0 && (!come_back || size <= kDistanceRounding))

@@ -12,11 +12,11 @@ namespace tandem::control {
  *   lower_i = max{ (q_min,i - q_i) / T, -V_i, -sqrt(2 A_i (q_i - q_min,i)) },
  *   upper_i = min{ (q_max,i - q_i) / T,  V_i,  sqrt(2 A_i (q_max,i - q_i)) }.
  *
- * Frozen: q_min, q_max are the intervals of equation (1) with the inner neighbour standing still, as printed.
+ * Frozen: q_min, q_max are the intervals of equation (1) with a stationary inner neighbour, as printed.
  * Coupled: q_min, q_max are the boxes, and every row a^T q <= b of equation (1) becomes
  *   a^T qdot <= min{ gap / T, sqrt(2 A gap) },  gap = b - a^T q.
- * Frozen, a joint outside its limit is not driven farther out: that side's bound is zero. Coupled, what is outside is
- * brought back: that side's bound is the same speed with the other sign (see Recovery).
+ * Frozen, a joint outside its limit does not move farther out: that side's bound is zero. Coupled, joints and rows
+ * outside return: that side's bound is the same speed with the opposite sign (see Recovery).
  * @param period  T, s, positive. */
 void velocityBounds(const StepProblem& problem, BoundsKind kind, double period, VelocityBounds& bounds) noexcept;
 

@@ -1,41 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Factors of a quadratic programme's Hessian and of its active constraints, kept up to date. */
+/** @file Factors of a quadratic program's Hessian and of its active constraints, updated incrementally. */
 #pragma once
 
 #include "control/quadratic_program.h"
 
 namespace tandem::control {
 
-/** J = L^-T Q and R with H = L L^T and L^-1 N = Q [R; 0], the columns of N being the normals of the active constraints
- * (Goldfarb & Idnani 1983, section 3). Columns of J beyond the active ones span what is still free. */
+/** J = L^-T Q and R with H = L L^T and L^-1 N = Q [R; 0], where the columns of N are the normals of the active
+ * constraints (Goldfarb & Idnani 1983, section 3). Columns of J beyond the active ones span the free space. */
 class ActiveFactors {
  public:
-  /// H + shift I by Cholesky's method, no constraint active. @return false if that is not positive definite.
+  /// Cholesky factorisation of H + shift I, without active constraints. @return false if it is not positive definite.
   bool factorise(const QpMatrix& H, double shift);
   int active() const { return active_; }
 
   /// x = -H^-1 g.
   void unconstrainedMinimum(const QpVector& g, QpVector& x);
 
-  /// J^T n for a normal; what follows refers to the last one.
+  /// Computes J^T n for a normal; the following functions refer to the last one.
   void take(const QpVector& normal);
   /// The same for the i-th unit vector times `sign`.
   void takeUnit(int i, double sign);
-  /// |J_2^T n|^2: the part of it in what is free; and |J^T n|^2.
+  /// |J_2^T n|^2: its part in the free space; and |J^T n|^2.
   double outside() const { return outside_; }
   double whole() const { return whole_; }
-  /// Where x moves when the constraint is approached: J_2 J_2^T n; to be called before append().
+  /// Direction of x toward the constraint: J_2 J_2^T n; call before append().
   const QpVector& primalStep();
-  /// How the active multipliers fall with the new one: R^-1 J_1^T n.
+  /// Decrease of the active multipliers per unit of the new one: R^-1 J_1^T n.
   const QpVector& dualStep();
 
-  /// Makes the normal active, after primalStep(). @return false if it depends on those that are.
+  /// Adds the normal to the active ones, after primalStep(). @return false if it depends on them.
   bool append();
   void remove(int position);
 
-  /// x moves by what makes the active constraints' residuals (n^T x - c, in their order) vanish.
+  /// Moves x so that the residuals of the active constraints (n^T x - c, in their order) become zero.
   void meet(const QpVector& residual, QpVector& x);
-  /// One step of Newton's method in what is free, and the active multipliers, from the gradient of the objective at x.
+  /// One Newton step in the free space, and the active multipliers, from the gradient of the objective at x.
   void descend(const QpVector& gradient, QpVector& x, QpVector& multiplier);
 
  private:

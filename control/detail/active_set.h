@@ -10,21 +10,21 @@ namespace tandem::control {
 /** Dual active-set method of Goldfarb & Idnani, Mathematical Programming 27 (1983) 1-33.
  *
  * Starts at the unconstrained minimum and adds violated constraints one at a time, each along the shortest dual step
- * that keeps all multipliers of inequalities non-negative; so every iterate is the optimum of a smaller problem, and a
- * problem without feasible point shows itself when a violated constraint cannot be reached: the step's multipliers then
- * are the certificate.
+ * that keeps all multipliers of inequalities non-negative; so every iterate is the optimum of a smaller problem. A
+ * problem without a feasible point is detected when a violated constraint cannot be satisfied: the step's multipliers
+ * are then the certificate.
  *
- * Where H is only semidefinite the minimum of
+ * If H is only semidefinite the method minimises
  *
  *   1/2 x^T H x + g^T x + shift/2 |x - x_k|^2    (the proximal point method, Rockafellar 1976)
  *
- * is sought again and again from the last one, x_k, each time warm; its limit is an optimum of the problem itself.
+ * repeatedly, from the last minimum x_k with a warm start; the limit is an optimum of the problem itself.
  *
- * A problem is tried as it is; one that is not solved to kExact, or found infeasible, is tried again in units in which
- * its numbers are of the size of one (ScaledProgram), and the better answer counts.
+ * A problem is solved first as it is. If it is not solved to kExact, or found infeasible, it is solved again in units
+ * in which its values have magnitude one (ScaledProgram), and the better solution counts.
  *
  * Warm start: constraints that were active in the last solution are added first. That changes the order of the steps,
- * never the answer (beyond rounding), and saves those steps that the cold order would take back. */
+ * never the solution (beyond rounding), and saves the steps that the cold order would undo. */
 class ActiveSet final : public QpBackend {
  public:
   void solve(const QuadraticProgram& qp, QpSolution& solution) noexcept override;
@@ -59,7 +59,7 @@ class ActiveSet final : public QpBackend {
   void certify(int id, double sign, const QpVector& dual_step);
   void report(QpSolution& solution) const;
 
-  /// All that a step changes.
+  /// All members that a step changes.
   struct State {
     ActiveFactors factors;
     QpVector x, multiplier;
@@ -76,17 +76,17 @@ class ActiveSet final : public QpBackend {
   RowVector row_slack_;                      ///< b - A x
   std::array<int, kMaxVariables> active_{};  ///< constraint ids, equalities first
   std::array<bool, kMaxConstraints> is_active_{};
-  std::array<bool, kMaxConstraints> is_met_{};      ///< violated by rounding alone, and no step can improve on that
+  std::array<bool, kMaxConstraints> is_met_{};      ///< violated by rounding alone; no step can reduce it
   std::array<bool, kMaxConstraints> was_active_{};  ///< in the last solution of a problem of this size
   int remembered_ = 0;                              ///< constraints_ of that problem; 0 = none
   ScaledProgram scaled_;
   QpSolution again_;
-  State before_;       ///< a constraint that may turn out to be met
-  double size_ = 0.0;  ///< of the largest variable, in scaled problems on the whole way: what rounding is a part of
+  State before_;       ///< state before a constraint that may get is_met_
+  double size_ = 0.0;  ///< of the largest variable, in scaled problems over all iterations: reference for rounding
   int worst_ = -1, worst_warm_ = -1;
   double amount_ = 0.0, amount_warm_ = 0.0;
   int active_equalities_ = 0;
-  /// A certificate: so many entries of active_ and multiplier_, and one more where that is all that there is room for.
+  /// Number of certificate entries in active_ and multiplier_; extra_entry_ has the one that does not fit.
   int certified_ = 0;
   struct CertificateEntry {
     int id = -1;

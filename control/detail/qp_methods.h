@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Helpers shared by the two QP methods: limits as constraints, solver outcomes as statuses. */
+/** @file Helpers shared by the QP methods: limits as constraints, solver outcomes as statuses. */
 #pragma once
 
 #include "control/quadratic_program.h"
@@ -8,15 +8,15 @@
 
 namespace tandem::control {
 
-/// Bounds and coupled rows of one step into a QP whose first joint_count variables are the joint velocities.
+/// Adds bounds and coupled rows of one step to a QP whose first joint_count variables are the joint velocities.
 void addLimits(const StepProblem& problem, const VelocityBounds& bounds, QuadraticProgram& qp) noexcept;
 
-/// Bounds what one step may do, so that it stays where the Jacobian holds.
+/// Adds step bounds, so that a step stays where the Jacobian is valid.
 /// @param translation  m/s
 /// @param rotation  rad/s
 void boundSteps(const StepProblem& problem, double translation, double rotation, VelocityBounds& bounds) noexcept;
 
-/// What the outcome of a QP means for the step.
+/// Status of the step for the status of its QP.
 SolveStatus statusOf(QpStatus status) noexcept;
 
 }  // namespace tandem::control

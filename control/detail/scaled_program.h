@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Scaling of a quadratic programme to numbers of magnitude one. */
+/** @file Scaling of a quadratic program to values of magnitude one. */
 #pragma once
 
 #include "control/quadratic_program.h"
@@ -12,7 +12,7 @@ class ScaledProgram {
  public:
   void set(const QuadraticProgram& original);
   const QuadraticProgram& program() const { return qp_; }
-  /// Solution or certificate of program() into one of the original, and back; residuals stay what they are.
+  /// Converts a solution or certificate of program() to the original, and back; residuals stay unchanged.
   void restore(QpSolution& solution) const;
   void scale(QpSolution& solution) const;
 
@@ -21,7 +21,7 @@ class ScaledProgram {
 
   QuadraticProgram qp_;
   QpVector unit_;
-  EqualityVector equality_;  ///< what an equality was divided by
+  EqualityVector equality_;  ///< divisor of each equality
   RowVector row_;
   double objective_ = 1.0;
 };
