@@ -89,8 +89,7 @@ class ControlCore {
   FollowedReference reference_;
   TaskLoop loop_;
   ManualControl manual_;
-  safety::StateStamps
-      status_times_;  ///< publication time of each status: the age of echoes is measured on our own clock
+  safety::StateStamps status_times_;  ///< publication times, for the age of echoes on our own clock
   std::uint64_t status_sequence_ = 0;
   std::int64_t mismatch_until_ = 0;            ///< ns
   std::uint64_t paused_by_ = 0;                ///< client

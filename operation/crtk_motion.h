@@ -23,9 +23,8 @@ class CrtkMotion {
 
   /** State of the robot for one cycle. */
   struct Scene {
-    std::int64_t now = 0;  ///< ns
-    const safety::RobotVector* setpoints =
-        nullptr;  ///< start values for the integration of velocities, all arms stacked
+    std::int64_t now = 0;                                      ///< ns
+    const safety::RobotVector* setpoints = nullptr;            ///< of all arms, start of integration
     const planning::teleoperation::TipPlaces* tips = nullptr;  ///< nullptr: unknown
   };
 

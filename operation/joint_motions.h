@@ -9,8 +9,7 @@
 
 namespace tandem::operation {
 
-/** At most one motion per arm, and the homing state of the arms. Nothing allocates after construction, locks or throws.
- * */
+/** At most one motion per arm, and their homing states. Nothing allocates after construction, locks or throws. */
 class JointMotions {
  public:
   /// Keeps `drives` by reference.
@@ -28,9 +27,7 @@ class JointMotions {
   void withdraw(int arm) noexcept;
   void end(int arm) noexcept { at(arm).kind = Kind::kNone; }
 
-  double jogTime() const noexcept {
-    return 1e-9 * static_cast<double>(jog_time_);
-  }  ///< duration of a jog without repetition, s
+  double jogTime() const noexcept { return 1e-9 * static_cast<double>(jog_time_); }  ///< of an unrepeated jog, s
   bool active(int arm) const noexcept { return at(arm).kind != Kind::kNone; }
   bool anyActive() const noexcept;
   /// The arm has a motion that ends by itself.

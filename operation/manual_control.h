@@ -14,8 +14,7 @@ struct CrtkEndings {
   int count = 0;
 };
 
-/** An operator has precedence over CRTK clients. Nothing allocates after construction, locks or throws; times are ns.
- * */
+/** Operators have precedence over CRTK clients. Nothing allocates after construction, locks or throws; times are ns. */
 class ManualControl {
  public:
   /// Keeps `drives` by reference.

@@ -113,8 +113,7 @@ void TaskLoop::fill(msg::ActuationLimits& limits) const noexcept {
 
 /// Limits that forbid the tasks, from the infeasibility certificate; or active limits that slow the tasks.
 const control::Conflict* TaskLoop::conflict(msg::ControlStatus& status) noexcept {
-  constexpr double kLeft =
-      0.01;  // of a task's velocity; methods that weigh the task against speed leave a smaller residual
+  constexpr double kLeft = 0.01;  // of a task's velocity; above the residual of methods that weigh tasks and speed
   const control::Solution& solution = result_.solution;
   if (solution.status == control::SolveStatus::kInfeasible) {
     status.limited = static_cast<std::uint8_t>(msg::Limited::kForbidden);

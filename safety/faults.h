@@ -34,9 +34,9 @@ std::string describeFaults(FaultMask faults);
 
 using idl::FaultCause;
 
-/** First cause of the FAULT state of an arm since the last clear: for logs and people. Amounts are in the unit of the
+/** First cause of the FAULT state of an arm since the last clear, for logs. Amounts are in the unit of the
  * compared quantity: s for ages and silences, m or rad for joints, a share for lost samples; 0 if nothing is measured.
- * */
+ */
 struct FaultRecord {
   FaultMask faults = 0;  ///< 0: no fault
   FaultCause cause = FaultCause::kUnspecified;
