@@ -16,7 +16,7 @@ struct Budgets {
   double drive_heartbeat = 0.100;     ///< the drives' budget for hal's heartbeat
   double lease = 1.0;                 ///< time without heartbeat after which the control lease is lost
   double lost_samples = 0.05;         ///< share of the last 100 states, commands or frames of a drive that may be lost
-  double lock_step = 60.0;            ///< time without answer in lock-step, where no other time-out applies
+  double lock_step = 60.0;  ///< lock-step: budget of the lease and least time-out of requests; no others apply
 
   /// Largest age of a command or of a state at this control period, s.
   double commandAge(double period) const { return std::max(minimum_age, age_periods * period); }

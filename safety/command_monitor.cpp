@@ -22,7 +22,7 @@ StreamCheck CommandMonitor::check(const StreamHeader& header, bool standing) noe
   const bool in_order = same ? header.sequence > last_ : standing;
   if (header.session == 0 || !in_order)
     checked.faults |= bit(Fault::kOutOfSequence);
-  // A command that is refused for its age still uses up its number: it must not come a second time.
+  // A command refused for its age still uses up its number: a copy of it must not be accepted.
   if (same && in_order)
     last_ = header.sequence;
   if (checked.faults != 0)

@@ -46,7 +46,8 @@ struct FaultRecord {
 };
 
 /// "drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad", "command_timeout: 0.151 s, allowed 0.15 s". Joint
-/// numbers in the text start at 1. @param limits of the arm: identify translations
+/// numbers in the text start at 1.
+/// @param limits  of the arm, to identify translations
 std::string describe(const FaultRecord& record, const ArmLimits* limits = nullptr);
 
 using idl::Guard;

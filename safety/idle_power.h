@@ -25,10 +25,10 @@ class IdlePower {
   /// @param timeout s; infinite: no power-off.
   explicit IdlePower(double timeout) : timeout_(timeout) {}
 
-  /** Once per cycle and arm.
+  /** Call once per cycle and arm.
    * @param powered the arm has power, or is about to get it
-   * @param commanded somebody commands the robot, or it moves
-   * @param holds the arm stays where it is without power */
+   * @param commanded a client commands the robot, or it moves
+   * @param holds the arm keeps its position without power */
   Decision step(int arm, bool powered, bool commanded, bool holds, std::int64_t now) noexcept {
     Arm& a = arms_[static_cast<std::size_t>(arm)];
     if (!powered || commanded || !a.idle) {

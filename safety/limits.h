@@ -22,7 +22,7 @@ inline constexpr double kAtRest = 1e-4;
 /// up needs less.
 inline constexpr double kOverspeedFactor = 1.5;
 
-/** How a joint moves. */
+/** Type of motion of a joint. */
 enum class JointKind : std::uint8_t { kTranslation, kRotation };
 using JointKinds = std::array<JointKind, kMaxJointsPerArm>;
 
@@ -32,9 +32,9 @@ struct JointLimit {
   double upper = kUnlimited;                  ///< largest position
   double velocity = kUnlimited;               ///< largest speed
   double approach_acceleration = kUnlimited;  ///< A_max of Alsaka et al. 2024, (7): shapes the approach to a limit
-  double slew_limit = kUnlimited;             ///< largest change of the commanded velocity per second, held by the gate
-  double stop_deceleration = kUnlimited;      ///< deceleration of the stop ramp
-  double max_step = kUnlimited;               ///< a setpoint farther than this from the last one is an integrity fault
+  double slew_limit = kUnlimited;         ///< largest change of the commanded velocity per second, enforced by the gate
+  double stop_deceleration = kUnlimited;  ///< deceleration of the stop ramp
+  double max_step = kUnlimited;           ///< a setpoint farther than this from the last one is an integrity fault
   JointKind kind = JointKind::kTranslation;
   double reading_error = 0.0;  ///< largest difference between reading and joint: resolution and noise of its encoder
 };
@@ -112,7 +112,7 @@ struct TubeLimitSpec {
 
 /** Limits for q = [beta_1..beta_n, alpha_1..alpha_n]: equation (1) of Alsaka et al. 2024 as boxes and coupled rows,
  * with margins.
- * @throw std::invalid_argument where sizes differ or the limits leave no room. */
+ * @throw std::invalid_argument if sizes differ or the limits leave no room. */
 ArmLimits makeTubeLimits(const TubeLimitSpec& spec);
 
 }  // namespace tandem::safety

@@ -48,7 +48,8 @@ class SuccessRate {
     return static_cast<double>(lost) / static_cast<double>(kWindow);
   }
   /** Share that may be lost: `lost_samples` of Budgets, or one outage as long as the age budget of a sample: longer
-   * outages are detected by age. @param outage s @param period of the samples, s; 0: unknown */
+   * outages are detected by age.
+   * @param outage  s  @param period  of the samples, s; 0: unknown */
   static double allowed(double lost_samples, double outage, double period) noexcept {
     const double of_outage = period > 0.0 ? outage / (period * static_cast<double>(kWindow)) : 1.0;
     return std::max(lost_samples, std::min(1.0, of_outage));
@@ -75,7 +76,7 @@ class SuccessRate {
 /** Success rate of a stream whose samples carry the sender's session, a sequence and a stamp. */
 class StreamSuccess {
  public:
-  /// @param stamp of the sender, ns @param arrivals samples of all sessions received so far, this one included
+  /// @param stamp  of the sender, ns  @param arrivals  samples of all sessions received so far, this one included
   void note(std::uint64_t session, std::uint64_t sequence, std::int64_t stamp, std::uint64_t arrivals) noexcept {
     if (session != session_ || sequence < first_sequence_) {
       *this = {};
@@ -91,8 +92,8 @@ class StreamSuccess {
   double value() const noexcept { return rate_.value(); }
   /// Excludes the losses so far from judge(): nothing has power. value() still includes them.
   void resetLosses() noexcept { rate_.resetLosses(); }
-  /// Fault if more of the last 100 samples than allowed() were lost since the last resetLosses(), else empty. @param
-  /// fault the fault to report @param lost_samples of Budgets @param outage age budget of a sample, s
+  /// Fault if more of the last 100 samples than allowed() were lost since the last resetLosses(), else empty.
+  /// @param fault  to report  @param lost_samples  of Budgets  @param outage  age budget of a sample, s
   FaultRecord judge(Fault fault, double lost_samples, double outage) const noexcept {
     const double lost = SuccessRate::share(rate_.held());
     const double allowed = SuccessRate::allowed(lost_samples, outage, period_);
