@@ -42,7 +42,7 @@ class ArmStates {
 
   /// The state of the arm in control is ENABLED.
   bool mayMove(int arm) const noexcept { return at(arm).machine.mayMove(); }
-  /// Control has the arm ENABLED, and so do the drives as far as is known.
+  /// The arm is ENABLED in control and, as far as is known, in the drives.
   bool powered(int arm) const noexcept { return mayMove(arm) && !at(arm).pending; }
   /// An arm has no power, or is about to lose it.
   bool anyWithoutPower() const noexcept;
@@ -57,7 +57,7 @@ class ArmStates {
     return reported_faults_.seen(arm, at(arm).machine.faults(), answers);
   }
   safety::DriveRequest requestFor(int arm) const noexcept;
-  /// A request to some drives is not yet shown in their state.
+  /// Whether some drives do not show a requested state yet.
   bool hasPendingDriveRequest() const noexcept;
 
   void fill(int arm, ArmCondition& condition) const noexcept;

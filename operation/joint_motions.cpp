@@ -105,8 +105,8 @@ safety::ArmVector JointMotions::towardGoal(int k) noexcept {
   return velocity;
 }
 
-/// Not when the last setpoint was sent or accepted, which may be lost, but when the joints have arrived and the last
-/// command has zero velocity: drives continue beyond the end of a segment with a velocity.
+/// The motion ends when the joints have arrived and the last command has zero velocity. The last setpoint alone is not
+/// sufficient: it may be lost, and drives continue beyond the end of a segment with a velocity.
 bool JointMotions::arrived(int k) const noexcept {
   constexpr double kArrived = 1e-7;  // m or rad
   const safety::ArmVector& goal = at(k).motion.goal();

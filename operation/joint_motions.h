@@ -41,7 +41,7 @@ class JointMotions {
   }
   bool homing(int arm) const noexcept { return at(arm).kind == Kind::kGoal && at(arm).homing; }
 
-  /// Next velocities of an arm with a motion. @param recovering  limits them to recovery speeds
+  /// Next velocities of an arm with a motion. @param recovering  limits a jog to recovery speeds
   void step(int arm, bool recovering, std::int64_t now, Velocities& velocities) noexcept;
   void fill(CrtkSnapshot& snapshot) const noexcept;
 

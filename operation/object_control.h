@@ -24,7 +24,7 @@ class ObjectControl {
                                planning::ReferenceTracker& tracker,
                                planning::TrackResult& result) noexcept = 0;
 
-  /// Prepares the next cycle, at the end of every cycle. @param velocity  that has been sent
+  /// Requests the data for the next cycle, at the end of every cycle. @param velocity  that has been sent
   virtual void ask(std::int64_t now,
                    const safety::RobotVector& setpoint,
                    const safety::RobotVector& velocity,

@@ -25,7 +25,7 @@ class TaskLoop {
            ObjectControl* object_control);
 
   void onTips(const msg::TipPoses& tips) noexcept { tips_.take(tips); }
-  /// The joints were reset: the branch of elastic arms, which depends on their past motion, is found anew.
+  /// The joints were reset: models of elastic arms, which depend on past motion, start cold.
   void restart() noexcept;
   /// Changes the method. @return the tracker that was in use
   planning::ReferenceTracker* exchange(planning::ReferenceTracker* tracker) noexcept;

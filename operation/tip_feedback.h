@@ -9,9 +9,9 @@
 
 namespace tandem::operation {
 
-/** Checks the measurements of sensing/tips. The age of a measurement is that of the newest of our commands that the
- * robot had executed then, on our own clock; in lock-step, the simulated time since. A tip that drops out stays valid
- * until it is too old; then the trajectory is held. Nothing allocates. */
+/** Checks the measurements of sensing/tips. The age of a measurement is the age, on our own clock, of the newest of our
+ * commands that the robot had executed at its time; in lock-step, the simulated time since then. A tip that drops out
+ * stays valid until it is too old; then the trajectory is held. Nothing allocates. */
 class TipFeedback {
  public:
   /// @param budget  largest age of a measurement, s
