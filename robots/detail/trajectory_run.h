@@ -6,8 +6,8 @@
 
 namespace tandem::robots {
 
-/** See planning::Follower. Tips are the model's, which follow every state: elastic arms remember their way; or measured
- * ones. */
+/** Run with planning::Follower. Tips are measured, or those of the model, which follows every state because elastic
+ * arms depend on the path of the joints. */
 class TrajectoryRun final : public Run {
  public:
   TrajectoryRun(const std::vector<const kinematics::ArmModel*>& models, double period)
