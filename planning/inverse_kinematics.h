@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Inverse kinematics of all arms under all limits; the nearest reachable poses where there is no solution. */
+/** @file Inverse kinematics of all arms under all limits; the nearest reachable poses if there is no solution. */
 #pragma once
 
 #include <cstdint>

@@ -6,8 +6,8 @@
 
 namespace tandem::planning {
 
-/** Room at joints q: the smallest distance to the joints' boxes and rows, in units of 0.1 m and 1 rad, or of the
- * stability to the demanded one. */
+/** Room at joints q: the smallest distance to the joints' boxes and rows, in units of 0.1 m and 1 rad, or the margin of
+ * the stability above the demanded one if that is smaller. */
 double roomAt(const Arms& arms, const safety::RobotVector& q, double stability, const Demands& demands);
 
 struct StartCandidate {
