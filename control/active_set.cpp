@@ -11,7 +11,7 @@ namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 /// A normal counts as dependent if its part outside the span of the active ones is smaller than this fraction of it.
 constexpr double kDependent = 1e-11;
-/// Relative size of a violation due to rounding, of one constraint and of the largest variable.
+/// Violation due to rounding, relative to the constraint's own terms and to the largest variable.
 constexpr double kRowRounding = 1e-13, kGlobalRounding = 1e-14;
 /// A violation of this size relative to the largest variable, which no step can reduce, is accumulated rounding where
 /// more constraints are active than there are dimensions; a larger one is infeasibility.

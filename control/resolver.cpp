@@ -94,7 +94,7 @@ void tidy(const StepProblem& problem, Solution& solution) {
  * rotates neighbouring tubes apart by a small angle, after which the task itself moves them further. */
 void leaveSaddle(const StepProblem& problem, double period, double limit, Solution& solution) {
   constexpr double kUndone = 0.05;   // of a wanted velocity
-  constexpr double kNoLever = 1e-6;  // lever of a rotation on the task residual, relative to its column
+  constexpr double kNoLever = 1e-6;  // projection of a rotation's column on the task residual, relative to both norms
   constexpr double kOffset = 1e-4;   // rad
   constexpr double kSlow = 1e-9;     // wanted velocities below this are rounding, m/s
   for (int k = 0; k < problem.task_count; ++k) {

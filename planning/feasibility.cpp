@@ -309,7 +309,7 @@ class Walker {
   InverseKinematics near_, far_, judge_;
   StepPath step_path_;
   std::vector<kinematics::Branch> branches_;
-  TrajectoryPoint last_;  ///< where the tips are
+  TrajectoryPoint last_;  ///< present position of the tips
   Reach edge_ = Reach::kReached;
 };
 

@@ -89,8 +89,8 @@ struct PosePoint {
 
 PosePoint evaluate(const PoseProblem& problem, const safety::RobotVector& q);
 
-/// Hessian of the Lagrangian: d / dz of sum_k R_k(q)' w_k over the targets, R_k = d r_k / dz, and of 1/2 factor sum
-/// |r_k|^2, by central differences of exact gradients. @param multipliers  of the constraints
+/// Hessian of the Lagrangian, the targets' part: d / dz of sum_k R_k(q)' w_k over the targets, R_k = d r_k / dz, and of
+/// 1/2 factor sum |r_k|^2, by central differences of exact gradients. @param multipliers  of the constraints
 Eigen::MatrixXd curvature(const PoseProblem& problem,
                           const safety::RobotVector& q,
                           double factor,

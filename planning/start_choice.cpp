@@ -9,7 +9,7 @@
 namespace tandem::planning {
 namespace {
 
-constexpr double kTie = 1e-6;   // relative difference in room
+constexpr double kTie = 1e-6;   // resolution of the room: a smaller difference is a tie
 constexpr double kSame = 1e-3;  // in z: below it two starts are equal
 
 bool known(const Arms& arms, const std::vector<StartCandidate>& candidates, const safety::RobotVector& q) {

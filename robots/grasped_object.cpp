@@ -52,7 +52,7 @@ struct GraspedObjectMechanism::Parts {
     grasp::Twist left;
     return grasp().contactForces(rest.state, wrench(), squeeze, left);
   }
-  /// Whether no contact slips or pulls under these forces, and friction contacts have pressure.
+  /// Whether no contact slips or pulls under these forces, and friction contacts are under compression.
   bool holds(const VectorXd& force) const {
     for (std::size_t k = 0; k < arms.size(); ++k) {
       const grasp::ContactLoad load = loadAt(k, force);

@@ -24,8 +24,8 @@ inline FaultRecord withEmergencyStop(const FaultRecord& present, bool active) no
   return record;
 }
 
-/** Emergency stop reported periodically by another device, for example the controller of the cell. A time-out of the
- * reports counts as pressed. Times are ns on the caller's clock. */
+/** Emergency stop reported periodically by another device, for example the controller of the cell. A time-out after the
+ * first report counts as pressed. Times are ns on the caller's clock. */
 class EmergencyReports {
  public:
   /// @param budget longest time between two reports, s; 0: no reports are expected.
