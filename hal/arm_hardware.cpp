@@ -12,9 +12,9 @@ namespace {
 using safety::DriveRequest;
 using safety::OperatingState;
 
-/// Between two boots of an arm that does not come up: control repeats its request with every command.
+/// Shortest time between two boots of an arm that fails to come up: control repeats its request with every command.
 constexpr std::int64_t kBootPause = 2 * kSecond;
-/// For faults that drives keep over a boot, until they are reset.
+/// Time for faults that drives keep over a boot, until they are reset.
 constexpr std::int64_t kFaultReset = kSecond;
 
 }  // namespace
@@ -78,7 +78,7 @@ safety::ArmVector ArmHardware::velocity() const noexcept {
   return v;
 }
 
-/// Where the drives are commanded to be; of lost joints, where they were seen last.
+/// Commanded positions of the drives; of lost joints, the last valid ones.
 safety::ArmVector ArmHardware::places() const noexcept {
   safety::ArmVector q(jointCount());
   for (int j = 0; j < jointCount(); ++j)
@@ -89,7 +89,7 @@ safety::ArmVector ArmHardware::places() const noexcept {
 safety::FaultRecord ArmHardware::presentFailure() const noexcept {
   safety::FaultRecord present;
   for (const Axis* axis : axes_) {
-    // What a lost joint reports is why it is lost; another master may move it, and the others' limits with it.
+    // Guards of a lost joint are the cause of its loss; only another master counts: it may move the other joints, too.
     constexpr GuardMask kOfAll = bit(HardwareGuard::kForeignMaster);
     const safety::FaultRecord failure = axis->failure(lost(*axis) ? axis->guards() & kOfAll : axis->guards());
     if (present.faults == 0)
@@ -124,11 +124,11 @@ DriveRequest ArmHardware::onEnable(std::int64_t now) noexcept {
   if (supervisor_.state() != OperatingState::kDisabled)
     return DriveRequest::kEnable;
   if (presentFaults() != 0)
-    return DriveRequest::kEnable;  // latches them, which says why
+    return DriveRequest::kEnable;  // the supervisor latches the faults and reports them
   if (!homed() || homing_.running() || recovering_ || !emergency_known_)
     return DriveRequest::kKeep;
   if (!(safety::readOutside(supervisor_.limits(), position()).amount <= 0.0))
-    return DriveRequest::kEnable;  // the same, before torque finds a distance to cover
+    return DriveRequest::kEnable;  // likewise, before a drive gets torque outside its limits
   enable_asked_ = now;
   if (power_ == ArmPower::kOff && supervisor_.standing())
     startSwitchingOn(now);
@@ -170,7 +170,7 @@ void ArmHardware::startSwitchingOn(std::int64_t now) noexcept {
   }
 }
 
-/// The drives that shall have torque have it.
+/// All drives that have to get torque have it.
 bool ArmHardware::onceInOperation() noexcept {
   if (power_ != ArmPower::kSwitchingOn || !all([&](const Axis& axis) { return axis.followsCommand() || lost(axis); }))
     return false;
@@ -183,7 +183,7 @@ bool ArmHardware::onceInOperation() noexcept {
 void ArmHardware::onDisable(std::int64_t now) noexcept {
   if (power_ == ArmPower::kSwitchingOn)
     switchOff(now);
-  // The request is stored: torque may not be gone yet, and the last boot be too recent.
+  // The request is stored: torque may still be on, or the last boot too recent.
   if (supervisor_.state() == OperatingState::kFault && needs_boot_ && !rebooting_)
     rebooting_ = boot_due_ = true;
 }
@@ -218,7 +218,7 @@ void ArmHardware::onAxisGuards(int joint, GuardMask guards, std::int64_t now) no
   const bool drive = (guards & ~kRampGuards) != 0;
   const bool moves = power_ == ArmPower::kOn;
   if (moves && drive) {
-    // Where this axis ends is its drive's business; the others stop on the line that remains without it.
+    // The drive of this axis stops by itself; the other joints stop along the line that remains without it.
     needs_boot_ = true;
     supervisor_.latchAxisFailure(axis.failure(guards), axis.position());
     axis.setOperating(false);
@@ -272,7 +272,7 @@ void ArmHardware::stepSwitchingOn(std::int64_t now) noexcept {
   latch(late);
 }
 
-/// Torque goes when the joints stand, not when their reference does; what never comes to rest gets a quick stop.
+/// Torque goes off when the joints are at standstill, not only their reference; after the stop budget in any case.
 void ArmHardware::stepOn(std::int64_t now) noexcept {
   if (supervisor_.powered() || !supervisor_.standing()) {
     stood_ = 0;
@@ -297,7 +297,7 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
         for (Axis* axis : axes_) {
           if (axis->goalReached() || axis->unresponsive() || lost(*axis))
             continue;
-          axis->fail(HardwareGuard::kSwitchOn);  // it does not let go
+          axis->fail(HardwareGuard::kSwitchOn);  // torque does not go off
           latch(axis->failure(bit(HardwareGuard::kSwitchOn)));
         }
         power_ = ArmPower::kOff;
@@ -312,7 +312,7 @@ void ArmHardware::stepPower(std::int64_t now) noexcept {
 
 void ArmHardware::stepReboot(std::int64_t now) noexcept {
   if (foreignMaster())
-    rebooting_ = boot_due_ = false;  // no reset of nodes that somebody else commands
+    rebooting_ = boot_due_ = false;  // no reset of nodes that another master commands
   if (!rebooting_)
     return;
   if (boot_due_) {
@@ -365,7 +365,7 @@ void ArmHardware::step(double dt, std::int64_t now, std::array<GuardMask, safety
   stepHoming(now);
   supervisor_.step(dt, now);
   stepPower(now);
-  // Without torque the joints are where they are; they owe nothing to an earlier reference.
+  // Without torque the reference is the measured position, whatever it was before.
   if (power_ != ArmPower::kOn && supervisor_.standing() && !supervisor_.powered() && homed())
     supervisor_.place(power_ == ArmPower::kSwitchingOn ? places() : position());
   for (int j = 0; j < jointCount(); ++j) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Hardware of one arm: connects safety::ArmSupervisor to the axes of the arm.
  *
- * Drives of an arm get torque together and lose it together. Torque never finds a distance to cover, one axis that
- * fails stops the arm along a line that keeps the coupled limits, and what the hardware did wrong is forgotten only by
- * a new boot of all nodes of the arm. */
+ * All drives of an arm get torque together and lose it together. A drive gets torque with its target at the measured
+ * position, so it does not move. If one axis fails, the arm stops along a line that keeps the coupled limits. Only a
+ * new boot of all nodes of the arm clears a fault that the hardware caused. */
 #pragma once
 
 #include <vector>
@@ -31,26 +31,26 @@ class ArmHardware {
   /// Resets and configures all nodes of the arm.
   void boot(std::int64_t now) noexcept;
 
-  /** Takes the arm's part of a command. A request to enable or to recover goes on until the drives are in operation;
-   * one to disable an arm in FAULT boots the nodes first, where the hardware was the cause. To recover needs no boot:
-   * joints against which something stands are lost, the others get power; where nothing is left, or a lost joint has
-   * not been seen in good order since the start, nothing happens. */
+  /** Applies the part of a command for this arm. A request to enable or to recover continues until the drives are in
+   * operation. A request to disable an arm in FAULT boots the nodes first if the hardware caused the fault. Recovery
+   * needs no boot: joints that the request names, that have a guard or are not ready are lost, the others get power. It
+   * has no effect if no joint is left, or if a lost joint has had no valid position since the start. */
   safety::GateReport command(const safety::ArmRequest& request, std::int64_t now) noexcept;
   void disableForNewSession() noexcept { supervisor_.disableForNewSession(); }
-  /** The emergency stop as it is read now. While it is pressed, or has been lost, the arm is stopped and cannot be
-   * cleared; while it is not known the arm does not get power. An arm that is recovered may have lost the drive that
-   * reported it before: then it has to be known that it is pressed. */
+  /** Present state of the emergency stop. While it is pressed or lost, the arm is stopped and its fault cannot be
+   * cleared; while its state is not known, the arm does not get power. A recovered arm may have lost the drive that
+   * reported the emergency stop before: then only a known pressed state stops it. */
   void setEmergencyStop(bool pressed, bool lost, bool known) noexcept;
-  /// The stop topic.
+  /// Stop request from the stop topic.
   void stop(const safety::FaultRecord& record) noexcept { supervisor_.latch(record); }
 
-  /// Runs a homing run, or keeps it running: without a repetition within kHomingKeepAlive it is stopped.
+  /// Starts a homing run, or continues it; the run stops unless the call is repeated within kHomingKeepAlive.
   enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady };
   HomingAnswer home(std::int64_t now) noexcept;
   static constexpr double kHomingKeepAlive = 1.0;  ///< s
 
-  /// Goes on by one period of dt, s: watches the axes, moves the reference, writes what the drives shall do.
-  /// @param[out] began per joint: the guards that began to act.
+  /// Advances by one period of dt, s: checks the axes, moves the reference, writes the commands of the drives.
+  /// @param[out] began per joint: the guards that became active.
   void step(double dt, std::int64_t now, std::array<GuardMask, safety::kMaxJointsPerArm>& began) noexcept;
 
   const safety::ArmSupervisor& supervisor() const noexcept { return supervisor_; }
@@ -58,17 +58,17 @@ class ArmHardware {
   const Axis& axis(int joint) const noexcept { return *axes_[static_cast<std::size_t>(joint)]; }
   ArmPower power() const noexcept { return power_; }
   bool homing() const noexcept { return homing_.running(); }
-  /// All joints know where they are.
+  /// All joints have a known position.
   bool homed() const noexcept;
   bool valid() const noexcept;
-  /// Neither the reference nor, as far as the drives tell that can be received, a joint moves.
+  /// The reference and all joints with a responding drive are at standstill.
   bool standing() const noexcept;
   safety::ArmVector position() const noexcept;
   safety::ArmVector velocity() const noexcept;
-  /// Faults whose cause stands now, with the first joint of them.
+  /// Faults whose cause is present now, with the first joint that has one.
   safety::FaultRecord presentFailure() const noexcept;
   safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
-  /// The nodes are being booted on request of an operator, or will be as soon as torque is gone.
+  /// An operator has requested a boot of the nodes: it is in progress, or starts as soon as torque is off.
   bool rebooting() const noexcept { return rebooting_; }
 
  private:
@@ -90,7 +90,7 @@ class ArmHardware {
   void stepReboot(std::int64_t now) noexcept;
   void stepHoming(std::int64_t now) noexcept;
   safety::ArmVector places() const noexcept;
-  /// Somebody else commands a bus of this arm.
+  /// Another master commands a bus of this arm.
   bool foreignMaster() const noexcept;
   template <class Condition>
   bool all(Condition&& condition) const noexcept;
@@ -101,24 +101,24 @@ class ArmHardware {
   std::int64_t power_budget_;
   std::int64_t request_budget_;
   ArmPower power_ = ArmPower::kOff;
-  bool recovering_ = false;      ///< power is, or is being, given to recover the arm
+  bool recovering_ = false;      ///< power is on, or is being switched on, to recover the arm
   safety::JointMask lost_ = 0;   ///< recovering_: joints without power
-  safety::JointMask known_ = 0;  ///< joints that were seen in good order since the start
-  safety::ArmVector trusted_;    ///< where, the last time, m, rad
+  safety::JointMask known_ = 0;  ///< joints that have had a valid position since the start
+  safety::ArmVector trusted_;    ///< last valid position of these joints, m, rad
   std::int64_t power_since_ = 0;
-  std::int64_t stop_budget_ = 0;  ///< of the slowest axis, ns
-  std::int64_t stood_ = 0;        ///< since when the reference of an arm that lost its power stands, 0: it does not
+  std::int64_t stop_budget_ = 0;  ///< stop budget of the slowest axis, ns
+  std::int64_t stood_ = 0;        ///< before power goes off: start of the standstill of the reference; 0: none
   std::int64_t enable_asked_ = 0;
   std::int64_t home_asked_ = 0;
   std::int64_t booted_ = 0;
-  std::int64_t up_since_ = 0;  ///< rebooting_: all axes have been up, 0: not yet
+  std::int64_t up_since_ = 0;  ///< rebooting_: time since which all axes are up, 0: not yet
   bool needs_boot_ = false;    ///< the hardware caused a fault: only a boot clears it
   bool rebooting_ = false;
-  bool boot_due_ = false;  ///< rebooting_: the boot has not begun yet
+  bool boot_due_ = false;  ///< rebooting_: the boot has not started yet
   bool emergency_active_ = false;
   bool emergency_known_ = true;
   bool emergency_lost_ = false;
-  bool without_emergency_stop_ = false;  ///< recovering_: it was lost before
+  bool without_emergency_stop_ = false;  ///< recovering_: the emergency stop was lost before
   std::array<GuardMask, safety::kMaxJointsPerArm> seen_{};
 };
 

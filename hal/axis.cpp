@@ -13,9 +13,9 @@ namespace {
 
 using canopen::NodePhase;
 
-/// For which a drive may not say that it follows: one TPDO may have been sampled before the command came.
+/// Longest time without the statusword bit "follows": one TPDO may have been sampled before the command arrived, s.
 constexpr double kIgnoreBudget = 0.030;
-/// After which a quick stop has to show, s.
+/// Longest time until a quick stop shows an effect, s.
 constexpr double kSilenceBudget = 0.020;
 
 }  // namespace
@@ -106,7 +106,7 @@ void Axis::updateNodes(std::int64_t now) noexcept {
     phase_ = AxisPhase::kReferencing;
     if (brake_)
       brake_->restart(now);
-    emergency_ = encoder_emergency_ = false;  // of the time before the reset; what still stands shows in the statusword
+    emergency_ = encoder_emergency_ = false;  // those before the reset; a present error shows in the statusword
     fault_reset_ = true;
   }
 }
@@ -137,7 +137,8 @@ void Axis::readEncoder(std::int64_t now) noexcept {
 }
 
 void Axis::setLimits() noexcept {
-  // Outside of where an arm may be enabled: a drive that finds its target beyond a limit runs to the limit, at once.
+  // Outside the range in which an arm may be enabled: a drive whose target is beyond a limit moves to the limit at
+  // once.
   const double here = recovering_ ? units_.toJoint(counts_) : config_.lower;
   const Counts first = units_.toCounts(std::min(config_.lower, here) - safety::kAtRest);
   const Counts second = units_.toCounts(std::max(config_.upper, here) + safety::kAtRest);
@@ -177,7 +178,7 @@ void Axis::finishLimits(std::int64_t now) noexcept {
   position_ = units_.toJoint(counts_);
 }
 
-/// From the first TPDOs to a known position.
+/// Sets the reference from the first TPDOs.
 void Axis::reference() noexcept {
   const bool encoder_needed = encoder_ >= 0;
   if (!drive_stream_.fresh() || (encoder_needed && !encoder_stream_.fresh()))
@@ -200,7 +201,7 @@ SdoJobs::Status Axis::stepJobs(std::int64_t now) noexcept {
   return brake_ && brake_->writing() ? SdoJobs::Status::kBusy : jobs_.step(driveNode(), now);
 }
 
-/// Once a second, when nothing else uses the node's SDO client.
+/// Once a second, while the node's SDO client is not in use.
 void Axis::readTemperature(std::int64_t now) noexcept {
   if (config_.temperature_index == 0 || phase_ != AxisPhase::kReady || limits_pending_)
     return;
@@ -226,13 +227,13 @@ void Axis::noteGuard(HardwareGuard guard, bool stands) noexcept {
     guards_ |= bit(guard);
 }
 
-/// Open while torque holds the joint and shall; closed where it does not, and before it goes.
+/// Opens the brake while torque holds the joint in operation; closes it before torque goes off, or once it is off.
 void Axis::moveBrake(std::int64_t now) noexcept {
   const DriveState state = driveState();
   const bool torque = state == DriveState::kOperationEnabled || state == DriveState::kQuickStopActive ||
                       state == DriveState::kFaultReaction;
   const bool operation = goal() == PowerGoal::kOperation && state == DriveState::kOperationEnabled;
-  // Once it closes behind a joint that rests, a twitch does not open it again.
+  // A closing brake stays closed if the joint moves slightly.
   closing_ = torque && !operation && (closing_ || atRest());
   const bool open = operation || (torque && !closing_);
   const bool free = jobs_.status() != SdoJobs::Status::kBusy;
@@ -242,7 +243,7 @@ void Axis::moveBrake(std::int64_t now) noexcept {
 }
 
 void Axis::judgeMotion(std::int64_t now) noexcept {
-  // What is old says nothing about where the joint is; that it is old is another guard's business.
+  // Old feedback does not contain the present position; another guard reports that it is old.
   if (drive_stream_.fresh())
     following_.measured(position_, config_.following_error, now);
   const bool powered = driveState() == DriveState::kOperationEnabled;
@@ -251,7 +252,7 @@ void Axis::judgeMotion(std::int64_t now) noexcept {
   noteGuard(HardwareGuard::kIgnoresCommand, following_.ignored(kIgnoreBudget, now));
   noteGuard(HardwareGuard::kPowerLost, !powered);
   noteGuard(HardwareGuard::kTorque, torque_.exceeded(now));
-  // In cyclic velocity a drive may slow down before its limit, and say so.
+  // In cyclic velocity mode a drive may slow down before its limit and report the bit.
   noteGuard(HardwareGuard::kInternalLimit,
             config_.mode == DriveMode::kCyclicPosition && powered && (statusword_ & statusword::kInternalLimit) != 0);
 }
@@ -288,7 +289,7 @@ void Axis::update(std::int64_t now) noexcept {
     power_.resetFault(now);  // some drives keep their fault over a reset of the node
     fault_reset_ = false;
   }
-  fault_reset_ = fault_reset_ && driveState() != DriveState::kSwitchOnDisabled;  // a later fault is another one
+  fault_reset_ = fault_reset_ && driveState() != DriveState::kSwitchOnDisabled;  // a later fault is a new one
   if (limits_pending_)
     finishLimits(now);
   else if (phase_ == AxisPhase::kReferencing)
@@ -332,12 +333,12 @@ bool Axis::valid() const noexcept {
   return phase_ == AxisPhase::kReady && (guards_ & kUnknown) == 0;
 }
 
-/** Torque may go from a joint that stands behind a closed brake, or needs none. A joint that does not come down from
- * its greatest speed within a good part of the ramp from there has run away: torque is what drives it. Where its drive
- * is silent nobody knows: its ramp may run. */
+/** Torque may go off if the joint is at standstill and its brake is closed or absent. If a joint does not slow down
+ * from its greatest speed within kPart of the ramp, torque goes off, too: the joint runs away because the torque itself
+ * drives it. If the drive is silent, the speed is not known, and its ramp continues. */
 bool Axis::mayRelease(std::int64_t now) noexcept {
-  constexpr double kPart = 0.3;   // of the ramp; then it has lost as much of its speed
-  constexpr double kSlow = 0.05;  // of the fastest: not worth it, the budget of the stop will do
+  constexpr double kPart = 0.3;   // of the ramp; after it, a stopping joint has lost the same share of its speed
+  constexpr double kSlow = 0.05;  // of the maximum speed: below it, the stop budget is sufficient
   const double speed = std::abs(velocity());
   if (!power_.braking() || speed > 1.05 * stopping_from_) {
     stopping_ = now;
@@ -356,7 +357,7 @@ bool Axis::mayRelease(std::int64_t now) noexcept {
 void Axis::writeCommand(std::int64_t now) noexcept {
   const std::uint16_t controlword = power_.step(statusword_, mayRelease(now), now);
   sampled_ = now;  // the SYNC of this period follows
-  // Without torque the target follows the joint, so that torque never finds a distance to cover.
+  // Without torque the target follows the joint, so that a drive that gets torque does not move.
   if (holding_ && driveState() != DriveState::kOperationEnabled) {
     target_ = position_;
     target_velocity_ = 0.0;

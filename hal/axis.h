@@ -31,80 +31,80 @@ class Axis {
        canopen::Network& network,
        const safety::Budgets& budgets);
 
-  /// Resets and configures the nodes; everything that stood against the axis is forgotten.
+  /// Resets and configures the nodes; clears all guards of the axis.
   void boot(std::int64_t now) noexcept;
 
-  /// Takes in what the network has received, after Network::receive(), once per period.
+  /// Processes the frames that the network has received: once per period, after Network::receive().
   void update(std::int64_t now) noexcept;
   void onEmcy(int node, const canopen::Emcy& emcy) noexcept;
 
-  /// Where the drive shall go; kOperation only while phase() is kReady (or in a homing run).
+  /// Sets the power goal of the drive; kOperation only while phase() is kReady (or in a homing run).
   void setGoal(PowerGoal goal, std::int64_t now) noexcept { power_.setGoal(goal, now); }
-  /// Where the joint shall be and how fast it shall move there, m or rad, m/s or rad/s.
+  /// Sets the target position, m or rad, and the velocity towards it, m/s or rad/s.
   void setTarget(double position, double velocity) noexcept;
-  /// The target follows the joint as long as the drive has no torque, and stays when it gets torque.
+  /// The target follows the joint while the drive has no torque, and stays constant as soon as it has.
   void hold() noexcept { holding_ = true; }
   /// Writes controlword and target into the RPDO, before Network::transmit().
   void writeCommand(std::int64_t now) noexcept;
 
   AxisPhase phase() const noexcept { return phase_; }
-  /// What stands against the axis now. Guards that only mean something in operation count while `operating`.
+  /// Active guards. Guards that only apply in operation count while `operating`.
   GuardMask guards() const noexcept { return guards_; }
-  /// The fault that follows from these guards, with what lies behind it.
+  /// Fault that follows from these guards, with its cause.
   safety::FaultRecord failure(GuardMask guards) const noexcept;
   /// The HAL moves or holds the joint: the guards of operation count from now on.
   void setOperating(bool operating) noexcept;
-  /// A guard that whoever leads the axis has found; it stays until the next boot.
+  /// Sets a guard that the owner of the axis has detected; it stays until the next boot.
   void fail(HardwareGuard guard) noexcept;
 
   DriveState driveState() const noexcept { return power_.state(); }
   PowerGoal goal() const noexcept { return power_.goal(); }
   bool goalReached() const noexcept { return power_.reached(); }
   bool goalLate(std::int64_t now) const noexcept { return power_.late(now); }
-  /// In operation, its brake is open, and the drive says that it follows the target.
+  /// The drive is in operation, its brake is open, and its statusword reports that it follows the target.
   bool followsCommand() const noexcept;
-  /// Its drive has failed or fallen silent: what it measured last says nothing of now.
+  /// The drive has failed or is silent: its last measurement is not valid any more.
   bool unresponsive() const noexcept {
     return phase_ == AxisPhase::kFailed || (guards_ & bit(HardwareGuard::kDriveSilent)) != 0;
   }
-  /// By measurement: nothing is to be stopped.
+  /// Standstill by measurement.
   bool atRest() const noexcept { return motion_.atRest(); }
   /// The HAL moves or holds the joint.
   bool operating() const noexcept { return operating_; }
   std::uint16_t statusword() const noexcept { return statusword_; }
-  /// Bits to be added to the controlword: those of the mode.
+  /// Sets the mode-specific bits of the controlword.
   void setModeBits(std::uint16_t bits) noexcept { mode_bits_ = bits; }
 
   bool referenced() const noexcept { return phase_ == AxisPhase::kReady; }
-  /// Referenced, and drive and encoder answer and agree.
+  /// Referenced; drive and encoder respond and agree.
   bool valid() const noexcept;
-  double position() const noexcept { return position_; }           ///< by the drive, m or rad; 0 before the reference
-  double velocity() const noexcept { return motion_.velocity(); }  ///< as measured, m/s or rad/s
+  double position() const noexcept { return position_; }           ///< from the drive, m or rad; 0 before the reference
+  double velocity() const noexcept { return motion_.velocity(); }  ///< measured, m/s or rad/s
   double target() const noexcept { return target_; }               ///< m or rad
   double encoderPosition() const noexcept { return encoder_position_; }
   double followingError() const noexcept { return following_.error(); }  ///< m or rad
-  std::uint16_t errorCode() const noexcept { return error_code_; }       ///< of the last emergency, 0: none
-  /// Share of the last 100 TPDOs that came, of its drive or of its encoder, whichever is less; 0 to 1.
+  std::uint16_t errorCode() const noexcept { return error_code_; }       ///< of the last emergency message, 0: none
+  /// Share of the last 100 TPDOs that were received, 0 to 1: the lower one of drive and encoder.
   double feedbackSuccess() const noexcept;
-  /// Of the drive, degrees Celsius; NaN where it is not known.
+  /// Drive temperature, degrees Celsius; NaN: not known.
   double temperature() const noexcept { return temperature_; }
   const AxisConfig& config() const noexcept { return config_; }
   const AxisUnits& units() const noexcept { return units_; }
   canopen::Node& driveNode() noexcept { return network_.node(drive_); }
   const canopen::Node& driveNode() const noexcept { return network_.node(drive_); }
-  /// nullptr where there is none.
+  /// Encoder node; nullptr: none.
   const canopen::Node* encoderNode() const noexcept { return encoder_ < 0 ? nullptr : &network_.node(encoder_); }
   int driveIndex() const noexcept { return drive_; }
   int encoderIndex() const noexcept { return encoder_; }
 
-  /// SDO accesses while the axis runs: for homing runs; stepJobs() lets them go on.
+  /// SDO accesses while the axis runs, for homing runs; stepJobs() advances them.
   SdoJobs& jobs() noexcept { return jobs_; }
   SdoJobs::Status stepJobs(std::int64_t now) noexcept;
-  /// Software limits of the drive with room for where the joint stands now, or as configured. Only without torque.
+  /// Software limits of the drive: widened to contain the present position, or as configured. Only without torque.
   void setRecovering(bool recovering) noexcept;
   /// The drive's software limits are being written.
   bool settingLimits() const noexcept { return limits_pending_; }
-  /// These counts stand for this position from now on; software limits are set anew. Only without torque.
+  /// Assigns this position to these counts and writes the software limits again. Only without torque.
   void rereference(std::int32_t counts, double position) noexcept;
 
  private:
@@ -136,18 +136,18 @@ class Axis {
   SdoJobs jobs_;
   AxisPhase phase_ = AxisPhase::kBooting;
   GuardMask guards_ = 0;
-  GuardMask latched_ = 0;  ///< by fail(), until the next boot
+  GuardMask latched_ = 0;  ///< set by fail(), until the next boot
   bool operating_ = false;
-  bool free_to_move_ = true;    ///< no closed brake
-  bool closing_ = false;        ///< the brake, before torque goes
-  std::int64_t stopping_ = 0;   ///< since when the drive is to stop and lose its torque, ns
-  double stopping_from_ = 0.0;  ///< its speed then, m/s or rad/s
+  bool free_to_move_ = true;    ///< there is no brake, or it is open
+  bool closing_ = false;        ///< the brake closes, or is closed, before torque goes off
+  std::int64_t stopping_ = 0;   ///< time since which the drive has to stop and lose its torque, ns
+  double stopping_from_ = 0.0;  ///< speed at that time, m/s or rad/s
   bool holding_ = true;
-  bool fault_reset_ = false;     ///< one is due, should the drive show a fault after its boot
+  bool fault_reset_ = false;     ///< send one fault reset if the drive shows a fault after its boot
   bool limits_pending_ = false;  ///< software limits are being written
-  bool recovering_ = false;      ///< they have room for a joint that stands outside
+  bool recovering_ = false;      ///< the software limits are widened for a joint outside them
 
-  std::int64_t sampled_ = 0;  ///< when the last SYNC was sent, ns: what TPDOs of this period hold
+  std::int64_t sampled_ = 0;  ///< time of the last SYNC, ns: sampling time of the TPDOs of this period
   FeedbackStream drive_stream_;
   FeedbackStream encoder_stream_;
   FollowingWatch following_;
@@ -163,7 +163,7 @@ class Axis {
   double target_ = 0.0;
   double target_velocity_ = 0.0;
   double temperature_;
-  std::int64_t next_temperature_ = 0;  ///< when it is read again, ns
+  std::int64_t next_temperature_ = 0;  ///< time of the next reading, ns
   std::int32_t target_counts_ = 0;
 };
 

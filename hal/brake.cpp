@@ -20,7 +20,7 @@ bool Brake::step(bool open, bool torque, double position, bool free, canopen::No
     writing_ = status == SdoJobs::Status::kBusy;
     if (status == SdoJobs::Status::kFailed) {
       obeys_ = false;
-      open_ = true;  // for all that is known; to close it is tried again
+      open_ = true;  // state unknown: assumed open; closing is tried again
     }
     since_ = now;
   }

@@ -10,30 +10,30 @@
 
 namespace tandem::hal {
 
-/** Opens the brake where torque holds the joint, and closes it before torque goes, or at once where it is gone. Each
- * change is written to object 0x60FE:1 and read back. What a joint moves behind the closed brake without torque is its
- * slip: it is looked at as long as there is no torque, so that no torque is asked for, and no brake opened, on the
- * strength of one that does not hold. Nothing after construction allocates, locks or throws; times are ns. */
+/** Opens the brake once torque holds the joint; closes it before torque goes off, or at once if torque is lost. Each
+ * change is written to object 0x60FE:1 and read back. Slip is the motion of a joint behind its closed brake without
+ * torque. It is monitored as long as there is no torque, so that a brake that slips prevents power on. Nothing after
+ * construction allocates, locks or throws; times are ns. */
 class Brake {
  public:
   explicit Brake(const BrakeConfig& config) noexcept : config_(config) {}
 
-  /// The node was booted: its setup has closed the brake, `now`.
+  /// The node was booted: its setup has closed the brake at `now`.
   void restart(std::int64_t now) noexcept;
 
   /** Once per period, while the node is operational.
-   * @param open whether it shall be open
+   * @param open requested state
    * @param torque whether the drive holds the joint
    * @param position of the joint, m or rad
-   * @param free nobody else uses the node's SDO client
-   * @return false once it does not obey, or has slipped. */
+   * @param free the node's SDO client is not in use
+   * @return false after a failed write, or after slip. */
   bool step(bool open, bool torque, double position, bool free, canopen::Node& node, std::int64_t now) noexcept;
-  /// It uses the node's SDO client.
+  /// The brake uses the node's SDO client.
   bool writing() const noexcept { return writing_; }
 
-  /// It holds: torque may go.
+  /// The brake holds: torque may go off.
   bool closed(std::int64_t now) const noexcept { return elapsed(now, config_.closing_time) && !open_; }
-  /// It lets the joint move.
+  /// The brake is open: the joint can move.
   bool opened(std::int64_t now) const noexcept { return elapsed(now, config_.opening_time) && open_; }
 
  private:
@@ -47,7 +47,7 @@ class Brake {
   bool writing_ = false;  ///< the node has not confirmed it yet
   bool obeys_ = true;
   bool holding_ = false;  ///< closed and without torque: held_ counts
-  double held_ = 0.0;     ///< where the joint was when torque went, m or rad
+  double held_ = 0.0;     ///< joint position when torque went off, m or rad
   std::int64_t since_ = 0;
 };
 

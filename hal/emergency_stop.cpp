@@ -42,7 +42,7 @@ int EmergencyStopWatch::update(std::int64_t now) noexcept {
     readable = readable || (source.read && !source.lost);
     lost = lost || source.lost;
   }
-  // What was last received of an input that is lost counts as long as no other one can be received.
+  // A lost input keeps its last value as long as no other input is received.
   for (const Source& source : sources_)
     pressed = pressed || (source.pressed && !(source.lost && readable));
   silent_ = reports_.silent(now);

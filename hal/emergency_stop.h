@@ -12,30 +12,30 @@
 
 namespace tandem::hal {
 
-/** All inputs that tell of the emergency stop. One that says "pressed" is enough. One that falls silent is not missed
- * while another one is received; when the last one is lost, nobody would learn of the emergency stop, and that stops
- * the arms, too. While a node boots its input stands as it was last received. Nothing after construction allocates,
- * locks or throws; times are ns on the caller's clock. */
+/** Inputs that report the emergency stop. One pressed input is sufficient. A silent input is ignored while another one
+ * is received; the loss of the last input stops the arms, too, because the emergency stop cannot be read any more.
+ * While a node boots, its input keeps the last received value. Nothing after construction allocates, locks or throws;
+ * times are ns on the caller's clock. */
 class EmergencyStopWatch {
  public:
-  /// @param budget s for which an operational node may owe an input. @param reports s, of EmergencyReports.
+  /// @param budget longest time without an input of an operational node, s. @param reports s, of EmergencyReports.
   EmergencyStopWatch(double budget, double reports) : budget_(budget), reports_(reports) {}
 
   /// @param network outlives this. @param node index of the drive in it.
   void add(const EmergencyInput& input, const canopen::Network& network, int node);
 
-  /// What somebody else says who reads it.
+  /// Report of another process that reads the emergency stop.
   void report(bool pressed, std::int64_t now) noexcept { reports_.take(pressed, now); }
 
-  /// After Network::receive(), once per period. @return index of the axis whose input began to say "pressed"; -1: none.
+  /// Once per period, after Network::receive(). @return index of the axis whose input became pressed; -1: none.
   int update(std::int64_t now) noexcept;
 
   safety::EmergencyStop state() const noexcept { return state_; }
-  /// Inputs could be read, and none of them can any more.
+  /// Inputs were readable, and none of them is any more.
   bool lost() const noexcept { return lost_; }
-  /// Whoever reports on the topic has fallen silent.
+  /// The reports on the topic are silent.
   bool silent() const noexcept { return silent_; }
-  /// Nothing is to be read, or something has been.
+  /// There is nothing to read, or a value has been read.
   bool known() const noexcept {
     return (sources_.empty() && !reports_.asked()) || state_ != safety::EmergencyStop::kNotRead;
   }
@@ -46,9 +46,9 @@ class EmergencyStopWatch {
     const canopen::Network* network = nullptr;
     int node = 0;
     FeedbackStream stream{};
-    bool read = false;     ///< ever
+    bool read = false;     ///< at least one value was received
     bool pressed = false;  ///< as last read
-    bool lost = false;     ///< it should be received, and is not
+    bool lost = false;     ///< expected, but not received
   };
   void listen(Source& source, std::int64_t now) const noexcept;
 

@@ -8,7 +8,7 @@
 
 namespace tandem::hal {
 
-/** First in, first out, in one thread, without the heap. A full ring loses its oldest event: the newest tells most. */
+/** First-in first-out queue for one thread, without heap allocation. A full ring drops its oldest event. */
 template <class Event, std::size_t kSize>
 class EventRing {
  public:
@@ -21,7 +21,7 @@ class EventRing {
     events_[(first_ + count_++) % kSize] = event;
   }
 
-  /// @return false where there is none.
+  /// @return false: the queue is empty.
   bool pop(Event& event) noexcept {
     if (count_ == 0)
       return false;

@@ -26,7 +26,7 @@ void FeedbackStream::watch(const canopen::Tpdo& tpdo, const canopen::Network& ne
 }
 
 bool FeedbackStream::silent(const canopen::Network& network, double budget, std::int64_t now) const noexcept {
-  // Not received while this process itself stood still proves nothing: the SYNCs count, too.
+  // If this process itself was delayed, missing frames are no evidence: the SYNCs count, too.
   return network.syncCount() - sync_mark_ >= kMissedSyncs && now - time_ > nanoseconds(budget);
 }
 

@@ -12,54 +12,54 @@
 
 namespace tandem::hal {
 
-/** What a node in operation may owe. */
+/** Budgets for missing feedback of a node in operation. */
 struct FeedbackBudget {
-  double silence = 0.0;  ///< how long it may say nothing, s
-  double lost = 1.0;     ///< share of the last 100 TPDOs that may not have come; more than one such silence holds
+  double silence = 0.0;  ///< longest time without feedback, s
+  double lost = 1.0;     ///< largest share of missing TPDOs among the last 100; more than one such silence contains
 
   static FeedbackBudget of(const HardwareConfig& hardware, const safety::Budgets& budgets);
 };
 
-/** How often one TPDO came, against how often it should have. Times are ns. */
+/** Reception statistics of one TPDO: received and expected. Times are ns. */
 class FeedbackStream {
  public:
-  /// The node was booted: the wait for the first TPDO begins with the next watch().
+  /// The node was booted: the time-out for the first TPDO starts with the next watch().
   void restart() noexcept { *this = {}; }
   /// Once per period, after Network::receive().
   void watch(const canopen::Tpdo& tpdo, const canopen::Network& network, std::int64_t now) noexcept;
-  /// Came since the watch before.
+  /// Received since the last watch().
   bool fresh() const noexcept { return fresh_; }
-  /// @param budget for which a node in operation may owe its TPDO, s
+  /// @param budget longest time without the TPDO of a node in operation, s
   bool silent(const canopen::Network& network, double budget, std::int64_t now) const noexcept;
-  /// Of the last 100 SYNCs: how many were answered.
+  /// Share of the last 100 SYNCs with a received TPDO.
   const safety::SuccessRate& success() const noexcept { return success_; }
 
  private:
-  std::uint64_t count_ = 0;      ///< seen at the last watch
-  std::uint64_t sync_mark_ = 0;  ///< SYNCs sent when it last came
-  std::int64_t time_ = 0;        ///< when it last came
+  std::uint64_t count_ = 0;      ///< Tpdo::count at the last watch
+  std::uint64_t sync_mark_ = 0;  ///< SYNC count at the last reception
+  std::int64_t time_ = 0;        ///< time of the last reception
   bool fresh_ = false;
   bool begun_ = false;
   safety::SuccessRate success_;
 };
 
-/** Whether a joint is where it was commanded to be, and its drive takes notice of its commands. Times are ns. */
+/** Detects following errors of a joint, and a drive that ignores its commands. Times are ns. */
 class FollowingWatch {
  public:
-  /// The joint begins to be moved or held, at `target`.
+  /// Starts to watch a joint that is moved or held at `target`.
   void restart(double target) noexcept;
-  /// Every period: what is sent now. A command acts two periods later.
+  /// Every period: the target sent now. A command acts two periods later.
   void reported(double target) noexcept { recent_[next_++ % recent_.size()] = target; }
   void forget(double target) noexcept { recent_.fill(target); }
-  /// A new measurement. @param window that the error may fill
+  /// A new measurement. @param window largest permitted error
   void measured(double position, double window, std::int64_t now) noexcept;
-  /// @param follows the drive says so, or cannot say
+  /// @param follows the drive reports that it follows, or cannot report it
   void follows(bool follows, std::int64_t now) noexcept;
 
-  /// Distance from where the joint may be between the last targets, m or rad.
+  /// Distance to the interval of the last targets, m or rad.
   double error() const noexcept { return error_; }
   void clearError() noexcept { error_ = 0.0; }
-  /// Outside the window for so many s.
+  /// Outside the window for `time`, s.
   bool outside(double time, std::int64_t now) const noexcept { return longer(outside_since_, time, now); }
   bool ignored(double time, std::int64_t now) const noexcept { return longer(ignored_since_, time, now); }
 

@@ -19,7 +19,7 @@ std::string describeGuards(GuardMask guards) {
 
 safety::FaultRecord faultOf(GuardMask guards) noexcept {
   using safety::FaultCause;
-  // What a guard brings about comes after it.
+  // In causal order: a cause comes before its consequences.
   static constexpr std::pair<GuardMask, FaultCause> kCauses[] = {
       {bit(HardwareGuard::kForeignMaster), FaultCause::kForeignMaster},
       {bit(HardwareGuard::kNode) | bit(HardwareGuard::kDriveSilent) | bit(HardwareGuard::kEncoderSilent) |

@@ -21,23 +21,23 @@ constexpr GuardMask bit(HardwareGuard guard) { return 1u << static_cast<unsigned
 /// "drive_fault, emergency" or "none".
 std::string describeGuards(GuardMask guards);
 
-/// Guards that question where the joint is; all others question the drive.
+/// Guards that invalidate the joint position; all others concern the drive.
 inline constexpr GuardMask kSensorGuards =
     bit(HardwareGuard::kEncoderSilent) | bit(HardwareGuard::kEncoderAlarm) | bit(HardwareGuard::kEncoderMismatch);
 
-/// Guards on which an arm stops as a whole, with its ramp; with all others the axis itself is lost.
+/// Guards that stop the whole arm with its ramp; every other guard means that the axis itself is lost.
 inline constexpr GuardMask kRampGuards =
     kSensorGuards | bit(HardwareGuard::kForeignMaster) | bit(HardwareGuard::kFramesLost);
 
-/// The fault that follows from guards (kSensor, kDrive, kStopRequested or none) with what lies behind it.
+/// Fault that follows from guards (kSensor, kDrive, kStopRequested or none), with its cause.
 safety::FaultRecord faultOf(GuardMask guards) noexcept;
 
-/** Counts how often each guard began to act. */
+/** Counts the activations of each guard. */
 class HardwareGuardCounters {
  public:
   struct Entry {
     std::uint64_t count = 0;
-    std::uint8_t arm = 0;  ///< of the last time
+    std::uint8_t arm = 0;  ///< of the last activation
     std::uint8_t joint = 0;
   };
   void add(GuardMask began, int arm, int joint) noexcept;

@@ -15,7 +15,7 @@
 
 namespace tandem::hal {
 
-/** What a node has to say of itself in object 0x1018; what is 0 is not checked. */
+/** Expected identity of a node, object 0x1018; fields with value 0 are not checked. */
 struct DeviceIdentity {
   std::uint32_t vendor = 0;
   std::uint32_t product = 0;
@@ -29,37 +29,37 @@ struct BusConfig {
   std::string address;      ///< "can:can0", "unix:/path"
   double bit_rate = 1e6;    ///< bit/s
   double load_limit = 0.6;  ///< share of the bit rate that the cyclic traffic may use
-  int node_id = 127;        ///< under which the HAL sends its heartbeat
+  int node_id = 127;        ///< node id of the HAL's heartbeat
 };
 
-/** Where an axis knows its position from after power on. */
+/** Source of the joint position after power on. */
 enum class PositionReference : std::uint8_t {
-  kAbsoluteEncoder = 0,  ///< an encoder of its own (CiA 406) on the joint side: nothing has to move
+  kAbsoluteEncoder = 0,  ///< a separate encoder (CiA 406) on the joint side: no motion needed
   kDrive,                ///< the drive keeps an absolute position
-  kHoming,               ///< a homing run of the drive, to be asked for after each start
+  kHoming,               ///< a homing run of the drive, requested after each start
 };
 
-/** What keeps an axis where it is when its drive has no power. */
+/** Means that hold an axis when its drive has no power. */
 enum class HoldingMeans : std::uint8_t {
-  kNo = 0,       ///< nothing that anybody has declared
+  kNo = 0,       ///< none declared
   kSelfLocking,  ///< a gear or a lead screw that cannot be driven from the joint
   kBrake,        ///< a brake that closes without power
 };
 
-/** How much torque an axis may need. */
+/** Torque limit of an axis. */
 struct TorqueLimit {
   std::uint16_t object = 0;  ///< 0x6077 torque or 0x6078 current actual value, in the feedback PDO; 0: not watched
   double limit = 1.0;        ///< share of the rated torque (6076) or current (6075)
-  double time = 0.05;        ///< s for which it may be beyond: speeding up takes more
+  double time = 0.05;        ///< longest time above the limit, s: acceleration needs more torque
 };
 
 /** A homing run (CiA 402 mode 6). */
 struct HomingConfig {
   int method = 0;             ///< object 0x6098
   double fast = 0.0;          ///< towards the switch, m/s or rad/s
-  double slow = 0.0;          ///< off the switch or to the index
+  double slow = 0.0;          ///< off the switch or to the index, m/s or rad/s
   double acceleration = 0.0;  ///< m/s^2 or rad/s^2
-  double position = 0.0;      ///< of the joint where the run ends, m or rad
+  double position = 0.0;      ///< of the joint at the end of the run, m or rad
   int order = 0;              ///< axes with the same number run together, smaller numbers first
   double budget = 60.0;       ///< s
 };
@@ -76,18 +76,18 @@ struct EncoderConfig {
 struct BrakeConfig {
   int output_bit = 0;          ///< of 0x60FE:1
   bool closed_level = false;   ///< of that bit while the brake is closed; a brake without current is closed
-  double closing_time = 0.05;  ///< s until it holds
-  double opening_time = 0.05;  ///< s until it lets go
-  double slip = 0.0;           ///< what a joint may move behind the closed brake, m or rad
+  double closing_time = 0.05;  ///< time until the brake holds, s
+  double opening_time = 0.05;  ///< time until the brake is open, s
+  double slip = 0.0;           ///< largest permitted motion behind the closed brake, m or rad
 
   std::uint32_t mask() const noexcept { return std::uint32_t{1} << output_bit; }
-  /// Value of 0x60FE:1.
+  /// Value of 0x60FE:1 for a closed or open brake.
   std::uint32_t output(bool closed) const noexcept { return closed == closed_level ? mask() : 0; }
 };
 
 /** One joint and its drive. */
 struct AxisConfig {
-  std::string name;  ///< for people: "arm_a translation 1"
+  std::string name;  ///< readable name: "arm_a translation 1"
   int arm = 0;
   int joint = 0;  ///< in the arm's joint vector
   bool translation = true;
@@ -96,57 +96,57 @@ struct AxisConfig {
   DeviceIdentity identity;
   DriveMode mode = DriveMode::kCyclicPosition;
   Gearing gearing;
-  double lower = 0.0;  ///< the drive's own software limits, m or rad
+  double lower = 0.0;  ///< software limits of the drive, m or rad
   double upper = 0.0;
-  double velocity = 0.0;                   ///< the fastest that the axis may move, m/s or rad/s
+  double velocity = 0.0;                   ///< maximum speed of the axis, m/s or rad/s
   double slew_limit = safety::kUnlimited;  ///< largest change of the commanded velocity per second, m/s^2 or rad/s^2
   double quick_stop_deceleration = 0.0;    ///< m/s^2 or rad/s^2
   double following_error = 0.0;            ///< window of the drive and of the HAL, m or rad
   double following_time = 0.05;            ///< s for which the error may stay outside the window
-  double velocity_gain = 10.0;             ///< 1/s: mode CSV closes the position loop with it
+  double velocity_gain = 10.0;             ///< 1/s: gain of the position loop in mode CSV
   PositionReference reference = PositionReference::kAbsoluteEncoder;
   std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   HoldingMeans powerless_hold = HoldingMeans::kNo;
   TorqueLimit torque;
-  HomingConfig homing;  ///< where reference is kHoming
+  HomingConfig homing;  ///< used if reference is kHoming
   std::optional<EncoderConfig> encoder;
   std::optional<BrakeConfig> brake;
 
-  /// From the fastest that the axis may be to standstill, with its brake closed, and a margin, s.
+  /// Time from maximum speed to standstill with the brake closed, with a margin, s.
   double stopBudget() const noexcept;
 };
 
-/** Where the emergency stop, or the STO of a drive, can be read. */
+/** Input with the state of the emergency stop, or of the STO of a drive. */
 struct EmergencyInput {
-  int axis = 0;             ///< index in HardwareConfig::axes: whose drive tells
+  int axis = 0;             ///< index in HardwareConfig::axes of the drive that has the input
   bool statusword = false;  ///< bit of the statusword 6041; otherwise of the digital inputs 60FD
   int bit = 0;
-  bool active_low = true;  ///< 0 means pressed, so that a broken wire does, too
+  bool active_low = true;  ///< 0 means pressed, so that a broken wire means pressed, too
 };
 
 /** One arm of the robot. */
 struct ArmConfig {
   std::string name;
-  safety::ArmLimits limits;  ///< those of the robot, cut by what the axes can do: finite boxes and speeds
+  safety::ArmLimits limits;  ///< limits of the robot, cut by those of the axes: finite boxes and speeds
 };
 
-/** A whole robot's hardware. */
+/** Hardware of a whole robot. */
 struct HardwareConfig {
   std::string name;
-  std::string robot_file;          ///< whose joints these are
+  std::string robot_file;          ///< robot file that the joints belong to
   bool simulated = false;          ///< the nodes are simulated drives
   double period = 4e-3;            ///< of SYNC on all buses, s
   double node_heartbeat = 50e-3;   ///< period of the nodes' heartbeats, s
-  double feedback_budget = 30e-3;  ///< for which a node in operation may owe its PDO, s; three periods at the least
-  double boot_budget = 3.0;        ///< for a node to say that it is there after a reset, s
-  double transition_budget = 0.5;  ///< for a drive to take each step of its state machine, s
-  double power_budget = 2.0;       ///< for all drives of an arm to be in operation, s
+  double feedback_budget = 30e-3;  ///< longest time without a PDO of a node in operation, s; at least three periods
+  double boot_budget = 3.0;        ///< longest time from a reset to the boot-up message of a node, s
+  double transition_budget = 0.5;  ///< longest time for each state transition of a drive, s
+  double power_budget = 2.0;       ///< longest time until all drives of an arm are in operation, s
   std::vector<BusConfig> buses;
   std::vector<ArmConfig> arms;
-  std::vector<AxisConfig> axes;                ///< arms in order, their joints in order: complete
-  std::vector<EmergencyInput> emergency_stop;  ///< any of them stops all arms; empty: it cannot be read
+  std::vector<AxisConfig> axes;                ///< complete; arms in order, then their joints in order
+  std::vector<EmergencyInput> emergency_stop;  ///< each of them stops all arms; empty: it cannot be read
 
   /// Traffic of one bus in operation. @param heartbeat_budget time-out of the drives for the HAL's heartbeat, s.
   BusTraffic trafficOf(int bus, double heartbeat_budget) const;
@@ -154,23 +154,23 @@ struct HardwareConfig {
   BusPlan planOf(int bus, double heartbeat_budget) const;
 };
 
-/** A hardware file that says nothing of `slew_limit` lets a commanded velocity go from nothing to the drive's
- * `velocity` in this time, s: as fast as the default stop_deceleration of a robot takes it back (0.1 m/s^2, 20 rad/s^2)
- * at 10 mm/s and 2 rad/s. It does not act on setpoints at 10 Hz but when a rotation turns round at more than half of
- * its speed. */
+/** Default slew limit if a hardware file has no `slew_limit`: time in which the commanded velocity rises from 0 to the
+ * drive's `velocity`, s. It is the time that the default stop_deceleration of a robot (0.1 m/s^2, 20 rad/s^2) needs
+ * from 10 mm/s and 2 rad/s to 0. With setpoints at 10 Hz, it acts only if a rotation reverses at more than half of its
+ * speed. */
 inline constexpr double kSlewTime = 0.1;
 
-/// The HAL sends its heartbeat so many times within the drives' time-out.
+/// Heartbeats of the HAL within the drives' time-out.
 inline constexpr double kHeartbeatsPerBudget = 4.0;
 
-/// Whether the digital inputs 60FD of the drive of an axis are read.
+/// The digital inputs 60FD of the drive of an axis are read.
 bool readsInputs(const HardwareConfig& hardware, const AxisConfig& axis) noexcept;
 
-/// Whether every axis of an arm is declared to stay where it is without power.
+/// Every axis of an arm is declared to keep its position without power.
 bool holdsWithoutPower(const HardwareConfig& hardware, int arm) noexcept;
 
-/** The robot's limits, cut by what the axes of this arm can do.
- * @throw std::invalid_argument where a joint has no finite box or speed, or no room is left. */
+/** Limits of the robot, cut by those of the axes of this arm.
+ * @throw std::invalid_argument if a joint has no finite box or speed, or no range is left. */
 safety::ArmLimits cutLimits(const safety::ArmLimits& robot, const std::vector<AxisConfig>& axes, int arm);
 
 }  // namespace tandem::hal

@@ -10,7 +10,7 @@ namespace tandem::hal {
 namespace {
 
 constexpr std::int64_t kModeTimeout = 1'000'000'000;  ///< for the mode display, ns
-/// What may stand against an axis that is being homed: nothing.
+/// An axis in a homing run must have no guard.
 bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPhase::kFailed; }
 
 }  // namespace
@@ -110,7 +110,7 @@ void HomingRun::stepJobs(Phase next, std::int64_t now) noexcept {
 
 void HomingRun::stepRun(std::int64_t now) noexcept {
   const bool late = 1e-9 * static_cast<double>(now - entered_) > budget_;
-  // The bits of the mode mean something once the drive has taken the start: not in the first cycles.
+  // The mode-specific bits are valid only after the drive has processed the start, not in the first cycles.
   constexpr std::int64_t kSettling = 50'000'000;  // ns
   if (now - entered_ < kSettling)
     return;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Homing of the axes of one arm, group after group.
  *
- * The axes of a group start in the same cycle and run at one speed (config sees to that for the carriages of an arm).
- * So the distance of two carriages stays what it is while both move, and goes straight from there to its final value
- * while one still does: from one good value of equation (1) to another, never beyond either. One axis that fails stops
- * its whole group. */
+ * The axes of a group start in the same cycle and run at one speed (config checks this for the carriages of an arm). So
+ * the distance of two carriages is constant while both move, and changes monotonically to its final value while one of
+ * them still moves: from one value that satisfies equation (1) to another, never beyond either. One axis that fails
+ * stops its whole group. */
 #pragma once
 
 #include <vector>
@@ -18,18 +18,18 @@ class HomingRun {
  public:
   enum class Phase : std::uint8_t { kIdle, kMode, kPower, kRun, kPowerOff, kModeBack, kLimits, kAborting };
 
-  /// The axes of an arm; those that need no homing are left alone.
+  /// @param axes of an arm; axes that need no homing do not move.
   explicit HomingRun(std::vector<Axis*> axes) : axes_(std::move(axes)) {}
 
-  /// Some axis waits for a homing run.
+  /// At least one axis needs a homing run.
   bool needed() const noexcept;
   bool running() const noexcept { return phase_ != Phase::kIdle; }
   Phase phase() const noexcept { return phase_; }
 
   void start(std::int64_t now) noexcept;
-  /// Stops all axes by their quick stop, which ends before torque goes, and gives the run up.
+  /// Stops all axes with their quick stop, which ends before torque goes off, and ends the run.
   void abort(std::int64_t now) noexcept;
-  /// Goes on. Axes that spoil the run are failed with HardwareGuard::kHoming.
+  /// Advances the run. An axis that fails its homing gets HardwareGuard::kHoming.
   void step(std::int64_t now) noexcept;
 
  private:

@@ -18,8 +18,8 @@ void MeasuredMotion::restart() noexcept {
 }
 
 void MeasuredMotion::sample(double position, std::int64_t time) noexcept {
-  constexpr double kRest = 0.02;        // of the fastest
-  constexpr double kHair = 1.0 + 1e-9;  // counts are multiples of the resolution but for rounding
+  constexpr double kRest = 0.02;        // of the maximum speed
+  constexpr double kHair = 1.0 + 1e-9;  // tolerance for rounding: positions are multiples of the resolution
   const double step = position - position_;
   const double passed = std::max(period_, 1e-9 * static_cast<double>(time - time_));
   const bool first = !begun_;

@@ -6,25 +6,23 @@
 
 namespace tandem::hal {
 
-/** Speed from positions that a drive sampled at SYNCs. One sample proves nothing: a frame that comes late, or a count
+/** Speed from positions that a drive sampled at SYNCs. Decisions need kSamples samples: a single late frame, or a count
  * to and fro, looks like motion. Nothing allocates, locks or throws; times are ns. */
 class MeasuredMotion {
  public:
-  /** @param fastest that the axis may be, m/s or rad/s
-   * @param resolution m or rad of one count
-   * @param period of the SYNC, s */
+  /** @param fastest maximum speed of the axis, m/s or rad/s */
   MeasuredMotion(double fastest, double resolution, double period) noexcept;
 
-  /// The next sample begins a new history.
+  /// The next sample starts a new history.
   void restart() noexcept;
-  /// Where the joint was at `time`, by a sample that was not seen before: counts times the resolution, m or rad.
+  /// New sample of the joint position at `time`: counts times the resolution, m or rad.
   void sample(double position, std::int64_t time) noexcept;
 
-  /// Between the last two samples, m/s or rad/s; a single count is not motion.
+  /// Speed between the last two samples, m/s or rad/s; a single count is not motion.
   double velocity() const noexcept { return velocity_; }
-  /// The last samples were at rest: within two counts, or slower than a fiftieth of the fastest.
+  /// The last samples were at standstill: within two counts, or slower than a fiftieth of the maximum speed.
   bool atRest() const noexcept { return resting_ >= kSamples; }
-  /// The last samples were faster than the axis may be, with room for a position loop that catches up.
+  /// The last samples exceeded the maximum speed, with an allowance for a position loop that catches up.
   bool tooFast() const noexcept { return fast_ >= kSamples; }
 
   static constexpr int kSamples = 3;

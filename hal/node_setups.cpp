@@ -16,7 +16,7 @@ using canopen::SetupStep;
 
 constexpr std::uint32_t kDriveProfile = 402;
 constexpr std::uint32_t kEncoderProfile = 406;
-/// CANopen has up to four predefined PDOs each way; those that the HAL does not use must not load the bus.
+/// CANopen has up to four predefined PDOs per direction; those that the HAL does not use must not load the bus.
 constexpr int kPredefinedPdos = 4;
 
 std::uint16_t milliseconds(double seconds) {
@@ -37,7 +37,7 @@ canopen::Identity identityOf(const DeviceIdentity& device) {
   return {0, device.vendor, device.product, device.revision, device.serial};
 }
 
-/// What drives and encoders have in common: who they are, who watches whom, how long to wait.
+/// Setup common to drives and encoders: identity, heartbeats, time-outs.
 canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
                                const AxisConfig& axis,
                                int node,
@@ -58,7 +58,7 @@ canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
   return setup;
 }
 
-/// All predefined PDOs but those that are used (first to last) are switched off, where the node has them.
+/// Switches off all predefined PDOs outside of `first` to `last`, if the node has them.
 void switchOffOthers(std::vector<SetupStep>& steps, PdoDirection direction, int first, int last, int node) {
   for (int number = 1; number <= kPredefinedPdos; ++number) {
     if (number >= first && number <= last)
@@ -68,7 +68,7 @@ void switchOffOthers(std::vector<SetupStep>& steps, PdoDirection direction, int 
   }
 }
 
-/// 60C2: the period as u8 * 10^i8 s; config grants multiples of 0.1 ms up to 20 ms.
+/// 60C2: the period as u8 * 10^i8 s; config guarantees multiples of 0.1 ms up to 20 ms.
 void appendInterpolation(std::vector<SetupStep>& steps, double period) {
   std::int64_t value = std::llround(1e4 * period);
   int exponent = -4;
@@ -78,11 +78,11 @@ void appendInterpolation(std::vector<SetupStep>& steps, double period) {
   steps.push_back(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent"));
 }
 
-/// What a drive does by itself when it is commanded to stop, or nobody tells it anything: always the quick stop's ramp.
+/// Reaction of a drive to a stop or a loss of communication: always the quick stop ramp.
 void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const std::int64_t deceleration = AxisUnits(axis.gearing).toCountMagnitude(axis.quick_stop_deceleration);
   steps.push_back(canopen::write({0x6007, 0}, 3, 2, "abort connection option: quick stop"));
-  // An axis whose brake the HAL closes keeps its torque after the ramp, until the brake holds or somebody comes.
+  // An axis whose brake the HAL closes keeps its torque after the ramp, until the brake holds or the HAL disables it.
   if (axis.brake) {
     steps.push_back(canopen::write({0x605A, 0}, 6, 2, "quick stop option: ramp, then hold"));
   } else {
@@ -96,7 +96,7 @@ void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   steps.push_back(canopen::write({0x6085, 0}, deceleration, 4, "quick stop deceleration"));
 }
 
-/// The output that moves the brake is ours, and closes it until torque is there.
+/// The HAL controls the output of the brake, and keeps the brake closed until the drive has torque.
 void appendBrake(std::vector<SetupStep>& steps, const BrakeConfig& brake) {
   steps.push_back(canopen::write(objects::kOutputMask, brake.mask(), 4, "mask of the brake's output"));
   steps.push_back(canopen::write(objects::kOutputs, brake.output(true), 4, "output of the closed brake"));
@@ -107,7 +107,7 @@ void appendWindows(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   steps.push_back(
       canopen::write({0x6065, 0}, units.toCountMagnitude(axis.following_error), 4, "following error window"));
   steps.push_back(canopen::write({0x6066, 0}, milliseconds(axis.following_time), 2, "following error time-out"));
-  // Room for the position loop to catch up; the gate holds the speed itself.
+  // With an allowance for the position loop to catch up; the gate limits the speed itself.
   steps.push_back(
       optional(canopen::write({0x6080, 0}, units.toCountMagnitude(2.0 * axis.velocity), 4, "maximum motor speed")));
 }
@@ -148,7 +148,7 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   switchOffOthers(setup.steps, PdoDirection::kReceive, 1, 1, axis.node);
   switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, inputs ? 2 : 1, axis.node);
   PdoConfig command;
-  // The drive watches the cycle itself: half of what it grants our heartbeat.
+  // The drive watches the cycle itself: half of its time-out for the heartbeat of the HAL.
   command.event_timer = milliseconds(0.5 * heartbeat_budget);
   command.layout.add({{0x6040, 0}, 16});
   command.layout.add(axis.mode == DriveMode::kCyclicVelocity ? canopen::PdoEntry{{0x60FF, 0}, 32}

@@ -10,7 +10,7 @@
 namespace tandem::hal {
 namespace {
 
-/// What a frame of the cycle carries at the most: controlword and target, or statusword and position.
+/// Largest payload of a cyclic frame: controlword and target, or statusword and position.
 constexpr int kTypicalBytes = 6;
 
 canopen::NetworkOptions networkOptions(const BusConfig& bus, double heartbeat_budget) {
@@ -203,7 +203,7 @@ void RobotHardware::receive(std::int64_t now) noexcept {
   }
 }
 
-/// Before the arms: that drives have lost their torque by it is its consequence, not the cause.
+/// Before the arms: the loss of torque of their drives is a consequence of the emergency stop, not the cause.
 void RobotHardware::watchEmergencyStop(std::int64_t now) noexcept {
   const safety::EmergencyStop before = emergency_stop_.state();
   const int began = emergency_stop_.update(now);

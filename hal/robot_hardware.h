@@ -14,22 +14,22 @@
 
 namespace tandem::hal {
 
-/** How a robot is run. */
+/** Options for running a robot. */
 struct RobotOptions {
-  double control_period = 0.1;  ///< T: commands come this often, s
+  double control_period = 0.1;  ///< T: period of the commands, s
   safety::Budgets budgets;
-  double emergency_reports = 0.0;  ///< budget of onEmergencyStop(), s; 0: nobody is asked
+  double emergency_reports = 0.0;  ///< budget of onEmergencyStop(), s; 0: no such reports
 };
 
-/** Something to tell people, in the order of happening. */
+/** Event for the log, in order of occurrence. */
 struct HardwareEvent {
   enum class Kind : std::uint8_t {
-    kGuard,      ///< `guards` began on `arm`, `joint`
+    kGuard,      ///< `guards` became active on `arm`, `joint`
     kEmergency,  ///< `code` from the drive (or, `encoder`, the encoder) of that axis
     kNode,       ///< a node of that axis failed: `failure`
-    kReady,      ///< that axis can be used
+    kReady,      ///< that axis is ready
     kBus,        ///< `bus` entered `bus_state`
-    kMaster,     ///< somebody else sends `master` on `bus`
+    kMaster,     ///< another master sends `master` on `bus`
     kReleased,   ///< the emergency stop is no longer pressed
   };
   Kind kind = Kind::kGuard;
@@ -44,84 +44,85 @@ struct HardwareEvent {
   canopen::MasterFrame master = canopen::MasterFrame::kSync;
 };
 
-/** One period: what was received, what is wrong, where the arms shall be, what is sent, SYNC last.
+/** Periodic loop of the HAL: receive, check guards, compute targets, transmit, SYNC last.
  *
  * One thread; nothing after construction allocates, locks or throws. Times are ns on one monotonic clock. */
 class RobotHardware {
  public:
   /** @param buses as in the configuration, open; they outlive the robot
-   * @throw std::invalid_argument where counts differ or nodes contradict each other. */
+   * @throw std::invalid_argument if counts differ or nodes contradict each other. */
   RobotHardware(const HardwareConfig& config, const std::vector<can::Bus*>& buses, const RobotOptions& options);
 
-  /// Before start(): takes in what is on the buses and sends nothing. Repeat it for listeningTime(), then look at
-  /// network(b).masters(): whoever finds somebody there must not start.
+  /// Before start(): receives frames and sends nothing. Repeat it for listeningTime(), then read network(b).masters():
+  /// do not start if there is another master.
   void listen(std::int64_t now) noexcept { receiveFrames(now); }
   /// canopen::listeningTime() of the drives' time-out, s.
   double listeningTime() const noexcept { return listening_time_; }
-  /// Begins to send heartbeats and boots all nodes.
+  /// Starts the heartbeats and boots all nodes.
   void start(std::int64_t now) noexcept;
   /// One period, config().period long.
   void step(std::int64_t now) noexcept;
-  /// Takes a command. False: refused by an integrity guard of the whole stream.
+  /// Applies a command. False: an integrity guard of the whole stream refused it.
   bool command(const safety::RobotCommand& command, std::int64_t now) noexcept;
   /// The stop topic: stops every arm with the ramp and latches Fault::kStopRequested, in every state.
   void stop() noexcept;
-  /// Likewise of the arms that have power.
+  /// The same for all arms that have power.
   void stopPowered(const safety::FaultRecord& record) noexcept;
-  /// What somebody says who reads the emergency stop elsewhere; to be repeated within the budget.
+  /// Report of another process that reads the emergency stop; to be repeated within the budget.
   void onEmergencyStop(bool pressed, std::int64_t now) noexcept { emergency_stop_.report(pressed, now); }
-  /// No drive of any arm has torque, or is about to get it: the moment to leave after stop().
+  /// No drive of any arm has torque, or is about to get it: the process may exit after stop().
   bool off() const noexcept;
 
-  /// Homing of one arm; repeat it within ArmHardware::kHomingKeepAlive until it is done.
+  /// Homing of one arm; repeat the call within ArmHardware::kHomingKeepAlive until it is done.
   ArmHardware::HomingAnswer home(int arm, std::int64_t now) noexcept { return arms_[index(arm)].home(now); }
 
   const HardwareConfig& config() const noexcept { return config_; }
   int armCount() const noexcept { return static_cast<int>(arms_.size()); }
   int jointCount(int arm) const noexcept { return arms_[index(arm)].jointCount(); }
   const ArmHardware& arm(int arm) const noexcept { return arms_[index(arm)]; }
-  // As control sees an arm; the same names as of the simulated robot.
+  // Interface to control; the same names as in the simulated robot.
   safety::ArmVector position(int arm) const noexcept { return arms_[index(arm)].position(); }
   safety::ArmVector velocity(int arm) const noexcept { return arms_[index(arm)].velocity(); }
   bool valid(int arm) const noexcept { return arms_[index(arm)].valid(); }
-  /// Without power every axis of the arm stays where it is, by its gear or its brake.
+  /// Every axis of the arm keeps its position without power, by its gear or its brake.
   bool holdsWithoutPower(int arm) const noexcept { return hal::holdsWithoutPower(config_, arm); }
   const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[index(arm)].supervisor().setpoint(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[index(arm)].supervisor().state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[index(arm)].supervisor().faults(); }
-  /// ENABLED to be recovered, without the joints in lost().
+  /// ENABLED for recovery, without the joints in lost().
   bool recovering(int arm) const noexcept { return arms_[index(arm)].supervisor().recovering(); }
   safety::JointMask lost(int arm) const noexcept { return arms_[index(arm)].supervisor().lost(); }
-  /// All joints know where they are.
+  /// All joints have a known position.
   bool homed(int arm) const noexcept { return arms_[index(arm)].homed(); }
-  /// What led an arm into FAULT; empty in the other states.
+  /// Cause of the state FAULT of an arm; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept {
     return arms_[index(arm)].supervisor().faultRecord();
   }
-  /// As the inputs of the hardware file tell it.
+  /// As read from the inputs of the hardware file.
   safety::EmergencyStop emergencyStop() const noexcept { return emergency_stop_.state(); }
-  /// Times that an axis learnt where it is: its position before that is no part of a way.
+  /// Number of joint resets: an axis gets a new known position without a motion.
   std::uint32_t jointResets() const noexcept { return joint_resets_; }
   bool standing() const noexcept;
   const safety::GuardCounters& guards() const noexcept { return guards_; }
   const HardwareGuardCounters& hardwareGuards() const noexcept { return hardware_guards_; }
-  /// Sequence of the last command taken, 0 before the first.
+  /// Sequence of the last accepted command, 0 before the first.
   std::uint64_t answersCommand() const noexcept { return monitor_.sequence(); }
-  /// Share of the last 100 commands that came, 0 to 1.
+  /// Share of the last 100 commands that were received, 0 to 1.
   double commandSuccess() const noexcept { return monitor_.success(); }
 
   int busCount() const noexcept { return static_cast<int>(buses_.size()); }
   const can::Bus& bus(int b) const noexcept { return *buses_[index(b)].bus; }
   const canopen::Network& network(int b) const noexcept { return *buses_[index(b)].network; }
-  /// Share of the bit rate in use, from the frames of the last second at their longest.
+  /// Used share of the bit rate, from the frames of the last second with the most stuff bits.
   double busLoad(int b) const noexcept { return buses_[index(b)].load; }
-  /// Share of the last 100 TPDOs that came, 0 to 1, of the drive or encoder on this bus with the worst reception.
+  /// Share of the last 100 TPDOs that were received, 0 to 1, of the drive or encoder with the worst reception on this
+  /// bus.
   double busSuccess(int b) const noexcept;
-  /// An operator clears a fault while this bus is off: somebody outside of the periodic thread shall restart it. True
+  /// An operator clears a fault while this bus is off: a thread other than the periodic one has to restart it. True
   /// once per request.
   bool takeRestart(int b) noexcept;
 
-  /// Takes the oldest event out. False: there is none.
+  /// Removes the oldest event. False: there is none.
   bool nextEvent(HardwareEvent& event) noexcept { return events_.pop(event); }
 
  private:

@@ -19,7 +19,7 @@ void SdoJobs::clear() noexcept {
 void SdoJobs::push(const Job& job) noexcept {
   if (status_ == Status::kDone || status_ == Status::kFailed)
     clear();
-  if (count_ == kCapacity) {  // a programming error: fails instead of being lost
+  if (count_ == kCapacity) {  // a programming error: reported as a failure instead of a lost job
     status_ = Status::kFailed;
     abort_ = SdoAbort::kMemory;
     next_ = kCapacity - 1;
@@ -73,7 +73,7 @@ void SdoJobs::finish(canopen::SdoClient& sdo, std::int64_t now) noexcept {
   if (job.kind == Kind::kAwait && !equal) {
     if (now >= deadline_)
       fail(SdoAbort::kTimeout);
-    return;  // once more
+    return;  // read again
   }
   reading_back_ = false;
   deadline_ = 0;

@@ -9,26 +9,26 @@
 
 namespace tandem::hal {
 
-/** Writes that are read back, and reads that are repeated until a value shows. */
+/** Writes with read-back, and reads that are repeated until they return a value. */
 class SdoJobs {
  public:
   enum class Status : std::uint8_t { kIdle, kBusy, kDone, kFailed };
 
-  /// Forgets everything; a transfer that runs is given up with the next step.
+  /// Removes all jobs; the next step aborts a running transfer.
   void clear() noexcept;
   /// Writes a number of `size` bytes (1..4) and reads it back.
   void write(canopen::ObjectAddress object, std::int64_t value, int size) noexcept;
-  /// Reads until the value is there, at most `timeout` ns.
+  /// Reads until the object has the value, for at most `timeout` ns.
   void await(canopen::ObjectAddress object, std::int64_t value, int size, std::int64_t timeout) noexcept;
-  /// Reads once; value() has it when done.
+  /// Reads once; value() has the result when done.
   void read(canopen::ObjectAddress object) noexcept;
 
-  /// Goes on. kDone once everything is done, kFailed at the first refusal, difference or time-out.
+  /// Advances the jobs. kDone when all are done, kFailed at the first abort, difference or time-out.
   Status step(canopen::Node& node, std::int64_t now) noexcept;
   Status status() const noexcept { return status_; }
-  /// What was read last.
+  /// Last value read.
   std::uint64_t value() const noexcept { return value_; }
-  /// The abort code of a failure; kNone: another value was read.
+  /// Abort code of a failure; kNone: the value read differs.
   canopen::SdoAbort abort() const noexcept { return abort_; }
 
  private:
@@ -49,9 +49,9 @@ class SdoJobs {
   std::array<Job, kCapacity> jobs_{};
   std::size_t count_ = 0;
   std::size_t next_ = 0;
-  bool running_ = false;       ///< a transfer of ours
-  bool reading_back_ = false;  ///< the write is done
-  std::int64_t deadline_ = 0;  ///< of an await, 0: not begun
+  bool running_ = false;       ///< a transfer of this queue is running
+  bool reading_back_ = false;  ///< the write is done, the read-back is not
+  std::int64_t deadline_ = 0;  ///< of an await, 0: not started
   Status status_ = Status::kIdle;
   canopen::SdoAbort abort_ = canopen::SdoAbort::kNone;
   std::uint64_t value_ = 0;

@@ -18,7 +18,7 @@ class TorqueGuard {
       : watches_(limit.object != 0), most_(1e3 * limit.limit), time_(nanoseconds(limit.time)) {}
 
   bool watches() const noexcept { return watches_; }
-  /// What was before does not count.
+  /// Discards earlier readings.
   void reset() noexcept { since_ = 0; }
   /// A new reading, per mille.
   void take(std::int16_t reading, std::int64_t now) noexcept {
@@ -28,14 +28,14 @@ class TorqueGuard {
       since_ = now;
     }
   }
-  /// It has been beyond the limit, without a break, for as long as it may.
+  /// The torque has been above the limit without interruption for the permitted time.
   bool exceeded(std::int64_t now) const noexcept { return since_ != 0 && now - since_ >= time_; }
 
  private:
   bool watches_;
   double most_;  ///< per mille
   std::int64_t time_;
-  std::int64_t since_ = 0;  ///< beyond the limit, 0: it is not
+  std::int64_t since_ = 0;  ///< start of the time above the limit, 0: below
 };
 
 }  // namespace tandem::hal

@@ -12,7 +12,7 @@
 namespace tandem::hal::can {
 namespace {
 
-/// What the controller's detail byte says about its state; nothing where it speaks of overflows only.
+/// State in the controller's detail byte; false if the byte reports overflows only.
 bool stateOfDetail(std::uint8_t detail, BusState& state) noexcept {
   if (detail & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) {
     state = BusState::kPassive;
@@ -58,7 +58,7 @@ void Bus::noteError(const CanFrame& frame) noexcept {
   if (frame.id & CAN_ERR_RESTARTED)
     noteState(BusState::kActive);
   BusState state = state_;
-  // A controller that is off says so until it is restarted, whatever else it reports.
+  // A controller in bus-off stays there until it is restarted, whatever else it reports.
   if ((frame.id & CAN_ERR_CRTL) && state_ != BusState::kOff && stateOfDetail(frame.data[1], state))
     noteState(state);
 }

@@ -18,12 +18,13 @@
 namespace tandem::hal::can {
 namespace {
 
-/// Who is refused connects once to learn who holds the lock; nobody accepts, so so many may ask.
+/// A refused process connects once to read the id of the lock owner; no process accepts, so the backlog limits the
+/// number of such queries.
 constexpr int kBacklog = 4096;
 
 std::system_error lockFailure(const std::string& what) { return {errno, std::generic_category(), what}; }
 
-/// What stands for the bus, however it is called.
+/// Identity of the bus, the same for all its names.
 std::string identityOf(const std::string& address) {
   const std::size_t colon = address.find(':');
   const std::string kind = address.substr(0, colon);
@@ -34,7 +35,7 @@ std::string identityOf(const std::string& address) {
       throw lockFailure(address);
     return "can/" + std::to_string(index);
   }
-  // The folder, not the file: that one is another with every start of the hub.
+  // The folder, not the file: each start of the hub makes a new file.
   const std::filesystem::path path = rest;
   const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
   struct stat place {};
@@ -54,7 +55,7 @@ socklen_t fill(sockaddr_un& address, const std::string& identity) {
   return static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + length);
 }
 
-/// Process that listens at the address, 0 where it cannot be learnt.
+/// Process id of the listener at the address, 0 if not known.
 int holderOf(const sockaddr_un& address, socklen_t length) {
   const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0)

@@ -13,15 +13,15 @@ struct BusTaken : std::runtime_error {
   int holder;  ///< its process id; 0: not known, or of another pid namespace
 };
 
-/** Holds the lock of a bus as long as it lives; the kernel gives it back when the process dies, however it dies.
+/** Lock of a bus for the lifetime of the object; the kernel releases it when the process ends, for any reason.
  *
- * An agreement between masters: it hinders nobody from opening the bus, so that tools that listen, and simulated
- * drives, take none. It is an abstract AF_UNIX socket: no file, no right to write anywhere, and seen by all of one
- * network namespace, as CAN interfaces are. A CAN interface is known by its index, the socket of a bus by the place of
- * its file: two names of one bus are one lock. */
+ * The lock is advisory: it does not prevent opening the bus, so that listening tools and simulated drives need none. It
+ * is an abstract AF_UNIX socket: no file, no write permission needed, and visible in one network namespace, like CAN
+ * interfaces. A CAN interface is identified by its index, the socket of a bus by the location of its file: two names of
+ * one bus are one lock. */
 class BusLock {
  public:
-  /// @param address as of openBus(). @throw BusTaken where somebody else has it, std::system_error where there is no
+  /// @param address as of openBus(). @throw BusTaken if another process has the lock, std::system_error if there is no
   /// such bus or the kernel refuses.
   explicit BusLock(const std::string& address);
   ~BusLock();

@@ -9,7 +9,7 @@
 namespace tandem::hal::can {
 namespace {
 
-constexpr std::uint32_t kErrorFlag = 0x20000000;  // as candump prints it in an 8-digit identifier
+constexpr std::uint32_t kErrorFlag = 0x20000000;  // candump sets it in an 8-digit identifier
 
 std::invalid_argument expected(const std::string& what) { return std::invalid_argument("expected " + what); }
 
@@ -37,7 +37,7 @@ std::int64_t parseStamp(std::string_view text) {
 void parsePayload(std::string_view text, CanFrame& frame) {
   std::size_t digits = 0;
   for (const char c : text) {
-    if (c == '.')  // people separate bytes by points
+    if (c == '.')  // hand-written logs separate bytes by points
       continue;
     if (digits >= 2 * kFdLength)
       throw expected("at most 64 bytes");

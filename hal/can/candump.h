@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file candump's log format: "(1436509052.249713) vcan0 044#2A366C2BBA", one frame a line. */
+/** @file Log format of candump: "(1436509052.249713) vcan0 044#2A366C2BBA", one frame per line. */
 #pragma once
 
 #include <fstream>
@@ -20,7 +20,7 @@ class LogError : public std::runtime_error {
   LogError(const std::string& file, std::size_t line, const std::string& reason);
 };
 
-/** One line: a frame, when it was seen and where. `frame.time` holds the log's time, ns since the epoch. */
+/** One line: frame, time, interface. `frame.time` is the log's time, ns since the epoch. */
 struct LogEntry {
   CanFrame frame;
   std::string interface;
@@ -33,14 +33,14 @@ std::string formatLogLine(const CanFrame& frame, const std::string& interface, s
 
 /// Reads a whole log; empty lines and lines that begin with # are skipped. @throw LogError.
 std::vector<LogEntry> readLog(std::istream& in, const std::string& file);
-/// @throw LogError, std::runtime_error where the file cannot be opened.
+/// @throw LogError, std::runtime_error if the file cannot be opened.
 std::vector<LogEntry> readLogFile(const std::string& path);
 
-/** Writes what it is shown. Formats and writes at once: not for a periodic thread. */
+/** Writes a log, one line per frame. Formats and writes at once: not for a periodic thread. */
 class LogWriter {
  public:
   LogWriter(std::ostream& out, std::string interface) : out_(out), interface_(std::move(interface)) {}
-  /// @param realtime_offset what makes frame.time (monotonic) a time since the epoch, ns; see realtimeOffset().
+  /// @param realtime_offset realtime minus monotonic clock, added to frame.time, ns; see realtimeOffset().
   void write(const CanFrame& frame, std::int64_t realtime_offset);
 
  private:
@@ -48,16 +48,16 @@ class LogWriter {
   std::string interface_;
 };
 
-/** Sends a log again with the times between its frames. */
+/** Sends a log again with its original intervals between frames. */
 class LogReplayer {
  public:
   /// @param speed 2: twice as fast as recorded. @throw std::invalid_argument unless positive.
   LogReplayer(std::vector<LogEntry> entries, double speed = 1.0);
 
-  /// Sends what is due. The first call is the time of the first frame. @return frames sent by this call.
+  /// Sends the frames that are due. The first call starts with the first frame. @return frames sent by this call.
   std::size_t poll(Bus& bus, std::int64_t now) noexcept;
   bool done() const noexcept { return next_ == entries_.size(); }
-  /// When the next frame is due, ns monotonic; meaningless before the first poll() and when done().
+  /// Due time of the next frame, ns monotonic; undefined before the first poll() and when done().
   std::int64_t nextTime() const noexcept;
 
  private:

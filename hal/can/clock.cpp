@@ -19,7 +19,7 @@ std::int64_t read(clockid_t clock) noexcept {
 std::int64_t monotonicNow() noexcept { return read(CLOCK_MONOTONIC); }
 
 std::int64_t realtimeOffset() noexcept {
-  // The wall clock between two readings of the other one: the error is half of what they take.
+  // The wall clock is read between two readings of the monotonic clock: the error is half of their distance.
   const std::int64_t before = monotonicNow();
   const std::int64_t wall = read(CLOCK_REALTIME);
   const std::int64_t after = monotonicNow();

@@ -24,7 +24,7 @@ using Buffer = std::array<char, 1 << 15>;
   throw std::system_error(error, std::generic_category(), what);
 }
 
-/** A netlink socket that closes itself. */
+/** Netlink socket, closed by its destructor. */
 class Netlink {
  public:
   Netlink() : fd_(socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)) {
@@ -41,7 +41,7 @@ class Netlink {
     if (::send(fd_, message, length, 0) < 0)
       refuse(errno, "netlink");
   }
-  /// Calls `visit` for each message of the answer until its end; throws the kernel's refusal.
+  /// Calls `visit` for each message of the answer until its end; throws if the kernel refuses.
   template <class Visit>
   void receive(const std::string& what, Visit visit) {
     alignas(nlmsghdr) Buffer buffer;
@@ -262,7 +262,7 @@ LinkMonitor::LinkMonitor(const std::string& name) {
     refuse(error, "netlink");
   }
   try {
-    // After the subscription, so that no change falls between.
+    // After the subscription, so that no change is missed.
     const auto link = findLink(name);
     if (!link)
       refuse(ENODEV, "CAN interface " + name);
@@ -282,7 +282,7 @@ bool LinkMonitor::poll() noexcept {
   for (;;) {
     const ssize_t count = recv(fd_, buffer.data(), buffer.size(), MSG_DONTWAIT);
     if (count < 0 && errno == ENOBUFS) {
-      // News were lost: ask; the answer comes with the next poll.
+      // Messages were lost: request the state; the answer comes with the next poll.
       Message request(RTM_GETLINK, 0, index_);
       send(fd_, request.header(), request.header()->nlmsg_len, MSG_DONTWAIT);
       continue;

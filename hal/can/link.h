@@ -11,13 +11,13 @@
 
 namespace tandem::hal::can {
 
-/** One CAN interface. What an interface without a controller (vcan) does not have is empty. */
+/** One CAN interface. Values that an interface without a controller (vcan) lacks are empty. */
 struct LinkInfo {
   std::string name;
   std::string kind;  ///< "can", "vcan", "vxcan", ...
   int index = 0;
   bool up = false;
-  bool fd = false;                             ///< carries CAN FD frames (its MTU says so)
+  bool fd = false;                             ///< supports CAN FD frames (from its MTU)
   std::uint32_t mtu = 0;                       ///< bytes
   std::uint32_t queue_length = 0;              ///< txqueuelen, frames
   std::optional<std::uint32_t> bit_rate;       ///< bit/s
@@ -29,12 +29,12 @@ struct LinkInfo {
   std::optional<std::uint16_t> rx_errors;
 };
 
-/// All CAN interfaces. @throw std::system_error where netlink refuses.
+/// All CAN interfaces. @throw std::system_error if netlink refuses.
 std::vector<LinkInfo> listLinks();
-/// One interface, nothing where there is no CAN interface of that name. @throw std::system_error.
+/// One interface; empty if there is no CAN interface of that name. @throw std::system_error.
 std::optional<LinkInfo> findLink(const std::string& name);
 
-/** What to change of an interface; needs CAP_NET_ADMIN. */
+/** Settings of an interface to change; needs CAP_NET_ADMIN. */
 struct LinkChange {
   std::optional<bool> up;
   std::optional<std::uint32_t> bit_rate;      ///< bit/s; only while the interface is down
@@ -44,19 +44,19 @@ struct LinkChange {
 /// @throw std::system_error with the kernel's reason.
 void changeLink(const std::string& name, const LinkChange& change);
 
-/// Brings a controller back after bus-off. @throw std::system_error, for instance where it is not off.
+/// Restarts a controller after bus-off. @throw std::system_error, for instance if it is not off.
 void restartLink(const std::string& name);
 
-/** Watches one interface going up and down. */
+/** Monitors whether one interface is up. */
 class LinkMonitor {
  public:
-  /// @throw std::system_error where netlink refuses, or there is no such interface.
+  /// @throw std::system_error if netlink refuses, or there is no such interface.
   explicit LinkMonitor(const std::string& name);
   ~LinkMonitor();
   LinkMonitor(const LinkMonitor&) = delete;
   LinkMonitor& operator=(const LinkMonitor&) = delete;
 
-  /// Takes what netlink has to tell, without waiting. Allocates nothing. @return up().
+  /// Processes the pending netlink messages, without waiting. Allocates nothing. @return up().
   bool poll() noexcept;
   bool up() const noexcept { return up_; }
   int index() const noexcept { return index_; }

@@ -18,7 +18,7 @@ namespace tandem::hal::can {
 namespace {
 
 constexpr std::int64_t kRetry = 100'000'000;
-constexpr int kQueue = 1 << 20;  // bytes on the way to one party
+constexpr int kQueue = 1 << 20;  // bytes queued for one participant
 
 std::system_error failure(const std::string& what) { return {errno, std::generic_category(), what}; }
 
@@ -33,7 +33,7 @@ bool addressOf(const std::string& path, sockaddr_un& address) noexcept {
 
 int openSocket() noexcept { return socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
 
-/// Room in its queue, and the time at which each frame was sent.
+/// Sets the queue size of a socket and enables time stamps.
 void prepare(int fd) noexcept {
   const int on = 1;
   setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
@@ -69,7 +69,7 @@ bool wouldBlock(int error) noexcept { return error == EAGAIN || error == EWOULDB
 
 enum class Read : std::uint8_t { kFrame, kInvalid, kNothing, kEnd };
 
-/** The moment of a call of receive(), on both clocks. */
+/** Time of a call of receive(), on both clocks. */
 struct Moment {
   std::int64_t now = monotonicNow();
   std::int64_t offset = realtimeOffset();
@@ -87,7 +87,7 @@ std::int64_t timeOf(msghdr& header, const Moment& moment) noexcept {
 }
 
 Read readFrame(int fd, const Moment& moment, canfd_frame& packet, std::size_t& length, CanFrame& frame) noexcept {
-  // One byte more than a frame, to notice what is longer.
+  // One byte more than a frame, to detect longer packets.
   std::array<char, sizeof(canfd_frame) + 1> bytes;
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec))> control;
   iovec part{bytes.data(), bytes.size()};
@@ -253,7 +253,7 @@ void SeqpacketHub::forward(const void* packet, std::size_t length, int from) noe
   for (std::size_t k = 0; k < peer_count_; ++k) {
     if (peers_[k] == from)
       continue;
-    // One that has gone is noticed when it is read from.
+    // The loss of a peer is detected when it is read.
     if (::send(peers_[k], packet, length, MSG_DONTWAIT | MSG_NOSIGNAL) < 0 && wouldBlock(errno))
       ++undelivered_;
   }
@@ -278,7 +278,7 @@ std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
   const Moment moment;
   std::size_t filled = 0;
   std::size_t idle = 0;
-  // In turn, so that one party that floods does not silence the others.
+  // Round robin, so that one participant that floods does not block the others.
   for (std::size_t peer = 0; filled < frames.size() && idle < peer_count_; ++peer) {
     if (peer >= peer_count_)
       peer = 0;

@@ -20,7 +20,7 @@ namespace tandem::hal::can {
 namespace {
 
 constexpr std::size_t kBatch = 64;
-// Three time stamps and the overflow counter.
+// Space for three time stamps and the overflow counter.
 constexpr std::size_t kControlLength = CMSG_SPACE(3 * sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t));
 
 void set(int fd, int level, int option, const void* value, std::size_t length, const char* what) {
@@ -41,7 +41,7 @@ std::vector<can_filter> kernelFilters(const std::vector<Filter>& filters) {
 
 }  // namespace
 
-/** What the kernel reads from and writes to, made once. */
+/** Buffers that the kernel reads from and writes to, allocated once. */
 struct SocketCanBus::Batch {
   std::array<canfd_frame, kBatch> frames{};
   std::array<iovec, kBatch> vectors{};
@@ -93,7 +93,7 @@ void SocketCanBus::configure(const BusOptions& options) {
   set(fd_, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on, "overflow counter");
   const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE;
   set(fd_, SOL_SOCKET, SO_TIMESTAMPING, &stamps, sizeof stamps, "time stamps");
-  // Beyond the system's limit where this process may; else as far as the limit goes.
+  // Above the system's limit if this process may; else up to the limit.
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &options.receive_buffer, sizeof options.receive_buffer) != 0)
     set(fd_, SOL_SOCKET, SO_RCVBUF, &options.receive_buffer, sizeof options.receive_buffer, "receive buffer");
   sockaddr_can address{};

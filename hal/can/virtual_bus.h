@@ -9,10 +9,10 @@
 
 namespace tandem::hal::can {
 
-/** The wire: what one of its ports sends, all others receive at once, stamped with `now`. */
+/** The bus: all other ports receive the frames of one port at once, stamped with `now`. */
 class VirtualBus {
  public:
-  /** One party. */
+  /** Endpoint of one participant. */
   class Port final : public Bus {
    public:
     std::size_t send(std::span<const CanFrame> frames) noexcept override;
@@ -34,13 +34,13 @@ class VirtualBus {
   VirtualBus(const VirtualBus&) = delete;
   VirtualBus& operator=(const VirtualBus&) = delete;
 
-  /// A new party, alive as long as the wire.
+  /// Adds a participant, which lives as long as the bus.
   Port& join(std::string name, const BusOptions& options = {});
 
-  std::int64_t now = 0;                        ///< stamp of the frames that are sent, ns
-  std::function<bool(CanFrame&)> disturbance;  ///< sees, and may change, each frame; false: lost. Called once per frame
-  std::function<void(const CanFrame&)> tap;    ///< sees each frame that reached the wire
-  /// The transmit queue of all parties is full: send() drops.
+  std::int64_t now = 0;                        ///< time stamp of sent frames, ns
+  std::function<bool(CanFrame&)> disturbance;  ///< called once per frame, may change it; false: the frame is lost
+  std::function<void(const CanFrame&)> tap;    ///< called for each frame that reached the bus
+  /// The transmit queues of all participants are full: send() drops.
   bool blocked = false;
 
  private:

@@ -36,7 +36,7 @@ constexpr CodeText kCodes[] = {
     {error_code::kRpdoTimeout, "no command PDO within its deadline"},
     {error_code::kFollowingError, "following error"},
 };
-/// Classes of CiA 301 by the high byte, of which the low nibble may be open.
+/// Classes of CiA 301 by the high byte, whose low nibble may be arbitrary.
 constexpr CodeText kClasses[] = {
     {0x0000, "error reset or no error"},
     {0x1000, "generic error"},

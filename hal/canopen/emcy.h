@@ -13,7 +13,7 @@ namespace tandem::hal::canopen {
 
 using can::CanFrame;
 
-/// Codes that the HAL or the simulated drives name.
+/// Error codes that the HAL or the simulated drives use.
 namespace error_code {
 inline constexpr std::uint16_t kNone = 0x0000;
 inline constexpr std::uint16_t kOverCurrent = 0x2310;
@@ -38,14 +38,14 @@ inline constexpr std::uint16_t kRpdoTimeout = 0x8250;
 inline constexpr std::uint16_t kFollowingError = 0x8611;
 }  // namespace error_code
 
-/** One emergency. */
+/** One emergency message. */
 struct Emcy {
-  std::uint16_t code = 0;           ///< 0: no error any more
+  std::uint16_t code = 0;           ///< 0: the error is over
   std::uint8_t error_register = 0;  ///< object 1001
   std::array<std::uint8_t, 5> manufacturer{};
 };
 
-/// Nothing unless the frame has eight bytes.
+/// Empty unless the frame has eight bytes.
 std::optional<Emcy> parseEmcy(const CanFrame& frame) noexcept;
 /// @param id COB-ID, 0x80 + node by default.
 CanFrame emcyFrame(std::uint32_t id, const Emcy& emcy) noexcept;

@@ -9,47 +9,46 @@
 
 namespace tandem::hal::canopen {
 
-/** What only the master of a bus sends. No bus hands a party its own frames, so whatever is received is somebody
- * else's.
- */
+/** Frames that only the master of a bus sends. A bus does not return a participant's own frames, so a received one
+ * comes from another master. */
 enum class MasterFrame : std::uint8_t {
   kSync = 0,
-  kNmt,         ///< whomever it is for: a bus has one NMT master
-  kHeartbeat,   ///< under our own node id
-  kCommandPdo,  ///< an RPDO of a node of ours
-  kSdoRequest,  ///< to a node of ours: tools that read objects send it, too, so it alone commands nothing
+  kNmt,         ///< for any node: a bus has one NMT master
+  kHeartbeat,   ///< with our own node id
+  kCommandPdo,  ///< an RPDO of one of our nodes
+  kSdoRequest,  ///< to one of our nodes: also sent by tools that read objects, so it alone is no command
 };
 inline constexpr int kMasterFrameCount = 5;
 std::string_view name(MasterFrame frame);  ///< "SYNC", "NMT command" ...
 
-/** How long to listen before the first frame of one's own, and how long a master that was received is taken to be
- * there, s: three times the drives' time-out for their master, between 0.5 and 2 s.
+/** Time to listen before the first own frame, and time-out for a master that was received, s: three times the drives'
+ * time-out for their master, between 0.5 and 2 s.
  *
- * A master that keeps drives in motion sends SYNC in each cycle, and a heartbeat within the drives' time-out; one that
- * is silent for longer has lost its drives to their own watchdogs. Three, because frames get lost; 0.5 s, because the
- * other one's budget may be larger than ours; 2 s is twice the slowest heartbeat in use, 1 s. */
+ * A master that keeps drives in motion sends SYNC in each cycle, and a heartbeat within the drives' time-out; after a
+ * longer silence the watchdogs of the drives stop them. Three, because frames get lost; 0.5 s, because the budget of
+ * the other master may be larger than ours; 2 s is twice the slowest heartbeat in use, 1 s. */
 double listeningTime(double heartbeat_budget) noexcept;
 
-/** Counts the frames of other masters. Nothing but describe() allocates. Times are ns on the caller's clock. */
+/** Counts the frames of other masters. Only describe() allocates. Times are ns on the caller's clock. */
 class MasterWatch {
  public:
   struct Received {
     std::uint64_t count = 0;
-    std::int64_t last = 0;  ///< when
+    std::int64_t last = 0;  ///< time of the last frame
   };
 
-  /// @param silence after which a master that was received is taken to be gone, ns.
+  /// @param silence time-out for a master that was received, ns.
   explicit MasterWatch(std::int64_t silence) noexcept : silence_(silence) {}
 
-  /// @return the first of its kind, or the first after a silence: something to tell people.
+  /// @return true for the first frame of its kind, or the first after a silence: to be reported.
   bool note(MasterFrame frame, std::int64_t now) noexcept;
-  /// Somebody else commands the bus: SYNC, NMT, our heartbeat or a command PDO within the silence. SDO requests do not
+  /// Another master commands the bus: SYNC, NMT, our heartbeat or a command PDO within the silence. SDO requests do not
   /// count.
   bool commands(std::int64_t now) const noexcept;
-  /// Anything was received at all, SDO requests included.
+  /// At least one frame was received, SDO requests included.
   bool receivedAny() const noexcept;
   const Received& received(MasterFrame frame) const noexcept { return received_[static_cast<std::size_t>(frame)]; }
-  /// "SYNC (125 times), command PDO (750 times)"; empty where nothing was received.
+  /// "SYNC (125 times), command PDO (750 times)"; empty if no frame was received.
   std::string describe() const;
 
  private:

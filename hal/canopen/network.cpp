@@ -7,12 +7,12 @@
 namespace tandem::hal::canopen {
 namespace {
 
-// Whose frame an outgoing one is: a node (NMT), a node + kSdo, or one of these.
+// Source of an outgoing frame: a node (NMT), a node + kSdo, or one of these.
 constexpr std::int16_t kPeriodic = -1;
 constexpr std::int16_t kCommand = -2;
 constexpr std::int16_t kOwnHeartbeat = -3;
 constexpr std::int16_t kSdo = 1000;
-/// Frames taken per receive(): a babbling node cannot keep the caller for ever.
+/// Most frames per receive(), so that a node that floods the bus cannot block the caller.
 constexpr std::size_t kMostFrames = 4096;
 
 bool heartbeatStateIsValid(std::uint8_t state) noexcept {
@@ -178,7 +178,7 @@ void Network::onTpdo(const CanFrame& frame, const Route& route) noexcept {
 }
 
 void Network::onHeartbeat(const CanFrame& frame, Node& node, std::int64_t now) noexcept {
-  // The top bit is the toggle of node guarding, which nothing here uses.
+  // The top bit is the toggle bit of node guarding, which is not used here.
   if (frame.length != 1 || !heartbeatStateIsValid(frame.data[0])) {
     ++counters_.malformed;
     return;
@@ -290,7 +290,7 @@ void Network::finishSend(std::size_t taken, std::int64_t now) noexcept {
     if (origin == kCommand) {
       ++commands;
     } else if (origin == kOwnHeartbeat) {
-      // On its grid, but without a burst after a pause.
+      // On its time grid, but without a burst after a pause.
       next_heartbeat_ += options_.heartbeat_period;
       if (next_heartbeat_ <= now)
         next_heartbeat_ = now + options_.heartbeat_period;

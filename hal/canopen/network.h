@@ -15,19 +15,19 @@
 namespace tandem::hal::canopen {
 
 struct NetworkOptions {
-  std::uint8_t own_id = 127;                   ///< under which our heartbeat is sent
+  std::uint8_t own_id = 127;                   ///< node id of our heartbeat
   std::int64_t heartbeat_period = 25'000'000;  ///< ns
   std::uint8_t sync_overflow = 0;              ///< object 1019: 0 no counter, else 2..240
-  std::int64_t master_silence = 500'000'000;   ///< after which another master is taken to be gone, ns
+  std::int64_t master_silence = 500'000'000;   ///< time-out for another master that was received, ns
 };
 
-/** Something that happened, in the order of happening. */
+/** Event of a network, in order of occurrence. */
 struct NetworkEvent {
   enum class Kind : std::uint8_t {
     kPhase,     ///< a node entered `phase`; kFailed: see its failure()
     kEmcy,      ///< `emcy`
     kBusState,  ///< `bus_state`
-    kMaster,    ///< somebody else sends `master`: the first of it, or the first after a silence
+    kMaster,    ///< another master sends `master`: the first such frame, or the first after a silence
   };
   Kind kind = Kind::kPhase;
   int node = -1;  ///< index in Network; -1: the bus
@@ -38,17 +38,17 @@ struct NetworkEvent {
   std::int64_t time = 0;  ///< ns
 };
 
-/** What became of each frame received. Their sum is `received`. */
+/** Number of received frames by kind. Their sum is `received`. */
 struct NetworkCounters {
   std::uint64_t received = 0;
-  std::uint64_t tpdos = 0;       ///< of a node of ours, with the right length, while it may send them
+  std::uint64_t tpdos = 0;       ///< of our nodes, with the right length, while the node may send them
   std::uint64_t early_pdos = 0;  ///< ... before it was started or after it failed
   std::uint64_t heartbeats = 0;
   std::uint64_t emcies = 0;
   std::uint64_t sdos = 0;
   std::uint64_t errors = 0;     ///< error frames
   std::uint64_t malformed = 0;  ///< wrong length, or a state that does not exist
-  std::uint64_t masters = 0;    ///< what only a master sends: NMT, SYNC, our own heartbeat, SDO requests, our RPDOs
+  std::uint64_t masters = 0;    ///< of another master: NMT, SYNC, our own heartbeat, SDO requests, our RPDOs
   std::uint64_t foreign = 0;    ///< everything else: unknown nodes, 29 bits, remote, CAN FD, TIME, LSS
 
   std::uint64_t total() const noexcept {
@@ -56,55 +56,55 @@ struct NetworkCounters {
   }
 };
 
-/** Which periodic frames to send. */
+/** Selection of the periodic frames to send. */
 struct Transmission {
   bool rpdos = false;  ///< of all nodes that are operational
   bool sync = false;   ///< after them
 };
 
-/** The master of one bus. No thread and no clock of its own: call receive() and transmit() with the time, at least
- * once per bus period. Nothing after the last addNode() allocates, locks, or throws. */
+/** Master of one bus. No thread and no clock of its own: call receive() and transmit() with the time, at least once per
+ * bus period. Nothing after the last addNode() allocates, locks, or throws. */
 class Network {
  public:
   /// The bus must outlive the network. @throw std::invalid_argument for an id or an overflow out of range.
   Network(can::Bus& bus, const NetworkOptions& options = {});
 
-  /// @return index of the node. @throw std::invalid_argument: id taken, PDO with a COB-ID in use, bad setup.
+  /// @return index of the node. @throw std::invalid_argument: id or COB-ID of a PDO in use, invalid setup.
   int addNode(const NodeSetup& setup);
   int nodeCount() const noexcept { return static_cast<int>(nodes_.size()); }
   Node& node(int index) noexcept { return *nodes_[index]; }
   const Node& node(int index) const noexcept { return *nodes_[index]; }
 
-  /// Resets and configures a node, all of them concurrently.
+  /// Resets and configures a node, concurrently with all others.
   void boot(int index, std::int64_t now) noexcept;
   void bootAll(std::int64_t now) noexcept;
-  /// Starts what is configured.
+  /// Starts a configured node.
   void start(int index, std::int64_t now) noexcept;
   void startAll(std::int64_t now) noexcept;
   /// Sends one NMT command with the next transmit(). @param id 0: all nodes.
   void command(NmtCommand command, std::uint8_t id) noexcept;
-  /// All nodes are in this phase, and there is one.
+  /// There is at least one node, and all nodes are in this phase.
   bool all(NodePhase phase) const noexcept;
   bool anyFailed() const noexcept;
 
-  /// Our heartbeat; off at first: the nodes' watch on us begins with the first one they receive.
+  /// Our heartbeat, initially off: the time-out of a node starts with the first heartbeat that it receives.
   void setHeartbeat(bool on, NmtState state = NmtState::kOperational) noexcept;
 
-  /// Takes everything that has come, and lets the nodes go on. @return frames.
+  /// Processes all received frames and advances the nodes. @return number of frames.
   std::size_t receive(std::int64_t now) noexcept;
 
-  /** Sends what is due in one batch: NMT, heartbeat, RPDOs, SYNC, SDO requests. RPDOs and SYNC that the bus does not
-   * take are dropped: the next ones supersede them. NMT, heartbeat and SDO requests are tried again.
-   * @return frames the bus took. */
+  /** Sends all due frames in one batch: NMT, heartbeat, RPDOs, SYNC, SDO requests. RPDOs and SYNC that the bus does not
+   * accept are dropped: the next ones supersede them. NMT, heartbeat and SDO requests are tried again.
+   * @return number of accepted frames. */
   std::size_t transmit(std::int64_t now, const Transmission& what = {}) noexcept;
 
-  /// Takes the oldest event out. @return false: there is none.
+  /// Removes the oldest event. @return false: there is none.
   bool nextEvent(NetworkEvent& event) noexcept { return events_.pop(event); }
-  /// Events that nobody fetched in time.
+  /// Events dropped because the queue was full.
   std::uint64_t lostEvents() const noexcept { return events_.lost(); }
 
   const NetworkCounters& counters() const noexcept { return counters_; }
-  /// What was received from other masters, since the beginning.
+  /// Frames of other masters since the start.
   const MasterWatch& masters() const noexcept { return masters_; }
   can::Bus& bus() noexcept { return bus_; }
   const can::Bus& bus() const noexcept { return bus_; }
@@ -142,7 +142,7 @@ class Network {
   std::array<Route, 0x800> routes_{};
   std::array<CanFrame, 64> incoming_{};
   std::vector<CanFrame> outgoing_;
-  std::vector<std::int16_t> origin_;  ///< whose frame each outgoing one is
+  std::vector<std::int16_t> origin_;  ///< source of each outgoing frame
   std::size_t outgoing_count_ = 0;
   std::array<Command, 16> commands_{};
   std::size_t command_count_ = 0;

@@ -89,7 +89,7 @@ const std::uint64_t* Node::readValue(ObjectAddress object) const noexcept {
 void Node::enter(NodePhase phase, std::int64_t now) noexcept {
   phase_ = phase;
   if (phase == NodePhase::kConfigured)
-    heartbeat_time_ = now;  // from here on it is watched
+    heartbeat_time_ = now;  // heartbeat monitoring starts here
 }
 
 void Node::fail(NodeFailure::Reason reason, std::uint64_t value, SdoAbort abort) noexcept {
@@ -161,7 +161,7 @@ void Node::onHeartbeat(NmtState state, std::int64_t now) noexcept {
   if (phase_ == NodePhase::kIdle || phase_ == NodePhase::kFailed)
     return;
   if (state == NmtState::kBootUp && phase_ == NodePhase::kConfiguring && restarts_ < kMaxRestarts) {
-    // It came up by itself just when it was reset, and boots once more: what was written to it is lost.
+    // The node booted by itself just before the reset, and boots once more: the values written to it are lost.
     ++restarts_;
     sdo_.reset();
     restartConfiguration();

@@ -27,7 +27,7 @@ void requireNumber(int number, PdoDirection direction) {
     throw std::invalid_argument(nameOf(number, direction) + ": expected a number from 1 to 512");
 }
 
-/// A node need not have an object that would only be written 0.
+/// A step that writes 0 is optional: the node may lack the object.
 SetupStep unlessAbsent(SetupStep step) {
   step.optional = step.value == 0;
   return step;
@@ -95,7 +95,7 @@ std::vector<SetupStep> pdoSteps(const PdoConfig& pdo, PdoDirection direction, in
     if (verify.object == ObjectAddress{mapping, 0} && verify.value == 0)
       continue;
     verify.kind = SetupStep::Kind::kCheck;
-    // Whether remote frames are answered is the node's own business.
+    // The node decides whether it answers remote frames.
     if (verify.object == ObjectAddress{communication, 1})
       verify.mask = ~std::uint64_t{cob::kNoRemote};
     read_back.push_back(verify);

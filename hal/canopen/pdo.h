@@ -18,7 +18,7 @@ using can::CanFrame;
 struct PdoEntry {
   ObjectAddress object;
   int bits = 0;
-  /// As objects 1600 and 1A00 write it: index << 16 | sub << 8 | bits.
+  /// Encoding in objects 1600 and 1A00: index << 16 | sub << 8 | bits.
   constexpr std::uint32_t raw() const noexcept {
     return std::uint32_t{object.index} << 16 | std::uint32_t{object.sub} << 8 | static_cast<std::uint32_t>(bits);
   }
@@ -33,7 +33,7 @@ class PdoLayout {
  public:
   static constexpr int kMaxEntries = 8;
 
-  /// Adds an entry. @return its slot; -1: no room, or not 1 to 64 bits.
+  /// Adds an entry. @return its slot; -1: no space left, or not 1 to 64 bits.
   int add(const PdoEntry& entry) noexcept;
   void clear() noexcept { *this = {}; }
 
@@ -49,7 +49,7 @@ class PdoLayout {
   std::int64_t getSigned(std::uint64_t word, int slot) const noexcept {
     return signExtend(word >> offset_[slot], entries_[slot].bits);
   }
-  /// The word with another value in this slot; the value's high bits are cut off.
+  /// The word with a new value in this slot; the value's excess high bits are cut off.
   std::uint64_t with(std::uint64_t word, int slot, std::uint64_t value) const noexcept {
     const std::uint64_t mask = lowBits(~std::uint64_t{0}, entries_[slot].bits) << offset_[slot];
     return (word & ~mask) | ((value << offset_[slot]) & mask);
@@ -67,7 +67,7 @@ enum class PdoDirection : std::uint8_t {
   kTransmit,  ///< TPDO: the node sends
 };
 
-/** One PDO as configured. */
+/** Configuration of one PDO. */
 struct PdoConfig {
   int number = 1;                      ///< 1..512; up to 4 have a predefined COB-ID
   std::uint32_t id = 0;                ///< 11-bit COB-ID; 0: the predefined one
@@ -77,13 +77,13 @@ struct PdoConfig {
   PdoLayout layout;
 };
 
-/// The COB-ID of a PDO of this node. @throw std::invalid_argument where it has none, or 0.
+/// COB-ID of a PDO of this node. @throw std::invalid_argument if there is none, or 0.
 std::uint32_t cobIdOf(const PdoConfig& pdo, PdoDirection direction, int node);
 
-/** Configures one PDO in the order CiA 301 asks for: invalid, no entries, entries, count, type and timers, valid; then
- * all of it is read back. @throw std::invalid_argument for a number out of range or a layout without entries. */
+/** Steps that configure one PDO in the order of CiA 301: invalid, no entries, entries, count, type and timers, valid;
+ * then all of it is read back. @throw std::invalid_argument for a number out of range or a layout without entries. */
 std::vector<SetupStep> pdoSteps(const PdoConfig& pdo, PdoDirection direction, int node);
-/// Switches a PDO off.
+/// Steps that disable a PDO.
 std::vector<SetupStep> pdoOffSteps(int number, PdoDirection direction, int node);
 
 }  // namespace tandem::hal::canopen

@@ -12,7 +12,7 @@ namespace tandem::hal::canopen {
 
 using can::CanFrame;
 
-/** Where an object lies in a dictionary. */
+/** Index and subindex of an object in a dictionary. */
 struct ObjectAddress {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
@@ -22,7 +22,7 @@ struct ObjectAddress {
 /// "6040:00".
 std::string describe(const ObjectAddress& object);
 
-/** Why a transfer was aborted. Other values are possible: a server may send what it likes. */
+/** Abort codes of CiA 301. A server may also send other values. */
 enum class SdoAbort : std::uint32_t {
   kNone = 0,
   kToggle = 0x05030000,
@@ -62,13 +62,13 @@ std::string describe(SdoAbort code);
 
 namespace sdo {
 
-/** What a frame of eight bytes is, for either side. Client requests and server answers use different specifiers. */
+/** Type of an SDO frame, for client and server. Client requests and server answers use different specifiers. */
 enum class Request : std::uint8_t { kDownload, kDownloadSegment, kUpload, kUploadSegment, kAbort, kUnknown };
 enum class Answer : std::uint8_t { kDownload, kDownloadSegment, kUpload, kUploadSegment, kAbort, kUnknown };
 Request requestOf(const CanFrame& frame) noexcept;
 Answer answerOf(const CanFrame& frame) noexcept;
 
-/** The first frame that carries or announces data: download request or upload answer. */
+/** First frame of a transfer with data or its size: download request or upload answer. */
 struct Initiate {
   ObjectAddress object;
   bool expedited = false;
@@ -90,7 +90,8 @@ ObjectAddress objectOf(const CanFrame& frame) noexcept;
 SdoAbort abortOf(const CanFrame& frame) noexcept;
 bool toggleOf(const CanFrame& frame) noexcept;  ///< of a segment request or acknowledgement
 
-/// Download request (`answer` false) or upload answer (true) for a transfer of so many bytes; up to 4 go with it.
+/// Download request (`answer` false) or upload answer (true) for a transfer of so many bytes; includes the data up to 4
+/// bytes.
 CanFrame initiate(std::uint32_t id, bool answer, ObjectAddress object, std::span<const std::uint8_t> data) noexcept;
 /// Download segment (`answer` false) or upload segment (true); up to 7 bytes.
 CanFrame segment(std::uint32_t id, bool toggle, bool last, std::span<const std::uint8_t> data) noexcept;

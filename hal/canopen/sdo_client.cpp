@@ -109,7 +109,7 @@ void SdoClient::fail(SdoAbort code, bool send_abort) noexcept {
 bool SdoClient::feed(const CanFrame& frame, std::int64_t now) noexcept {
   if (!frame.classicData() || frame.id != cob::kSdoAnswer + static_cast<std::uint32_t>(node_))
     return false;
-  // An answer to a request that has not left yet belongs to something else.
+  // An answer before the request was sent belongs to another transfer.
   if (frame.length != 8 || !busy() || outgoing_count_ > 0) {
     ++unexpected_responses_;
     return true;

@@ -10,45 +10,45 @@
 
 namespace tandem::hal::canopen {
 
-/** How the last transfer stands. */
+/** State of the last transfer. */
 enum class SdoStatus : std::uint8_t {
-  kIdle = 0,  ///< there was none
+  kIdle = 0,  ///< no transfer yet
   kBusy,
   kDone,
-  kAborted,  ///< by the node, or by us: abort() says why
+  kAborted,  ///< by the node, or by us: abort() has the code
 };
 
-/** Start a transfer, send what takeRequest() gives, feed what comes, poll the time. Times are ns on the caller's
- * clock. */
+/** Use: start a transfer, send the frame of request(), feed received frames, poll the time. Times are ns on the
+ * caller's clock. */
 class SdoClient {
  public:
   /// Largest transfer, bytes.
   static constexpr std::size_t kCapacity = 1024;
 
-  /// @param node 1..127; @param timeout longest wait for an answer, ns; @param retries how often a transfer whose
-  /// answer got lost begins anew before it counts as timed out. A write may then happen twice.
+  /// @param node 1..127; @param timeout longest wait for an answer, ns; @param retries how often a transfer without
+  /// answer restarts before it counts as timed out. A write may then happen twice.
   SdoClient(int node, std::int64_t timeout, int retries = 0) noexcept;
 
-  /** Begins to write. A transfer that is still running is given up with an abort frame.
-   * @return false: more than kCapacity bytes, nothing was begun. */
+  /** Starts a write. A running transfer is aborted with an abort frame.
+   * @return false: more than kCapacity bytes, no transfer started. */
   bool download(ObjectAddress object, std::span<const std::uint8_t> data, std::int64_t now) noexcept;
   /// ... a number of `size` bytes (1..8).
   bool download(ObjectAddress object, std::uint64_t value, int size, std::int64_t now) noexcept;
-  /// Begins to read. A transfer that is still running is given up with an abort frame.
+  /// Starts a read. A running transfer is aborted with an abort frame.
   void upload(ObjectAddress object, std::int64_t now) noexcept;
-  /// Gives a running transfer up.
+  /// Aborts a running transfer.
   void cancel(SdoAbort reason = SdoAbort::kGeneral) noexcept;
-  /// Forgets everything: the node was reset and knows of no transfer.
+  /// Clears all state: the node was reset and has no transfer.
   void reset() noexcept;
 
-  /** Takes a frame. @return false: it is no answer of this node. Answers that nobody waits for are ignored and counted
-   * in unexpectedResponses(). */
+  /** Processes a frame. @return false: it is no answer of this node. Unexpected answers are ignored and counted in
+   * unexpectedResponses(). */
   bool feed(const CanFrame& frame, std::int64_t now) noexcept;
-  /// Notices a time-out, and begins anew where retries are left.
+  /// Detects a time-out, and restarts the transfer while retries are left.
   void poll(std::int64_t now) noexcept;
-  /// The frame to send next, nothing pending: nullptr. It stays until sent() says that the bus took it.
+  /// Next frame to send; nullptr: none. It stays until sent() confirms that the bus has accepted it.
   const CanFrame* request() const noexcept { return outgoing_count_ > 0 ? outgoing_.data() : nullptr; }
-  /// The request went out: the wait for its answer begins now.
+  /// The request was sent: the time-out for its answer starts now.
   void sent(std::int64_t now) noexcept;
 
   int node() const noexcept { return node_; }
@@ -56,7 +56,7 @@ class SdoClient {
   bool busy() const noexcept { return status_ == SdoStatus::kBusy; }
   ObjectAddress object() const noexcept { return object_; }
   SdoAbort abort() const noexcept { return abort_; }
-  /// What was read; valid while status() is kDone, until the next transfer.
+  /// Result of a read; valid while status() is kDone, until the next transfer.
   std::span<const std::uint8_t> data() const noexcept { return {buffer_.data(), size_}; }
   /// ... as an unsigned number of up to 8 bytes.
   std::uint64_t value() const noexcept;
@@ -90,10 +90,10 @@ class SdoClient {
   ObjectAddress object_;
   SdoAbort abort_ = SdoAbort::kNone;
   std::array<std::uint8_t, kCapacity> buffer_{};
-  std::size_t size_ = 0;                ///< of the transfer; of an upload: bytes so far
-  std::size_t position_ = 0;            ///< of a download: bytes in segments sent
-  std::size_t expected_ = 0;            ///< of an upload whose size was reported
-  std::array<CanFrame, 2> outgoing_{};  ///< an abort of the transfer before, and a request
+  std::size_t size_ = 0;                ///< of the transfer; in an upload: bytes so far
+  std::size_t position_ = 0;            ///< in a download: bytes in segments sent
+  std::size_t expected_ = 0;            ///< in an upload: reported size
+  std::array<CanFrame, 2> outgoing_{};  ///< an abort of the previous transfer, and a request
   std::size_t outgoing_count_ = 0;
   std::uint64_t unexpected_responses_ = 0;
 };

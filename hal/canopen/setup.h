@@ -10,22 +10,22 @@
 
 namespace tandem::hal::canopen {
 
-/** One access. */
+/** One SDO access. */
 struct SetupStep {
   enum class Kind : std::uint8_t {
-    kWrite,        ///< and trust the acknowledgement
-    kWriteVerify,  ///< and read back: the same bits under `mask`
+    kWrite,        ///< write without read-back
+    kWriteVerify,  ///< write and read back: the same bits under `mask`
     kCheck,        ///< read: must be `value` under `mask`
-    kRead,         ///< read and keep: Node::readValue()
-    kAwait,        ///< read again and again until it is `value` under `mask`
+    kRead,         ///< read and store: Node::readValue()
+    kAwait,        ///< read repeatedly until it is `value` under `mask`
   };
   Kind kind = Kind::kWriteVerify;
   ObjectAddress object;
   int size = 0;  ///< bytes, 1..8; a read of another size is an error. Reads: 0 = any
   std::uint64_t value = 0;
   std::uint64_t mask = ~std::uint64_t{0};
-  std::string what;                      ///< for people: "quick stop option"
-  bool optional = false;                 ///< an object that the node does not have is left out
+  std::string what;                      ///< description: "quick stop option"
+  bool optional = false;                 ///< skipped if the node does not have the object
   std::int64_t timeout = 1'000'000'000;  ///< of kAwait, ns
 };
 
@@ -36,7 +36,7 @@ SetupStep check(ObjectAddress object, std::int64_t value, int size, std::string 
 SetupStep checkBits(ObjectAddress object, std::uint64_t value, std::uint64_t mask, int size, std::string what);
 SetupStep read(ObjectAddress object, int size, std::string what);  ///< kRead
 
-/** Identity; what is 0 is not checked. */
+/** Identity; fields with value 0 are not checked. */
 struct Identity {
   std::uint32_t device_type = 0;  ///< object 1000; profile in the low word: 402, 406
   std::uint32_t vendor = 0;       ///< 1018:1
@@ -46,7 +46,7 @@ struct Identity {
 };
 std::vector<SetupStep> identitySteps(const Identity& identity);
 
-/** Who watches whom. Times in ms, 0: not. */
+/** Mutual heartbeat monitoring. Times in ms, 0: none. */
 struct Guarding {
   std::uint8_t our_id = 127;
   std::uint16_t our_heartbeat_timeout = 100;  ///< the node's time-out for our heartbeat: 1016:1

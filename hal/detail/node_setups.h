@@ -7,22 +7,22 @@
 
 namespace tandem::hal {
 
-/** Where values lie in the PDOs of a drive and of an encoder. */
+/** Slots of the values in the PDOs of a drive and of an encoder. */
 namespace slots {
 inline constexpr int kControlword = 0;  ///< RPDO 1
 inline constexpr int kTarget = 1;       ///< position (CSP) or velocity (CSV)
 inline constexpr int kStatusword = 0;   ///< TPDO 1
 inline constexpr int kPosition = 1;
-inline constexpr int kTorque = 2;           ///< torque or current, where it is watched
-inline constexpr int kInputs = 0;           ///< TPDO 2 of a drive, where its digital inputs are read
+inline constexpr int kTorque = 2;           ///< torque or current, if it is watched
+inline constexpr int kInputs = 0;           ///< TPDO 2 of a drive, if its digital inputs are read
 inline constexpr int kEncoderPosition = 0;  ///< TPDO of an encoder
 inline constexpr int kEncoderAlarms = 1;
 }  // namespace slots
 
-/// A TPDO is missed after so many SYNCs, and the budget's time at the least.
+/// A TPDO counts as missing after so many SYNCs, and not before the time budget.
 inline constexpr std::uint64_t kMissedSyncs = 3;
 
-/// Objects that are accessed while a drive runs.
+/// Objects that the HAL accesses while a drive runs.
 namespace objects {
 inline constexpr canopen::ObjectAddress kMode{0x6060, 0};
 inline constexpr canopen::ObjectAddress kModeDisplay{0x6061, 0};
@@ -32,10 +32,10 @@ inline constexpr canopen::ObjectAddress kOutputs{0x60FE, 1};
 inline constexpr canopen::ObjectAddress kOutputMask{0x60FE, 2};
 }  // namespace objects
 
-/// The objects of a drive. @param heartbeat_budget its time-out for the HAL's heartbeat, s.
+/// Setup of a drive. @param heartbeat_budget its time-out for the HAL's heartbeat, s.
 canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget);
 
-/// The objects of an absolute encoder; the axis must have one.
+/// Setup of an absolute encoder; the axis must have one.
 canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget);
 
 }  // namespace tandem::hal

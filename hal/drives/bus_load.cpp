@@ -12,7 +12,7 @@ int frameBits(int data_bytes) noexcept { return 8 * data_bytes + 47 + (34 + 8 * 
 
 BusLoad computeLoad(const BusPlan& plan) {
   BusLoad result;
-  double own_rate = 0.0;  // bit/s that do not depend on the period
+  double own_rate = 0.0;  // bit/s of the traffic that does not depend on the period
   for (const FrameStream& stream : plan.streams) {
     result.frames_per_cycle += stream.frames_per_cycle;
     result.cycle_bits += stream.frames_per_cycle * frameBits(stream.data_bytes);
@@ -49,7 +49,7 @@ std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
 
 namespace {
 
-/// Most drives, each with an encoder where the plan has any, that fit at the present period and rate.
+/// Largest number of drives, each with an encoder if the plan has any, that fits at the present period and rate.
 int mostAxes(BusPlan plan, BusTraffic traffic) {
   constexpr int kMost = 63;  // two nodes each, of 127
   const bool with_encoders = traffic.encoders > 0;

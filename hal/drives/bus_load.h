@@ -16,13 +16,13 @@ int frameBits(int data_bytes) noexcept;
 
 /** Frames of one kind on a bus. */
 struct FrameStream {
-  std::string what;                ///< for people: "RPDO of 6 drives"
+  std::string what;                ///< description: "RPDO of 6 drives"
   int data_bytes = 0;              ///< of each
-  double frames_per_cycle = 0.0;   ///< cyclic traffic; 0 for what comes by the clock
-  double frames_per_second = 0.0;  ///< traffic of its own rate: heartbeats
+  double frames_per_cycle = 0.0;   ///< cyclic traffic; 0 for traffic at a fixed rate
+  double frames_per_second = 0.0;  ///< traffic at a fixed rate: heartbeats
 };
 
-/** A bus as the calculator sees it. */
+/** Input of the load computation for one bus. */
 struct BusPlan {
   double bit_rate = 1e6;    ///< bit/s
   double period = 4e-3;     ///< s, of SYNC
@@ -30,33 +30,34 @@ struct BusPlan {
   std::vector<FrameStream> streams;
 };
 
-/** What the calculator says. */
+/** Result of the load computation. */
 struct BusLoad {
-  double frames_per_cycle = 0.0;  ///< cyclic ones
+  double frames_per_cycle = 0.0;  ///< cyclic frames only
   double cycle_bits = 0.0;        ///< of the cyclic frames
-  double cycle_time = 0.0;        ///< s that the cyclic frames need on the wire
+  double cycle_time = 0.0;        ///< time of the cyclic frames on the wire, s
   double load = 0.0;              ///< 0..1 and beyond, all traffic
-  double shortest_period = 0.0;   ///< s at which the load is just at the limit; infinite where nothing helps
+  double shortest_period = 0.0;   ///< shortest period with a load within the limit, s; infinite: there is none
   bool fits = false;              ///< load <= limit
 };
 BusLoad computeLoad(const BusPlan& plan);
 
-/** How a bus of drives and encoders is used by the HAL. */
+/** Use of a bus with drives and encoders by the HAL. */
 struct BusTraffic {
   int drives = 0;
   int encoders = 0;
   int torques = 0;                        ///< drives whose feedback carries torque or current, 2 bytes more
-  int inputs = 0;                         ///< drives that send their digital inputs 60FD in a PDO of their own
+  int inputs = 0;                         ///< drives that send their digital inputs 60FD in a separate PDO
   int command_bytes = 6;                  ///< RPDO of a drive: controlword and target
   int feedback_bytes = 6;                 ///< TPDO of a drive: statusword and position
   int encoder_bytes = 6;                  ///< TPDO of an encoder: position and alarms
   double heartbeat_period = 0.05;         ///< of each node, s
   double master_heartbeat_period = 0.02;  ///< of the HAL, s
 };
-/// The streams of such a bus; parameter access (SDO) happens outside of operation and is left out.
+/// Streams of such a bus, without parameter access (SDO), which happens outside of operation.
 std::vector<FrameStream> streamsOf(const BusTraffic& traffic);
 
-/// Why a plan does not fit and what would: a longer period, fewer axes, a higher rate; or by how much it fits.
+/// Reason why a plan does not fit, with remedies (a longer period, fewer axes, a higher rate); or its reserve if it
+/// fits.
 std::string explainLoad(const BusPlan& plan, const BusTraffic& traffic);
 
 }  // namespace tandem::hal

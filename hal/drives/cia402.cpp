@@ -92,19 +92,19 @@ std::uint16_t PowerSequence::towardsOperation() const noexcept {
     case DriveState::kOperationEnabled:
       return controlword::kEnableOperation;
     default:
-      return controlword::kDisableVoltage;  // out of a quick stop by way of switch on disabled
+      return controlword::kDisableVoltage;  // leaves the quick stop through switch on disabled
   }
 }
 
 std::uint16_t PowerSequence::towardsOff(bool may_release) const noexcept {
   switch (state_) {
     case DriveState::kOperationEnabled:
-      // Disable operation: a brake that the drive moves by itself closes before the current goes.
+      // Disable operation: a drive that controls its brake closes it before the current goes off.
       return may_release ? controlword::kSwitchOn : controlword::kQuickStop;
     case DriveState::kQuickStopActive:
       return may_release ? controlword::kDisableVoltage : controlword::kQuickStop;
     case DriveState::kFaultReaction:
-      return controlword::kQuickStop;  // its own ramp runs
+      return controlword::kQuickStop;  // the drive's own ramp runs
     case DriveState::kSwitchedOn:
       return controlword::kShutdown;
     default:

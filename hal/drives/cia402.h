@@ -17,7 +17,7 @@ namespace tandem::hal {
 using idl::DriveState;
 using idl::name;
 
-/// The state that a statusword shows (masks 0x4F and 0x6F of the profile).
+/// State encoded in a statusword (masks 0x4F and 0x6F of the profile).
 DriveState driveState(std::uint16_t statusword) noexcept;
 
 /** Modes of operation, object 0x6060. */
@@ -30,10 +30,10 @@ enum class DriveMode : std::int8_t {
 };
 /// "cyclic synchronous position".
 std::string_view name(DriveMode mode);
-/// Whether object 0x6502 (supported modes) names this mode.
+/// Object 0x6502 (supported modes) includes this mode.
 bool supports(std::uint32_t supported_modes, DriveMode mode) noexcept;
 
-/** Bits of the statusword that do not make the state. */
+/** Bits of the statusword that do not encode the state. */
 namespace statusword {
 inline constexpr std::uint16_t kFault = 1u << 3;
 inline constexpr std::uint16_t kVoltageEnabled = 1u << 4;
@@ -62,34 +62,34 @@ inline constexpr std::uint16_t kFaultReset = 1u << 7;         ///< acts on its r
 inline constexpr std::uint16_t kHalt = 1u << 8;
 }  // namespace controlword
 
-/** Where the drive shall go. */
+/** Requested power state of a drive. */
 enum class PowerGoal : std::uint8_t {
-  kOff,        ///< switch on disabled: no torque; what still moves is brought to rest by the drive's quick stop first
+  kOff,        ///< switch on disabled: no torque; the drive's quick stop first stops a joint that moves
   kOperation,  ///< operation enabled
 };
 
-/** Leads one drive to a goal, one confirmed transition after the other, and notices when it does not come along.
+/** Moves one drive to a goal, one confirmed transition after the other, and detects missing transitions.
  *
- * Torque goes only where the caller allows it (the joint is at rest, its brake holds), the drive takes it away itself,
- * or the budget of a stop has passed: until then a drive in operation gets a quick stop, and one in its quick stop
- * keeps it. A fault is never left on the way to a goal: only resetFault() does that, with a written 0 in bit 7 before
- * the 1, for the profile asks for an edge. Times are ns on the caller's clock; nothing allocates, locks or throws. */
+ * Torque goes off only if the caller permits it (the joint is at standstill, its brake holds), the drive switches it
+ * off itself, or the stop budget has passed: until then a drive in operation gets a quick stop, and one in its quick
+ * stop keeps it. A goal never clears a fault: only resetFault() does, with a written 0 in bit 7 before the 1, because
+ * the profile requires an edge. Times are ns on the caller's clock; nothing allocates, locks or throws. */
 class PowerSequence {
  public:
-  /** @param transition_budget s within which the drive has to show each next state
-   * @param stop_budget s after which torque goes even from a joint that moves */
+  /** @param transition_budget longest time for each state transition of the drive, s
+   * @param stop_budget time after which torque goes off even if the joint moves, s */
   PowerSequence(double transition_budget, double stop_budget)
       : timeout_(transition_budget), stop_(stop_budget), late_stop_(stop_budget + transition_budget) {}
 
   void setGoal(PowerGoal goal, std::int64_t now) noexcept;
   PowerGoal goal() const noexcept { return goal_; }
-  /// Asks for one fault reset; without effect unless the drive is in fault.
+  /// Requests one fault reset; without effect unless the drive is in fault.
   void resetFault(std::int64_t now) noexcept;
 
-  /// The controlword that answers this statusword. @param may_release  torque may go.
+  /// Controlword for this statusword. @param may_release torque may go off.
   std::uint16_t step(std::uint16_t statusword, bool may_release, std::int64_t now) noexcept;
 
-  /// Has torque, and is to lose it.
+  /// The drive has torque and has to lose it.
   bool braking() const noexcept {
     return goal_ == PowerGoal::kOff &&
            (state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive);
@@ -102,7 +102,7 @@ class PowerSequence {
 
  private:
   enum class Reset : std::uint8_t { kNone, kLow, kHigh };
-  /// Cycles for which bit 7 is written as 0 first: one lost frame must not swallow the edge.
+  /// Cycles with bit 7 = 0 before the 1: the edge must survive one lost frame.
   static constexpr int kLowCycles = 3;
 
   std::uint16_t towardsOperation() const noexcept;
@@ -115,7 +115,7 @@ class PowerSequence {
   int low_cycles_ = 0;
 };
 
-/** How a homing run stands (statusword bits 13, 12 and 10 in mode 6). */
+/** State of a homing run (statusword bits 13, 12 and 10 in mode 6). */
 enum class HomingState : std::uint8_t {
   kRunning,
   kInterrupted,     ///< or not started
@@ -126,15 +126,15 @@ enum class HomingState : std::uint8_t {
 };
 HomingState homingState(std::uint16_t statusword) noexcept;
 
-/** The hand-shake of profile position: a set-point counts once per edge of bit 4, and bit 4 may rise only while the
- * drive shows bit 12 = 0. */
+/** Handshake of profile position: a set-point counts once per edge of bit 4, and bit 4 may rise only while the drive
+ * shows bit 12 = 0. */
 class SetPointHandshake {
  public:
-  /// A new target lies in 0x607A and shall be taken.
+  /// A new target in 0x607A is to be accepted.
   void request() noexcept { pending_ = true; }
-  /// Bits to be added to the controlword of an enabled drive.
+  /// Bits to add to the controlword of an enabled drive.
   std::uint16_t step(std::uint16_t statusword) noexcept;
-  /// No set-point waits for its acknowledgement.
+  /// All set-points are acknowledged.
   bool idle() const noexcept { return !pending_ && !raised_; }
 
  private:
@@ -142,7 +142,7 @@ class SetPointHandshake {
   bool raised_ = false;
 };
 
-/// What an error code (0x603F, or the code of an emergency message) means: "over-current (0x2310)"; unknown codes are
+/// Meaning of an error code (0x603F, or the code of an emergency message): "over-current (0x2310)"; unknown codes are
 /// described by their class. 0 is "no error".
 std::string describeErrorCode(std::uint16_t code);
 

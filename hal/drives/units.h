@@ -6,7 +6,7 @@
 
 namespace tandem::hal {
 
-/** How one axis is geared. Counts are those of object 0x6064 or 0x6004. */
+/** Gearing of one axis. Counts are those of object 0x6064 or 0x6004. */
 struct Gearing {
   double counts_per_revolution = 0.0;  ///< of the motor or encoder shaft
   double gear_ratio = 1.0;             ///< shaft revolutions per revolution of the output (lead screw or tube)
@@ -18,29 +18,29 @@ struct Gearing {
 /** A position in counts that a 32-bit object can hold, or the nearest one. */
 struct Counts {
   std::int32_t value = 0;
-  bool exact = true;  ///< false: the position is not finite (value 0) or beyond 32 bits (value at the end)
+  bool exact = true;  ///< false: the position is not finite (value 0) or beyond 32 bits (value at the limit)
 };
 
-/** The conversion of one axis. joint = offset + scale * (counts - reference), scale signed. Counts survive the way to
- * SI and back exactly as long as |offset| is below 2^20 times the travel of 2^31 counts. */
+/** Conversion of one axis: joint = offset + scale * (counts - reference), scale signed. The conversion of counts to SI
+ * and back is exact as long as |offset| is below 2^20 times the travel of 2^31 counts. */
 class AxisUnits {
  public:
   AxisUnits() = default;
-  /// @throw std::invalid_argument where a number is NaN or infinite, or not above zero where it has to be.
+  /// @throw std::invalid_argument if a number is NaN or infinite, or not positive where it has to be.
   explicit AxisUnits(const Gearing& gearing);
 
   double toJoint(std::int32_t counts) const noexcept {
     return offset_ + scale_ * (static_cast<double>(counts) - static_cast<double>(reference_));
   }
   Counts toCounts(double joint) const noexcept;
-  /// Speed in m/s or rad/s of a speed in counts/s.
+  /// Converts a speed in counts/s to m/s or rad/s.
   double toJointSpeed(double counts_per_second) const noexcept { return scale_ * counts_per_second; }
   /// Signed speed in counts/s.
   double toCountSpeed(double speed) const noexcept { return speed / scale_; }
   /// A distance, speed or acceleration without sign, in counts, rounded, at most 2^32 - 1.
   std::uint32_t toCountMagnitude(double amount) const noexcept;
 
-  /// From now on these counts stand for this joint position, for drives whose counter starts anywhere. False where the
+  /// Assigns this joint position to these counts, for drives whose counter starts at an arbitrary value. False if the
   /// position is not finite.
   bool setReference(std::int32_t counts, double joint) noexcept;
 

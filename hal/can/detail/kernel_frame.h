@@ -8,10 +8,10 @@
 
 namespace tandem::hal::can {
 
-/// @return bytes of `out` that count: CAN_MTU or CANFD_MTU.
+/// @return valid bytes of `out`: CAN_MTU or CANFD_MTU.
 std::size_t encodeFrame(const CanFrame& frame, canfd_frame& out) noexcept;
 
-/// Leaves the time alone. @return false: no frame of that length, or no such frame.
+/// Does not set the time. @return false: no frame of that length, or no such frame.
 bool decodeFrame(const canfd_frame& in, std::size_t length, CanFrame& frame) noexcept;
 
 }  // namespace tandem::hal::can

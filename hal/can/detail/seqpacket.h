@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Emulated CAN bus over AF_UNIX SEQPACKET sockets, for kernels without CAN and for sanitizer builds.
  *
- * One party is the hub: it listens on a path, and whatever a party sends reaches all others, as on a wire, in the same
- * order for all; it is forwarded when the hub's receive() is called. A party that does not fetch its frames loses those
- * that do not fit into its queue; the hub counts them. */
+ * One participant is the hub: it listens at a path, and forwards the frames of each participant to all others, in the
+ * same order for all, when its receive() is called. A participant that does not fetch its frames loses those that do
+ * not fit into its queue; the hub counts them. */
 #pragma once
 
 #include <array>
@@ -12,16 +12,16 @@
 
 namespace tandem::hal::can {
 
-/** Joins a hub. Where the hub ends, state() is kDown until it is back: receive() looks for it every 100 ms. */
+/** Joins a hub. When the hub ends, state() is kDown until it is back: receive() tries to connect every 100 ms. */
 class SeqpacketBus final : public Bus {
  public:
-  /// @throw std::system_error where nobody listens at the path.
+  /// @throw std::system_error if no hub listens at the path.
   explicit SeqpacketBus(const std::string& path, const BusOptions& options = {});
   ~SeqpacketBus() override;
 
   std::size_t send(std::span<const CanFrame> frames) noexcept override;
   std::size_t receive(std::span<CanFrame> frames) noexcept override;
-  /// An epoll descriptor that stays the same when the hub comes and goes.
+  /// An epoll descriptor that stays the same when the hub ends and restarts.
   int fd() const noexcept override { return poll_; }
 
  private:
@@ -34,22 +34,22 @@ class SeqpacketBus final : public Bus {
   std::int64_t next_attempt_ = 0;
 };
 
-/** Is the hub, and a party like the others. Up to kMaxPeers others. */
+/** Hub and participant at once, for up to kMaxPeers others. */
 class SeqpacketHub final : public Bus {
  public:
   static constexpr std::size_t kMaxPeers = 16;
 
-  /// Listens; a socket file left behind by a dead hub is replaced. @throw std::system_error, for instance EADDRINUSE.
+  /// Listens; replaces the socket file of a hub that has ended. @throw std::system_error, for instance EADDRINUSE.
   explicit SeqpacketHub(const std::string& path, const BusOptions& options = {});
-  /// Ends all connections and removes the socket file.
+  /// Closes all connections and removes the socket file.
   ~SeqpacketHub() override;
 
   std::size_t send(std::span<const CanFrame> frames) noexcept override;
   std::size_t receive(std::span<CanFrame> frames) noexcept override;
   int fd() const noexcept override { return poll_; }
-  /// Other parties connected now.
+  /// Other participants connected now.
   std::size_t peers() const noexcept { return peer_count_; }
-  /// Frames that a party lost because its queue was full.
+  /// Frames lost because the queue of a participant was full.
   std::uint64_t undelivered() const noexcept { return undelivered_; }
 
  private:

@@ -10,19 +10,19 @@
 
 namespace tandem::hal::can {
 
-/** SocketCAN. Frames go and come in batches (sendmmsg, recvmmsg) with kernel time stamps; error frames drive state();
- * the interface's ups and downs come through netlink. Bus-off stays until restartLink(). */
+/** SocketCAN. Sends and receives frames in batches (sendmmsg, recvmmsg) with kernel time stamps. Error frames determine
+ * state(), netlink reports whether the interface is up. Bus-off stays until restartLink(). */
 class SocketCanBus final : public Bus {
  public:
-  /// @throw std::system_error where the interface does not exist, is no CAN interface or is down; std::invalid_argument
-  /// where CAN FD is asked for and the interface does not have it.
+  /// @throw std::system_error if the interface does not exist, is no CAN interface or is down; std::invalid_argument if
+  /// CAN FD is requested and the interface does not support it.
   explicit SocketCanBus(const std::string& interface, const BusOptions& options = {});
   ~SocketCanBus() override;
 
   std::size_t send(std::span<const CanFrame> frames) noexcept override;
   std::size_t receive(std::span<CanFrame> frames) noexcept override;
   int fd() const noexcept override { return fd_; }
-  /// Its address as far as netlink is concerned.
+  /// State of the interface from netlink.
   const LinkMonitor& link() const noexcept { return link_; }
 
  private:
@@ -35,7 +35,7 @@ class SocketCanBus final : public Bus {
 
   LinkMonitor link_;
   int fd_ = -1;
-  std::uint32_t overflow_ = 0;  // the kernel's counter, last seen
+  std::uint32_t overflow_ = 0;  // last value of the kernel's counter
   std::unique_ptr<Batch> batch_;
 };
 
