@@ -9,7 +9,7 @@ namespace {
 
 using safety::ArmVector;
 
-/// A lag never quite ends; nearer than this it has, m or rad.
+/// Residual below which a lag counts as finished, m or rad.
 constexpr double kArrived = 1e-12;
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
@@ -19,7 +19,7 @@ std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 double lagged(double y, double u0, double u1, double dt, double tau) noexcept {
   if (tau <= 0.0)
     return u1;
-  const double behind = tau * (u1 - u0) / dt;  // of a lag that has followed this ramp forever
+  const double behind = tau * (u1 - u0) / dt;  // steady-state lag behind this ramp
   const double next = u1 - behind + (y - u0 + behind) * std::exp(-dt / tau);
   return u0 == u1 && std::abs(next - u1) < kArrived ? u1 : next;
 }
@@ -34,7 +34,7 @@ double quantised(double x, double resolution) noexcept {
 
 Actuation::Actuation(const JointMechanics& mechanics, const safety::JointKinds& kinds, double shortest_step)
     : mechanics_(mechanics), kinds_(kinds), delay_(nanoseconds(mechanics.delay)) {
-  // The newest segment, the oldest one that is partly out, and one that stands for the time before the first step.
+  // The newest segment, the oldest one that is partly out, and one for the time before the first step.
   line_.resize(delay_ > 0 ? static_cast<std::size_t>(delay_ / nanoseconds(shortest_step)) + 3 : 0);
 }
 
@@ -52,7 +52,7 @@ void Actuation::place(int joint, double position) noexcept {
 }
 
 void Actuation::push(std::int64_t duration, const ArmVector& end) noexcept {
-  if (count_ == line_.size()) {  // steps shorter than announced: the two newest become one
+  if (count_ == line_.size()) {  // steps shorter than shortest_step: merges the two newest
     at(count_ - 1).left += duration;
     at(count_ - 1).end = end;
     return;

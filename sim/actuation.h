@@ -10,41 +10,41 @@
 
 namespace tandem::sim {
 
-/** Output after dt of a first-order lag y' = (u - y) / tau whose input goes evenly from u0 to u1 meanwhile: the exact
- * solution, whatever the step. tau 0: u1.
+/** Output after dt of a first-order lag y' = (u - y) / tau with an input that changes linearly from u0 to u1: the exact
+ * solution for any step. tau 0: u1.
  * @param y output before; @param dt and tau s */
 double lagged(double y, double u0, double u1, double dt, double tau) noexcept;
 
-/// Where the driven side of a transmission with full play `width` is once the driving side stands at `motor`; `tube` is
-/// where it was.
+/// Position of the driven side of a transmission with total backlash `width` for a driving side at `motor`; `tube` is
+/// its previous position.
 double withPlay(double tube, double motor, double width) noexcept;
 
-/// The multiple of `resolution` next to x; x itself for 0.
+/// Multiple of `resolution` nearest to x; x itself for 0.
 double quantised(double x, double resolution) noexcept;
 
-/** The reference of one arm on its way to the motors: delayed, then lagged.
+/** Delay and motor lag of the reference of one arm.
  *
- * The reference is taken as going evenly from one step's value to the next one's. Delay and lag are exact for that, at
+ * The reference changes linearly from one step's value to the next one's. Delay and lag are exact for this input, at
  * any step; the delay counts whole ns. Nothing after construction allocates. */
 class Actuation {
  public:
-  /// @param shortest_step of step(), s: sizes the memory of the delay
+  /// @param shortest_step shortest dt of step(), s: sizes the memory of the delay
   Actuation(const JointMechanics& mechanics, const safety::JointKinds& kinds, double shortest_step);
 
-  /// Stands at `position`, m, rad; whatever was on its way is forgotten.
+  /// Sets the output to `position`, m, rad, at standstill; clears the delay.
   void place(const safety::ArmVector& position) noexcept;
   /// The same for one joint.
   void place(int joint, double position) noexcept;
-  /// The reference went to `reference` within dt, s.
+  /// The reference changes to `reference` within dt, s.
   void step(double dt, const safety::ArmVector& reference) noexcept;
-  /// Where intact motors shall be now, m, rad.
+  /// Present positions of motors without faults, m, rad.
   const safety::ArmVector& output() const noexcept { return output_; }
-  /// Nothing is on its way.
+  /// The output is constant: delay and lag have finished.
   bool atRest() const noexcept;
 
  private:
   struct Segment {
-    std::int64_t left = 0;  ///< ns that have not come out yet
+    std::int64_t left = 0;  ///< part that is still delayed, ns
     safety::ArmVector end;
   };
   Segment& at(std::size_t index) noexcept { return line_[(first_ + index) % line_.size()]; }
@@ -55,9 +55,9 @@ class Actuation {
   JointMechanics mechanics_;
   safety::JointKinds kinds_;
   std::int64_t delay_;         ///< ns
-  std::vector<Segment> line_;  ///< ring: what the delay still holds, oldest first; always `delay_` long
+  std::vector<Segment> line_;  ///< ring: contents of the delay, oldest first; always `delay_` long
   std::size_t first_ = 0, count_ = 0;
-  safety::ArmVector delayed_;  ///< what has come out of the delay
+  safety::ArmVector delayed_;  ///< output of the delay
   safety::ArmVector output_;
 };
 

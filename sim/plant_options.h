@@ -11,7 +11,7 @@
 
 namespace tandem::sim {
 
-/** One value for the translations of an arm and one for its rotations, m or rad (or s) as the context says. */
+/** One value for the translations of an arm and one for its rotations, m or rad (or s), depending on the use. */
 struct PerAxisKind {
   double translation = 0.0;
   double rotation = 0.0;
@@ -21,11 +21,12 @@ struct PerAxisKind {
   bool isZero() const noexcept { return translation == 0.0 && rotation == 0.0; }
 };
 
-/** Between the reference of a joint and its tube: delay, then motor, then transmission. The encoder is at the motor. */
+/** Chain from the reference of a joint to its tube: delay, then motor, then transmission. The encoder is at the
+ * motor. */
 struct JointMechanics {
-  double delay = 0.0;    ///< of the actuation: the motor follows the reference of so long ago, s
+  double delay = 0.0;    ///< delay of the reference to the motor, s
   PerAxisKind lag;       ///< time constant of the motor, a first-order lag, s
-  PerAxisKind backlash;  ///< full play between motor and tube, m, rad
+  PerAxisKind backlash;  ///< total backlash between motor and tube, m, rad
 };
 
 /** Encoders, one at each motor. */
@@ -39,25 +40,25 @@ struct TubeErrors {
   double bending_stiffness = 0.0;
   double torsional_stiffness = 0.0;
   double curvature = 0.0;
-  double length = 0.0;  ///< all sections alike
+  double length = 0.0;  ///< of all sections alike
 
   bool operator==(const TubeErrors&) const = default;
 };
 
-/** Errors of one tube that somebody knows. */
+/** Known errors of one tube. */
 struct FixedTubeErrors {
   int arm = 0;
   int tube = 0;  ///< counts from 0, tube 1 is the innermost
   TubeErrors errors;
 };
 
-/** A force on an arm's tool tip. */
+/** Force on an arm's tool tip. */
 struct TipForce {
   int arm = 0;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, robot base frame
 };
 
-/** A tip tracker that measures the plant's tips. */
+/** Tip tracker that measures the plant's tips. */
 struct TipTrackerOptions {
   bool present = false;
   double rate = 40.0;           ///< measurements per second
@@ -67,14 +68,14 @@ struct TipTrackerOptions {
   double drop_out = 0.0;        ///< probability that a measurement of one arm is marked invalid
 };
 
-/** The plant of a deployment. */
+/** Plant of a deployment. */
 struct PlantOptions {
   std::string model = "rigid";  ///< kinematic model of the tips: "rigid" or "compliant"
   std::uint64_t seed = 1;
   JointMechanics mechanics;
   EncoderOptions encoders;
   TubeErrors tube_deviation;                 ///< standard deviations of random errors of every tube
-  std::vector<FixedTubeErrors> tube_errors;  ///< take the place of the random ones of their tubes
+  std::vector<FixedTubeErrors> tube_errors;  ///< replace the random errors of their tubes
   std::vector<TipForce> tip_forces;
   TipTrackerOptions tracker;
 };

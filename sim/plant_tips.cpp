@@ -24,7 +24,8 @@ TubeErrors drawn(const TubeErrors& deviation, std::uint64_t seed, int arm, int t
 }  // namespace
 
 ConcentricTubeArm withErrors(ConcentricTubeArm tubes, int arm, const PlantOptions& options) {
-  // Limits know the tubes of the robot file: with other lengths, or play, an outer tube may end beyond the inner one.
+  // Limits apply to the tubes of the robot file: with other lengths, or backlash, an outer tube may extend beyond the
+  // inner one.
   constexpr double kBeyond = 0.02;  // m
   tubes.tolerance = kBeyond;
   for (int i = 0; i < tubes.tubeCount(); ++i) {

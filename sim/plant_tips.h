@@ -12,36 +12,36 @@
 
 namespace tandem::sim {
 
-/** An arm as the plant has it: that of the robot file with random errors of its tubes, or those given.
- * @param arm index in the robot: every arm and every tube has random numbers of its own */
+/** Arm of the plant: that of the robot file with random tube errors, or with the given ones.
+ * @param arm index in the robot: every arm and every tube has its own random numbers */
 kinematics::ConcentricTubeArm withErrors(kinematics::ConcentricTubeArm tubes, int arm, const PlantOptions& options);
 
 /// Models of arms of one type, in the robot's order.
 using ArmModels = std::vector<std::unique_ptr<kinematics::ArmModel>>;
 
-/** Tips of all arms of the plant, followed along the path of the joints.
+/** Tips of all arms of the plant, tracked along the path of the joints.
  *
- * Elastic arms remember by which way they came (kinematics/branch.h); when the equilibrium that an arm is in ends, it
- * snaps into another one, and that is counted. After construction nothing allocates or throws. */
+ * Elastic arms depend on their path (kinematics/branch.h); when the equilibrium of an arm ends, the arm snaps to
+ * another one, and the snap is counted. After construction nothing allocates or throws. */
 class PlantTips {
  public:
-  /// @throw std::invalid_argument for a force on an arm that there is not, or on a model that carries none.
+  /// @throw std::invalid_argument for a force on an arm that does not exist, or on a model without loads.
   PlantTips(ArmModels models, const PlantOptions& options);
 
-  /// The joints are put elsewhere: the next update is a cold start.
+  /// Reset of the joints: the next update is a cold start.
   void restart() noexcept;
-  /// The joints of an arm are at q now (m, rad). Nothing is computed where they have not moved.
+  /// Sets the joints of an arm to q (m, rad). Does nothing if they have not moved.
   void update(int arm, const safety::ArmVector& q) noexcept;
 
   int armCount() const noexcept { return static_cast<int>(arms_.size()); }
-  /// Whether pose() is that of the last update; otherwise it is older, and status() says why.
+  /// pose() is that of the last update; otherwise it is older, and status() has the reason.
   bool valid(int arm) const noexcept { return status(arm) == kinematics::ModelStatus::kOk; }
   kinematics::ModelStatus status(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].status; }
   /// Robot base frame <- tool tip frame.
   const Eigen::Isometry3d& pose(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.pose; }
-  /// How often this arm has snapped since construction.
+  /// Number of snaps of this arm since construction.
   std::uint32_t snaps(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].snaps; }
-  /// Least elastic stability of the arm where it is now: 0 where it snaps, 1 where nothing interacts.
+  /// Least elastic stability of the arm now: 0 where it snaps, 1 without elastic interaction.
   double stability(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.stability; }
 
  private:

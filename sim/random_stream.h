@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Seeded random numbers: one stream per source of noise, so that no source shifts another one's numbers. */
+/** @file Seeded random numbers: one stream per source of noise, so that the sources are independent. */
 #pragma once
 
 #include <Eigen/Core>
@@ -8,19 +8,19 @@
 
 namespace tandem::sim {
 
-/** What a stream of random numbers is for. */
+/** Purpose of a stream of random numbers. */
 enum class Noise : std::uint32_t { kEncoder = 1, kTubes, kTracker };
 
-/** Numbers that depend on the seed, the purpose and the index alone. Drawing allocates nothing. */
+/** Stream that depends only on the seed, the purpose and the index. Drawing allocates nothing. */
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, Noise purpose, int index) : seed_(seed), purpose_(purpose), index_(index) {
     restart();
   }
 
-  /// The same numbers again, from the first one.
+  /// Restarts the stream at its first number.
   void restart() noexcept {
-    // Two rounds of SplitMix64: neighbouring seeds and indices give streams that have nothing to do with each other.
+    // Two rounds of SplitMix64: neighbouring seeds and indices give independent streams.
     const std::uint64_t source = static_cast<std::uint64_t>(purpose_) << 32 | static_cast<std::uint32_t>(index_);
     engine_.seed(mixed(mixed(seed_) ^ source));
     normal_.reset();

@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::array<std::string_view, 6> kFaultNames{"none", "off", "stuck", "garbage", "invalid", "runaway"};
 
-constexpr double kRunawaySpeed = 0.01;  // m/s or rad/s, half of it, where the joint has no limit
+constexpr double kRunawaySpeed = 0.01;  // m/s or rad/s: half the speed of a runaway joint without a limit
 
-/// What a drive notices by itself.
+/// The drive itself reports the fault.
 bool reported(AxisFault fault) {
   return fault == AxisFault::kOff || fault == AxisFault::kGarbage || fault == AxisFault::kInvalid;
 }
@@ -58,7 +58,7 @@ void SimulatedArm::readEncoders() noexcept {
     encoders_[j] = quantised(encoders_[j], encoders.resolution.of(options_.kinds[j]));
 }
 
-/// Speed over the next step: towards the reference, and never so fast that the joint could not stop there.
+/// Speed over the next step: towards the reference, and low enough that the joint can stop there.
 double SimulatedArm::nextVelocity(int joint, double dt, double error) const noexcept {
   const double acceleration = limits_.acceleration[joint];
   const double change = acceleration * dt;
@@ -91,7 +91,7 @@ void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept 
     const double error = target[j] - position_[j];
     const double direct = error / dt;
     velocity_[j] = nextVelocity(joint, dt, error);
-    // Land on the reference itself; a sum would miss it by rounding.
+    // Set to the reference itself; a sum would differ by rounding.
     position_[j] = velocity_[j] == direct ? target[j] : position_[j] + velocity_[j] * dt;
     tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(options_.kinds[joint]));
   }

@@ -15,79 +15,79 @@
 
 namespace tandem::sim {
 
-/** A fault of one axis, injected by a test or a user. */
+/** Fault of one axis, injected by a test or a user. */
 enum class AxisFault : std::uint8_t {
   kNone = 0,
-  kOff,      ///< the drive is dead: the joint does not move, and the drive says so
-  kStuck,    ///< the joint does not move, and only the following error tells
+  kOff,      ///< the drive has no power: the joint does not move, and the drive reports a fault
+  kStuck,    ///< the joint does not move; visible only in the following error
   kGarbage,  ///< the joint moves, its reading is not a number
-  kInvalid,  ///< the joint moves, its reading is marked as bad
-  kRunaway,  ///< as long as there is power the joint moves at twice its largest speed, whatever the command
+  kInvalid,  ///< the joint moves, its reading is marked invalid
+  kRunaway,  ///< while there is power, the joint moves at twice its largest speed, whatever the command
 };
 
 /// "none", "off", "stuck", "garbage", "invalid", "runaway".
 std::string_view name(AxisFault fault);
 std::optional<AxisFault> axisFaultFromName(std::string_view name);
 
-/** What the joints of a plant can do; kUnlimited = ideal. */
+/** Limits of the joints of a plant; kUnlimited = ideal. */
 struct PlantLimits {
   safety::ArmVector velocity;      ///< m/s, rad/s
   safety::ArmVector acceleration;  ///< m/s^2, rad/s^2
 };
 
-/** What is not ideal about the joints of one arm. */
+/** Imperfections of the joints of one arm. */
 struct JointOptions {
   JointMechanics mechanics;
   EncoderOptions encoders;
   std::uint64_t seed = 1;
-  int arm = 0;                  ///< arms have random numbers of their own
-  double shortest_step = 1e-3;  ///< of step(), s
+  int arm = 0;                  ///< each arm has its own random numbers
+  double shortest_step = 1e-3;  ///< shortest dt of step(), s
   safety::JointKinds kinds{};
 };
 
-/** Joints of one arm: reference -> delay and lag -> motor, with its encoder -> play -> tube.
+/** Joints of one arm: reference -> delay and lag -> motor, with its encoder -> backlash -> tube.
  *
  * Without limits and with ideal mechanics a joint is at its reference after every step, bit for bit, so that runs in
- * lock-step repeat exactly. With limits each motor goes to its (delayed, lagged) reference on its own, as fast as it
- * can and without overshoot; joints that stay behind do so independently of each other. Noise is drawn once a step,
- * from the first number again after each place(). Nothing after construction allocates. */
+ * lock-step repeat exactly. With limits each motor moves to its (delayed, lagged) reference as fast as it can and
+ * without overshoot; joints lag behind independently of each other. Noise is drawn once per step, from the start of its
+ * stream after each place(). Nothing after construction allocates. */
 class SimulatedArm {
  public:
-  /// Stands at `position`, m, rad.
+  /// Starts at standstill at `position`, m, rad.
   SimulatedArm(const safety::ArmVector& position, const PlantLimits& limits, const JointOptions& options = {});
 
-  /// Follows the reference for dt, s (above zero).
+  /// Follows the reference for dt > 0, s.
   void step(double dt, const safety::ArmVector& reference) noexcept;
-  /// Puts the joints elsewhere, at rest, in the middle of their play.
+  /// Resets the joints: at standstill, in the middle of their backlash.
   void place(const safety::ArmVector& position) noexcept;
-  /// The motors stay where they are: what was on its way to them, or to one of them, is forgotten.
+  /// The motors keep their positions; clears the delay and lag of all joints, or of one.
   void forget() noexcept { actuation_.place(position_); }
   void forget(int joint) noexcept { actuation_.place(joint, position_[joint]); }
   /// Sets or ends (kNone) the fault of one joint.
   void inject(int joint, AxisFault fault) noexcept { faults_[joint] = fault; }
   AxisFault fault(int joint) const noexcept { return faults_[joint]; }
-  /// Whether the drives hold and move the joints.
+  /// Drive power: the drives hold and move the joints.
   void setPower(bool on) noexcept { powered_ = on; }
 
-  /// Where the motors really are, m, rad.
+  /// True positions of the motors, m, rad.
   const safety::ArmVector& position() const noexcept { return position_; }
-  /// Where the tubes are, behind the play of the transmission, m, rad.
+  /// Positions of the tubes, after the backlash of the transmission, m, rad.
   const safety::ArmVector& tubes() const noexcept { return tubes_; }
-  /// Where intact motors without limits would be: the reference, delayed and lagged, m, rad.
+  /// Positions of motors without faults and limits: the reference, delayed and lagged, m, rad.
   const safety::ArmVector& expected() const noexcept { return actuation_.output(); }
-  /// How fast the motors really move, averaged over the last step, m/s, rad/s.
+  /// True velocities of the motors, averaged over the last step, m/s, rad/s.
   const safety::ArmVector& velocity() const noexcept { return velocity_; }
-  /// What the encoders say, m, rad: NaN where a reading is garbage.
+  /// Encoder readings, m, rad: NaN for kGarbage.
   safety::ArmVector reading() const noexcept;
   safety::ArmVector velocityReading() const noexcept;
-  /// All readings are good.
+  /// All readings are valid.
   bool valid(safety::JointMask without = 0) const noexcept;
   bool standing() const noexcept { return velocity_.isZero(0.0) && actuation_.atRest(); }
-  /// Faults that the plant reports by itself: kDrive for a dead drive, kSensor for a bad reading.
+  /// Faults that the plant itself reports: kDrive for a drive without power, kSensor for an invalid reading.
   safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
-  /// The same, with the joint of the first of them. @param without  joints that do not count
+  /// The same, with the joint of the first of them. @param without joints that do not count
   safety::FaultRecord presentFailure(safety::JointMask without = 0) const noexcept;
-  /// Joints that report a fault of theirs.
+  /// Joints that report a fault.
   safety::JointMask failed() const noexcept;
 
  private:
@@ -101,7 +101,7 @@ class SimulatedArm {
   RandomStream random_;
   safety::ArmVector position_;
   safety::ArmVector tubes_;
-  safety::ArmVector encoders_;  ///< what they read in this step
+  safety::ArmVector encoders_;  ///< encoder readings in this step
   safety::ArmVector velocity_;
   std::array<AxisFault, safety::kMaxJointsPerArm> faults_{};
   bool powered_ = true;

@@ -7,7 +7,7 @@
 namespace tandem::sim {
 namespace {
 
-/// Of a period: a measurement that is due but for rounding is due.
+/// Tolerance for rounding of the due time, as a share of the period.
 constexpr double kDue = 1e-6;
 
 Eigen::Quaterniond rotation(const Eigen::Vector3d& vector) {
@@ -44,7 +44,7 @@ void TipTracker::measure(const PlantTips& tips,
   m.mark = mark;
   for (int k = 0; k < arm_count_; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    // All numbers are drawn, needed or not: what happens to one arm does not change another one's noise.
+    // All numbers are always drawn: the noise of one arm does not depend on another arm.
     const Eigen::Vector3d shift = options_.position_noise * random_.normal3();
     const Eigen::Vector3d turn = options_.rotation_noise * random_.normal3();
     const bool dropped = random_.uniform() < drop_out;
@@ -59,7 +59,7 @@ bool TipTracker::step(const PlantTips& tips, std::int64_t now, std::uint64_t mar
       static_cast<std::int64_t>(std::floor(1e-9 * static_cast<double>(now - start_) * options_.rate + kDue));
   if (due > taken_) {
     taken_ = due;
-    // More than fit can be under way only if the caller's clock jumped: the oldest one is lost then.
+    // The ring is full only if the caller's clock jumped: the oldest measurement is lost then.
     if (count_ == under_way_.size()) {
       first_ = (first_ + 1) % under_way_.size();
       --count_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A simulated tip tracker: measures the plant's tips at a rate, with noise, delay and drop-outs. */
+/** @file Simulated tip tracker: measures the plant's tips at a rate, with noise, delay and drop-outs. */
 #pragma once
 
 #include <array>
@@ -13,24 +13,24 @@ namespace tandem::sim {
 
 /** One measurement of all tips. */
 struct TipMeasurement {
-  std::uint64_t sequence = 0;  ///< counts measurements from 1, those that dropped out included
-  std::int64_t stamp = 0;      ///< when it was made, ns on the caller's clock
-  std::uint64_t mark = 0;      ///< what the caller said of that moment
+  std::uint64_t sequence = 0;  ///< number of the measurement, from 1, drop-outs included
+  std::int64_t stamp = 0;      ///< time of the measurement, ns on the caller's clock
+  std::uint64_t mark = 0;      ///< value of the caller for that time
   std::array<bool, safety::kMaxArms> valid{};
   std::array<Eigen::Vector3d, safety::kMaxArms> position;        ///< m, robot base frame
   std::array<Eigen::Quaterniond, safety::kMaxArms> orientation;  ///< robot base frame <- tool tip frame
 };
 
-/** The tracker. Nothing after construction allocates; the same seed gives the same measurements after every restart. */
+/** Tip tracker. Nothing after construction allocates; the same seed gives the same measurements after every restart. */
 class TipTracker {
  public:
   TipTracker(int arm_count, const TipTrackerOptions& options, std::uint64_t seed);
 
-  /// The robot stands, and has for long: a measurement of all arms is made now, and has arrived.
+  /// The robot is at standstill, for longer than the delay: makes a measurement of all arms that arrives at once.
   void restart(const PlantTips& tips, std::int64_t now, std::uint64_t mark) noexcept;
-  /// Time has gone on to `now`, ns: measures if it is time to, at most once, and takes in what has arrived.
-  /// @param mark of this moment, kept with the measurement
-  /// @return whether latest() is a new one.
+  /// Advances to `now`, ns: makes at most one measurement that is due, and delivers those that have arrived.
+  /// @param mark value stored with the measurement
+  /// @return true if latest() is new.
   bool step(const PlantTips& tips, std::int64_t now, std::uint64_t mark) noexcept;
   /// The newest measurement that has arrived.
   const TipMeasurement& latest() const noexcept { return latest_; }
@@ -46,7 +46,7 @@ class TipTracker {
   int arm_count_;
   RandomStream random_;
   std::int64_t start_ = 0;                 ///< of the first measurement, ns
-  std::int64_t taken_ = 0;                 ///< measurements that were due so far, the first one not counted
+  std::int64_t taken_ = 0;                 ///< number of due measurements so far, the first one not counted
   std::uint64_t sequence_ = 0;             ///< of the last measurement made
   std::vector<TipMeasurement> under_way_;  ///< ring, oldest first
   std::size_t first_ = 0, count_ = 0;

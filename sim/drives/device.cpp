@@ -56,7 +56,7 @@ void Device::boot(bool application) noexcept {
     dictionary_.reset(0x1000, 0xFFFF);
     last_error_ = 0;
   } else {
-    // Errors of the communication are over with it; what else 1001 tells stands.
+    // Communication errors end with the communication reset; the other bits of 1001 stay.
     constexpr auto kBoth =
         static_cast<std::uint8_t>(ErrorBit::kCommunication) | static_cast<std::uint8_t>(ErrorBit::kGeneric);
     const std::int64_t errors = error_register_.value;
@@ -71,7 +71,7 @@ void Device::boot(bool application) noexcept {
 }
 
 void Device::send(const CanFrame& frame) noexcept {
-  // A bounded queue, as a controller has one.
+  // A bounded queue, like that of a controller.
   if (out_.size() < out_.capacity()) {
     ++counters_.frames_out;
     out_.push_back(frame);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A CANopen slave (CiA 301): NMT, SDO, PDOs, SYNC, heartbeats, emergencies. Derived classes add the device
+/** @file CANopen slave (CiA 301): NMT, SDO, PDOs, SYNC, heartbeats, emergencies. Derived classes add the device
  * profile. */
 #pragma once
 
@@ -27,12 +27,12 @@ enum class ErrorBit : std::uint8_t {
   kProfile = 0x20,
 };
 
-/** What a device did and got since it was switched on. */
+/** Counters of a device since construction. */
 struct DeviceCounters {
-  std::uint64_t frames_in = 0;  ///< for this device
+  std::uint64_t frames_in = 0;  ///< addressed to this device
   std::uint64_t frames_out = 0;
   std::uint64_t rpdos = 0;
-  std::uint64_t bad_rpdos = 0;  ///< too short, or too long
+  std::uint64_t bad_rpdos = 0;  ///< wrong length
   std::uint64_t syncs = 0;
   std::uint64_t sdo_requests = 0;
   std::uint64_t emergencies = 0;
@@ -41,22 +41,22 @@ struct DeviceCounters {
   std::uint64_t boots = 0;
 };
 
-/** Time is that of the caller, ns. Frames to send gather in out(). */
+/** Simulated device. Time is that of the caller, ns. Frames to send accumulate in out(). */
 class Device : private SdoAccess {
  public:
-  /// @throw std::invalid_argument for an id out of range or a data sheet that lacks a mandatory object.
+  /// @throw std::invalid_argument for an id out of range or a data sheet without a mandatory object.
   Device(std::uint8_t id, const Eds& eds, std::uint32_t serial);
   ~Device() override = default;
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  /// Power on: boots after kBootTime. Off: silent, forgets all.
+  /// Power on: boots after kBootTime. Power off: silent, loses its state.
   void powerOn(std::int64_t now) noexcept;
   void powerOff() noexcept;
   bool powered() const noexcept { return powered_; }
 
   void receive(const CanFrame& frame, std::int64_t now) noexcept;
-  /// Goes on to `now`: timers, heartbeats, and step() of the heir.
+  /// Advances to `now`: timers, heartbeats, and step() of the derived class.
   void advance(std::int64_t now, double dt) noexcept;
   /// Frames to send; the caller empties it.
   std::vector<CanFrame>& out() noexcept { return out_; }
@@ -71,21 +71,21 @@ class Device : private SdoAccess {
   static constexpr std::int64_t kBootTime = 20'000'000;
 
  protected:
-  /// Sends an emergency and notes it in 1001 and 1003.
+  /// Sends an emergency and stores it in 1001 and 1003.
   void raise(std::uint16_t code, ErrorBit bit, std::uint8_t detail = 0) noexcept;
-  /// The errors of these bits are over; tells when it was the last one.
+  /// Clears the errors of these bits; sends an emergency when no error is left.
   void clear(ErrorBit bit) noexcept;
   std::int64_t now() const noexcept { return now_; }
-  /// PDO parameters were changed otherwise than by an SDO.
+  /// To be called after a change of PDO parameters other than by SDO.
   void reconfigurePdos() noexcept { pdos_.configure(); }
 
-  /// The heir's part. Physics and timers:
+  /// Interface to the derived class. Physics and timers:
   virtual void step(double dt) noexcept = 0;
-  /// Objects are about to be read: write measured values into them.
+  /// Called before objects are read: write measured values into them.
   virtual void refresh() noexcept = 0;
   /// The value of an object was written, by SDO or PDO.
   virtual void written(const Entry& entry) noexcept = 0;
-  /// Whether it may be written so now.
+  /// The value may be written in the present state.
   virtual SdoAbort accept(const Entry& entry, std::int64_t value) const noexcept = 0;
   /// SYNC, after the RPDOs that waited for it were written.
   virtual void synchronized() noexcept {}
@@ -95,7 +95,7 @@ class Device : private SdoAccess {
   virtual void resetApplication() noexcept {}
 
  private:
-  struct Producer {  // whom we watch: 1016
+  struct Producer {  // monitored heartbeat producer: 1016
     std::uint8_t node = 0;
     std::int64_t timeout = 0;
     std::int64_t last = 0;

@@ -111,7 +111,7 @@ SdoAbort Drive::accept(const Entry& entry, std::int64_t value) const noexcept {
   }
   if (index == 0x605A && value == 4)
     return SdoAbort::kValueRange;
-  // What decides how the motor is stopped and limited does not change while it runs.
+  // Parameters of stops and limits cannot change while the motor moves.
   const bool fixed = index == 0x60C2 || index == 0x607D || index == 0x608F || index == 0x607C;
   return fixed && moves() ? SdoAbort::kDeviceState : SdoAbort::kNone;
 }
@@ -199,7 +199,7 @@ void Drive::leaveEnabled(std::uint16_t word) noexcept {
 void Drive::brakeTo(double deceleration, DriveState then, bool stay) noexcept {
   brake_ = {true, deceleration, then, stay};
   halted_ = false;
-  // From where the motor is, not from where it should be: a stop does not make up for a following error.
+  // Starts at the motor's position, not at the demand: a stop does not correct a following error.
   demand_ = position();
   demand_velocity_ = motor_.velocity();
 }
@@ -244,7 +244,7 @@ void Drive::fail(std::uint16_t code, ErrorBit bit) noexcept {
   error_code_.value = code;
   ++record_.faults;
   const std::int64_t option = dictionary().require(0x605E).value;
-  // Without a position or with a short circuit nothing can be braked.
+  // Without a position, or with a short circuit, the drive cannot brake.
   const bool coast = option == 0 || code == error_code::kEncoder || code == error_code::kOverCurrent;
   if (moves()) {
     stopping_ = true;
@@ -307,7 +307,7 @@ void Drive::step(double dt) noexcept {
     monitor(dt);
 }
 
-/// Without power at its coil it closes by its spring.
+/// Without current in its coil the brake closes by its spring.
 void Drive::moveBrake(double dt) noexcept {
   const auto level = [this](int sub) { return static_cast<std::uint32_t>(dictionary().require(0x60FE, sub).value); };
   const BrakeSpec& brake = *spec_.brake;

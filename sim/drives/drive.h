@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A simulated servo drive after CiA 402. */
+/** @file Simulated servo drive (CiA 402). */
 #pragma once
 
 #include <cstdint>
@@ -28,35 +28,35 @@ std::string_view name(DriveState state);
 /// Modes of operation, object 6060 of CiA 402.
 inline constexpr int kProfilePosition = 1, kHomingMode = 6, kCyclicPosition = 8, kCyclicVelocity = 9;
 
-/** A holding brake at an output of the drive, object 60FE. */
+/** Holding brake at an output of the drive, object 60FE. */
 struct BrakeSpec {
-  std::uint32_t mask = 1;     ///< its bit in 60FE:1; it counts where 60FE:2 has it, too
-  bool closed_level = false;  ///< of that bit
-  double time = 0.03;         ///< until it holds, or lets go, s
+  std::uint32_t mask = 1;     ///< its bit in 60FE:1; effective only if it is set in 60FE:2, too
+  bool closed_level = false;  ///< of that bit while the brake is closed
+  double time = 0.03;         ///< until it holds, or is open, s
 };
 
 /** One drive of a bus. Positions in counts. */
 struct DriveSpec {
   std::uint8_t id = 1;
   std::uint32_t serial = 1;
-  double start = 0.0;        ///< position when the simulation begins
-  bool incremental = false;  ///< its encoder counts from 0 at power-on; else it keeps the position
+  double start = 0.0;        ///< position at the start of the simulation
+  bool incremental = false;  ///< the encoder counts from 0 at power on; else it keeps the position
   std::optional<BrakeSpec> brake;
   MotorParameters motor;
 };
 
-/** What can be wrong with what a sensor tells. */
+/** Injected errors of a sensor reading. */
 struct SensorFaults {
   bool frozen = false;
   bool garbage = false;
   bool alarm = false;
   double offset = 0.0;  ///< counts
 
-  /// What is read where `value` is right. `held` keeps the last good reading.
+  /// Reading for a true `value`. `held` stores the last good reading.
   std::int32_t distort(double value, std::int32_t& held, std::mt19937& random) const noexcept;
 };
 
-/** What a drive saw; since construction, or since mark(). */
+/** Statistics of a drive's motion and stops, since construction or mark(). */
 struct DriveRecord {
   double max_following_error = 0.0;  ///< counts
   double max_jump = 0.0;             ///< largest distance from the demand to a new cyclic target, counts
@@ -68,7 +68,7 @@ struct DriveRecord {
   double lowest = 0.0;  ///< position, counts
   double highest = 0.0;
   double peak_velocity = 0.0;  ///< counts/s
-  /// Of the last stop that the drive made by itself (quick stop, fault): when it began, ns, its path and duration.
+  /// Last stop that the drive made by itself (quick stop, fault): start, ns, path and duration.
   std::int64_t stop_begin = 0;
   double stop_travel = 0.0;
   double stop_duration = 0.0;  ///< s
@@ -76,7 +76,7 @@ struct DriveRecord {
 
 class Drive final : public Device {
  public:
-  /// @throw std::invalid_argument where the data sheet lacks an object.
+  /// @throw std::invalid_argument if the data sheet lacks an object.
   Drive(const DriveSpec& spec, const Eds& eds);
 
   DriveState state() const noexcept { return state_; }
@@ -84,26 +84,26 @@ class Drive final : public Device {
   const Motor& motor() const noexcept { return motor_; }
   Motor& motor() noexcept { return motor_; }
   SensorFaults sensor;  ///< of the motor's encoder; `alarm` is a fault of the drive
-  /** The emergency stop takes the torque (STO): the motor coasts, the drive falls back to "switch on disabled" and
-   * stays there. Statusword: bit 14 (of the manufacturer) is 1, bit 4 (voltage enabled) is 0. */
+  /** The emergency stop removes the torque (STO): the motor coasts, the drive changes to "switch on disabled" and stays
+   * there. Statusword: bit 14 (of the manufacturer) is 1, bit 4 (voltage enabled) is 0. */
   bool emergency_stop = false;
-  /// Bit of the digital inputs 60FD: 1 while the chain of the emergency stop is closed.
+  /// Bit of the digital inputs 60FD: 1 while the emergency stop chain is closed.
   static constexpr int kEmergencyInput = 16;
 
   /// True position in the drive's coordinates, counts.
   double position() const noexcept { return motor_.position() + zero_; }
   double demand() const noexcept { return demand_; }
   const DriveRecord& record() const noexcept { return record_; }
-  /// Begins a new record.
+  /// Starts a new record.
   void mark() noexcept;
 
  private:
-  // The ramp that ends in another state.
+  // Ramp of a stop, with the state that follows it.
   struct Brake {
     bool active = false;
     double deceleration = 0.0;
     DriveState then = DriveState::kSwitchOnDisabled;
-    bool stay = false;  ///< in the present state
+    bool stay = false;  ///< keeps the present state
   };
   enum class Homing : std::uint8_t { kIdle, kSearch, kBackOff, kIndex, kDone, kError };
 
@@ -156,7 +156,7 @@ class Drive final : public Device {
   Entry &torque_, &current_, &temperature_, &temperature_limit_, &inputs_;
   DriveState state_ = DriveState::kNotReady;
   DriveRecord record_;
-  double zero_ = 0.0;  ///< drive's coordinates minus the motor's
+  double zero_ = 0.0;  ///< zero of the drive's coordinates minus that of the motor's
   double demand_ = 0.0;
   double demand_velocity_ = 0.0;
   double segment_start_ = 0.0;  ///< CSP
@@ -165,8 +165,8 @@ class Drive final : public Device {
   Brake brake_;
   bool halted_ = false;
   bool limited_ = false;
-  bool stopping_ = false;      ///< a stop of the drive's own is being recorded
-  double braked_ = 1.0;        ///< how far the brake is closed
+  bool stopping_ = false;      ///< a stop by the drive itself is being recorded
+  double braked_ = 1.0;        ///< share of closing, 0 open to 1 closed
   double error_time_ = 0.0;    ///< outside the following error window, s
   double reached_time_ = 0.0;  ///< inside the position window, s
   std::uint16_t last_word_ = 0;

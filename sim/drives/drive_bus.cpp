@@ -11,8 +11,8 @@ namespace tandem::sim::drives {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kMostCatchUp = kSecond;  // after a pause of the process
-constexpr std::size_t kMostFrames = 4096;       // taken per poll
+constexpr std::int64_t kMostCatchUp = kSecond;  // longest simulated time per poll, after a pause of the process
+constexpr std::size_t kMostFrames = 4096;       // most frames per poll
 constexpr std::size_t kQueue = 1024;
 
 double valueOf(const Injection& injection) noexcept {
@@ -43,19 +43,19 @@ std::int64_t milliseconds(double value) noexcept { return static_cast<std::int64
 
 }  // namespace
 
-/** A device and what is wrong between it and the bus. */
+/** A device, with the faults between it and the bus. */
 struct DriveBus::Node {
   Device* device = nullptr;
   Drive* drive = nullptr;  // one of these two
   Encoder* encoder = nullptr;
-  bool muted = false;      // off the bus for the moment
+  bool muted = false;      // temporarily off the bus
   std::int64_t delay = 0;  // ns
-  std::int64_t blink = 0;  // half a period of intermittence, ns; 0: none
+  std::int64_t blink = 0;  // half period of an intermittent fault, ns; 0: none
   std::int64_t blink_start = 0;
   double loss = 0.0;
   double flips = 0.0;
   double babble = 0.0;           // frames/s
-  std::int64_t babble_time = 0;  // until when its frames are out, ns
+  std::int64_t babble_time = 0;  // time up to which its frames are sent, ns
 };
 
 DriveBus::DriveBus(hal::can::Bus& bus, const BusSpec& spec, std::int64_t now)
@@ -128,7 +128,7 @@ int DriveBus::clear(std::uint8_t node, std::optional<FaultKind> kind) noexcept {
   int cleared = 0;
   for (std::size_t k = active_.size(); k-- > 0;) {
     const Injection injection = active_[k].injection;
-    // Faults of the bus go with "all of them", or when they are meant.
+    // Node 0 selects the faults of all nodes and of the bus.
     if ((node != 0 && injection.node != node) || (kind && injection.kind != *kind))
       continue;
     active_.erase(active_.begin() + static_cast<std::ptrdiff_t>(k));
@@ -150,7 +150,7 @@ void DriveBus::mark() noexcept {
 
 void DriveBus::apply(const Injection& injection, bool on) noexcept {
   if (injection.kind == FaultKind::kBusOff) {
-    // The error frame first: nothing follows it from a bus that is off.
+    // The error frame first: a bus that is off sends nothing after it.
     sendError(on ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED);
     off_ = on;
     return;
@@ -294,7 +294,7 @@ void DriveBus::receive(std::int64_t now) noexcept {
     for (std::size_t k = 0; k < count; ++k) {
       if (incoming_[k].error)
         continue;
-      // Drives take frames when they come, however late this process is: first goes the time until then.
+      // Drives receive a frame at its arrival time, even if this process is late: first advance to that time.
       const std::int64_t came =
           incoming_[k].time == 0 ? now : std::clamp(incoming_[k].time, time_, std::max(time_, now));
       advance(came);
@@ -356,7 +356,7 @@ void DriveBus::babble(std::int64_t now) noexcept {
     node.babble_time += static_cast<std::int64_t>(1e9 * static_cast<double>(frames) / node.babble);
     for (std::size_t k = 0; k < frames && outgoing_.size() < outgoing_.capacity(); ++k) {
       CanFrame frame;
-      frame.id = 1;  // wins every arbitration but NMT's, and means nothing
+      frame.id = 1;  // highest priority after NMT; no function
       frame.length = 8;
       outgoing_.push_back(frame);
       ++record_.babble_frames;

@@ -21,37 +21,37 @@ struct BusSpec {
   std::vector<EncoderSpec> encoders;
   Eds drive_eds = driveEds();
   Eds encoder_eds = encoderEds();
-  std::uint32_t seed = 1;  ///< of losses and flips
+  std::uint32_t seed = 1;  ///< of frame losses and bit flips
 };
 
-/** What became of the frames on the simulated side of the wire. */
+/** Counters of the frames on the simulated side of the bus. */
 struct BusRecord {
   std::uint64_t received = 0;
   std::uint64_t sent = 0;
-  std::uint64_t unsent = 0;   ///< the bus did not take them; tried again
-  std::uint64_t dropped = 0;  ///< found the queue to the bus full
-  std::uint64_t lost = 0;     ///< by injected faults, either way
+  std::uint64_t unsent = 0;   ///< refused by the bus; tried again
+  std::uint64_t dropped = 0;  ///< the queue to the bus was full
+  std::uint64_t lost = 0;     ///< by injected faults, in either direction
   std::uint64_t flipped = 0;
   std::uint64_t babble_frames = 0;
 };
 
-/** Call poll() whenever frames have come, and every millisecond. Times are ns on the clock of the bus. */
+/** Call poll() at each received frame, and every millisecond. Times are ns on the clock of the bus. */
 class DriveBus {
  public:
   /// All nodes are switched on. The bus must outlive this. @throw std::invalid_argument: an id used twice, an encoder
-  /// without drive, a data sheet that lacks something.
+  /// without drive, a data sheet without a required object.
   DriveBus(hal::can::Bus& bus, const BusSpec& spec, std::int64_t now);
   ~DriveBus();
 
-  /// Physics and timers up to `now`, what has come at the time when it came, then what is to be sent.
+  /// Advances physics and timers to `now`, processes received frames at their arrival times, then sends.
   void poll(std::int64_t now) noexcept;
 
   /// False: the bus has no such node, or a node of that kind cannot have this fault.
   bool inject(const Injection& injection) noexcept;
-  /// Ends faults of a node (0: of all nodes and of the bus). @return how many.
+  /// Ends faults of a node (0: of all nodes and of the bus). @return number of ended faults.
   int clear(std::uint8_t node, std::optional<FaultKind> kind) noexcept;
   bool has(std::uint8_t node, FaultKind kind) const noexcept;
-  /// Begins new records of all drives.
+  /// Starts new records of all drives.
   void mark() noexcept;
 
   std::vector<std::unique_ptr<Drive>>& drives() noexcept { return drives_; }

@@ -88,12 +88,12 @@ void Drive::slowDown(double deceleration, double dt) noexcept {
   const double before = demand_velocity_;
   demand_velocity_ -= std::copysign(loss, demand_velocity_);
   demand_ += 0.5 * (before + demand_velocity_) * dt;
-  // Ends are mechanical: pushing against them is no use.
+  // Mechanical ends stop the demand, too.
   demand_ = std::clamp(demand_, spec_.motor.low + zero_, spec_.motor.high + zero_);
 }
 
 void Drive::endBrake() noexcept {
-  // The demand stands; the motor has to as well before its power goes.
+  // The demand is at standstill; the motor must be, too, before its power goes off.
   if (std::abs(motor_.velocity()) > 1e-3 * spec_.motor.max_velocity)
     return;
   const Brake brake = brake_;
@@ -123,7 +123,7 @@ void Drive::cyclicVelocity(double dt) noexcept {
   limited_ = std::abs(velocity) > most;
   velocity = std::clamp(velocity, -most, most);
   const double acceleration = number(dictionary().require(0x60C5));
-  // Room to stop before a software limit.
+  // Limits the speed so that the joint can stop before a software limit.
   const double low = number(dictionary().require(0x607D, 1)), high = number(dictionary().require(0x607D, 2));
   if (low < high) {
     const double room = std::max(0.0, velocity > 0.0 ? high - demand_ : demand_ - low);
@@ -161,7 +161,7 @@ void Drive::profilePosition(double dt) noexcept {
   const double way = profile_target_ - demand_;
   const double deceleration = number(dictionary().require(0x6084));
   const double most = std::min(number(dictionary().require(0x6081)), number(dictionary().require(0x607F)));
-  // So fast that the rest of the way suffices to stop, one step ahead.
+  // Largest speed from which the remaining distance suffices to stop, one step ahead.
   const double rest = std::max(0.0, std::abs(way) - 0.5 * std::abs(demand_velocity_) * dt);
   const double velocity = std::copysign(std::min(most, std::sqrt(2.0 * deceleration * rest)), way);
   const bool slower = std::abs(velocity) < std::abs(demand_velocity_) || velocity * demand_velocity_ < 0.0;

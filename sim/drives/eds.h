@@ -40,19 +40,19 @@ bool isSigned(DataType type);
 
 enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite, kConstant };
 
-/** One entry of the dictionary. */
+/** One entry of a data sheet. */
 struct EdsObject {
   ObjectAddress address;
   std::string name;
   DataType type = DataType::kUnsigned32;
   Access access = Access::kReadOnly;
-  bool mappable = false;            ///< into a PDO
+  bool mappable = false;            ///< allowed in a PDO
   std::optional<std::int64_t> low;  ///< limits, as numbers of the type
   std::optional<std::int64_t> high;
   std::int64_t value = 0;  ///< default
   bool adds_node_id = false;
   std::string text;      ///< default of a string
-  std::size_t line = 0;  ///< of its section
+  std::size_t line = 0;  ///< line of its section
 };
 
 struct Eds {
@@ -61,13 +61,13 @@ struct Eds {
   std::vector<EdsObject> objects;  ///< sorted by address
 };
 
-/** Reads a data sheet and checks that it agrees with itself: every object listed is there and every one there is
- * listed, sub-indices are counted, defaults and limits fit their types. @throw EdsError. */
+/** Reads a data sheet and checks its consistency: the lists and the objects agree, sub-index counts are correct,
+ * defaults and limits fit their types. @throw EdsError. */
 Eds parseEds(std::istream& in, const std::string& file);
-/// @throw EdsError, std::runtime_error where the file cannot be opened.
+/// @throw EdsError, std::runtime_error if the file cannot be opened.
 Eds loadEds(const std::string& path);
 
-/// The data sheets that ship, compiled in.
+/// Built-in data sheets.
 Eds driveEds();
 Eds encoderEds();
 

@@ -70,7 +70,7 @@ void Encoder::written(const Entry& entry) noexcept {
 }
 
 SdoAbort Encoder::accept(const Entry& entry, std::int64_t value) const noexcept {
-  // Bit 0 direction, bit 2 scaling; this one has no scaling to switch on.
+  // Bit 0 direction, bit 2 scaling; this encoder does not support scaling.
   if (&entry == &operating_ && (value & ~std::int64_t{kReverse}) != 0)
     return SdoAbort::kValueRange;
   return SdoAbort::kNone;

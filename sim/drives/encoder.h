@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A simulated absolute encoder after CiA 406. */
+/** @file Simulated absolute encoder (CiA 406). */
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@
 
 namespace tandem::sim::drives {
 
-/** One encoder of a bus: it sits on the axis of a drive. */
+/** One encoder of a bus, on the axis of a drive. */
 struct EncoderSpec {
   std::uint8_t id = 11;
   std::uint32_t serial = 1;
   std::uint8_t drive = 1;   ///< node id of the drive whose axis it measures
-  double ratio = 1.0;       ///< its units per count of the drive; negative: turns the other way
-  std::int32_t offset = 0;  ///< units where the drive's motor is at 0
+  double ratio = 1.0;       ///< its units per count of the drive; negative: opposite direction
+  std::int32_t offset = 0;  ///< units at position 0 of the drive's motor
 };
 
 class Encoder final : public Device {
  public:
-  /// The drive must outlive the encoder. @throw std::invalid_argument where the data sheet lacks an object.
+  /// The drive must outlive the encoder. @throw std::invalid_argument if the data sheet lacks an object.
   Encoder(const EncoderSpec& spec, const Eds& eds, const Motor& motor);
 
   SensorFaults sensor;
   const EncoderSpec& spec() const noexcept { return spec_; }
-  /// What it should tell, units.
+  /// Undisturbed reading, units.
   double position() const noexcept;
 
  private:
@@ -39,7 +39,7 @@ class Encoder final : public Device {
   const Motor& motor_;
   std::mt19937 random_;
   Entry &operating_, &status_, &preset_, &position_value_, &speed_, &timer_, &alarms_, &offset_, &operating_time_;
-  std::int64_t preset_offset_ = 0;  ///< survives power-off, as in a real one
+  std::int64_t preset_offset_ = 0;  ///< survives power off, as in a real encoder
   std::int32_t held_reading_ = 0;
   bool alarmed_ = false;
   double hours_ = 0.0;

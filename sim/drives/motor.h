@@ -7,31 +7,31 @@
 namespace tandem::sim::drives {
 
 struct MotorParameters {
-  double max_velocity = 500e3;                            ///< counts/s
-  double max_acceleration = 20e6;                         ///< counts/s^2, at twice the rated torque
-  double position_gain = 120.0;                           ///< 1/s
-  double velocity_lag = 2e-3;                             ///< time constant of the velocity loop, s
-  double coast_lag = 20e-3;                               ///< without power: friction, s
-  double load = 0.0;                                      ///< back-drivable: what it falls with, counts/s^2
-  double ambient = 25.0;                                  ///< deg C
-  double rated_rise = 60.0;                               ///< of the winding at rated current, K
-  double thermal_lag = 60.0;                              ///< s
+  double max_velocity = 500e3;     ///< counts/s
+  double max_acceleration = 20e6;  ///< counts/s^2, at twice the rated torque
+  double position_gain = 120.0;    ///< 1/s
+  double velocity_lag = 2e-3;      ///< time constant of the velocity loop, s
+  double coast_lag = 20e-3;        ///< without power: friction, s
+  double load = 0.0;               ///< acceleration of a back-drivable joint without power, counts/s^2
+  double ambient = 25.0;           ///< deg C
+  double rated_rise = 60.0;        ///< of the winding at rated current, K
+  double thermal_lag = 60.0;       ///< s
   double low = -std::numeric_limits<double>::infinity();  ///< mechanical ends, counts
   double high = std::numeric_limits<double>::infinity();
 };
 
-/** What is wrong with it. */
+/** Injected faults of the motor. */
 struct MotorFaults {
   bool blocked = false;
-  double speed = 1.0;         ///< fraction of the velocity asked for that it reaches
-  double load = 0.0;          ///< torque beyond what the motion needs, per mille of rated
+  double speed = 1.0;         ///< share of the requested velocity that it reaches
+  double load = 0.0;          ///< torque in addition to that of the motion, per mille of rated
   bool over_current = false;  ///< a winding draws several times the rated current
   bool over_heated = false;   ///< cooling failed: the winding is 100 K hotter
-  double runaway = 0.0;       ///< not 0: with power it runs at this fraction of its largest speed, whatever the command
+  double runaway = 0.0;       ///< not 0: with power it runs at this share of its largest speed, whatever the command
   bool no_brake = false;      ///< its brake does not hold
 };
 
-/** Explicit Euler steps; use at most a quarter of velocity_lag. */
+/** Motor integrated by explicit Euler steps; use at most a quarter of velocity_lag. */
 class Motor {
  public:
   explicit Motor(const MotorParameters& parameters, double position = 0.0) noexcept;
@@ -41,7 +41,7 @@ class Motor {
   /// Without power.
   void coast(double dt) noexcept;
 
-  /// Closes or opens a brake that holds it with and without power.
+  /// Closes or opens a brake that holds the motor with and without power.
   void setBrake(bool closed) noexcept { braked_ = closed; }
 
   double position() const noexcept { return position_; }

@@ -22,13 +22,13 @@ struct Entry {
 
   int size() const noexcept { return sizeOf(info.type); }  ///< bytes; 0: a string
   int bits() const noexcept { return 8 * size(); }
-  /// From the bits of the wire.
+  /// Number from the bits on the wire.
   std::int64_t decode(std::uint64_t raw) const noexcept;
-  /// As on the wire: size() bytes count.
+  /// Bits on the wire: the low size() bytes.
   std::uint64_t raw() const noexcept { return static_cast<std::uint64_t>(value); }
 };
 
-/** Dictionary of a device. Its shape is fixed after construction: pointers to entries stay valid. */
+/** Dictionary of a device. Its entries are fixed after construction: pointers to them stay valid. */
 class ObjectDictionary {
  public:
   ObjectDictionary(const Eds& eds, std::uint8_t node);
@@ -36,14 +36,14 @@ class ObjectDictionary {
   Entry* find(ObjectAddress address) noexcept;
   const Entry* find(ObjectAddress address) const noexcept;
   bool hasIndex(std::uint16_t index) const noexcept;
-  /// @throw std::invalid_argument where the data sheet lacks the object, or it is a string.
+  /// @throw std::invalid_argument if the data sheet lacks the object, or it is a string.
   Entry& require(std::uint16_t index, std::uint8_t sub = 0);
-  /// Default values of all objects with first <= index <= last.
+  /// Sets all objects with first <= index <= last to their defaults.
   void reset(std::uint16_t first, std::uint16_t last) noexcept;
 
-  /// Why this object cannot be read, kNone: it can.
+  /// Reason why this object cannot be read; kNone: it can.
   SdoAbort checkRead(ObjectAddress address) const noexcept;
-  /// ... written with these bytes: existence, access, length, limits.
+  /// The same for writing these bytes: existence, access, length, limits.
   SdoAbort checkWrite(ObjectAddress address, std::span<const std::uint8_t> bytes) const noexcept;
 
   std::vector<Entry>& entries() noexcept { return entries_; }

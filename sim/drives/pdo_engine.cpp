@@ -20,7 +20,7 @@ std::uint16_t mappingIndex(bool receive, int number) noexcept {
   return static_cast<std::uint16_t>((receive ? 0x1600 : 0x1A00) + number);
 }
 
-/// Identifiers that CiA 301 keeps for other services.
+/// Identifiers that CiA 301 reserves for other services.
 bool isRestricted(std::uint32_t id) noexcept {
   return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) || (id >= 0x601 && id <= 0x67F) ||
          id >= 0x6E0;
@@ -154,7 +154,7 @@ void PdoEngine::apply(Pdo& pdo, std::vector<Entry*>& written) noexcept {
     const auto size = static_cast<std::size_t>(entry.size());
     const std::int64_t number = entry.decode(hal::canopen::fromBytes({pdo.data.data() + offset, size}));
     offset += size;
-    // What its limits do not allow is left out: there is nobody to tell.
+    // A value outside the limits is ignored: a PDO has no reply.
     if ((entry.info.low && number < *entry.info.low) || (entry.info.high && number > *entry.info.high))
       continue;
     entry.value = number;
@@ -218,7 +218,7 @@ void PdoEngine::poll(std::int64_t now, std::vector<CanFrame>& out) noexcept {
     const CanFrame frame = assemble(pdo);
     const bool changed = !pdo.seen || !std::equal(frame.data.begin(), frame.data.begin() + 8, pdo.data.begin());
     const bool due = pdo.event > 0 && now - pdo.last_time >= pdo.event;
-    // With a timer and no inhibit time, the timer alone decides: a position changes all the time.
+    // With a timer and no inhibit time, only the timer triggers: a position changes all the time.
     if (due || (changed && (pdo.event == 0 || pdo.inhibit > 0 || !pdo.seen))) {
       send(pdo, frame, out);
       pdo.last_time = now;

@@ -13,7 +13,7 @@ namespace tandem::sim::drives {
 
 using hal::can::CanFrame;
 
-/** What an RPDO did. */
+/** Result of a frame for the RPDOs. */
 enum class RpdoResult : std::uint8_t { kNotMine, kTaken, kTooShort, kTooLong };
 
 class PdoEngine {
@@ -23,22 +23,24 @@ class PdoEngine {
 
   explicit PdoEngine(ObjectDictionary& dictionary);
 
-  /// Whether a PDO parameter or mapping may be written so now; kNone also for all other objects.
+  /// A PDO parameter or mapping may be written in the present state; kNone also for all other objects.
   SdoAbort accept(ObjectAddress object, std::int64_t value) const noexcept;
-  /// Reads all parameters anew; timers start afresh. After a write to one of them, a reset, a change of state.
+  /// Reads all parameters again and restarts the timers. To be called after a write to one of them, a reset, a change
+  /// of state.
   void configure() noexcept;
   static bool isParameter(std::uint16_t index) noexcept { return index >= 0x1400 && index < 0x1C00; }
 
-  /** Takes a frame. Objects of an acyclic RPDO are written at once, others at the next SYNC. Written ones are reported
-   * through `written`. */
+  /** Processes a frame. Objects of an acyclic RPDO are written at once, others at the next SYNC. Written objects are
+   * returned in `written`. */
   RpdoResult receive(const CanFrame& frame, std::int64_t now, std::vector<Entry*>& written) noexcept;
-  /// SYNC: writes what waited for it.
+  /// SYNC: writes the objects of the synchronous RPDOs.
   void syncReceive(std::vector<Entry*>& written) noexcept;
-  /// ... and sends what is due. @param counter of the SYNC, 0: it has none.
+  /// SYNC: sends the TPDOs that are due. @param counter of the SYNC, 0: it has none.
   void syncTransmit(std::uint8_t counter, std::vector<CanFrame>& out) noexcept;
   /// Sends event-driven TPDOs whose objects changed or whose timer ran out.
   void poll(std::int64_t now, std::vector<CanFrame>& out) noexcept;
-  /// Deadlines of RPDOs (event timer) missed since the last call: each is reported once until the RPDO comes again.
+  /// Number of RPDO deadlines (event timer) missed since the last call: each counts once until the RPDO is received
+  /// again.
   int takeMissedDeadlines(std::int64_t now) noexcept;
 
  private:

@@ -57,7 +57,7 @@ CanFrame SdoServer::beginDownload(const CanFrame& request) noexcept {
   mode_ = Mode::kIdle;
   object_ = first.object;
   if (first.expedited) {
-    // Without a size the object's own length counts; four bytes came.
+    // Without a size the object's own length counts; the frame contains four bytes.
     std::size_t size = first.size;
     if (!first.size_known) {
       std::array<std::uint8_t, kCapacity> present;

@@ -14,11 +14,11 @@ using hal::can::CanFrame;
 using hal::canopen::ObjectAddress;
 using hal::canopen::SdoAbort;
 
-/** What the server serves. */
+/** Access of the server to the object dictionary. */
 class SdoAccess {
  public:
   virtual ~SdoAccess() = default;
-  /// Writes the object's bytes. @param size in: room, out: bytes written.
+  /// Writes the object's bytes into `bytes`. @param size in: space, out: bytes written.
   virtual SdoAbort readObject(ObjectAddress object, std::span<std::uint8_t> bytes, std::size_t& size) = 0;
   virtual SdoAbort writeObject(ObjectAddress object, std::span<const std::uint8_t> bytes) = 0;
 };
@@ -30,9 +30,9 @@ class SdoServer {
 
   SdoServer(std::uint8_t node, SdoAccess& access) noexcept : node_(node), access_(access) {}
 
-  /// Answers a request. @return false: nothing to answer.
+  /// Processes a request. @return false: no answer to send.
   bool handle(const CanFrame& request, std::int64_t now, CanFrame& answer) noexcept;
-  /// Gives an abandoned transfer up. @return true: `answer` is the abort to send.
+  /// Aborts a transfer after its time-out. @return true: `answer` is the abort to send.
   bool poll(std::int64_t now, CanFrame& answer) noexcept;
   void reset() noexcept { mode_ = Mode::kIdle; }
 
