@@ -17,7 +17,7 @@ std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::str
 
 /// The names of the arms, in the robot's order.
 std::vector<std::string> armList(const Robot& robot);
-/// The same for words about limits: "a" for "arm_a".
+/// The same for texts about limits: "a" for "arm_a".
 std::vector<std::string> shortArmNames(const Robot& robot);
 
 /// "arm_a, arm_b", for errors.

@@ -8,7 +8,7 @@
 namespace tandem::config {
 namespace {
 
-/// What the services do not run although the file is good.
+/// Refuses valid robot files that the services do not support.
 void check(const CooperativeRobot& robot, const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(cooperativeTable());

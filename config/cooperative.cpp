@@ -23,7 +23,7 @@ cosserat::Section readWall(const Map& map) {
   const double second_moment = std::numbers::pi * (std::pow(outer, 4) - std::pow(inner, 4)) / 64.0;
   const double modulus =
       map.has("youngs_modulus") ? map.number("youngs_modulus") : map.number("bending_stiffness") / second_moment;
-  // The length is the model's own affair.
+  // The length is not used: the model sets it.
   cosserat::Section section = cosserat::tubeSection(1.0, outer, inner, modulus, map.number("poisson_ratio"));
   if (map.has("torsional_stiffness"))
     section.moment_stiffness.z() = map.number("torsional_stiffness");
@@ -90,7 +90,7 @@ Isometry3d tipAtHome(const CatheterArm& arm) {
   return tip.pose;
 }
 
-/// The contact frame of an arm that touches the object with its tip as it is at home.
+/// Contact frame of an arm whose tip touches the object at home.
 Contact readContact(const Map& map, const Isometry3d& object, const Isometry3d& tip) {
   auto contact = map.read<Contact>();
   const Vector3d place = object.inverse() * tip.translation();

@@ -30,25 +30,25 @@ struct CatheterArm {
   Eigen::VectorXd home;  ///< inside the limits
 };
 
-/** What the arms hold at home. Their tips touch it there without a force. */
+/** Object that the arms hold at home. There their tips touch it without a force. */
 struct GraspedObject {
-  double size = 0.0;                                       ///< m; makes a radian comparable to a metre
+  double size = 0.0;  ///< m; characteristic length that makes a radian comparable to a metre
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< robot base frame <- object frame, at home
-  std::vector<int> arms;                                   ///< of the contacts
+  std::vector<int> arms;                                   ///< arms of the contacts
   std::vector<kinematics::grasp::Contact> contacts;
   Eigen::Vector3d load = Eigen::Vector3d::Zero();  ///< force on the object at its origin, N, robot base frame
-  double squeeze = 0.0;                            ///< normal force that is to be held at each contact, N
+  double squeeze = 0.0;                            ///< required normal force at each contact, N
 };
 
-/** One arm pushes the base of bending of another one. */
+/** One arm pushes another one at the base of its bending section. */
 struct Assistance {
   int target = 0, assist = 0;     ///< arms
-  kinematics::assist::Pair pair;  ///< touches without a force where the assist arm is `press` short of home
-  double press = 0.0;             ///< by which the assist arm's home is inserted beyond touching, m
-  double push = 0.0;              ///< force along the contact's normal that is to be held, N; 0: that of home
+  kinematics::assist::Pair pair;  ///< contact without a force at `press` less insertion of the assist arm than at home
+  double press = 0.0;             ///< insertion of the assist arm's home beyond first contact, m
+  double push = 0.0;              ///< required force along the contact normal, N; 0: that of home
 };
 
-/** A robot file of catheters. */
+/** Robot file of catheters. */
 struct CooperativeRobot : TypeData {
   std::string name;
   std::vector<CatheterArm> arms;
@@ -58,7 +58,7 @@ struct CooperativeRobot : TypeData {
   std::vector<std::string> warnings;
   std::filesystem::path file;
 
-  /// Joint ranges of target and assist arm; with an assistance only.
+  /// Joint ranges of target and assist arm; only with an assistance.
   kinematics::assist::Range range() const;
   /// Home of both.
   kinematics::assist::Joints home() const;
@@ -67,16 +67,17 @@ struct CooperativeRobot : TypeData {
 /// @throw Error that names file, line, key, what was found and what was expected.
 CooperativeRobot loadCooperative(const std::filesystem::path& file);
 
-/// Arms that take part, by their numbers in the file, in the order of the stacked joints: those that hold the object in
-/// the order of its contacts, or the target and then the arm that assists.
+/// Indices of the arms that move the common object, in the order of the stacked joints: the arms at the object in the
+/// order of its contacts, or the target arm and then the assist arm.
 std::vector<int> armsInOrder(const CooperativeRobot& robot);
 
-/// The same file for the services: `data` is the CooperativeRobot; names, limits and home of the arms that take part.
-/// @throw Error also for both object and assistance, or neither, for an arm that takes no part, and for margins, which
-/// only concentric tubes have.
+/// The same file for the services: `data` is the CooperativeRobot; names, limits and home of the arms that move the
+/// common object.
+/// @throw Error also for both object and assistance, or neither, for an unused arm, and for margins, which only
+/// concentric tubes have.
 Robot loadCatheterRobot(const std::filesystem::path& file);
 
-/// Refuses values of a deployment that catheters cannot have. @throw Error at the key.
+/// Refuses values of a deployment that catheters do not support. @throw Error at the key.
 void checkCatheterDeployment(const Map& map, const Deployment& deployment);
 
 }  // namespace tandem::config

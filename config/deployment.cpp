@@ -45,7 +45,7 @@ std::vector<std::string> namesOf(const std::vector<Host>& hosts) {
   return names;
 }
 
-/// Credentials are not looked at here: only processes of the deployment need them.
+/// Does not check the credentials: only processes of the deployment need them.
 std::filesystem::path readSecurity(const Map& map, const std::filesystem::path& file) {
   if (!map.has("security"))
     return {};
@@ -63,7 +63,7 @@ bool isIpv4(const std::string& text) {
   return inet_pton(AF_INET, text.c_str(), &address) == 1;
 }
 
-/// The name of a host stands for its address.
+/// Replaces the name of a host by its address.
 void resolveDiscovery(const Map& map, Deployment& deployment) {
   if (!deployment.discovery)
     return;
@@ -83,7 +83,7 @@ void resolveDiscovery(const Map& map, Deployment& deployment) {
                   (deployment.hosts.empty() ? "" : " or one of the hosts " + join(namesOf(deployment.hosts))));
 }
 
-/// Every process runs on one of the hosts, if there are any.
+/// Checks that every process runs on one of the hosts, if there are any.
 void checkProcesses(const Map& map, const std::vector<Host>& hosts) {
   map.expectDistinct("processes", "name");
   for (const Map& entry : map.maps("processes")) {
@@ -99,7 +99,7 @@ void checkProcesses(const Map& map, const std::vector<Host>& hosts) {
   }
 }
 
-/// The files are not looked at here: only the host that the console runs on needs them.
+/// Does not read the files: only the host of the console needs them.
 void checkConsole(const Map& map, const Console& console) {
   if (map.has("certificate") != map.has("key"))
     map.fail(map.has("key") ? "key" : "certificate", "found only one of certificate and key; expected both, or none");

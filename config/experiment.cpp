@@ -34,7 +34,7 @@ Configuration readConfiguration(const Map& map, const Robot& robot) {
   return configuration;
 }
 
-/// Names of the trajectory's configurations; all where none are named.
+/// Names of the trajectory's configurations; all of them if the key is absent.
 std::vector<std::string> readStarts(const Map& map, const std::vector<Configuration>& configurations) {
   std::vector<std::string> known;
   for (const Configuration& configuration : configurations)

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLevels = 4;  // that a build tree's executables may lie below its cache
+constexpr int kLevels = 4;  // largest depth of a build tree's executables below its cache
 
 void addListed(std::vector<fs::path>& folders, const char* list) {
   const std::string text = list ? list : "";
@@ -28,7 +28,7 @@ void addListed(std::vector<fs::path>& folders, const char* list) {
   }
 }
 
-/// Source tree of a CMake build tree, empty where the folder is none.
+/// Source tree of a CMake build tree; empty for any other folder.
 fs::path sourceOf(const fs::path& build) {
   std::ifstream cache(build / "CMakeCache.txt");
   const std::string key = "CMAKE_HOME_DIRECTORY:INTERNAL=";
@@ -39,14 +39,14 @@ fs::path sourceOf(const fs::path& build) {
   return {};
 }
 
-/// Beside an installed program or module, and in the source tree of a build tree.
+/// Adds the folders beside an installed program or module, and the source tree of a build tree.
 void addBeside(std::vector<fs::path>& folders, const fs::path& binary) {
   fs::path folder = binary.parent_path();
-  // What was installed as a package has its administrator's files first.
+  // An installed package uses the administrator's files first.
   if (folder == "/usr/bin")
     folders.emplace_back("/etc/tandem");
   folders.push_back(folder / "../share/tandem");
-  // build/bin, build/tests, build/preset/bin: the cache is not far above.
+  // build/bin, build/tests, build/preset/bin: the cache is a few levels above.
   for (int level = 0; level < kLevels && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
     const fs::path source = sourceOf(folder);
     if (!source.empty())
@@ -61,7 +61,7 @@ std::vector<fs::path> searchFolders() {
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
   if (!program.empty())
     addBeside(folders, program);
-  // The code may live in a module that a foreign program has loaded.
+  // The code may be in a module that another program has loaded.
   Dl_info here{};
   if (dladdr(reinterpret_cast<void*>(&searchFolders), &here) != 0 && here.dli_fname) {
     const fs::path module = fs::weakly_canonical(here.dli_fname, ignored);
@@ -196,7 +196,7 @@ fs::path companionPath(const Map& map, const std::string& key, const fs::path& f
     try {
       return findPreset(name, kind);
     } catch (const Error&) {
-      // Reported below, with the place of the key.
+      // Reported below, at the key.
     }
   }
   map.fail(key, "found '" + name +

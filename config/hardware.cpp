@@ -17,9 +17,9 @@ namespace tandem::config {
 namespace {
 
 using hal::AxisConfig;
-constexpr double kTurn = 2.0 * std::numbers::pi;  // of a rotation; a translation has its lead
+constexpr double kTurn = 2.0 * std::numbers::pi;  // travel per revolution of a rotation; a translation has its lead
 
-/// What all axes of a group share.
+/// Values common to all axes of a group.
 struct Group {
   AxisConfig axis;
   std::optional<hal::EncoderConfig> encoder;
@@ -70,7 +70,7 @@ Group readGroup(const Map& map, bool translation) {
   return group;
 }
 
-/** Collects the axes of all groups and refuses what two of them claim. */
+/** Collects the axes of all groups and refuses joints and nodes that are used twice. */
 class AxisReader {
  public:
   AxisReader(const Robot& robot, const std::vector<hal::BusConfig>& buses) : robot_(robot), buses_(buses) {
@@ -89,7 +89,7 @@ class AxisReader {
     axes_.push_back(axis);
   }
 
-  /// Arms and joints in order. @throw Error where a joint has no axis.
+  /// Arms and joints in order. @throw Error if a joint has no axis.
   std::vector<AxisConfig> finish(const Map& map) {
     for (std::size_t a = 0; a < robot_.arms.size(); ++a) {
       const int n = robot_.arms[a].limits.jointCount();
@@ -152,7 +152,7 @@ class AxisReader {
     claimNode(map, "encoder_node", axis.bus, encoder.node);
   }
 
-  /// The whole travel has to be countable, wherever a drive's counter starts.
+  /// The drive must be able to count the whole travel, from any start value of its counter.
   static void checkRange(const Map& map, const AxisConfig& axis) {
     constexpr double kRoom = 1 << 30;
     try {
@@ -180,8 +180,8 @@ class AxisReader {
   std::vector<AxisConfig> axes_;
 };
 
-/// Carriages that home together keep their distances if they move at one speed and end inside equation (1); then every
-/// distance goes from one good value to another one without turning round.
+/// Carriages that home together keep their distances if they move at one speed and end inside equation (1); every
+/// distance then changes monotonically between two values that satisfy it.
 void checkHoming(const Map& map, const hal::HardwareConfig& hardware) {
   for (std::size_t a = 0; a < hardware.arms.size(); ++a) {
     const AxisConfig* first = nullptr;

@@ -11,7 +11,7 @@ using hal::AxisConfig;
 using hal::DeviceIdentity;
 using hal::EncoderConfig;
 
-/** Which of two names, quantities and texts a table takes: linear stages or rotations. */
+/** Selects names, quantities and texts of a table: linear stages or rotations. */
 struct Kind {
   bool translation;
   const char* name() const { return translation ? "translation" : "rotation"; }
@@ -24,7 +24,7 @@ constexpr double kLongestRun = 3600.0, kLongestBrake = 60.0;  // s
 constexpr Kind kTranslation{true};
 constexpr Kind kRotation{false};
 
-/// The table of one of them, made once.
+/// Table of one of them, created once.
 template <Mapping (*kMake)(Kind)>
 const Mapping& both(Kind kind) {
   static const Mapping translation = kMake(kTranslation), rotation = kMake(kRotation);

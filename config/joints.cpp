@@ -7,7 +7,7 @@
 namespace tandem::config {
 namespace {
 
-/// A limit reached by a decimal number in mm or degrees may be missed by a rounding.
+/// Tolerance for rounding: a decimal number in mm or degrees at a limit may convert to a value outside it.
 constexpr double kSlack = 1e-9;
 
 std::string range(const Map& map, const std::string& key, const safety::JointLimit& joint) {

@@ -6,7 +6,7 @@
 namespace tandem::config {
 namespace {
 
-/// The quantity whose name the key starts with, as in `outer_diameter_cm`; the longest such name.
+/// Field whose name the key starts with, as in `outer_diameter_cm`; the longest such name.
 const Field* quantityOf(const std::string& key, const Mapping& table) {
   const Field* found = nullptr;
   for (const Field& field : table.fields) {
@@ -59,7 +59,7 @@ std::string explainUnknownKey(const std::string& key, const Mapping& table) {
            field->keysForPeople();
   }
   std::string nearest;
-  // Two slips, or a third of a long key: beyond that a suggestion misleads. Long keys are not worth the time.
+  // Two edits, or a third of a long key: a suggestion with more of them misleads. Very long keys take too much time.
   int best = key.size() > 80 ? -1 : std::max(2, static_cast<int>(key.size()) / 3) + 1;
   for (const Field& field : table.fields) {
     for (const auto& [known, unit] : field.keys()) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tables of the keys that a file may have. The loaders check files against these tables, and the JSON Schemas
- * and the key tables of docs/configuration.md are generated from them.
- */
+/** @file Tables of the permitted keys of each kind of file. The loaders check files against them; the JSON Schemas and
+ * the key tables of docs/configuration.md are generated from them. */
 #pragma once
 
 #include <functional>
@@ -37,23 +36,23 @@ struct Field {
   bool is_required = false;
   bool is_list = false;
   bool or_scalar = false;     ///< a list, or one value for all
-  bool is_unique = false;     ///< no value of the list twice
-  bool numeric_text = false;  ///< text that may be written as a bare integer
-  bool is_optional = false;   ///< of kMapping: what is absent is not there, instead of having its defaults
-  bool moves = true;          ///< motion depends on it: it counts in config/values.h
+  bool is_unique = false;     ///< a list without repeated values
+  bool numeric_text = false;  ///< text that may be written as an integer without quotes
+  bool is_optional = false;   ///< of kMapping: if absent, it has no value instead of its defaults
+  bool moves = true;          ///< motion depends on it: part of config/values.h
   int min_size = 0;           ///< of the list
   int max_size = 0;
   int row_size = 0;  ///< > 0: the list's elements are lists of so many numbers
   Range range;
-  std::vector<std::string> words;        ///< the only texts allowed, or words allowed in place of a number or mapping
+  std::vector<std::string> words;        ///< the only texts allowed, or words allowed instead of a number or mapping
   std::string pattern;                   ///< ECMAScript regular expression of a text
-  std::string pattern_meaning;           ///< the pattern for people
+  std::string pattern_meaning;           ///< description of the pattern for a person
   const Mapping* mapping = nullptr;      ///< of kMapping
   std::optional<double> default_number;  ///< SI; of every element of a list; 0 and 1 for kBool
   std::optional<std::string> default_text;
-  std::string default_note;  ///< for people, where the default is computed
-  /// The struct of which a member takes the value, and how it does (config/detail/bind.h); null: the loader asks for
-  /// the value.
+  std::string default_note;  ///< description of a default that is computed
+  /// Struct with the member for the value, and the function that stores it (config/detail/bind.h); null: the loader
+  /// reads the value itself.
   const std::type_info* owner = nullptr;
   std::function<void(const Map&, const Field&, void* owner)> store;
 
@@ -67,19 +66,19 @@ struct Field {
   Field atLeast(double minimum) const;  ///< inclusive
   Field atMost(double maximum) const;
   Field within(double minimum, double maximum) const;
-  Field orUnlimited() const;  ///< the word "unlimited" stands for infinity
+  Field orUnlimited() const;  ///< the word "unlimited" means infinity
   Field oneOf(std::vector<std::string> allowed) const;
   Field matching(const std::string& regular_expression, const std::string& meaning) const;
   Field orInteger() const;
   Field defaultsTo(double value) const;
   Field defaultsTo(const std::string& value) const;
-  Field defaultNote(const std::string& note) const;  ///< in place of a default
+  Field defaultNote(const std::string& note) const;  ///< instead of a default
   Field optional() const;                            ///< sets is_optional
   Field withoutMotion() const;                       ///< no motion depends on it
 
-  /// Every way to write the key: ("outer_diameter_mm", mm), ("outer_diameter_m", m); the unit is null for plain keys.
+  /// All forms of the key: ("outer_diameter_mm", mm), ("outer_diameter_m", m); the unit is null for plain keys.
   std::vector<std::pair<std::string, const Unit*>> keys() const;
-  /// The preferred way.
+  /// The preferred form.
   std::string key() const { return keys().front().first; }
   /// "outer_diameter_mm or outer_diameter_m".
   std::string keysForPeople() const;
@@ -91,7 +90,8 @@ struct Mapping {
   std::string description;
   std::vector<Field> fields;
   bool exactly_one = false;  ///< of the fields must be present
-  /// Names of optional fields that say the same in different ways: all of one group must be present, none of another.
+  /// Names of optional fields with alternative definitions of the same thing: all of one group must be present, none of
+  /// another.
   std::vector<std::vector<std::string>> alternatives = {};
 
   /// @throw std::logic_error for a name that is not in the table.
@@ -107,11 +107,11 @@ Field mapping(const std::string& name, const Mapping& keys, const std::string& d
 /// Shortest decimal text of a number, to 12 digits: "0.88", "1e+08"; "unlimited" for infinities.
 std::string formatNumber(double value);
 
-/// What a value of this field has to be, in the unit of its key: "a length more than 0, in mm".
+/// Description of the permitted values of this field, in the unit of its key: "a length more than 0, in mm".
 /// @param element of an element of the list instead of the whole
 std::string expectation(const Field& field, const Unit* unit, bool element = false);
 
-/// "tubes[2]" of "tubes" and 2.
+/// Path of an element: "tubes[2]" for "tubes" and 2.
 std::string indexed(std::string path, std::size_t index);
 
 /// "a, b, c".

@@ -80,7 +80,7 @@ std::string formatPath(const planning::ObjectPath& path) {
   out << YAML::Key << "shape" << YAML::Value << nameOf(path.shape);
   out << YAML::Key << "along" << YAML::Value << YAML::Flow << YAML::BeginSeq;
   for (const int direction : path.directions)
-    out << YAML::DoubleQuoted << planning::directionName(direction);  // y alone is a truth value to some readers
+    out << YAML::DoubleQuoted << planning::directionName(direction);  // some YAML readers take y as a boolean
   out << YAML::EndSeq;
   out << YAML::Key << "size_m" << YAML::Value << exact(path.size);
   out << YAML::Key << "duration_s" << YAML::Value << exact(path.duration);

@@ -17,7 +17,7 @@ struct PlanarLink {
   double diameter = 0.0;  ///< m
 };
 
-/** Links in the x-y plane of the base, each turned about z by its joint; at 0 they all lie along x. */
+/** Links in the x-y plane of the base, each rotated about z by its joint; at 0 they all lie along x. */
 struct PlanarArm {
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< robot base frame <- arm base frame
   std::vector<PlanarLink> links;
@@ -32,7 +32,7 @@ const Mapping& planarTable();
 /// @throw Error that names file, line, key, what was found and what was expected.
 Robot loadPlanarRobot(const std::filesystem::path& file);
 
-/// Refuses values of a deployment that planar arms cannot have. @throw Error at the key.
+/// Refuses values of a deployment that planar arms do not support. @throw Error at the key.
 void checkPlanarDeployment(const Map& map, const Deployment& deployment);
 
 }  // namespace tandem::config

@@ -9,7 +9,7 @@ namespace {
 
 using enum Quantity;
 constexpr double kLongestDelay = 1.0;      // s
-constexpr double kHighestRate = 1e4;       // Hz; a tracker holds what is under way
+constexpr double kHighestRate = 1e4;       // Hz; a tracker stores the measurements within its delay
 constexpr double kLargestDeviation = 0.3;  // relative
 constexpr double kLeastError = -0.9, kLargestError = 9.0;
 
@@ -49,7 +49,7 @@ const Mapping& encodersTable() {
   return table;
 }
 
-/// Of every tube, or of one: the errors of its bending_stiffness, torsional_stiffness, curvature and length.
+/// Errors of bending_stiffness, torsional_stiffness, curvature and length, of every tube or of one.
 std::vector<Field> tubeErrors(const std::string& what, double least, double largest) {
   using T = sim::TubeErrors;
   return {

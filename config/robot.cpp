@@ -55,7 +55,7 @@ Tube readTube(const Map& map) {
   return tube;
 }
 
-/// Tube i runs inside tube i + 1 and is longer.
+/// Checks that tube i fits into tube i + 1 and is longer.
 void checkNesting(const Map& map, const Tube& inner, const Tube& tube) {
   if (inner.outer_diameter >= tube.inner_diameter) {
     map.fail("inner_diameter", "found " + map.inUnit("inner_diameter", tube.inner_diameter) +
@@ -83,7 +83,7 @@ std::vector<Tube> readTubes(const Map& arm) {
 
 JointLimit readRotation(const Map& map, bool hardware) {
   JointLimit limit = map.read<JointLimit>();
-  // The word `unlimited` reads as plus infinity at either end.
+  // `unlimited` is read as plus infinity for both limits.
   if (std::isinf(limit.lower))
     limit.lower = -safety::kUnlimited;
   else
@@ -104,7 +104,7 @@ JointLimit readTranslation(const Map& map, bool hardware) {
   return limit;
 }
 
-/// One end of the linear stages' travel: inside [-l_i, 0], which equation (1) allows.
+/// Reads one limit of the linear stages' travel: inside [-l_i, 0], as equation (1) requires.
 std::vector<double> readStage(const Map& map,
                               const std::string& key,
                               const std::vector<double>& lengths,
@@ -145,8 +145,8 @@ safety::ArmLimits readLimits(const Map& arm, const std::vector<Tube>& tubes, boo
   }
 }
 
-/// The middle of what equation (1) and the stages leave, tube by tube from the innermost; without margins every tube is
-/// half extended.
+/// Middle of the range under equation (1) and the stage limits, tube by tube from the innermost; without margins every
+/// tube is half extended.
 Eigen::VectorXd middleOf(const safety::ArmLimits& limits) {
   const TranslationRange range(limits);
   const int n = range.tubes();

@@ -57,7 +57,7 @@ void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot) {
   for (Arm& arm : robot.arms) {
     for (safety::JointLimit& joint : arm.limits.joints)
       joint.reading_error = error_of(joint.kind);
-    // Two tubes' readings are compared.
+    // Equation (1) compares the readings of two tubes.
     arm.model.tolerance = safety::kAtRest + 2.0 * error_of(safety::JointKind::kTranslation);
   }
 }

@@ -13,26 +13,26 @@ namespace tandem::config {
 
 class Map;
 
-/** How the files of one robot type are written and loaded. */
+/** Files of one robot type: key table and loader. */
 struct RobotFile {
   std::string kind;     ///< the first key of a file is `tandem: KIND/1`
   std::string presets;  ///< folder of the presets
   const Mapping& (*table)();
   Robot (*load)(const std::filesystem::path& file);  ///< @throw Error
-  /// Refuses values of a deployment that robots of this type cannot have. @throw Error at the key
+  /// Refuses values of a deployment that this robot type does not support. @throw Error at the key
   void (*check_deployment)(const Map& map, const Deployment& deployment);
 };
 
-/// All robot types. docs/own-robot-type.md adds one.
+/// All robot types; docs/own-robot-type.md describes how to add one.
 const std::vector<RobotFile>& robotFiles();
 
 /// "robot|cooperative|...", for findFile().
 std::string robotKinds();
 
-/// "robot" where the first key is `tandem: robot/1`. @throw Error where a file has no known kind.
+/// "robot" if the first key is `tandem: robot/1`. @throw Error if a file has no known kind.
 std::string kindOf(const std::filesystem::path& file);
 
-/// The type of a robot file. @throw Error for a file of another kind.
+/// Type of a robot file. @throw Error for a file of another kind.
 const RobotFile& robotFileOf(const std::filesystem::path& file);
 
 /// Loads a robot of any type. @throw Error as the type's loader does.
@@ -41,8 +41,8 @@ Robot loadAnyRobot(const std::filesystem::path& file);
 /// The same for the robot of a deployment, with setReadingErrors() of its plant.
 Robot loadAnyRobot(const Deployment& deployment);
 
-/** Sets JointLimit::reading_error of all joints: half a count and eight standard deviations of the noise. Models of
- * tubes accept readings that are outside equation (1) by as much, and by safety::kAtRest. */
+/** Sets JointLimit::reading_error of all joints: half a count and eight standard deviations of the noise. Tube models
+ * accept readings that violate equation (1) by the reading errors of both tubes and safety::kAtRest. */
 void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot);
 
 /// The robot before setReadingErrors(): for models of joints that are computed, not read.

@@ -12,7 +12,7 @@ using enum Quantity;
 constexpr const char* kIpv4 =
     "^((25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])\\.){3}(25[0-5]|2[0-4][0-9]|1[0-9][0-9]|[1-9]?[0-9])$";
 constexpr int kMostEntries = 1000;
-constexpr double kLongestTime = 86400.0;                          // s, of what may pass unnoticed
+constexpr double kLongestTime = 86400.0;                          // s, of a time-out
 constexpr double kShortestPeriod = 10e-6, kLongestPeriod = 60.0;  // s, of a periodic loop
 
 template <class Owner>
@@ -31,7 +31,7 @@ Field methodLibrary() {
       .defaultNote("none");
 }
 
-/// What processes and hosts are called.
+/// Field for the name of a process or host.
 template <class Owner>
 Field nameField() {
   return text("name", "unique in the file", &Owner::name)

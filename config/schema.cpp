@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Whole numbers as integers, others to 12 digits: what a person would write.
+/// Whole numbers as integers, others with 12 digits, as in a file.
 Json plainNumber(double value) {
   if (value == std::round(value) && std::abs(value) < 1e15)
     return static_cast<long long>(value);
@@ -33,7 +33,7 @@ Json wordsOf(const Field& field) {
   Json words = Json::array();
   for (const std::string& word : field.words) {
     words.push_back(word);
-    // A bare integer is accepted beside the quoted one.
+    // An integer without quotes is accepted, too.
     if (field.numeric_text && word[0] >= '0' && word[0] <= '9')
       words.push_back(std::stoi(word));
   }
@@ -76,7 +76,7 @@ Json elementOf(const Field& field, const Unit* unit) {
   return {};
 }
 
-/// The default in the unit of the key, null where there is none that is a single value.
+/// Default in the unit of the key; null unless it is a single value.
 Json defaultOf(const Field& field, const Unit* unit) {
   if (field.default_text)
     return *field.default_text;
@@ -111,7 +111,7 @@ Json propertyOf(const Field& field, const Unit* unit) {
   return json;
 }
 
-/// "One of the ways to write the key", or "at most one".
+/// Schema for the forms of a key: exactly one of them, or at most one if optional.
 Json choiceOf(const Field& field) {
   Json each = Json::array();
   Json all = Json::array();
@@ -122,7 +122,7 @@ Json choiceOf(const Field& field) {
   return field.is_required ? Json{{"oneOf", each}} : Json{{"not", {{"required", all}}}};
 }
 
-/// Exactly one group is complete, and nothing of the others is there.
+/// Schema for alternatives: exactly one group is complete, and no key of another one is present.
 Json alternativesOf(const Mapping& table) {
   Json groups = Json::array();
   for (const auto& group : table.alternatives) {
@@ -205,7 +205,7 @@ std::string rowOf(const Field& field, bool is_choice) {
   std::vector<std::string> keys;
   for (const auto& [key, unit] : field.keys())
     keys.push_back(std::string("`").append(key).append("`"));
-  // The ranges of both units are the same; the preferred one is shown.
+  // The ranges of both units are equal; the table shows the preferred one.
   const std::string expected = expectation(field, field.keys().front().second);
   return "| " + join(keys, "<br>") + " | " + field.description + " | " + expected + " | " +
          defaultForPeople(field, is_choice) + " |\n";

@@ -9,7 +9,7 @@
 namespace tandem::config {
 namespace {
 
-/// Larger deviations from a right angle are mistakes, smaller ones are decimals; the latter are taken out.
+/// Larger deviations from a right angle are errors; smaller ones come from rounded decimals and are removed.
 constexpr double kPerpendicular = 1e-6;
 
 void expectLength(const Map& map, const std::string& key) {
@@ -79,7 +79,7 @@ planning::Shape readShape(const Map& map, const std::filesystem::path& folder) {
   return readCsv(map.map("csv"), folder);
 }
 
-/// One number between commas, blanks around it allowed.
+/// Parses one number between commas, with optional blanks around it.
 bool parseCell(const std::string& line, std::size_t begin, std::size_t end, double& value) {
   while (begin < end && (line[begin] == ' ' || line[begin] == '\t'))
     ++begin;

@@ -8,9 +8,9 @@
 
 namespace tandem::config {
 
-/** The boxes and rows of beta_1..beta_n (equation (1) of Alsaka et al. 2024 with its margins and the stages' travel),
- * arranged so that translations can be chosen one after another from tube 1 outwards: every choice inside the interval
- * leaves room for the tubes that follow. */
+/** Boxes and rows of beta_1..beta_n (equation (1) of Alsaka et al. 2024 with its margins and the travel of the stages),
+ * arranged for a choice of the translations one after another from tube 1 outwards: every choice inside the interval
+ * leaves a feasible range for the next tubes. */
 class TranslationRange {
  public:
   struct Interval {
@@ -20,7 +20,7 @@ class TranslationRange {
   explicit TranslationRange(const safety::ArmLimits& limits);
 
   int tubes() const { return static_cast<int>(range_.size()); }
-  /// Where tube i (from 0) may be while the tube before stands at `before` (m; ignored for tube 0).
+  /// Range of tube i (from 0) for tube i - 1 at `before` (m; ignored for tube 0).
   Interval of(int tube, double before) const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace tandem::config {
 
-/// The robot of a deployment. @param why  catheters cannot, in words
+/// Loads the robot of a deployment. @param why reason why catheters are not supported, as text
 /// @throw Error as loadRobot() does, and for catheters, at the deployment's `robot`.
 Robot loadTubes(const Deployment& deployment, const std::string& why);
 

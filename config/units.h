@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The units that a key may carry as its suffix, and their conversion to SI: the only such table in the project.
- */
+/** @file Units that a key may have as its suffix, and their conversion to SI: the only such table in the project. */
 #pragma once
 
 #include <span>
@@ -10,7 +9,7 @@
 
 namespace tandem::config {
 
-/** What is measured. kNone: a plain number, whose key carries no unit. */
+/** Physical quantity of a value. kNone: a plain number, whose key has no unit. */
 enum class Quantity {
   kNone,
   kLength,
@@ -46,7 +45,7 @@ struct Unit {
 /// All units; the preferred one of each quantity comes first.
 std::span<const Unit> units();
 
-/// The units of a quantity, preferred first; empty for kNone.
+/// Units of a quantity, preferred first; empty for kNone.
 std::vector<const Unit*> unitsOf(Quantity quantity);
 
 /// "a length", "an angular speed"; "a number" for kNone.

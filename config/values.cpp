@@ -22,7 +22,7 @@ bool hasRequired(const Mapping& keys) {
   return false;
 }
 
-/** Writes the values of one file. */
+/** Collects the values of one file. */
 class Listing {
  public:
   void add(const Map& map, const std::string& under) {

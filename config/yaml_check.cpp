@@ -48,7 +48,7 @@ void Map::addEntry(const YAML::Node& key, const YAML::Node& value) {
                     earlier->key == written ? "the key appears twice; expected it once"
                                             : "found together with " + earlier->key + "; expected one of the two");
       }
-      // The mark of an empty value is the one of the token after it.
+      // The mark of an empty value is that of the next token.
       entries_.push_back({&field, unit, known, value, value.IsNull() ? key.Mark() : value.Mark()});
       document_->present_.insert(&field);
       return;
@@ -77,7 +77,7 @@ void Map::checkPresence() const {
   checkAlternatives();
 }
 
-/// The first key that is present decides for its group.
+/// The first key that is present selects its group.
 void Map::checkAlternatives() const {
   const auto group = [this](const Field& field) {
     return std::find_if(table_->alternatives.begin(), table_->alternatives.end(), [&](const auto& names) {

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kLargestText = 4u << 20;
 constexpr const char* kKindKey = "tandem";
 
-/// Notes where each document starts.
+/// Stores the start of each document.
 class DocumentStarts : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark& mark) override { marks.push_back(mark); }
@@ -42,8 +42,8 @@ Error errorAtMark(const std::string& origin,
   return Error(origin, std::max(mark.line, 0) + 1, std::max(mark.column, 0) + 1, key, message);
 }
 
-/// Refuses what follows the first document. YAML::LoadAll would tell too, but never ends where a document starts with a
-/// stray token such as a comma.
+/// Refuses content after the first document. YAML::LoadAll would detect it, too, but does not terminate if a document
+/// starts with a stray token such as a comma.
 void checkSingle(const std::string& origin, const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
@@ -55,8 +55,7 @@ void checkSingle(const std::string& origin, const std::string& text) {
   }
 }
 
-/// The one document of a text. A function, because a YAML::Node is better never assigned to: that rebinds other nodes
-/// too.
+/// Parses the only document of a text. A function, because an assignment to a YAML::Node also rebinds other nodes.
 YAML::Node parseOne(const std::string& origin, const std::string& text) {
   if (text.size() > kLargestText) {
     throw Error(origin, 1, 1, "", "found " + std::to_string(text.size()) + " bytes, expected at most 4 MiB");
@@ -138,7 +137,7 @@ Map Document::check(const Mapping& table) {
 
 void Document::finish() const {
   for (const Field* field : present_) {
-    // What has to be one word has nothing to say.
+    // A text with a single permitted word contains no information.
     if (!read_.contains(field) && !(field->type == Type::kText && field->words.size() == 1))
       throw std::logic_error("the loader ignores the key '" + field->name + "'");
   }

@@ -30,7 +30,7 @@ bool inside(const Range& range, double value) {
   return (range.exclusive_minimum ? value > range.minimum : value >= range.minimum) && value <= range.maximum;
 }
 
-/// Printable and short: messages end up in terminals and logs.
+/// Printable and short, for terminals and logs.
 std::string clean(const std::string& text) {
   std::string shown;
   for (const char c : text.substr(0, kLongestQuote)) {
@@ -69,7 +69,7 @@ std::optional<double> readNumber(const YAML::Node& node, const Field& field, con
   if (!value || !std::isfinite(*value))
     return std::nullopt;
   const double si = unit ? unit->toSi(*value) : *value;
-  // A number that overflows or vanishes in the conversion was never meant.
+  // A number that overflows or becomes 0 in the conversion is an error.
   if (!std::isfinite(si) || (si == 0.0 && *value != 0.0) || !inside(field.range, si))
     return std::nullopt;
   return si;

@@ -8,13 +8,13 @@
 
 namespace tandem::config {
 
-/// The name of an arm.
+/// Name of an arm.
 Field armName();
-/// A frame in its parent.
+/// Pose of a frame in its parent frame.
 const Mapping& poseTable();
 /// velocity, approach_acceleration, slew_limit, stop_deceleration, max_step: a safety::JointLimit without its box.
 std::vector<Field> motionLimits(bool angle);
-/// The `control` of a robot.
+/// Table of the `control` of a robot.
 const Mapping& controlTable();
 
 }  // namespace tandem::config

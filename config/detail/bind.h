@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Binding of YAML keys to struct members. A field of a table names the member that takes its value, and has
- * the member's initialiser as its default unless it says another one; Map::read() fills the struct:
+/** @file Binding of YAML keys to struct members. A field of a table names the member for its value; the member's
+ * initialiser is its default unless the field has another one; Map::read() fills the struct:
  *
  *     number("lease", kTime, "silence after which the lease is lost", &Budgets::lease).above(0)
  */
@@ -19,11 +19,11 @@
 
 namespace tandem::config {
 
-/// What words stand for.
+/// Words with their values.
 template <class Value>
 using Words = std::vector<std::pair<std::string, Value>>;
 
-/// All values of an enumeration of the wire, by their names.
+/// All values of an IDL enumeration, by their names.
 template <idl::Enumerated E>
 Words<E> allOf() {
   Words<E> words;
@@ -52,7 +52,7 @@ struct ElementOf<std::vector<Element>> {
   using Type = Element;
 };
 
-/// The member at the end of a path of members: of `guard` its `leash`.
+/// Member at the end of a path of members, for example `leash` of `guard`.
 template <class Value>
 Value& at(Value& value) {
   return value;
@@ -67,7 +67,7 @@ using ValueAt = std::remove_reference_t<decltype(at(std::declval<Owner&>(), std:
 template <class Owner, class First, class... More>
 using WordsOf = Words<typename ElementOf<ValueAt<Owner, First Owner::*, More...>>::Type>;
 
-/// False where the key is absent and without a default: the member keeps what it has.
+/// False if the key is absent and has no default: the member keeps its value.
 inline bool isPresent(const Map& map, const Field& field) {
   return map.has(field.name) || field.default_number || field.default_text;
 }
@@ -128,7 +128,7 @@ void setDefault(Field& field, const Value& value) {
 
 }  // namespace binding
 
-/// The field, of which the value goes to a member of a struct, or to one of a member: &Options::guard, &Guard::leash.
+/// Binds a field to a member of a struct, or to a member of a member: &Options::guard, &Guard::leash.
 template <class Owner, class First, class... More>
 Field bound(Field field, First Owner::*first, More... more) {
   using Value = binding::ValueAt<Owner, First Owner::*, More...>;
@@ -146,7 +146,7 @@ Field bound(Field field, First Owner::*first, More... more) {
   return field;
 }
 
-/// Likewise a text, or a list of texts, each one of these words.
+/// The same for a text, or a list of texts, each one of these words.
 template <class Owner, class First, class... More>
 Field bound(const Field& text, binding::WordsOf<Owner, First, More...> words, First Owner::*first, More... more) {
   using Value = binding::ValueAt<Owner, First Owner::*, More...>;
@@ -189,7 +189,7 @@ template <class... Path>
 Field number(const std::string& key, Quantity quantity, const std::string& description, Path... path) {
   return bound(number(key, quantity, description), path...);
 }
-/// A number above zero, and one that is not below.
+/// Fields of a number > 0 and of a number >= 0.
 template <class... Path>
 Field positive(const std::string& key, Quantity quantity, const std::string& description, Path... path) {
   return number(key, quantity, description, path...).above(0);
@@ -215,7 +215,7 @@ Field mapping(const std::string& key, const Mapping& keys, const std::string& de
   return bound(mapping(key, keys, description), path...);
 }
 
-/// Enumerators by what name() or nameOf() calls them.
+/// Enumerators by their name() or nameOf().
 template <class Enum>
 Words<Enum> named(std::initializer_list<Enum> enumerators) {
   Words<Enum> words;

@@ -7,11 +7,12 @@
 
 namespace tandem::config {
 
-/// The bus that a mapping names. @throw Error where it is none of these.
+/// Index of the bus that a mapping names. @throw Error if there is no such bus.
 int busOf(const Map& map, const std::vector<hal::BusConfig>& buses);
-/// `torque_limit` of a drive; not watched without it.
+/// Reads `torque_limit` of a drive; not watched if absent.
 hal::TorqueLimit readTorqueLimit(const Map& drive);
-/// `emergency_stop`, after buses and axes. @throw Error where an entry names no bit, or no drive of this file.
+/// Reads `emergency_stop`, after buses and axes. @throw Error for an entry without a bit, or without a drive of this
+/// file.
 void readEmergencyStop(const Map& map, hal::HardwareConfig& hardware);
 
 }  // namespace tandem::config

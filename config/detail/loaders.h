@@ -10,25 +10,25 @@
 
 namespace tandem::config {
 
-/// The whole file. @throw Error 0:0 where it cannot be read.
+/// Content of a file. @throw Error 0:0 if it cannot be read.
 std::string readFile(const std::filesystem::path& file);
 
-/// A preset in the search folders only, never a path. @throw Error that lists the presets there are.
+/// Finds a preset in the search folders only, never a path. @throw Error that lists the available presets.
 std::filesystem::path findPreset(const std::string& name, const std::string& kind);
 
-/// The `robot` key: relative to the folder of the file, else a preset. @throw Error at the key.
+/// Path in the `robot` key: relative to the folder of the file, else a preset. @throw Error at the key.
 std::filesystem::path robotPath(const Map& map, const std::filesystem::path& file);
 
-/// A key that names another file, `robot` or `hardware`, in the same way.
-/// @param kind  of presets, as findFile() takes it; empty: the key says it
+/// Path in a key that names another file, `robot` or `hardware`, with the same rule.
+/// @param kind of presets, as for findFile(); empty: that of the key
 std::filesystem::path companionPath(const Map& map,
                                     const std::string& key,
                                     const std::filesystem::path& file,
                                     const std::string& kind = {});
 
-/// The `method_library` key: relative to the folder of the file; empty without it. Whether it is there is seen when it
-/// is loaded: with several hosts it has to be on some alone.
-/// @param needed  the method `foreign` is named under `key`  @throw Error at `key` where the library is missing
+/// Path in the `method_library` key: relative to the folder of the file; empty without it. The existence of the file is
+/// checked when the library is loaded: with several hosts only some of them need it.
+/// @param needed the method `foreign` is named under `key` @throw Error at `key` if the library is missing
 std::filesystem::path methodLibrary(const Map& map,
                                     const std::filesystem::path& file,
                                     bool needed,
@@ -41,23 +41,23 @@ Eigen::VectorXd readJoints(const Map& map, const safety::ArmLimits& limits);
 /// R = Rz(yaw) Ry(pitch) Rx(roll), and a position.
 Eigen::Isometry3d readPose(const Map& map);
 
-/// @throw Error where a wall has its inner diameter at or above its outer one.
+/// @throw Error if the inner diameter of a wall is not less than its outer one.
 void checkWall(const Map& map, double outer, double inner);
 
-/// @throw Error at an arm of the name `pair`.
+/// Refuses an arm with the name `pair`. @throw Error
 void refusePair(const Map& arm);
 
-/// The `plant` of a deployment. @param robot_file read where the plant names arms.
-/// @throw Error at the value that names an arm or tube that there is not, or at a load on a rigid plant.
+/// Reads the `plant` of a deployment. @param robot_file read if the plant names arms.
+/// @throw Error at the value that names an arm or tube that does not exist, or at a load on a rigid plant.
 sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_file);
 
-/// The `teleoperation` of a deployment. @throw Error at a name used twice, an empty box, a normal of no length.
+/// Reads the `teleoperation` of a deployment. @throw Error at a name used twice, an empty box, a normal of zero length.
 Teleoperation readTeleoperation(const Map& map);
 
-/// A trajectory without its `tandem` line. @param folder that CSV paths start from; empty: CSV files are refused.
+/// Reads a trajectory without its `tandem` key. @param folder base of CSV paths; empty: CSV files are refused.
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder);
 
-/// Points of a CSV file: lines `x,y,z` in m. @throw Error that names FILE:LINE.
+/// Reads the points of a CSV file: lines `x,y,z` in m. @throw Error that names FILE:LINE.
 std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file);
 
 }  // namespace tandem::config

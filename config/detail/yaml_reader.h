@@ -18,7 +18,7 @@ namespace tandem::config {
 
 class Map;
 
-/** One YAML text. Owns what its Maps refer to, so it outlives them and stays where it is. */
+/** One YAML text. Owns the nodes that its Maps refer to: it must outlive them at the same address. */
 class Document {
  public:
   /// Parses; `origin` names the text in errors.
@@ -27,16 +27,16 @@ class Document {
   Document(const Document&) = delete;
   Document& operator=(const Document&) = delete;
 
-  /// Kind by the first key: "robot" of `tandem: robot/1`.
-  /// @throw Error where the first key is another one or the kind is unknown.
+  /// Kind by the first key: "robot" for `tandem: robot/1`.
+  /// @throw Error if the first key is another one or the kind is unknown.
   std::string kind() const;
 
   /// Checks the whole text against a table: unknown, missing and repeated keys, units, types, ranges, sizes.
-  /// @throw Error at the first offence.
+  /// @throw Error at the first violation.
   Map check(const Mapping& table);
 
-  /// To be called when everything is read.
-  /// @throw std::logic_error where the text has a key that the table knows and the loader never asked for.
+  /// To be called after all keys are read.
+  /// @throw std::logic_error if the text has a key of the table that the loader has not read.
   void finish() const;
 
   const std::string& origin() const { return origin_; }
@@ -51,8 +51,8 @@ class Document {
   std::set<const Field*> read_;
 };
 
-/** A checked mapping of a document, or one that is absent and stands for its defaults. Fields are asked for by the name
- * in the table, without unit; asking for a name that the table does not have is a std::logic_error. */
+/** Checked mapping of a document, or an absent one with the defaults of its table. Fields are read by their name in the
+ * table, without unit; a name that the table does not have is a std::logic_error. */
 class Map {
  public:
   const Mapping& table() const { return *table_; }
@@ -60,30 +60,30 @@ class Map {
 
   bool flag(const std::string& name) const;
   int integer(const std::string& name) const;
-  /// SI value, or the default of the table (NaN where it has none); infinity for `unlimited`.
+  /// SI value, or the default of the table (NaN: none); infinity for `unlimited`.
   double number(const std::string& name) const;
   std::string text(const std::string& name) const;
   /// Relative to the folder of the file.
   std::filesystem::path path(const std::string& name) const;
-  /// A text that is a decimal number or 0x...; 0 where it is absent. @throw Error from 2^32 on.
+  /// A text that is a decimal number or 0x...; 0 if absent. @throw Error from 2^32 on.
   std::uint32_t unsigned32(const std::string& name) const;
   std::vector<std::string> texts(const std::string& name) const;
   Eigen::Vector3d vector3(const std::string& name) const;
-  /// So many SI values; one scalar, or the default, stands for all. @throw Error for a list of another size.
+  /// `count` SI values; one scalar, or the default, counts for all. @throw Error for a list of another size.
   std::vector<double> numbers(const std::string& name, int count) const;
   /// A list of [x, y, z].
   std::vector<Eigen::Vector3d> points(const std::string& name) const;
-  /// A mapping; where it is absent, one of defaults.
+  /// A mapping; if absent, one with defaults.
   Map map(const std::string& name) const;
   std::vector<Map> maps(const std::string& name) const;
-  /// A value, or its default, as text that says the same for the same value: SI, 12 digits, of a list of equal numbers
-  /// where one may stand for all this one. Empty without a default, and for mappings that no word stands for.
+  /// Value, or default, as a text that is the same for equal values: SI, 12 digits; a list of equal numbers becomes one
+  /// number if the key permits it. Empty without a default, and for mappings without a word.
   std::string plain(const std::string& name) const;
-  /// True where a word stands in place of a mapping, or is its default.
+  /// True if a word replaces a mapping, or is its default.
   bool isWord(const std::string& name) const;
 
-  /// Fills a struct from the keys that the table binds to its members; its other members stay as they are.
-  /// @throw std::logic_error where the table binds none.
+  /// Fills a struct from the keys that the table binds to its members; its other members do not change.
+  /// @throw std::logic_error if the table binds none.
   template <class Struct>
   void read(Struct& into) const {
     fill(typeid(Struct), &into);
@@ -95,19 +95,19 @@ class Map {
     return made;
   }
 
-  /// @throw Error always, at the value of a key (or where it should be), or at an element of its list.
+  /// Throws an error at the value of a key (or its expected place), or at an element of its list. @throw Error always
   [[noreturn]] void fail(const std::string& name, const std::string& message, int element = -1) const;
   /// @throw Error at the second mapping of a list that has the same text.
   void expectDistinct(const std::string& list, const std::string& name) const;
-  /// The place of a text among others. @throw Error at a text that is not there. @param expected what to say then
+  /// Index of a text in a list. @throw Error for a text that is not in it. @param expected text for the error
   std::size_t indexAmong(const std::string& name,
                          const std::vector<std::string>& all,
                          const std::string& expected) const;
-  /// @throw Error at the first number where it is not less than the second one.
+  /// @throw Error at the first number if it is not less than the second one.
   void expectBelow(const std::string& lower, const std::string& upper) const;
   /// Adds a warning at the value of a key.
   void warn(const std::string& name, const std::string& message) const;
-  /// The key as it is written, or as it should be: "outer_diameter_mm".
+  /// The key in its written, or else its preferred form: "outer_diameter_mm".
   std::string keyOf(const std::string& name) const;
   /// An SI value in the unit of its key: "1.524 mm".
   std::string inUnit(const std::string& name, double si) const;
@@ -119,7 +119,7 @@ class Map {
     const Unit* unit;
     std::string key;
     YAML::Node value;
-    YAML::Mark mark;  ///< of the value; of the key where the value has none
+    YAML::Mark mark;  ///< of the value; of the key if it has no value
   };
 
   Map(Document& document, const Mapping& table, std::string path, YAML::Mark mark);

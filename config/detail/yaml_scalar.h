@@ -11,25 +11,26 @@
 
 namespace tandem::config {
 
-/// "-1", `the text "abc"`, "a list of 3", "a mapping", "nothing": what was found, for messages.
+/// Description of a node for messages: "-1", `the text "abc"`, "a list of 3", "a mapping", "nothing".
 std::string describeNode(const YAML::Node& node);
 
 /// True for a scalar without quotes.
 bool isPlain(const YAML::Node& node);
 
-/// True where the scalar is one of the words of the field.
+/// True if the scalar is one of the words of the field.
 bool isWord(const YAML::Node& node, const Field& field);
 
-/// A finite number in SI, or nothing where the scalar is none or leaves the field's range. Infinity for a word.
+/// A finite number in SI; empty if the scalar is no number or outside the field's range. Infinity for a word.
 std::optional<double> readNumber(const YAML::Node& node, const Field& field, const Unit* unit);
 
 /// An integer inside the field's range.
 std::optional<long long> readInteger(const YAML::Node& node, const Field& field);
 
-/// `true` or `false`, nothing else.
+/// `true` or `false`; empty for any other text.
 std::optional<bool> readBool(const YAML::Node& node);
 
-/// Not empty, one of the words, matching the pattern; no bare number or boolean unless the field takes integers.
+/// A text that is not empty, is one of the words, and matches the pattern; a number or boolean without quotes is
+/// refused unless the field accepts integers.
 std::optional<std::string> readText(const YAML::Node& node, const Field& field);
 
 }  // namespace tandem::config
