@@ -9,11 +9,11 @@ namespace tandem::kinematics {
 namespace {
 
 constexpr int kShapePoints = 129;
-/// Steps of central differences: rounding of a model that is good to 1e-12 m is below 1e-6; where a place lies near a
-/// jump of curvature, what a step sees of it is of the size of the step.
+/// Steps of central differences: a model error of 1e-12 m causes a derivative error below 1e-6; near a jump of
+/// curvature the error is of the order of the step.
 constexpr double kTranslationStep = 1e-6, kRotationStep = 1e-5;
 
-/// Cubic Hermite interpolation of a sampled backbone; straight on beyond its end.
+/// Cubic Hermite interpolation of a sampled backbone; straight beyond its end.
 void interpolate(const std::vector<ShapePoint>& shape, double s, BackbonePoint& point) {
   const double length = shape.back().s, h = length / static_cast<double>(shape.size() - 1);
   const std::size_t k = std::min(shape.size() - 2, static_cast<std::size_t>(std::max(0.0, s / h)));
@@ -28,8 +28,8 @@ void interpolate(const std::vector<ShapePoint>& shape, double s, BackbonePoint& 
   point.position += beyond * point.tangent;
 }
 
-/** Central differences of the places of a backbone, by all joints.
- * @param places  places(q, branch, take) calls take(i, position) for every point; a status */
+/** Central differences of backbone points by all joints.
+ * @param places places(q, branch, take) calls take(i, position) for every point; returns a status */
 template <class Places>
 void differentiate(const JointsRef& q, const Branch& branch, std::vector<BackbonePoint>& points, const Places& places) {
   const auto joints = static_cast<int>(q.size());
@@ -51,7 +51,7 @@ void differentiate(const JointsRef& q, const Branch& branch, std::vector<Backbon
     }
     moved[j] = q[j];
     for (BackbonePoint& point : points)
-      point.jacobian.col(j) /= std::max(span, 1e-12);  // on an edge of equation (1) one side is enough
+      point.jacobian.col(j) /= std::max(span, 1e-12);  // one-sided at a limit of equation (1)
   }
 }
 
@@ -85,7 +85,7 @@ ModelStatus ArmModel::backbone(const JointsRef& q,
 
 Gradient ArmModel::stabilityGradient(const JointsRef&, const Branch&) const { return Gradient::Zero(jointCount()); }
 
-/// take(i, place, tangent) for every arc length, from sweeps that sample so many at a time.
+/// Calls take(i, place, tangent) for every arc length; each sweep computes up to kShapePoints samples.
 template <class Take>
 ModelStatus CompliantModel::places(const JointsRef& q,
                                    Branch& branch,
@@ -152,7 +152,7 @@ ModelStatus RigidModel::backbone(const JointsRef& q,
   Segmentation parts;
   segment(arm_, q, parts);
   points.resize(s.size());
-  // As in tip(): twists about the base's origin, of all that happens before s.
+  // As in tip(): twists about the base's origin, accumulated over all boundaries before s.
   Jacobian passed = Jacobian::Zero(6, 2 * n), here_too(6, 2 * n);
   const auto add = [](Jacobian& twist, int joint, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular,
                       const Eigen::Vector3d& at) {

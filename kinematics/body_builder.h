@@ -6,15 +6,15 @@
 
 namespace tandem::kinematics {
 
-/** makeBody() that allocates nothing once it is constructed: for models whose backbone() allocates nothing, and bodies
- * that have been reserved. Not thread-safe. */
+/** makeBody() without allocation after construction, for models whose backbone() allocates nothing, and reserved
+ * bodies. Not thread-safe. */
 class BodyBuilder {
  public:
-  /// Nodes of the body of any arm, at most.
+  /// Largest number of nodes of a body.
   static constexpr std::size_t kMostNodes = kMaxBodySections * Body::kPieces + 1;
 
   BodyBuilder() { s_.reserve(kMostNodes); }
-  /// Makes room for the body of any arm.
+  /// Reserves memory for the body of any arm.
   static void reserve(Body& body);
 
   ModelStatus make(const ArmModel& model, const JointsRef& q, Branch& branch, bool derivatives, Body& body);

@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Places on two segments p0 + x (p1 - p0), r0 + y (r1 - r0), x and y from 0 to 1, that are nearest to each other
-/// (Ericson, Real-Time Collision Detection, 5.1.9).
+/// Closest points of two segments p0 + x (p1 - p0), r0 + y (r1 - r0), x and y from 0 to 1 (Ericson, Real-Time Collision
+/// Detection, 5.1.9).
 void nearest(const Vector3d& p0, const Vector3d& p1, const Vector3d& r0, const Vector3d& r1, double& x, double& y) {
   constexpr double kPoint = 1e-24;  // m^2
   const Vector3d d = p1 - p0, e = r1 - r0, w = p0 - r0;
@@ -42,14 +42,14 @@ double lengthAt(const Body& body, std::size_t piece, double x) {
   return (1.0 - x) * body.nodes[piece].s + x * body.nodes[piece + 1].s;
 }
 
-/// How a place on a piece moves along n.
+/// Derivative by the joints of a point on a piece, along n.
 Gradient along(const Body& body, std::size_t piece, double x, const Vector3d& n) {
   if (body.nodes[piece].jacobian.cols() == 0)
     return {};
   return n.transpose() * ((1.0 - x) * body.nodes[piece].jacobian + x * body.nodes[piece + 1].jacobian);
 }
 
-/// Balls around the pieces, to leave most pairs out.
+/// Bounding spheres of the pieces, to skip most pairs.
 struct Ball {
   Vector3d centre;
   double radius;
@@ -63,7 +63,7 @@ void encloseIn(const Body& body, Balls& balls) {
   }
 }
 
-/// Signed distance of a place to the port, and its gradient.
+/// Signed distance of a point to the port, and its gradient.
 double distanceTo(const Port& port, const Vector3d& place, Vector3d& gradient) {
   const Vector3d p = port.frame.inverse() * place;
   const double rho = std::hypot(p.x(), p.y()), inside = port.radius - rho, ahead = p.z() - port.depth;
@@ -157,7 +157,7 @@ Clearance clearance(const Body& a, const Body& b) {
 }
 
 Clearance clearance(const Body& a, const Port& port) {
-  constexpr int kSections = 40;  // of the interval, each by the golden ratio: down to rounding
+  constexpr int kSections = 40;  // of the interval, each by the golden ratio: down to the rounding error
   constexpr double kGolden = 0.6180339887498949;
   Clearance result;
   result.distance = std::numeric_limits<double>::infinity();
@@ -179,7 +179,7 @@ Clearance clearance(const Body& a, const Port& port) {
     take(piece, 1.0);
     const double half = 0.5 * (a.nodes[piece + 1].position - a.nodes[piece].position).norm();
     if (at(piece, 0.5) - half >= result.distance)
-      continue;  // the distance falls by at most the way
+      continue;  // the distance cannot fall by more than half the piece
     double low = 0.0, high = 1.0;
     for (int i = 0; i < kSections; ++i) {
       const double left = high - kGolden * (high - low), right = low + kGolden * (high - low);

@@ -9,7 +9,7 @@ namespace {
 
 /// A residual correction of the end angles below this is applied to first order, rad.
 constexpr double kLinear = 1e-7;
-/// Joint moves that turn no end by more than this are answered from the prediction, if it proves good enough, rad.
+/// Joint motions that rotate no end by more than this use the prediction, if it is accurate enough, rad.
 constexpr double kSmallMove = 3e-4;
 
 struct Answer {
@@ -21,7 +21,7 @@ struct Answer {
   DeterminantTrack<double> determinant;
 };
 
-/// Pose and derivatives at root.theta; what is left of the residual is corrected to first order.
+/// Pose and derivatives at root.theta, with a first-order correction of the remaining residual.
 /// @return the largest correction, rad.
 double evaluate(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, Answer& answer) {
   const TubeJoints joints(q);
@@ -42,7 +42,7 @@ double evaluate(const ConcentricTubeArm& arm, const Segmentation& parts, const J
   return correction.cwiseAbs().maxCoeff();
 }
 
-/// From the torsion-free end frame to the tool: the end turns with tube 1, and twists are those of the tool's tip.
+/// From the torsion-free end frame to the tool: the end rotates with tube 1; twists become those of the tool's tip.
 void toTool(const ConcentricTubeArm& arm, const Answer& answer, Tip& tip) {
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
   end.linear() = answer.rotation * Eigen::AngleAxisd(answer.root.theta[0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -67,7 +67,7 @@ void toTool(const ConcentricTubeArm& arm, const Answer& answer, Tip& tip) {
   tip.conjugate_points = answer.determinant.conjugatePoints();
 }
 
-/// A small move along a branch: the prediction, if it proves good enough.
+/// A small move along a branch: uses the prediction if it is accurate enough.
 bool predict(const ConcentricTubeArm& arm,
              const Segmentation& parts,
              const JointsRef& q,

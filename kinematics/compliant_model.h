@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Concentric tubes that bend and twist: the torsionally compliant model, with or without a load at the tip. */
+/** @file Concentric tubes with bending and torsion: the torsionally compliant model, with or without a load at the
+ * tip. */
 #pragma once
 
 #include <vector>
@@ -13,11 +14,12 @@ namespace tandem::kinematics {
 
 /** Torsionally compliant tubes (Dupont et al. 2010, Rucker et al. 2010).
  *
- * Tubes share the backbone but twist, each as its torsional stiffness allows:
+ * Tubes share the backbone, but twist according to their torsional stiffness:
  *   (c_i psi_i')' = b_i (u_x cos psi_i + u_y sin psi_i),   u = (m_xy + sum_j b_j (-sin psi_j, cos psi_j)) / K,
  * with b_i = K_i kappa_i, K_i = E_i I_i, K the sum over the tubes present, c_i = G_i J_i, psi_i the angle in the
- * torsion-free frame, and m the internal moment, zero without a load. psi_i(beta_i) = alpha_i at the motor; at its end
- * a tube carries no torsional moment. Behind the entry point the tubes are held straight and twist independently.
+ * torsion-free frame, and m the internal moment, zero without a load. psi_i(beta_i) = alpha_i at the motor; the
+ * torsional moment of a tube is zero at its end. Behind the entry point the tubes are guided straight and twist
+ * independently.
  *
  * Without a load the tip, its Jacobian and its stability are exact up to 1e-9 m; see Equilibrium for branches.
  */
@@ -43,27 +45,28 @@ class CompliantModel final : public TubeModel {
                     int points,
                     std::vector<ShapePoint>& shape) const override;
 
-  /// Exact at every s, with central differences for the Jacobians. Allocates nothing that `points` has room for.
+  /// Exact at every s, with central differences for the Jacobians. Allocates nothing if `points` has sufficient
+  /// capacity.
   ModelStatus backbone(const JointsRef& q,
                        Branch& branch,
                        const std::vector<double>& s,
                        bool derivatives,
                        std::vector<BackbonePoint>& points) const override;
 
-  /// Stability report, for people and planners: it follows the branch until it ends, so it is not for the periodic
+  /// Stability report, for display and planning: it follows the branch until it ends, so it is not for the periodic
   /// path.
   ModelStatus stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept;
   /// Exact, see Stability::gradient.
   Gradient stabilityGradient(const JointsRef& q, const Branch& branch) const override;
 
-  /// All equilibria that a search from many end angles finds for the same joints, by energy, unstable ones included;
-  /// none where the joints cannot be answered.
+  /// All equilibria at the same joints that a search from many end angles finds, by energy, unstable ones included;
+  /// none for invalid joints.
   std::vector<EquilibriumInfo> equilibria(const JointsRef& q) const;
 
-  /// The tip-angle parametrisation: one initial value problem, one answer.
-  /// @param ends  [beta_1..beta_n, theta_1..theta_n]: translations, and angles of the tubes' ends, m and rad
-  /// @param alpha  the motors' angles that belong to it, rad, n
-  /// @param tip  with the Jacobian by `ends`; unstable equilibria are answered too, see Tip::conjugate_points
+  /// Tip-angle parametrisation: one initial value problem with a unique solution.
+  /// @param ends [beta_1..beta_n, theta_1..theta_n]: translations, and angles of the tubes' ends, m and rad
+  /// @param alpha resulting angles of the motors, rad, n
+  /// @param tip with the Jacobian by `ends`; also for unstable equilibria, see Tip::conjugate_points
   ModelStatus tipFromEndAngles(const JointsRef& ends, Eigen::Ref<Eigen::VectorXd> alpha, Tip& tip) const noexcept;
 
  private:

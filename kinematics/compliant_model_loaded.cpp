@@ -61,7 +61,7 @@ ModelStatus CompliantModel::loadedTip(const JointsRef& q,
   return ModelStatus::kOk;
 }
 
-/// `shape` has its s; gets the rest.
+/// Fills `shape`, whose points have their s.
 ModelStatus CompliantModel::loadedShape(const JointsRef& q,
                                         const Wrench& wrench,
                                         Branch& branch,
@@ -83,7 +83,7 @@ ModelStatus CompliantModel::loadedShape(const JointsRef& q,
   return ModelStatus::kOk;
 }
 
-/// A branch that was followed under a load goes on without it.
+/// Continues a branch under a load to zero load.
 ModelStatus CompliantModel::unload(const JointsRef& q, Branch& branch) const noexcept {
   if (!branch.known || branch.load.isZero(0.0))
     return ModelStatus::kOk;

@@ -11,7 +11,7 @@ inline constexpr int kMaxTubes = 4;
 /// Most sections that one tube can have.
 inline constexpr int kMaxTubeSections = 8;
 
-/// A number a tube, from the innermost; zero for tubes that an arm does not have.
+/// One number per tube, from the innermost; zero for tubes that an arm does not have.
 using TubeVector = Eigen::Matrix<double, kMaxTubes, 1>;
 using TubeMatrix = Eigen::Matrix<double, kMaxTubes, kMaxTubes>;
 
@@ -21,7 +21,7 @@ struct TubeJoints {
   TubeVector beta = TubeVector::Zero(), alpha = TubeVector::Zero();
 };
 
-/** A part of a tube over which nothing changes. */
+/** Part of a tube with constant properties. */
 struct TubeSection {
   double length = 0.0;               ///< m, above zero
   double curvature = 0.0;            ///< kappa, 1/m; at alpha = 0 positive bends toward +x of the arm's base frame
@@ -34,7 +34,7 @@ struct Tube {
   double outer_diameter = 0.0;        ///< m
   double inner_diameter = 0.0;        ///< m
   double youngs_modulus = 0.0;        ///< Pa
-  double poisson_ratio = 0.0;         ///< serves only in G = E / (2 (1 + nu))
+  double poisson_ratio = 0.0;         ///< only used in G = E / (2 (1 + nu))
   std::vector<TubeSection> sections;  ///< 1 to kMaxTubeSections
 
   /// Sum of the sections' lengths, m.
@@ -47,21 +47,22 @@ struct Tube {
   void addSection(double section_length, double curvature);
 };
 
-/** One arm: tubes from the innermost (tube 1, longest) outwards, where it stands and what it holds. */
+/** One arm: tubes from the innermost (tube 1, longest) outwards, its base and its tool. */
 struct ConcentricTubeArm {
   std::vector<Tube> tubes;  ///< 2 to 4
   Eigen::Isometry3d base =
       Eigen::Isometry3d::Identity();  ///< robot base frame <- arm base frame (s = 0, z into the body)
   Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();  ///< tube 1's end frame <- tool tip frame
-  /// m: so far a tube may begin in front of the entry point, or end beyond the tube inside it, where its end is cut
-  /// off. Rounding by default; more where joints are readings, or lengths differ from those that limits were made of.
+  /// m: permitted distance of a tube's start in front of the entry point, or of its end beyond the tube inside it,
+  /// where it is cut off. Rounding by default; more if joints are readings, or tube lengths differ from those of the
+  /// limits.
   double tolerance = 1e-9;
 
   int tubeCount() const { return static_cast<int>(tubes.size()); }
   int jointCount() const { return 2 * tubeCount(); }
 };
 
-/** Checks what every model relies on.
+/** Checks the assumptions of every model.
  * @throw std::invalid_argument that names tube and section: not 2 to 4 tubes, no section or too many, a length or a
  * stiffness that is not above zero, a number that is not finite. */
 void checkArm(const ConcentricTubeArm& arm);

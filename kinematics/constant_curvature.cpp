@@ -9,7 +9,7 @@
 namespace tandem::kinematics {
 namespace {
 
-/// Below this angle the closed forms lose digits to cancellation and the series are used.
+/// Below this angle the series are used, because the closed forms lose digits by cancellation.
 constexpr double kSeriesBelow = 0.5;
 constexpr int kTerms = 8;  // remainder below 1e-17 at kSeriesBelow
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A rod piece of constant curvature and no twist, in closed form with its derivatives. */
+/** @file Rod piece of constant curvature without torsion, in closed form with its derivatives. */
 #pragma once
 
 #include <Eigen/Geometry>
@@ -21,10 +21,10 @@ class Arc {
   const Eigen::Matrix3d& rotation() const { return rotation_; }  ///< start frame <- end frame
   const Eigen::Vector3d& position() const { return position_; }  ///< end point in the start frame, m
 
-  /// How the end point moves in the start frame when u changes by du (du_z = 0), m per unit of du.
+  /// Change of the end point in the start frame for a change du of u (du_z = 0), m per unit of du.
   Eigen::Vector3d positionDerivative(const Eigen::Vector3d& du) const;
 
-  /// How the end frame turns (vector in the start frame) when u changes by du: integral of R(s) du ds.
+  /// Rotation of the end frame (vector in the start frame) for a change du of u: integral of R(s) du ds.
   Eigen::Vector3d rotationDerivative(const Eigen::Vector3d& du) const;
 
  private:

@@ -12,21 +12,21 @@ namespace tandem::kinematics {
 
 /** Elastic stability of an equilibrium (Gilbert, Hendrick and Webster 2016; Ha, Park and Dupont 2016).
  *
- * Z(s) = d psi(s) / d theta tells how angles at s answer angles of the ends; under a wrench the directions of the
- * backbone at s and at the end belong to them, and Size is larger by two. The equilibrium is a minimum of energy, so
- * stable, if and only if det Z(s) has no zero from the ends down to the motors, transmission included: each zero is a
- * conjugate point, where the part of the arm in front of s, held at s, would be about to snap. det Z is 1 at the end
- * and stays 1 where nothing interacts; its smallest value is the measure of stability. A zero of even multiplicity
- * keeps the sign, so zeros are counted by the index theorem instead: over a piece from s_k to s_k+1 that has none by
- * itself, their number is that of the negative eigenvalues of Z_k' B^-1 Z_k+1, with B = d psi_k+1 / d (moment at s_k).
- */
+ * Z(s) = d psi(s) / d theta is the derivative of the angles at s by the angles of the ends; under a wrench the
+ * directions of the backbone at s and at the end are included, and Size is larger by two. The equilibrium is a minimum
+ * of energy, so stable, if and only if det Z(s) has no zero from the ends down to the motors, transmission included:
+ * each zero is a conjugate point, where the part of the arm in front of s, held at s, is at its stability limit. det Z
+ * is 1 at the end and stays 1 without elastic interaction; its smallest value is the measure of stability. A zero of
+ * even multiplicity does not change the sign, so the index theorem counts the zeros instead: over a piece from s_k to
+ * s_k+1 without a conjugate point of its own, their number is that of the negative eigenvalues of Z_k' B^-1 Z_k+1, with
+ * B = d psi_k+1 / d (moment at s_k). */
 template <class Scalar, int Size = kMaxTubes>
 class DeterminantTrack {
  public:
   using Square = Eigen::Matrix<Scalar, Size, Size>;
   using SquareForm = Eigen::Matrix<double, Size, Size>;
 
-  /// @param s_end where the arm ends, m
+  /// @param s_end end of the arm, m
   explicit DeterminantTrack(double s_end = 0.0) : at_(s_end) {}
 
   const Scalar& minimum() const { return minimum_; }
@@ -38,13 +38,13 @@ class DeterminantTrack {
     Square z, slope;
   };
 
-  /// Takes the piece from s_begin back to s_end; interior(x) gives the Place in between.
+  /// Adds the piece from s_begin back to s_end; interior(x) gives the Place in between.
   template <class Interior>
   void add(double s_begin, double s_end, const Place& begin, const Place& end, const Interior& interior) {
     propose(determinant(end.z), s_end);
     if (valueOf(determinantSlope(begin)) >= 0.0 || valueOf(determinantSlope(end)) <= 0.0)
       return;
-    double low = 0.0, high = 1.0;  // the determinant turns from falling to rising between them
+    double low = 0.0, high = 1.0;  // the determinant's slope changes from negative to positive between them
     for (int i = 0; i < kBisections; ++i) {
       const double middle = 0.5 * (low + high);
       (valueOf(determinantSlope(interior(middle))) < 0.0 ? low : high) = middle;
@@ -59,8 +59,8 @@ class DeterminantTrack {
       conjugate_points_ += negativeDirections(form);
   }
 
-  /// The same where there is no potential and so no symmetry: eigenvalues with a negative real part. Their number is
-  /// odd where the determinant changes its sign.
+  /// The same without a potential, and so without symmetry: counts eigenvalues with a negative real part. Their number
+  /// is odd if the determinant changes its sign.
   void countUnsymmetric(const SquareForm& form) {
     if (!positive(form))
       conjugate_points_ += negativeRealParts(form);
@@ -69,7 +69,7 @@ class DeterminantTrack {
  private:
   static constexpr int kBisections = 30;
 
-  /// Whether the symmetric part is positive definite; nearly always, and cheaper to see than eigenvalues.
+  /// The symmetric part is positive definite: true in most cases, and faster to check than eigenvalues.
   static bool positive(const SquareForm& form) {
     return SquareForm(0.5 * (form + form.transpose())).llt().info() == Eigen::Success;
   }
@@ -86,7 +86,7 @@ class DeterminantTrack {
     else
       return m.determinant();
   }
-  /// By 2 x 2 minors of the upper and the lower rows; for any scalar.
+  /// By 2 x 2 minors of the upper and the lower rows, for any scalar.
   static Scalar laplace(const Square& m) {
     const auto minor = [&](int row, int a, int b) {
       return Scalar(m(row, a) * m(row + 1, b) - m(row, b) * m(row + 1, a));

@@ -14,16 +14,16 @@ namespace tandem::kinematics {
 /** Unloaded, torsionally compliant tubes, given by the angles theta_i of their ends (Rucker et al. 2010, Dupont et al.
  * 2010).
  *
- * At its end a tube carries no torsional moment, so end angles and translations determine everything: no boundary value
- * problem is left. The sweep integrates, from the end of tube 1 back to the entry point, angles psi_i, moments
+ * The torsional moment of a tube is zero at its end, so end angles and translations determine the solution: no boundary
+ * value problem remains. The sweep integrates, from the end of tube 1 back to the entry point, angles psi_i, moments
  * t_i = c_i psi_i' and the backbone, then adds the twist of the straight transmission behind the entry point,
  *
  *   alpha_i = psi_i(0) - t_i(0) F_i,   F_i = integral of 1 / c_i over the tube's part behind the entry point,
  *
- * where nothing couples the tubes, as the backbone is held straight there. All derivatives are exact: the variational
- * equations give them within an interval, and a boundary that moves with its tube adds the difference of what stands
- * before and behind it.
- * Matrices have room for four tubes; rows and columns of those that the arm does not have are those of the identity.
+ * where nothing couples the tubes, because the backbone is guided straight there. All derivatives are exact: within an
+ * interval they follow from the variational equations; a boundary that moves with its tube adds the difference of the
+ * values before and behind it. Matrices have four rows and columns; those of tubes that the arm does not have are those
+ * of the identity.
  * @tparam Scalar double, or a number with derivatives. */
 template <class Scalar>
 class EndAngleSweep {
@@ -32,7 +32,7 @@ class EndAngleSweep {
   using Square = Eigen::Matrix<Scalar, kMaxTubes, kMaxTubes>;
   using Twists = Eigen::Matrix<Scalar, 6, kMaxTubes>;
 
-  /// @param coupling 1 for the real arm; 0 makes tubes that do not twist (their torsional stiffness is divided by it)
+  /// @param coupling 1 for the real arm; 0: tubes do not twist (their torsional stiffness is divided by it)
   /// @param samples filled from their `s` (ascending, m) with kPose, if given; poses are then in the arm's base frame
   EndAngleSweep(const ConcentricTubeArm& arm,
                 const Segmentation& parts,
@@ -50,7 +50,7 @@ class EndAngleSweep {
   /// Stability of the equilibrium; see DeterminantTrack.
   const DeterminantTrack<Scalar>& determinant() const { return track_; }
 
-  /// Frame of tube 1's end in the arm's base frame, torsion-free (kPose only, as what follows).
+  /// Frame of tube 1's end in the arm's base frame, torsion-free (kPose only, as for the functions below).
   Eigen::Matrix<Scalar, 3, 3> endRotation() const { return rotation_.transpose(); }
   Eigen::Matrix<Scalar, 3, 1> endPosition() const { return -(rotation_.transpose() * position_); }
   /// Twist of that frame (linear at the base's origin, then angular; base frame) by theta at fixed beta.
@@ -102,11 +102,11 @@ class EndAngleSweep {
   double coupling_;
   StepDepth depth_;
   std::span<ShapePoint> samples_;
-  std::size_t unsampled_ = 0;  ///< samples in front of the present place
+  std::size_t unsampled_ = 0;  ///< samples in front of the present position
 
-  double s_;                         ///< the present place, m
-  Vector psi_, moment_;              ///< there, rad, N m
-  Square psi_by_end_, psi_by_beta_;  ///< Z and what the translations add
+  double s_;                         ///< present position, m
+  Vector psi_, moment_;              ///< at s_, rad, N m
+  Square psi_by_end_, psi_by_beta_;  ///< Z, and the derivative by the translations
   Square moment_by_end_, moment_by_beta_;
   Eigen::Matrix<Scalar, 3, 3> rotation_;  ///< present frame in that of tube 1's end
   Eigen::Matrix<Scalar, 3, 1> position_;

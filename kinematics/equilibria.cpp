@@ -11,7 +11,7 @@ namespace tandem::kinematics {
 namespace {
 
 constexpr double kFullAngle = 2.0 * std::numbers::pi;
-constexpr double kSame = 1e-5;  ///< between end angles of one equilibrium, rad
+constexpr double kSame = 1e-5;  ///< largest difference of end angles of one equilibrium, rad
 
 /// Elastic energy by quadrature over the shape, J.
 double energyOf(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, const TubeVector& theta) {
@@ -45,11 +45,11 @@ double energyOf(const ConcentricTubeArm& arm, const Segmentation& parts, const J
                               0.5 * points[j].moment[i] * points[j].moment[i] / section.torsional_stiffness);
     }
   }
-  // Behind the entry point a tube's moment is constant: t F t / 2, and t F is the angle twisted there.
+  // Behind the entry point a tube's moment is constant: t F t / 2; t F is the twist there.
   return energy + 0.5 * sweep.entryMoment().dot(sweep.entryAngle() - sweep.baseAngle());
 }
 
-/** Collects equilibria at q. Motors may be turned about by whole turns: the ends then turn with them. */
+/** Collects equilibria at q. A motor may differ by full turns: the tube's end then differs by the same turns. */
 class Search {
  public:
   Search(const ConcentricTubeArm& arm, const Equilibrium& equilibrium, const JointsRef& q)
@@ -59,7 +59,7 @@ class Search {
 
   const std::vector<TubeVector>& found() const { return found_; }
 
-  /// Takes what Newton's method finds from here.
+  /// Adds the solution of Newton's method from here, if it converges.
   void tryFrom(const TubeVector& theta, double longest) {
     Equilibrium::Root root;
     root.theta = theta;
@@ -73,7 +73,7 @@ class Search {
       found_.push_back(root.theta);
   }
 
-  /// Newton's method from a grid of end angles over two turns of every tube but the first.
+  /// Newton's method from a grid of end angles over two turns of every tube except the first.
   void scan(int across) {
     constexpr double kLongestFix = 2.0;
     int starts = 1;
@@ -87,8 +87,8 @@ class Search {
     }
   }
 
-  /// Turns one motor after the other from an equilibrium, around all folds, until it stands as before but for whole
-  /// turns.
+  /// Rotates one motor from an equilibrium, around all folds, up to a full turn or the start of a closed curve;
+  /// collects the equilibria at full turns.
   void turn(const TubeVector& theta, int tube, double sense) {
     const Point start{theta};
     const auto system = [&](const Point& point, double lambda, auto& matrix) -> TubeVector {

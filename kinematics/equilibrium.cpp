@@ -13,10 +13,10 @@ constexpr double kConverged = 1e-5;    ///< a correction below this leaves an er
 constexpr double kLongestMove = 0.3;   ///< of an end angle in one step along a path, rad
 constexpr double kLongestFix = 0.1;    ///< Newton's first correction of a predicted angle, rad
 constexpr double kFirstGuess = 0.5;    ///< Newton's first correction of untwisted tubes, rad
-constexpr double kUnexplained = 0.01;  ///< of a step by the derivatives at its ends, rad
-constexpr double kLeastMove = 1e-4;    ///< a branch that cannot be followed this far ends, rad
+constexpr double kUnexplained = 0.01;  ///< difference of a step to the derivatives at its ends, rad
+constexpr double kLeastMove = 1e-4;    ///< a branch ends if it cannot be followed this far, rad
 constexpr int kMaxSteps = 400;         ///< along a path
-constexpr double kNudge = 1e-2;        ///< out of an equilibrium that ends, rad
+constexpr double kNudge = 1e-2;        ///< away from an equilibrium that ends, rad
 constexpr int kMaxFalls = 8;
 
 }  // namespace
@@ -55,13 +55,13 @@ bool Equilibrium::correct(const Segmentation& parts,
     root.linearise(sweep);
     const TubeVector correction = root.by_rotation * (joints.alpha - sweep.baseAngle());
     const double size = correction.cwiseAbs().maxCoeff();
-    if (!(size <= allowed))  // not even where it is not a number
+    if (!(size <= allowed))  // also for NaN
       return false;
     root.theta += correction;
     conjugate_points = sweep.determinant().conjugatePoints();
     if (size < kConverged)
       return true;
-    allowed = 0.5 * size;  // Newton's method near a solution does much better
+    allowed = 0.5 * size;  // near a solution Newton's method converges much faster
   }
   return false;
 }
@@ -73,7 +73,7 @@ ModelStatus Equilibrium::find(const JointsRef& q, const Branch& branch, Root& ro
   return found ? ModelStatus::kOk : ModelStatus::kNotConverged;
 }
 
-/// Where opposed tubes leave a cold start on a ridge: from joints a little aside, and back.
+/// For a cold start that ends at a saddle, as opposed tubes do: starts at slightly different joints, then returns.
 bool Equilibrium::startAside(const JointsRef& q, Root& root) const noexcept {
   const Eigen::Index n = q.size() / 2;
   for (const double turn : {0.05, -0.05, 0.2, -0.2}) {
@@ -93,7 +93,7 @@ bool Equilibrium::startAside(const JointsRef& q, Root& root) const noexcept {
   return false;
 }
 
-/// Torsion is switched on from 0 to 1.
+/// Increases the coupling by torsion from 0 to 1.
 bool Equilibrium::startCold(const JointsRef& q, Root& root) const noexcept {
   Segmentation parts;
   segment(arm_, q, parts);
@@ -125,7 +125,7 @@ bool Equilibrium::connected(const Root& from, const Root& to, const safety::ArmV
   return (to.theta - from.theta - mean).cwiseAbs().maxCoeff() < kUnexplained;
 }
 
-/// The straight path from branch.q to q.
+/// Follows the straight path from branch.q to q.
 bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept {
   const safety::ArmVector start = branch.q, way = q - branch.q;
   safety::ArmVector next;
@@ -175,7 +175,7 @@ bool Equilibrium::fall(const JointsRef& q, const TubeVector& aside, Root& root) 
   Segmentation parts;
   segment(arm_, q, parts);
   const TubeVector from = root.theta;
-  // The finite elements' branch ends a little later than the real one, so a small push may come back to it.
+  // The branch of the finite elements ends a little later than the real one, so a small push may return to it.
   for (double push = 1.0; push < 40.0; push *= 3.0) {
     root.theta = from;
     int conjugate_points = 0;

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The boundary value problem of the unloaded arm: from joints to the angles of the tubes' ends. */
+/** @file Boundary value problem of the unloaded arm: from joints to the angles of the tubes' ends. */
 #pragma once
 
 #include "kinematics/end_angle_sweep.h"
 
 namespace tandem::kinematics {
 
-/** Finds equilibria of an unloaded arm: theta with alpha(theta, beta) = alpha, by Newton's method on
- * EndAngleSweep with its exact derivatives.
+/** Finds equilibria of an unloaded arm: theta with alpha(theta, beta) = alpha, by Newton's method on EndAngleSweep with
+ * its exact derivatives.
  *
- * Warm, it follows the branch along the straight joint path from the last answer, predicting by d theta / dq, in steps
- * that are halved until Newton's corrections are small and nothing on the way loses stability. Where the branch ends,
- * relax() says where the arm falls to, and the Branch tells that it snapped. Cold, it switches torsion on: at first
- * tubes do not twist, theta = alpha, and their torsional stiffness then falls to the real one along the same kind of
- * path. Everything is bounded and nothing allocates. */
+ * A warm start follows the branch along the straight joint path from the last result, with a prediction by d theta /
+ * dq, in steps that are halved until Newton's corrections are small and the path stays stable. If the branch ends,
+ * relax() computes the equilibrium that the arm snaps to, and the result has `snapped`. A cold start switches torsion
+ * on: first the tubes do not twist, theta = alpha, then their torsional stiffness falls to the real one along the same
+ * kind of path. All iterations are bounded and nothing allocates. */
 class Equilibrium {
  public:
   using Sweep = EndAngleSweep<double>;
@@ -23,27 +23,27 @@ class Equilibrium {
     TubeVector theta = TubeVector::Zero();
     TubeMatrix by_translation = TubeMatrix::Zero();   ///< d theta / d beta
     TubeMatrix by_rotation = TubeMatrix::Identity();  ///< d theta / d alpha
-    bool snapped = false;                             ///< the branch that was followed ended on the way
+    bool snapped = false;                             ///< the followed branch ended before this solution
 
-    /// Change of theta to first order with the joints.
+    /// First-order change of theta for a change of the joints.
     TubeVector change(const safety::ArmVector& dq) const;
-    /// Takes the derivatives from a sweep at theta.
+    /// Sets the derivatives from a sweep at theta.
     void linearise(const Sweep& sweep);
-    /// Writes it down for the next call.
+    /// Stores the solution in `branch` for the next call.
     void remember(const JointsRef& q, Branch& branch) const;
   };
 
   explicit Equilibrium(const ConcentricTubeArm& arm) : arm_(arm) {}
 
-  /// The equilibrium at q, for which checkJoints() has to be kOk, on the branch given: stable, theta within 1e-9 rad.
+  /// Stable equilibrium at q on the given branch, theta within 1e-9 rad; checkJoints() has to be kOk for q.
   /// @return kOk or kNotConverged.
   ModelStatus find(const JointsRef& q, const Branch& branch, Root& root) const noexcept;
 
   /// Newton's method from root.theta at fixed joints.
   /// @param coupling see EndAngleSweep
-  /// @param longest largest first correction taken, rad
-  /// @param conjugate_points of what was found
-  /// @return whether it converged; root is undefined otherwise.
+  /// @param longest largest permitted first correction, rad
+  /// @param conjugate_points of the solution
+  /// @return true if it converged; root is undefined otherwise.
   bool correct(const Segmentation& parts,
                const JointsRef& q,
                double coupling,
@@ -51,8 +51,8 @@ class Equilibrium {
                Root& root,
                int& conjugate_points) const noexcept;
 
-  /// Whether the derivatives at both ends of a step along a path explain it: Newton's method may have leapt to another
-  /// branch.
+  /// The derivatives at both ends of a step along a path agree with the step; otherwise Newton's method may have jumped
+  /// to another branch.
   static bool connected(const Root& from, const Root& to, const safety::ArmVector& dq) noexcept;
 
  private:

@@ -13,7 +13,7 @@ struct GaussLegendre {
   std::array<double, kMaxNodes> node{};
   std::array<double, kMaxNodes> weight{};
 
-  /// The rule with `count` nodes, 1 to kMaxNodes; computed once before main().
+  /// Rule with `count` nodes, 1 to kMaxNodes; computed once before main().
   static const GaussLegendre& rule(int count) noexcept;
 };
 

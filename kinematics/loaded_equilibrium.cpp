@@ -12,11 +12,11 @@ namespace {
 constexpr double kLoadedConverged = 1e-5;    ///< a correction below this leaves an error of its square, rad
 constexpr double kLoadedLongestMove = 0.5;   ///< of an unknown in one step along a path, rad
 constexpr double kLoadedLongestFix = 0.2;    ///< Newton's first correction of a predicted unknown, rad
-constexpr double kLoadedUnexplained = 0.03;  ///< of a step by the derivatives at its ends, rad
-constexpr double kLoadedLeastMove = 1e-4;    ///< a path that cannot be followed this far ends, rad
+constexpr double kLoadedUnexplained = 0.03;  ///< difference of a step to the derivatives at its ends, rad
+constexpr double kLoadedLeastMove = 1e-4;    ///< a path ends if it cannot be followed this far, rad
 constexpr int kLoadedMaxSteps = 200;         ///< along a path
 
-/// From one guess to another: angles, and the turn of the end frame.
+/// Difference of two guesses: angles, and rotation of the end frame.
 LoadedVector difference(const LoadedGuess& from, const LoadedGuess& to) {
   LoadedVector result;
   result << to.theta - from.theta, logarithm(to.end * from.end.transpose());
@@ -46,7 +46,7 @@ void LoadedEquilibrium::Root::move(const LoadedVector& change) {
 }
 
 /// Newton's method from root.guess.
-/// @param longest largest first correction taken, rad
+/// @param longest largest permitted first correction, rad
 bool LoadedEquilibrium::correct(const Place& place, double longest, Root& root) const noexcept {
   constexpr int kMaxIterations = 12;
   Segmentation parts;
@@ -60,7 +60,7 @@ bool LoadedEquilibrium::correct(const Place& place, double longest, Root& root) 
     residual << joints.alpha - sweep.baseAngle(), -sweep.baseTurn();
     const LoadedVector correction = sweep.byUnknowns().partialPivLu().solve(residual);
     const double size = correction.cwiseAbs().maxCoeff();
-    if (!(size <= allowed))  // not even where it is not a number
+    if (!(size <= allowed))  // also for NaN
       return false;
     root.move(correction);
     if (size < kLoadedConverged)
@@ -70,7 +70,7 @@ bool LoadedEquilibrium::correct(const Place& place, double longest, Root& root) 
   return false;
 }
 
-/// Where a path begins: at the branch given, or, without one, at the unloaded arm at q.
+/// Start of a path: the given branch, or, without one, the unloaded arm at q.
 bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& place, Root& root) const noexcept {
   const bool known = branch.known && branch.q.size() == q.size();
   place.q = known ? branch.q : safety::ArmVector(q);
@@ -91,8 +91,8 @@ bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& p
   return correct(place, kLoadedLongestFix, root);
 }
 
-/// Along the straight path through stable equilibria.
-/// @return the part of it that was done, 1 for all; root is there.
+/// Follows the straight path through stable equilibria.
+/// @return completed share of it, 1 for all; root is the equilibrium there.
 double LoadedEquilibrium::follow(const Place& from, const Place& to, Root& root) const noexcept {
   const safety::ArmVector way = to.q - from.q;
   const Wrench load = to.wrench - from.wrench;
@@ -124,7 +124,7 @@ double LoadedEquilibrium::follow(const Place& from, const Place& to, Root& root)
   return done;
 }
 
-/// Over a wrench that is a part of the force aside: a column that buckles has no preference of its own.
+/// Detour through a lateral wrench, a share of the force: a column that buckles has no preferred direction.
 bool LoadedEquilibrium::detour(const Place& from, const Place& to, double part, Root& root) const noexcept {
   const double length = to.q[0] + arm_.tubes[0].length();
   const double force = to.wrench.head<3>().norm() + to.wrench.tail<3>().norm() / length;
@@ -133,7 +133,7 @@ bool LoadedEquilibrium::detour(const Place& from, const Place& to, double part, 
   return follow(from, aside, root) >= 1.0 && follow(aside, to, root) >= 1.0;
 }
 
-/// Over tubes that are turned a part of the way towards tube 1, where they do not act on each other as much.
+/// Detour through tubes rotated partly towards tube 1, where they interact less.
 bool LoadedEquilibrium::untwisted(const Place& to, double part, Root& root) const noexcept {
   Place from = to, loaded = to;
   const Eigen::Index n = to.q.size() / 2;
@@ -141,10 +141,10 @@ bool LoadedEquilibrium::untwisted(const Place& to, double part, Root& root) cons
   return start(loaded.q, Branch{}, from, root) && follow(from, loaded, root) >= 1.0 && follow(loaded, to, root) >= 1.0;
 }
 
-/// Along the curve of equilibria from the place at `done` of the path, where it ends.
-/// @return whether it came to the end of the path; root is there, stable if one of its passages is.
+/// Follows the curve of equilibria from the position `done` of the path, where the path ends.
+/// @return true if it reached the end of the path; root is the equilibrium there, stable if one of the passages is.
 bool LoadedEquilibrium::followAroundFold(const Place& from, const Place& to, double done, Root& root) const noexcept {
-  constexpr double kFarthest = 4.0;  // from the beginning, in lengths of the path: the curve may come back from there
+  constexpr double kFarthest = 4.0;  // from the start, in lengths of the path: the curve may return from there
   const safety::ArmVector way = to.q - from.q;
   const Wrench load = to.wrench - from.wrench;
   const auto system = [&](const Root& point, double lambda, auto& matrix) {

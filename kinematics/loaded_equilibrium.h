@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The boundary value problem of the loaded arm: from joints and a wrench to the angles of the tubes' ends. */
+/** @file Boundary value problem of the loaded arm: from joints and a wrench to the angles of the tubes' ends. */
 #pragma once
 
 #include "kinematics/equilibrium.h"
@@ -7,17 +7,18 @@
 
 namespace tandem::kinematics {
 
-/** Finds equilibria under a wrench at the tool's tip that keeps its direction in the arm's base frame.
+/** Finds equilibria under a wrench at the tool's tip with constant direction in the arm's base frame.
  *
- * Unknowns are the angles of the tubes' ends and how tube 1's end is turned; conditions are the motors' angles and the
- * base frame (Newton's method on LoadedSweep). Joints and wrench go together along the straight path from the last
- * answer, or, cold, from no wrench at the unloaded equilibrium, in steps that are halved as Equilibrium does.
+ * Unknowns are the angles of the tubes' ends and the rotation of tube 1's end; conditions are the motors' angles and
+ * the base frame (Newton's method on LoadedSweep). Joints and wrench change together along the straight path from the
+ * last result, or, after a cold start, from the unloaded equilibrium at zero wrench, in steps that are halved as in
+ * Equilibrium.
  *
- * Where that path ends (a fold) or loses its stability (a column that buckles), the arm is looked for by a detour, on
- * which a small wrench aside tells it where to go and is then taken away; and if that ends too, along the curve of
- * equilibria around the fold, by its arc length, until it comes to the joints and the wrench asked for. The Branch
- * tells that it snapped. What is found in this way may be unstable, and is then answered with its conjugate points: no
- * stable equilibrium is known. */
+ * If that path ends (a fold) or loses its stability (a column that buckles), the search takes a detour: a small lateral
+ * wrench selects a direction and is then removed. If the detour ends too, the search follows the curve of equilibria
+ * around the fold by arc length, until it reaches the requested joints and wrench. The Branch then has `snapped`. A
+ * solution found in this way may be unstable; its conjugate points are then reported, and no stable equilibrium is
+ * known. */
 class LoadedEquilibrium {
  public:
   /// A solution of the boundary value problem; wrenches in the arm base frame.
@@ -28,21 +29,21 @@ class LoadedEquilibrium {
     int conjugate_points = 0;
     bool snapped = false;
 
-    /// Takes the derivatives from a sweep at the guess, by the implicit function theorem.
+    /// Sets the derivatives from a sweep at the guess, by the implicit function theorem.
     void linearise(const LoadedSweep& sweep);
-    /// Change of the unknowns to first order.
+    /// First-order change of the unknowns.
     LoadedVector change(const safety::ArmVector& dq, const Wrench& load) const;
     void move(const LoadedVector& change);
   };
 
   LoadedEquilibrium(const ConcentricTubeArm& arm, const Equilibrium& unloaded) : arm_(arm), unloaded_(unloaded) {}
 
-  /// An equilibrium at q, for which checkJoints() has to be kOk. @return kOk or kNotConverged.
-  /// @param wrench  arm base frame
+  /// Equilibrium at q, for which checkJoints() has to be kOk. @return kOk or kNotConverged.
+  /// @param wrench arm base frame
   ModelStatus find(const JointsRef& q, const Wrench& wrench, const Branch& branch, Root& root) const noexcept;
 
  private:
-  /// Where a path begins or ends.
+  /// Start or end of a path.
   struct Place {
     safety::ArmVector q;
     Wrench wrench;

@@ -9,8 +9,8 @@ namespace tandem::kinematics {
 using namespace loaded_state;
 using Eigen::Matrix3d;
 
-/// Rows from `row` on of (psi, t) and the turn, in the end frame, by a variation of the end; less the turn of the end
-/// frame itself.
+/// Derivatives of the rows from `row` on of (psi, t) and of the turn, in the end frame, by a variation of the end;
+/// minus the turn of the end frame itself.
 LoadedSweep::ByVariation LoadedSweep::byVariation(const State& y, int row) const {
   const auto column = columns(y);
   Eigen::Matrix<double, kMaxTubes + 3, kTranslation> direct;
@@ -20,7 +20,7 @@ LoadedSweep::ByVariation LoadedSweep::byVariation(const State& y, int row) const
   return result;
 }
 
-/// Z and its derivative over a step of this length. The row of a tube that has ended stays that of the unit matrix.
+/// Z and its derivative over a step of this length. Beyond a tube's end its row is that of the identity.
 LoadedSweep::Track::Place LoadedSweep::place(const Interval& part, const State& y, double length) const {
   State slope;
   derivative(part, y, slope);
@@ -43,7 +43,7 @@ LoadedSweep::Track::Place LoadedSweep::place(const Interval& part, const State& 
   return place;
 }
 
-/// The step from `before` at s_ to y_, for the minimum and the index of DeterminantTrack.
+/// Adds the step from `before` at s_ to y_, for the minimum and the index of DeterminantTrack.
 void LoadedSweep::track(const Interval& part, const State& before, double length) {
   const Track::Place distal = place(part, before, length), proximal = place(part, y_, length);
   if (refine_) {
@@ -70,7 +70,7 @@ void LoadedSweep::count(const Variation& form) {
     track_.countUnsymmetric(form);
 }
 
-/// Behind the entry point the backbone is guided: as if something very stiff held its direction.
+/// Behind the entry point the backbone is guided: modelled as a very stiff constraint of its direction.
 TubeVector LoadedSweep::trackTransmission(const Interval& entry) {
   const Variation z = place(entry, y_, 0.0).z;
   const ByVariation moment = byVariation(y_, kMaxTubes);

@@ -54,7 +54,7 @@ LoadedSweep::LoadedSweep(const ConcentricTubeArm& arm,
   tool_ = Eigen::AngleAxisd(guess_.theta[0], Vector3d::UnitZ()) * Vector3d(arm.tool.translation());
   force_ = end.transpose() * wrench.head<3>();
   moment_ = end.transpose() * wrench.tail<3>() + tool_.cross(force_);
-  // A turn w of the end frame (base frame) changes end' F by end' (F x w).
+  // A rotation w of the end frame (base frame) changes end' F by end' (F x w).
   load_by_wrench_.setZero();
   load_by_wrench_.topLeftCorner<3, 3>() = end.transpose();
   load_by_wrench_.bottomRightCorner<3, 3>() = end.transpose();
@@ -156,7 +156,7 @@ void LoadedSweep::derivative(const Interval& part, const State& y, State& slope)
   }
 }
 
-/// The boundary moves with its owner: a bit more of `part` stands where `distal` stood.
+/// The boundary moves with its owner: a small part of `part` replaces `distal`.
 void LoadedSweep::enter(const Interval& part, const Interval* distal, int owner) {
   const TubeVector none = TubeVector::Zero();
   auto column = columns(y_).col(kTranslation + owner);
@@ -176,7 +176,7 @@ void LoadedSweep::cross(const Interval& part, double start, double end) {
   startStep(part);
   double step = std::min(kLongestStep, end - start);
   for (int steps = 0; s_ > start; ++steps) {
-    if (steps > kMaxSweepSteps) {  // an absurd load: no answer, said in the only way an initial value problem has
+    if (steps > kMaxSweepSteps) {  // excessive load: NaN, because there is no solution
       y_.setConstant(std::numeric_limits<double>::quiet_NaN());
       s_ = start;
       return;
@@ -196,7 +196,7 @@ void LoadedSweep::cross(const Interval& part, double start, double end) {
       step = h * std::max(0.2, 0.9 * std::pow(excess, -1.0 / 8.0));
       continue;
     }
-    y_.swap(next);  // `next` is now where the step began
+    y_.swap(next);  // `next` is now the state at the start of the step
     track(part, next, h);
     s_ = reaches ? stop : s_ - h;
     startStep(part);
@@ -208,9 +208,9 @@ void LoadedSweep::cross(const Interval& part, double start, double end) {
     sample(part, (*samples_)[--unsampled_]);
 }
 
-/// Columns by the moments at the beginning of a step: what holds the part of the arm in front of it there.
+/// Columns by the moments at the start of a step, which hold the part of the arm in front of it there.
 void LoadedSweep::startStep(const Interval& part) {
-  const double size = -part.total / kLongestStep;  // backwards along s; the size is of no account
+  const double size = -part.total / kLongestStep;  // backwards along s; the size has no influence
   const Matrix3d r = rotation(y_);
   auto column = columns(y_);
   column.rightCols<kVariation>().setZero();
@@ -224,7 +224,7 @@ void LoadedSweep::startStep(const Interval& part) {
   moment_by_column_.rightCols<2>() = size * r.leftCols<2>();
 }
 
-/// One step of integration without a look at its error.
+/// One step of integration without error estimate.
 LoadedSweep::State LoadedSweep::advanced(const Interval& part, const State& from, double length) const {
   const auto system = [&](const State& y, State& slope, double) { derivative(part, y, slope); };
   Stepper stepper;
@@ -253,7 +253,7 @@ void LoadedSweep::transmission() {
   const Interval entry = properties(0);
   const TubeVector compliance = trackTransmission(entry);
   base_angle_ = psi(y_) - compliance.cwiseProduct(moments(y_));
-  // (psi - F t, turn in the base frame) by all columns.
+  // Derivatives of (psi - F t, turn in the base frame) by all columns.
   const auto column = columns(y_);
   Eigen::Matrix<double, kLoadedUnknowns, kStep> base;
   base.topRows<kMaxTubes>() =
@@ -269,7 +269,7 @@ void LoadedSweep::transmission() {
   by_unknowns_.bottomRightCorner<3, 3>() += Matrix3d::Identity();
 }
 
-/// The base point stands still, so the end stands at -end p; its derivatives, moved out to the tool's tip.
+/// The base point is fixed, so the end is at -end p; transfers the derivatives to the tool's tip.
 void LoadedSweep::finish() {
   base_turn_ = logarithm(guess_.end * rotation(y_));
   end_position_ = -(guess_.end * position(y_));

@@ -7,39 +7,43 @@
 
 namespace tandem::kinematics {
 
-/// Unknowns of a loaded arm: end angles of four tubes, then a turn of the end frame (arm base frame, rad).
+/// Unknowns of a loaded arm: end angles of four tubes, then a rotation of the end frame (arm base frame, rad).
 inline constexpr int kLoadedUnknowns = kMaxTubes + 3;
 using LoadedVector = Eigen::Matrix<double, kLoadedUnknowns, 1>;
 using LoadedSquare = Eigen::Matrix<double, kLoadedUnknowns, kLoadedUnknowns>;
 
-/** Where a loaded arm is, up to its wrench: what the boundary value problem has to find. */
+/** Unknowns of the boundary value problem: state of a loaded arm at its end, without the wrench. */
 struct LoadedGuess {
   TubeVector theta = TubeVector::Zero();              ///< angles of the tubes' ends in `end`, rad
   Eigen::Matrix3d end = Eigen::Matrix3d::Identity();  ///< arm base frame <- torsion-free frame of tube 1's end
 };
 
-/** Special Cosserat rods without shear and extension (Rucker, Jones and Webster 2010), from a guess of how the arm
- * ends.
+/** Special Cosserat rods without shear and extension (Rucker, Jones and Webster 2010), integrated from a guess of the
+ * state at the arm's end.
  *
- * All is written in the frame of tube 1's end (R, p: frame at s in it; f, m: wrench at its origin, constant there).
- * With sigma running backwards from the end, psi_i' = -t_i / c_i,                      t_i' = -b_i (u_x cos psi_i + u_y
- * sin psi_i), R' = -R [u]x,  p' = -R e_z,               u = ((R' (m - p x f))_xy + sum_j b_j (-sin psi_j, cos psi_j)) /
- * K, t_1 = m_z at the end of tube 1 and t_i = 0 at the others'. The variational equations go along, so derivatives by
- * end angles, wrench and translations are exact; both are integrated together (Fehlberg 7(8), step by error control).
+ * All quantities are in the frame of tube 1's end (R, p: frame at s in it; f, m: wrench at its origin, constant there).
+ * With sigma running backwards from the end:
  *
- * Stability is tested for the whole rod along the whole length (DeterminantTrack): Z(s) takes a variation of the end to
- * the one at s. A variation is how each tube turns about the backbone, delta psi_i + w_z, and how the backbone tilts,
- * w_x and w_y, in the frame at s. Behind the entry point the backbone is guided and only angles are left. A moment that
- * keeps its direction has no potential; zeros of det Z then still are where the equilibrium stops to exist or divides.
+ *   psi_i' = -t_i / c_i,  t_i' = -b_i (u_x cos psi_i + u_y sin psi_i),  R' = -R [u]x,  p' = -R e_z,
+ *   u = ((R' (m - p x f))_xy + sum_j b_j (-sin psi_j, cos psi_j)) / K,
+ *
+ * t_1 = m_z at the end of tube 1 and t_i = 0 at the other ends. The variational equations are integrated with them, so
+ * derivatives by end angles, wrench and translations are exact (Fehlberg 7(8), step by error control).
+ *
+ * Stability is tested for the whole rod along the whole length (DeterminantTrack): Z(s) maps a variation of the end to
+ * the one at s. A variation is the rotation of each tube about the backbone, delta psi_i + w_z, and the tilt of the
+ * backbone, w_x and w_y, in the frame at s. Behind the entry point the backbone is guided and only angles remain. A
+ * moment of constant direction has no potential; zeros of det Z then still mark where the equilibrium ends or
+ * bifurcates.
  */
 class LoadedSweep {
  public:
   using Twists = Eigen::Matrix<double, 6, kMaxTubes>;
 
-  /// @param wrench  force and moment at the tool's tip, arm base frame
-  /// @param tool  end frame of tube 1 <- tool's tip: position, m
-  /// @param refine  whether the determinant's minimum is looked for between the steps of integration, too
-  /// @param samples  filled from their `s` (ascending, m) if given; poses are then in the frame of tube 1's end
+  /// @param wrench force and moment at the tool's tip, arm base frame
+  /// @param tool end frame of tube 1 <- tool's tip: position, m
+  /// @param refine search the determinant's minimum between the steps of integration, too
+  /// @param samples filled from their `s` (ascending, m) if given; poses are then in the frame of tube 1's end
   LoadedSweep(const ConcentricTubeArm& arm,
               const Segmentation& parts,
               const TubeVector& beta,
@@ -48,22 +52,22 @@ class LoadedSweep {
               bool refine,
               std::vector<ShapePoint>* samples = nullptr);
 
-  /// Base angles that belong to the guess, rad, and how far the base frame it leads to is turned from the real one.
+  /// Base angles for the guess, rad, and rotation of the resulting base frame relative to the real one.
   const TubeVector& baseAngle() const { return base_angle_; }
   const Eigen::Vector3d& baseTurn() const { return base_turn_; }
-  /// (base angle, base turn) by the unknowns; its determinant is that of the whole arm, motors included.
+  /// Derivatives of (base angle, base turn) by the unknowns; the determinant is that of the whole arm, motors included.
   const LoadedSquare& byUnknowns() const { return by_unknowns_; }
   /// The same by the wrench at the tool's tip (arm base frame), and by the translations.
   const Eigen::Matrix<double, kLoadedUnknowns, 6>& byWrench() const { return by_wrench_; }
   const Eigen::Matrix<double, kLoadedUnknowns, kMaxTubes>& byTranslation() const { return by_translation_; }
 
-  /// Tool's tip in the arm's base frame.
+  /// Tool's tip in the arm's base frame, m.
   Eigen::Vector3d tip() const { return tip_; }
   /// Twist of the tool (linear at its tip, then angular; arm base frame) by unknowns, wrench and translations.
   const Eigen::Matrix<double, 6, kLoadedUnknowns>& tipByUnknowns() const { return tip_by_unknowns_; }
   const Eigen::Matrix<double, 6, 6>& tipByWrench() const { return tip_by_wrench_; }
   const Twists& tipByTranslation() const { return tip_by_translation_; }
-  /// Position of tube 1's end in the arm's base frame.
+  /// Position of tube 1's end in the arm's base frame, m.
   Eigen::Vector3d endPosition() const { return end_position_; }
 
   /// Dimensions of a variation: angles of the tubes, tilt of the backbone.
@@ -112,7 +116,7 @@ class LoadedSweep {
   TubeVector beta_;
   LoadedGuess guess_;
   Eigen::Vector3d force_, moment_;  ///< at the end of tube 1, in its frame
-  Eigen::Vector3d tool_;            ///< from there to the tool's tip, in its frame
+  Eigen::Vector3d tool_;            ///< from the end of tube 1 to the tool's tip, in its frame
   /// Force and moment in the end frame by the unknowns and by the wrench.
   Eigen::Matrix<double, 6, kLoadedUnknowns> load_by_unknowns_;
   Eigen::Matrix<double, 6, 6> load_by_wrench_;
@@ -123,7 +127,7 @@ class LoadedSweep {
   std::size_t unsampled_ = 0;
   double s_;
   State y_;
-  /// What a column adds to the moment in the end frame.
+  /// Derivative of the moment in the end frame by each column.
   Eigen::Matrix<double, 3, kColumns> moment_by_column_;
 
   TubeVector base_angle_;

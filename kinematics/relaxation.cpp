@@ -7,18 +7,18 @@
 namespace tandem::kinematics {
 namespace {
 
-/// Elements of equal length at most this many in all, more where intervals are shorter.
+/// Largest number of elements of equal length in total; more if intervals are shorter.
 constexpr int kElements = 48;
 constexpr int kMaxNodes = kElements + Segmentation::kMaxIntervals + 1;
 constexpr int kMaxIterations = 200;
-/// In units of weight(): near a bifurcation the energy is all but flat.
+/// In units of weight(): near a bifurcation the energy is almost flat.
 constexpr double kLeastDamping = 1e-5;
 using Vector = TubeVector;
 using Square = Eigen::Matrix<double, kMaxTubes, kMaxTubes>;
-/// Intervals shorter than this are left to the boundary value solver, m.
+/// Intervals shorter than this are ignored; the boundary value solver corrects the error, m.
 constexpr double kSliver = 1e-9;
 
-/** Finite elements: node 0 is the entry point, element k stands between nodes k and k + 1. */
+/** Finite elements: node 0 is the entry point, element k is between nodes k and k + 1. */
 class Energy {
  public:
   using Nodes = std::array<Vector, kMaxNodes>;
@@ -43,7 +43,7 @@ class Energy {
 
   int nodes() const { return count_ + 1; }
 
-  /// Angles from the ends inwards that are in equilibrium but for the motors.
+  /// Angles, from the ends inwards, that satisfy the equilibrium except at the motors.
   void shoot(const Vector& theta, Nodes& psi) const {
     Vector moment = Vector::Zero();
     psi[count_] = theta;
@@ -67,7 +67,7 @@ class Energy {
     return sum;
   }
 
-  /// Gradient, diagonal and upper off-diagonal blocks of the Hessian. Nodes behind a tube's end get a unit diagonal.
+  /// Gradient, diagonal and upper off-diagonal blocks of the Hessian. Nodes beyond a tube's end get a unit diagonal.
   void derivatives(const Nodes& psi,
                    Nodes& gradient,
                    std::array<Square, kMaxNodes>& diagonal,
@@ -93,8 +93,8 @@ class Energy {
     }
   }
 
-  /// What damping weighs the angle of tube i at node k with: its share of c_i / L, so that damping does not depend on
-  /// the elements' lengths.
+  /// Damping weight of the angle of tube i at node k: its share of c_i / L, so that damping does not depend on the
+  /// elements' lengths.
   Vector weight(int k) const {
     Vector sum = Vector::Zero();
     for (int j = std::max(0, k - 1); j < std::min(k + 1, count_); ++j)
@@ -222,7 +222,7 @@ bool relax(const ConcentricTubeArm& arm,
       largest = std::max(largest, step[k].cwiseAbs().maxCoeff());
       trial[k] = psi[k] + step[k];
     }
-    // Steps stay short, so that the descent does not leap over a ridge into another valley.
+    // Short steps, so that the descent does not cross a ridge into another valley.
     constexpr double kLongest = 0.3;
     const double trial_value = down && largest < kLongest ? energy.value(trial) : 0.0;
     down = down && largest < kLongest && trial_value <= value + 1e-14 * std::abs(value);

@@ -32,7 +32,8 @@ ModelStatus RigidModel::tip(const JointsRef& q, Branch&, Tip& tip) const noexcep
   Segmentation parts;
   segment(arm_, q, parts);
 
-  // Every effect on the tip is a velocity of a point plus a turn about it: collected as the twist at the base's origin.
+  // Every contribution to the tip is a velocity of a point plus a rotation about it: accumulated as the twist at the
+  // base's origin.
   Jacobian twist(6, 2 * n);
   twist.setZero();
   const auto add = [&](int joint, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular,
@@ -64,7 +65,7 @@ ModelStatus RigidModel::tip(const JointsRef& q, Branch&, Tip& tip) const noexcep
     add(interval.owner, forward, rotation * (here.u - behind.u), position);
     here = behind;
   }
-  add(n, Eigen::Vector3d::Zero(), rotation.col(2), position);  // the end frame turns with tube 1
+  add(n, Eigen::Vector3d::Zero(), rotation.col(2), position);  // the end frame rotates with tube 1
 
   tip.pose.linear() = rotation * Eigen::AngleAxisd(q[n], Eigen::Vector3d::UnitZ()).toRotationMatrix();
   tip.pose.translation() = position;
@@ -120,7 +121,7 @@ ModelStatus RigidModel::shape(const JointsRef& q,
       if (parts.interval[k].section[i] == Segmentation::kAbsent)
         continue;
       point.psi[i] = q[n + i];
-      point.moment[i] = 0.0;  // nothing twists: what torsional moment there is does not show
+      point.moment[i] = 0.0;  // no torsion: the torsional moment is not part of the model
       point.outermost_tube = i + 1;
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Concentric tubes that bend but do not twist: piecewise constant curvature, in closed form. */
+/** @file Concentric tubes with bending but without torsion: piecewise constant curvature, in closed form. */
 #pragma once
 
 #include "kinematics/segmentation.h"
@@ -14,9 +14,9 @@ namespace tandem::kinematics {
  * ends, u is constant and the backbone is an arc of a circle.
  *
  * The Jacobian is exact. A rotation changes u of each section (Arc's derivatives). A translation moves the boundaries
- * that belong to the tube: a boundary at s_k with curvature u_l before and u_r behind adds the turn R(s_k)(u_l - u_r)
- * about p(s_k); the end of tube 1 adds R e_z along the backbone besides. Where boundaries of two tubes meet the
- * derivative jumps; the value given there is one-sided.
+ * of the tube: a boundary at s_k with curvature u_l before and u_r behind adds the rotation R(s_k)(u_l - u_r)
+ * about p(s_k); the end of tube 1 also adds R e_z along the backbone. If boundaries of two tubes coincide, the
+ * derivative has a jump; the given value is one-sided.
  */
 class RigidModel final : public TubeModel {
  public:
@@ -31,7 +31,7 @@ class RigidModel final : public TubeModel {
                     Branch& branch,
                     int points,
                     std::vector<ShapePoint>& shape) const override;
-  /// Exact: a point at s is the tip of an arm that is cut there. Derivatives are one-sided where a boundary is at s.
+  /// Exact: a point at s is the tip of an arm that is cut there. Derivatives are one-sided if a boundary is at s.
   ModelStatus backbone(const JointsRef& q,
                        Branch& branch,
                        const std::vector<double>& s,
@@ -39,7 +39,7 @@ class RigidModel final : public TubeModel {
                        std::vector<BackbonePoint>& points) const override;
 
  private:
-  /// Curvature of the backbone in an interval and what makes it.
+  /// Curvature of the backbone in an interval, and the stiffness for it.
   struct Bend {
     Eigen::Vector3d u = Eigen::Vector3d::Zero();  ///< torsion-free frame, 1/m
     double stiffness = 0.0;                       ///< sum of E I of the tubes present, N m^2

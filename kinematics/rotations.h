@@ -13,7 +13,7 @@ inline Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// Turn of a rotation matrix as a vector, rad.
+/// Rotation vector of a rotation matrix, rad.
 inline Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation) {
   const Eigen::AngleAxisd turn(rotation);
   return turn.angle() * turn.axis();

@@ -12,7 +12,7 @@ namespace tandem::kinematics {
 /// A number with its derivatives by the translations and rotations of four tubes.
 using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 2 * kMaxTubes, 1>>;
 
-/// The number itself, without derivatives.
+/// Value without derivatives.
 inline double valueOf(double number) { return number; }
 template <class Derivatives>
 double valueOf(const Eigen::AutoDiffScalar<Derivatives>& number) {

@@ -9,10 +9,10 @@ namespace {
 struct Boundary {
   double s;
   int tube;
-  int next;  ///< section behind it, kAbsent at the tube's end
+  int next;  ///< next section of the tube, kAbsent at the tube's end
 };
 
-/// The one that comes first along the backbone; outer tubes first where ends meet, so that tube 1's end is the last.
+/// Order along the backbone; outer tubes first if ends coincide, so that tube 1's end is the last.
 bool before(const Boundary& left, const Boundary& right) {
   return left.s < right.s || (left.s == right.s && left.tube > right.tube);
 }
@@ -53,7 +53,7 @@ void segment(const ConcentricTubeArm& arm, const JointsRef& q, Segmentation& res
     for (int k = 0; k <= last; ++k) {
       end += sections[k].length;
       if (i > 0 && k == last)
-        end = std::min(end, inner_end);  // within the tolerance: the outer one ends first
+        end = std::min(end, inner_end);  // within the tolerance: the outer tube ends first
       if (end <= 0.0)
         continue;
       if (section[i] == Segmentation::kAbsent)

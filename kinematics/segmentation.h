@@ -8,9 +8,9 @@
 
 namespace tandem::kinematics {
 
-/** What joints mean along the backbone in front of the entry point, s > 0. Every tube brings a boundary where a section
- * of it ends; between two boundaries all tubes keep their curvature and stiffness. Boundaries that meet leave intervals
- * of length zero between them, which models skip; no length is rounded. */
+/** Intervals of the backbone in front of the entry point, s > 0, at given joints. Every end of a tube section is a
+ * boundary; between two boundaries all tubes have constant curvature and stiffness. Boundaries that coincide have
+ * intervals of length zero between them, which models skip; no length is rounded. */
 struct Segmentation {
   static constexpr int kMaxIntervals = kMaxTubes * kMaxTubeSections;
   static constexpr int kAbsent = -1;
@@ -19,7 +19,7 @@ struct Segmentation {
     double start = 0.0;                    ///< m from the entry point
     double end = 0.0;                      ///< m
     int owner = 0;                         ///< the tube (from 0) whose section ends at `end`
-    std::array<int, kMaxTubes> section{};  ///< section of each tube here, kAbsent where the tube has ended
+    std::array<int, kMaxTubes> section{};  ///< section of each tube here, kAbsent beyond the tube's end
   };
   std::array<Interval, kMaxIntervals> interval;
   int count = 0;
@@ -27,11 +27,10 @@ struct Segmentation {
   double length() const { return interval[count - 1].end; }  ///< end of tube 1, m
 };
 
-/** Whether a model can answer for q: size, finite numbers, equation (1) of Alsaka et al. 2024 as far as the tubes'
- * ends go. */
+/** Checks that q is valid for a model: size, finite numbers, equation (1) of Alsaka et al. 2024 for the tubes' ends. */
 ModelStatus checkJoints(const ConcentricTubeArm& arm, const JointsRef& q) noexcept;
 
-/** Cuts the arm at q, for which checkJoints() has to be kOk. Allocates nothing. */
+/** Segments the arm at q, for which checkJoints() has to be kOk. Allocates nothing. */
 void segment(const ConcentricTubeArm& arm, const JointsRef& q, Segmentation& result) noexcept;
 
 }  // namespace tandem::kinematics

@@ -7,13 +7,14 @@
 
 namespace tandem::kinematics {
 
-/// A square matrix of at most 9 rows, without memory of its own on the heap.
+/// Square matrix of at most 9 rows, without heap allocation.
 using Form = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 9, 9>;
 
-/// Number of negative eigenvalues of the symmetric part of a matrix; less than `vague` of the largest counts as none.
+/// Number of negative eigenvalues of the symmetric part of a matrix; those smaller than `vague` times the largest do
+/// not count.
 int negativeDirections(const Form& form, double vague = 0.0);
 
-/// Number of eigenvalues of any square matrix whose real part is negative.
+/// Number of eigenvalues with a negative real part, for any square matrix.
 int negativeRealParts(const Form& form);
 
 }  // namespace tandem::kinematics

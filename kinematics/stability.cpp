@@ -35,7 +35,7 @@ Gradient gradientOf(const ConcentricTubeArm& arm, const Segmentation& parts, con
   return gradient;
 }
 
-/// Turn of one tube, rad, up to `most`, after which the branch cannot be followed any more; `most` if it can.
+/// Rotation of one tube, rad, up to `most`, beyond which the branch cannot be followed; `most` if it can.
 double turnLeft(const Equilibrium& equilibrium,
                 const Segmentation& parts,
                 const JointsRef& q,

@@ -13,7 +13,7 @@
 
 namespace tandem::kinematics {
 
-/** What NC curved tubes do to each other over an interval of constant curvature and stiffness.
+/** Interaction of NC curved tubes over an interval of constant curvature and stiffness.
  *
  * sigma runs from the interval's distal end backwards. With b_i = K_i kappa_i, K = sum of K_i over all tubes present,
  * c_i = G_i J_i, and angles psi_i in the torsion-free frame of the backbone (Dupont et al. 2010, eq. (10)-(18), written
@@ -28,17 +28,17 @@ struct CurvedTubes {
   std::array<Scalar, NC> psi;   ///< at the distal end, rad
   std::array<Scalar, NC> rate;  ///< d psi / d sigma there, rad/m
   std::array<double, NC> b;     ///< K_i kappa_i, N m
-  std::array<double, NC> g;     ///< b_i / (K c_i), 1/(N m^3); scaled by lambda where torsion is switched on in steps
+  std::array<double, NC> g;     ///< b_i / (K c_i), 1/(N m^3); scaled by lambda while torsion is switched on in steps
   double stiffness;             ///< K, N m^2
 };
 
-/** What a step is asked for. */
+/** Requested outputs of a step. */
 enum class StepDepth {
   kAngles,  ///< angles and their transition matrix
-  kPose,    ///< the backbone's pose and its derivatives besides
+  kPose,    ///< also the backbone's pose and its derivatives
 };
 
-/** A step from sigma = 0 to h; h may be shorter than asked where the series would not have converged. */
+/** A step from sigma = 0 to h; h is shorter than requested if the series would not converge. */
 template <int NC, class Scalar>
 class TaylorStep {
  public:
@@ -46,11 +46,11 @@ class TaylorStep {
   using Matrix = Eigen::Matrix<Scalar, kStates, kStates>;
   using ByState = Eigen::Matrix<Scalar, NC, kStates>;
 
-  /// Expands about the distal end and integrates as far as the series is good for, at most `length` (m, above zero).
+  /// Expands about the distal end and integrates as far as the series converges, at most `length` (m, above zero).
   TaylorStep(const CurvedTubes<NC, Scalar>& tubes, const Scalar& length, StepDepth depth);
 
   const Scalar& length() const { return h_; }
-  /// Part of the asked length that was done, 1 if all.
+  /// Completed share of the requested length, 1 if all.
   double fraction() const { return fraction_; }
   /// At x = sigma / length(), in [0, 1].
   Scalar psi(int tube, double x) const {
@@ -78,7 +78,7 @@ class TaylorStep {
   static constexpr int kMaxOrder = 20;
   static constexpr double kTolerance = 1e-12;  ///< of the last terms, rad and m
   static constexpr int kPairs = NC * (NC - 1) / 2;
-  // Columns of unit initial values: tubes 2..NC in angle, then in rate; those of tube 1 follow from the uniform ones.
+  // Columns of unit initial values: tubes 2..NC in angle, then in rate; those of tube 1 follow from a common rotation.
   static constexpr int kColumns = 2 * (NC - 1);
   template <int kSize>
   using Row = std::array<Scalar, kSize == 0 ? 1 : kSize>;

@@ -12,7 +12,7 @@ class TubeModel : public ArmModel {
   const ConcentricTubeArm& arm() const noexcept { return arm_; }
   int jointCount() const noexcept override { return arm_.jointCount(); }
   const Eigen::Isometry3d& base() const noexcept override { return arm_.base; }
-  /// One section for each tube, from the outermost; empty where a tube ends behind the one around it.
+  /// One section for each tube, from the outermost; empty if a tube ends behind the one around it.
   int sections(const JointsRef& q, BodySections& sections) const noexcept override;
 
  protected:
@@ -21,7 +21,7 @@ class TubeModel : public ArmModel {
   ConcentricTubeArm arm_;
 };
 
-/** Makes a model by name: "rigid" or "compliant".
+/** Creates a model by name: "rigid" or "compliant".
  * @throw std::invalid_argument for another name, or an arm that checkArm() refuses. */
 std::unique_ptr<TubeModel> makeArmModel(const std::string& name, const ConcentricTubeArm& arm);
 

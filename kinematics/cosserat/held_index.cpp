@@ -10,14 +10,14 @@ namespace {
 
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
-/// (turn, moment) by the same at the clamp.
+/// Derivative of (turn, moment) by the same at the clamp.
 Matrix6 ofState(const HeldIndex::Columns& columns) {
   Matrix6 result;
   result << columns.block<6, 3>(0, kByTurn), columns.block<6, 3>(0, kByMoment);
   return result;
 }
 
-/// Force and moment at a node by its shift and turn, all before it held by the clamp.
+/// Force and moment at a node by its shift and turn, for the rod between clamp and node.
 Matrix6 stiffnessBefore(const HeldIndex::Columns& columns) {
   Matrix6 place, wrench;
   place << columns.block<3, 3>(6, kByForce), columns.block<3, 3>(6, kByMoment),  //
@@ -27,7 +27,7 @@ Matrix6 stiffnessBefore(const HeldIndex::Columns& columns) {
   return place.transpose().partialPivLu().solve(wrench.transpose()).transpose();
 }
 
-/// What holds a node against shift and turn if the piece behind it ends held: T12^-1 T11 of its transfer.
+/// Stiffness at a node against shift and turn of the piece after it with its end held: T12^-1 T11 of its transfer.
 Matrix6 stiffnessBehind(const HeldIndex::Columns& from, const HeldIndex::Columns& to) {
   const Eigen::PartialPivLU<Matrix6> state(ofState(from).transpose());
   const Matrix6 transfer = state.solve(ofState(to).transpose()).transpose();

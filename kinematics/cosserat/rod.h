@@ -15,12 +15,12 @@ inline constexpr int kMaxActuators = 4;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-/// A number an actuator, zero for those that a rod does not have.
+/// One number per actuator, zero for those that a rod does not have.
 using Inputs = Eigen::Matrix<double, kMaxActuators, 1>;
 
-/** A part of a rod over which nothing changes. Frames along the rod: z along it, x and y across. */
+/** Part of a rod with constant properties. Frames along the rod: z along it, x and y across. */
 struct Section {
-  double length = 0.0;                                            ///< m, not stretched
+  double length = 0.0;                                            ///< m, unstretched
   Eigen::Vector3d moment_stiffness = Eigen::Vector3d::Zero();     ///< K_me = (E I_1, E I_2, G I_3), N m^2
   Eigen::Vector3d force_stiffness = Eigen::Vector3d::Zero();      ///< K_ne = (G A, G A, E A), N
   Eigen::Vector3d intrinsic_curvature = Eigen::Vector3d::Zero();  ///< kappa^0, 1/m, axes of the rod's frame
@@ -30,7 +30,7 @@ struct Section {
  * @param outer_diameter, inner_diameter  m  @param youngs_modulus  Pa */
 Section tubeSection(double length, double outer_diameter, double inner_diameter, double youngs_modulus, double poisson);
 
-/** What bends a rod from within, by one number. */
+/** Internal actuation of a rod by one scalar input. */
 struct Actuator {
   enum Kind {
     kTendon,    ///< input: tension, N, not below zero; the tendon runs without friction from the base to the end of
@@ -49,10 +49,10 @@ struct Rod {
 };
 
 /** @throw std::invalid_argument that names section or actuator: too many or none, a stiffness not above zero, a length
- * below zero or none at all, a section that is not there, a tendon off its plane, a number that is not finite. */
+ * below zero or none at all, a section that does not exist, a tendon off its plane, a number that is not finite. */
 void checkRod(const Rod& rod);
 
-/** What acts on a rod. Forces and moments keep their direction in the robot base frame. */
+/** Boundary conditions, inputs and loads of a rod. Forces and moments keep their direction in the robot base frame. */
 struct RodInput {
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< robot base frame <- frame in which the rod is clamped
   double first_length = 0.0;                               ///< length of section 0 in front of the clamp, m, >= 0
@@ -61,20 +61,20 @@ struct RodInput {
   std::array<Eigen::Vector3d, kMaxSections> force{};       ///< F_ex, N per metre of the unstretched rod, by section
   std::array<Eigen::Vector3d, kMaxSections> moment{};      ///< L_ex, N m per metre, by section
 
-  explicit RodInput(const Rod& rod);  ///< no load; section 0 as long as described
+  explicit RodInput(const Rod& rod);  ///< no load; section 0 with its length in `rod`
 };
 
-/** Where a rod comes to rest. Twists are (linear m; angular rad) of the tool tip, robot base frame. */
+/** Equilibrium of a rod. Twists are (linear m; angular rad) of the tool tip, robot base frame. */
 struct RodAnswer {
   Eigen::Isometry3d tip = Eigen::Isometry3d::Identity();  ///< robot base frame <- tool tip frame
   Wrench base_wrench = Wrench::Zero();                    ///< n and m in the rod at its clamp, robot base frame
   Matrix6 compliance = Matrix6::Zero();                   ///< twist by the wrench at the tool tip (columns force first)
-  Matrix6 by_base = Matrix6::Identity();                  ///< twist by that of the clamp's frame at its own origin
-  Vector6 by_length = Vector6::Zero();  ///< twist by first_length: the rod is pushed through the clamp
+  Matrix6 by_base = Matrix6::Identity();                  ///< twist by the twist of the clamp's frame at its own origin
+  Vector6 by_length = Vector6::Zero();  ///< twist by first_length: insertion of the rod through the clamp
   Eigen::Matrix<double, 6, kMaxActuators> by_input = Eigen::Matrix<double, 6, kMaxActuators>::Zero();
-  double energy = 0.0;            ///< elastic energy of the rod, J, without that of what holds the tendons' tension
-  int conjugate_points = 0;       ///< directions in which the equilibrium is no minimum of energy, load held; 0: stable
-  int held_conjugate_points = 0;  ///< the same with the tool tip held in place and orientation
+  double energy = 0.0;            ///< elastic energy of the rod, J, without the energy that keeps the tendons' tension
+  int conjugate_points = 0;       ///< directions in which the energy is not minimal at constant load; 0: stable
+  int held_conjugate_points = 0;  ///< the same for a tool tip with fixed position and orientation
 };
 
 /** One cross-section of a rod. */
@@ -82,15 +82,15 @@ struct RodPoint {
   double s = 0.0;                                          ///< arc length of the unstretched rod from the clamp, m
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< robot base frame <- rod's frame
   Eigen::Vector3d curvature = Eigen::Vector3d::Zero();     ///< kappa, 1/m, rod's frame
-  Eigen::Vector3d stretch = Eigen::Vector3d::UnitZ();      ///< nu, rod's frame; (0, 0, 1) where nothing stretches
+  Eigen::Vector3d stretch = Eigen::Vector3d::UnitZ();      ///< nu, rod's frame; (0, 0, 1) without stretch and shear
   Eigen::Vector3d force = Eigen::Vector3d::Zero();         ///< in rod and tendons together, N, robot base frame
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();        ///< in rod and tendons together, N m, robot base frame
 };
 
-/** The memory of a rod that is followed; see Branch. */
+/** State of a rod that is tracked along a path; see Branch. */
 struct RodBranch {
   bool known = false;
-  Eigen::Vector3d base_moment = Eigen::Vector3d::Zero();  ///< of the last answer, N m, frame of the clamp
+  Eigen::Vector3d base_moment = Eigen::Vector3d::Zero();  ///< of the last result, N m, frame of the clamp
 };
 
 }  // namespace tandem::kinematics::cosserat

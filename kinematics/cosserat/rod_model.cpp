@@ -30,10 +30,10 @@ ModelStatus RodModel::check(const RodInput& input) const noexcept {
   return ModelStatus::kOk;
 }
 
-/// Newton's method from `moment`; false where its first correction is long or the others do not shrink.
+/// Newton's method from `moment`; false if its first correction is too long or the others do not shrink.
 bool RodModel::correct(const RodInput& input, double load, Vector3d& moment) const noexcept {
   constexpr int kMaxIterations = 12;
-  constexpr double kConverged = 1e-6;  // the correction that follows is about its square
+  constexpr double kConverged = 1e-6;  // the next correction is about its square
   const double scale = momentScale(rod_, input);
   double allowed = 1.0;
   Shot<kMomentColumns> shot;
@@ -42,7 +42,7 @@ bool RodModel::correct(const RodInput& input, double load, Vector3d& moment) con
       return false;
     const Vector3d step = shot.momentStep();
     const double size = step.norm() / scale;
-    if (!(size <= allowed))  // not even where it is not a number
+    if (!(size <= allowed))  // also for NaN
       return false;
     moment -= step;
     if (size < kConverged)
@@ -52,7 +52,7 @@ bool RodModel::correct(const RodInput& input, double load, Vector3d& moment) con
   return false;
 }
 
-/// The load grows from nothing, where nothing acts but the actuators and the moment is zero.
+/// Increases the load from zero, where only the actuators act and the moment is zero.
 bool RodModel::follow(const RodInput& input, Vector3d& moment) const noexcept {
   constexpr double kLeastStep = 1.0 / 1024.0;
   constexpr int kMaxAttempts = 200;
@@ -89,7 +89,7 @@ ModelStatus RodModel::find(const RodInput& input, const RodBranch& branch, Vecto
   return follow(input, moment) ? ModelStatus::kOk : ModelStatus::kNotConverged;
 }
 
-/// The shot with all derivatives; one more correction where the last one was not enough.
+/// Shot with all derivatives; adds corrections if the last one was not sufficient.
 bool RodModel::polish(const SweepStart& from, Shot<kAllColumns>& shot, Vector3d& moment) const noexcept {
   constexpr int kMaxIterations = 4;
   constexpr double kConverged = 1e-9;
@@ -128,7 +128,8 @@ ModelStatus RodModel::solve(const RodInput& input, RodBranch& branch, RodAnswer&
   answer.by_input = shot.elastic<kMaxActuators>(kByInput);
   answer.energy = shot.end.energy;
   answer.held_conjugate_points = index.count();
-  // C and its inverse, the stiffness of the tip, have the same signs; what is merely stiff has none in C.
+  // C and its inverse, the stiffness of the tip, have the same signs; eigenvalues of C near zero belong to stiff
+  // directions and do not count.
   constexpr double kStiff = 1e-12;
   answer.conjugate_points = index.count() + negativeDirections(answer.compliance, kStiff);
   branch.known = true;

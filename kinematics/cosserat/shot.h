@@ -9,8 +9,8 @@
 
 namespace tandem::kinematics::cosserat {
 
-/** The sweep from a moment at the clamp, moved out to the tool tip. The rod is at rest where `residual`, the moment
- * that is left over at its end, is zero. Twists are the tool tip's. */
+/** Sweep from a moment at the clamp, transferred to the tool tip. The rod is in equilibrium if `residual`, the
+ * unbalanced moment at its end, is zero. Twists are those of the tool tip. */
 template <int kColumns>
 struct Shot {
   Eigen::Isometry3d tip;
@@ -20,7 +20,7 @@ struct Shot {
   Eigen::Matrix<double, 6, kColumns> twist_by;     ///< by the columns of the sweep
   SweepEnd<kColumns> end;
 
-  /// @param tool  frame of the rod's end <- frame in which its load and results are given
+  /// @param tool frame of the rod's end <- frame of its load and results
   bool shoot(const SweepStart& start, const Eigen::Isometry3d& tool) noexcept {
     if (!sweep<kColumns>(start, end))
       return false;
@@ -43,26 +43,26 @@ struct Shot {
   Eigen::Matrix3d residualByMoment() const { return residual_by.template middleCols<3>(kByMoment); }
   Eigen::Matrix<double, 6, 3> twistByMoment() const { return twist_by.template middleCols<3>(kByMoment); }
 
-  /// What Newton's method takes from the moment at the clamp.
+  /// Newton correction, to be subtracted from the moment at the clamp.
   Eigen::Vector3d momentStep() const { return residualByMoment().partialPivLu().solve(residual); }
-  /// Twist by some columns of the sweep, the residual held.
+  /// Twist by some columns of the sweep, at constant residual.
   template <int kCount>
   Eigen::Matrix<double, 6, kCount> elastic(int column) const {
     return twist_by.template middleCols<kCount>(column) -
            twistByMoment() * residualByMoment().partialPivLu().solve(residual_by.template middleCols<kCount>(column));
   }
-  /// Twist by a twist of the clamp's frame at its origin, the residual held.
+  /// Twist by a twist of the clamp's frame at its origin, at constant residual.
   Matrix6 byBase() const {
     Matrix6 result = Matrix6::Identity();
     result.rightCols<3>() = elastic<3>(kByTurn);
     return result;
   }
 
-  /// How the moment at the clamp follows the wrench at the tool tip, the residual held.
+  /// Derivative of the moment at the clamp by the wrench at the tool tip, at constant residual.
   Eigen::Matrix<double, 3, 6> momentByWrench() const {
     return -residualByMoment().partialPivLu().solve(residual_by_wrench);
   }
-  /// How the tool tip follows the wrench there, the residual held: the compliance.
+  /// Derivative of the tool tip's twist by the wrench there, at constant residual: the compliance.
   Matrix6 compliance() const {
     Matrix6 result = twistByMoment() * momentByWrench();
     result.leftCols<3>() += twist_by.template middleCols<3>(kByForce);

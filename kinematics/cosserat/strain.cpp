@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The direction of a tendon in the rod's frame, and its velocity B (du, dv) by the strains: B = [-[r]x, I].
+/// Direction of a tendon in the rod's frame, and its derivative B (du, dv) by the strains: B = [-[r]x, I].
 struct Tendon {
   Tendon(const Vector3d& offset, const Strain& strain) : w(strain.v + strain.u.cross(offset)), length(w.norm()) {
     w /= length;
@@ -21,7 +21,7 @@ struct Tendon {
   }
   Vector3d w;
   double length;
-  Vector6 along;  ///< B' w: what a unit of tension does to (m, n)
+  Vector6 along;  ///< B' w: (m, n) per unit of tension
 };
 
 void addStiffness(const Tendon& tendon, const Vector3d& offset, double tension, Matrix6& stiffness) {
@@ -44,7 +44,7 @@ bool solveStrain(const SectionLaw& law, const Vector3d& m, const Vector3d& n, St
     return true;
   }
   constexpr int kMaxIterations = 30;
-  constexpr double kClose = 1e-8;  // quadratic: such a step leaves nothing that a double can show
+  constexpr double kClose = 1e-8;  // quadratic convergence: the error after such a step is below double precision
   Vector6 stiffness;
   stiffness << law.moment_compliance.cwiseInverse(), law.force_compliance.cwiseInverse();
   Vector6 load, rest;

@@ -37,8 +37,8 @@ double momentScale(const Rod& rod, const RodInput& input) { return stiffnessUnit
 
 namespace {
 
-/// State: R by columns, p, m, energy; then a column of (turn, moment, shift) a derivative. All in units of the rod's
-/// length and its largest bending stiffness, so that one tolerance fits all.
+/// State: R by columns, p, m, energy; then one column of (turn, moment, shift) per derivative. All in units of the
+/// rod's length and its largest bending stiffness, so that one tolerance applies to all.
 constexpr int kPosition = 9, kMoment = 12, kEnergy = 15, kBase = 16, kRows = 9;
 template <int kColumns>
 using State = Eigen::Matrix<double, kBase + kRows * kColumns, 1>;
@@ -109,7 +109,7 @@ class Integration {
     }
   }
 
-  /// Takes over section k, which begins at s_.
+  /// Enters section k, which begins at s_.
   void enter(std::size_t k) {
     const Section& section = start_.rod.sections[k];
     law_ = SectionLaw();
@@ -151,7 +151,7 @@ class Integration {
     return true;
   }
 
-  /// Slope at s; a strain that is not found leaves no number.
+  /// Slope at s; NaN if no strain is found.
   void slope(const State<kColumns>& y, State<kColumns>& dy, double s) {
     const Vector3d n = force_ - (s - section_start_) * law_.force;
     if (!strainAt(y, n)) {
@@ -165,7 +165,7 @@ class Integration {
     dy.template segment<3>(kMoment) = n.cross(t) - law_.moment;
     dy[kEnergy] = energyDensity();
 
-    // What the strains, turned into the base frame, do when the frame turns and moment and force change.
+    // Change of the strains, in the base frame, with the rotation of the frame and with moment and force.
     Matrix6 world;
     if (law_.tendons == 0) {
       world.setZero();
@@ -206,7 +206,7 @@ class Integration {
                   dv.cwiseAbs2().cwiseQuotient(law_.force_compliance).sum());
   }
 
-  /// A piece that is shorter than this does not buckle by itself.
+  /// A piece shorter than this does not buckle by itself.
   double longestPiece() const {
     const Vector3d n = force_ - (s_ - section_start_) * law_.force;
     const double softness = law_.moment_compliance.maxCoeff();
@@ -280,7 +280,7 @@ class Integration {
     }
   }
 
-  /// From units of the rod back to SI.
+  /// Converts units of the rod to SI.
   void finish() {
     const double moment = stiffness_ / length_;
     end_.pose.linear() = rotationOf<kColumns>(y_);
@@ -309,7 +309,7 @@ class Integration {
   Stepper stepper_;
   SectionLaw law_;
   Strain strain_;
-  Vector3d force_;  ///< n where the section begins
+  Vector3d force_;  ///< n at the start of the section
   double s_ = 0.0, section_start_ = 0.0, step_ = 0.25;
   std::size_t sampled_ = 0;
 };

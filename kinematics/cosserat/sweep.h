@@ -7,23 +7,23 @@
 
 namespace tandem::kinematics::cosserat {
 
-/** How finely a sweep integrates. */
+/** Accuracy of the integration. */
 struct Accuracy {
   double tolerance = 1e-11;  ///< error of one step, in units of the rod's length, rad, and relative for derivatives
-  int fixed_steps = 0;       ///< that many equal steps a section instead, or shorter ones where conjugate points are
-                             ///< counted, without a look at the error
+  int fixed_steps = 0;  ///< > 0: that many equal steps per section without error control, or shorter steps if conjugate
+                        ///< points are counted
 };
 
-/** Counts conjugate points along a rod: the directions in which its energy falls.
+/** Counts conjugate points along a rod: directions in which its energy decreases.
  *
- * The rod is cut at the steps of integration into pieces too short to buckle. With S_k the stiffness of all that lies
- * before node k, and T the transfer of (shift and turn, force and moment) over the piece behind it, the energy has as
- * many negative directions as the matrices D_k = S_k + T12^-1 T11 of all inner nodes have negative eigenvalues (block
- * elimination; Haynsworth's inertia formula), the end being held. */
+ * The steps of integration cut the rod into pieces too short to buckle. Let S_k be the stiffness at node k of the rod
+ * between clamp and node, and T the transfer matrix of (shift and turn, force and moment) over the piece after it. For
+ * a held end the energy has as many negative directions as the matrices D_k = S_k + T12^-1 T11 of all inner nodes have
+ * negative eigenvalues (block elimination; Haynsworth's inertia formula). */
 class HeldIndex {
  public:
   using Columns = Eigen::Matrix<double, 9, 9>;
-  /// The next node. Rows turn, moment, shift; columns moment and force in the clamp, turn of the clamp.
+  /// Adds the next node. Rows turn, moment, shift; columns moment and force at the clamp, turn of the clamp.
   void add(const Columns& columns);
   int count() const { return count_; }
 
@@ -33,12 +33,12 @@ class HeldIndex {
   Columns before_;
 };
 
-/** What a sweep starts from. */
+/** Start of a sweep. */
 struct SweepStart {
   const Rod& rod;
   const RodInput& input;
   Eigen::Vector3d base_moment = Eigen::Vector3d::Zero();  ///< m at the clamp, N m, robot base frame
-  double load = 1.0;                                      ///< factor of all that acts on the rod from outside
+  double load = 1.0;                                      ///< factor of all external loads on the rod
   Accuracy accuracy = {};
   HeldIndex* index = nullptr;               ///< for sweeps with all columns
   std::vector<RodPoint>* points = nullptr;  ///< filled from their `s`, ascending, m
@@ -48,7 +48,7 @@ struct SweepStart {
 inline constexpr int kByMoment = 0, kByForce = 3, kByTurn = 6, kByInput = 9;
 inline constexpr int kMomentColumns = 3, kWrenchColumns = 6, kAllColumns = 9 + kMaxActuators;
 
-/** Where a sweep comes to; robot base frame, SI. */
+/** Result of a sweep at the rod's end; robot base frame, SI. */
 template <int kColumns>
 struct SweepEnd {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();     ///< of the rod's end
@@ -60,9 +60,9 @@ struct SweepEnd {
   int steps = 0;
 };
 
-/** Integrates p' = R v, R' = R [u]x, m' = -p' x n - l, n known from what acts further on, and the variational equations
- * (Fehlberg 7(8); R and m in the robot base frame). kColumns is one of the three numbers above.
- * @return false where strains or steps come to nothing: loads beyond all measure */
+/** Integrates p' = R v, R' = R [u]x, m' = -p' x n - l, with n known from the loads further along the rod, and the
+ * variational equations (Fehlberg 7(8); R and m in the robot base frame). kColumns is one of the three numbers above.
+ * @return false if strains or steps do not converge, as under excessive loads */
 template <int kColumns>
 bool sweep(const SweepStart& start, SweepEnd<kColumns>& end) noexcept;
 
@@ -70,8 +70,7 @@ extern template bool sweep<kMomentColumns>(const SweepStart&, SweepEnd<kMomentCo
 extern template bool sweep<kWrenchColumns>(const SweepStart&, SweepEnd<kWrenchColumns>&) noexcept;
 extern template bool sweep<kAllColumns>(const SweepStart&, SweepEnd<kAllColumns>&) noexcept;
 
-/// Length of a rod in front of its clamp, m, and the moment that bends it by about one radian, N m: units in which
-/// residuals are judged.
+/// Length of a rod in front of its clamp, m, and the moment that bends it by about one radian, N m: units of residuals.
 double lengthOf(const Rod& rod, const RodInput& input);
 double momentScale(const Rod& rod, const RodInput& input);
 

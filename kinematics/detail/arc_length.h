@@ -8,19 +8,19 @@
 
 namespace tandem::kinematics {
 
-/** How far and how finely a curve is followed; lengths are those of (unknowns, lambda). */
+/** Range and step lengths of the continuation; lengths are those of (unknowns, lambda). */
 struct ArcLimits {
   double first_step = 0.05, longest_step = 0.3;
-  double least_step = 1e-4;  ///< the curve ends where steps would have to be shorter
+  double least_step = 1e-4;  ///< the curve ends if a step would have to be shorter
   int steps = 400;
 };
 
 /** Follows the solutions of r(x, lambda) = 0, N equations in N unknowns and a parameter, by pseudo-arclength
- * continuation (Keller 1977): a step along the tangent, and Newton's method in the plane across it, so that lambda may
- * turn back.
+ * continuation (Keller 1977): a step along the tangent, then Newton's method in the plane across it, so that lambda may
+ * reverse.
  *
  * @param point a solution; has a member move(vector of N) that adds to its unknowns
- * @param sense the curve is entered with lambda growing (1) or falling (-1)
+ * @param sense initial direction of lambda: increasing (1) or decreasing (-1)
  * @param system system(point, lambda, matrix) returns r and fills the N upper rows of matrix with [dr/dx, dr/dlambda]
  * @param visit visit(point, lambda, next_point, next_lambda) is called after every step; false ends the curve
  * Allocates nothing. */
@@ -55,7 +55,7 @@ void followArc(Point point,
       matrix.row(N) = along.transpose();
       const Vector correction = matrix.partialPivLu().solve(right);
       const double size = correction.cwiseAbs().maxCoeff();
-      if (!(size <= allowed))  // not even where it is not a number
+      if (!(size <= allowed))  // also for NaN
         break;
       next.move(correction.template head<N>());
       there += correction[N];

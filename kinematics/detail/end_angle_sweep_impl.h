@@ -114,7 +114,7 @@ std::array<Scalar, kMaxTubes> EndAngleSweep<Scalar>::torque(const Interval& part
   return torque;
 }
 
-/// The boundary moves with its owner: a bit more of `part` stands where `distal` stood.
+/// The boundary moves with its owner: a small part of `part` replaces `distal`.
 template <class Scalar>
 void EndAngleSweep<Scalar>::enter(const Interval& part, const Interval* distal, int owner) {
   const std::array<Scalar, kMaxTubes> here = torque(part);
@@ -186,7 +186,7 @@ void EndAngleSweep<Scalar>::crossStraight(const Interval& part, const Scalar& le
       part, length, z, moment, [](double, Square&, Square&) {}, [](Square&) {});
 }
 
-/// In steps as long as the series allow, so in one as a rule.
+/// In steps as long as the series converge: usually a single one.
 template <class Scalar>
 template <int NC>
 void EndAngleSweep<Scalar>::crossCurved(const Interval& part, Scalar length) {
@@ -259,8 +259,8 @@ void EndAngleSweep<Scalar>::take(const Interval& part, const TaylorStep<NC, Scal
   track(part, step.length(), z, moment, interior, stiffness);
 }
 
-/// Fills the samples of a piece that begins at the present place; `place` gives the pose in the frame of tube 1's end,
-/// and what curvature there is.
+/// Fills the samples of a piece that begins at the present position; `place` gives the pose in the frame of tube 1's
+/// end, and the curvature.
 template <class Scalar>
 template <class Place>
 void EndAngleSweep<Scalar>::sample(const Interval& part, const Scalar& length, const Place& place) {
@@ -284,7 +284,7 @@ void EndAngleSweep<Scalar>::sample(const Interval& part, const Scalar& length, c
   }
 }
 
-/// Angles where no torque acts; curved tubes are overwritten by take().
+/// Angles of tubes without torque; those of curved tubes are overwritten by take().
 template <class Scalar>
 void EndAngleSweep<Scalar>::twistFreely(const Interval& part, const Scalar& length) {
   for (int i = 0; i < tubes_; ++i) {
@@ -310,7 +310,7 @@ typename EndAngleSweep<Scalar>::Square EndAngleSweep<Scalar>::psiSlope(const Int
   return slope;
 }
 
-/// Hands a piece to the determinant's track. `z` and `moment` stood at its distal end; `interior` fills the rows of
+/// Adds a piece to the determinant's track. `z` and `moment` are those at its distal end; `interior` fills the rows of
 /// curved tubes in between, `stiffness` those of B^-1 Z.
 template <class Scalar>
 template <class Interior, class Stiffness>
@@ -330,7 +330,7 @@ void EndAngleSweep<Scalar>::track(const Interval& part,
     interior(x, place.z, place.slope);
     return place;
   });
-  if constexpr (std::is_same_v<Scalar, double>) {  // the index has no derivatives
+  if constexpr (std::is_same_v<Scalar, double>) {  // the index needs no derivatives
     Square force;
     force.setIdentity();  // absent tubes add nothing
     for (int i = 0; i < tubes_; ++i) {

@@ -19,8 +19,8 @@ TaylorStep<NC, Scalar>::TaylorStep(const CurvedTubes<NC, Scalar>& tubes, const S
   }
 }
 
-/// Order at which the series of the linear parts, bounded by exp(mu x), have converged; shortens the step where none is
-/// enough.
+/// Order at which the series of the linear parts, bounded by exp(mu x), have converged; shortens the step if no order
+/// is sufficient.
 template <int NC, class Scalar>
 int TaylorStep<NC, Scalar>::leastOrder(const CurvedTubes<NC, Scalar>& tubes) {
   using std::abs, std::max, std::sqrt;
@@ -48,7 +48,7 @@ template <int NC, class Scalar>
 void TaylorStep<NC, Scalar>::expandAngle(const CurvedTubes<NC, Scalar>& tubes, int k) {
   using std::cos, std::sin;
   Row<NC> force;
-  force.fill(Scalar(0.0));  // numbers with derivatives start undefined
+  force.fill(Scalar(0.0));  // numbers with derivatives are not initialised by default
   int pair = 0;
   for (int i = 0; i < NC; ++i) {
     for (int j = i + 1; j < NC; ++j, ++pair) {
@@ -74,7 +74,7 @@ void TaylorStep<NC, Scalar>::expandAngle(const CurvedTubes<NC, Scalar>& tubes, i
     a_[k + 2][i] = scale * tubes.g[i] * force[i];
 }
 
-/// Terms until two in a row are below the tolerance; a step that needs more than there is room for gets shorter.
+/// Adds terms until two in a row are below the tolerance; shortens the step if that needs more terms than kMaxOrder.
 template <int NC, class Scalar>
 void TaylorStep<NC, Scalar>::expandAngles(const CurvedTubes<NC, Scalar>& tubes) {
   const int least = leastOrder(tubes);
@@ -129,7 +129,7 @@ void TaylorStep<NC, Scalar>::expandColumns(const CurvedTubes<NC, Scalar>& tubes)
     const Scalar scale = h_ * h_ / static_cast<double>((k + 1) * (k + 2));
     for (int c = 0; c < kColumns; ++c) {
       Row<NC> force;
-      force.fill(Scalar(0.0));  // numbers with derivatives start undefined
+      force.fill(Scalar(0.0));  // numbers with derivatives are not initialised by default
       int pair = 0;
       for (int i = 0; i < NC; ++i) {
         for (int j = i + 1; j < NC; ++j, ++pair) {
@@ -212,9 +212,9 @@ void TaylorStep<NC, Scalar>::expandPose(const CurvedTubes<NC, Scalar>& tubes) {
   p_[0] = {Scalar(0.0), Scalar(0.0), Scalar(0.0)};
   for (int k = 0; k <= order_; ++k) {
     Row<4> q;
-    q.fill(Scalar(0.0));  // numbers with derivatives start undefined
+    q.fill(Scalar(0.0));  // numbers with derivatives are not initialised by default
     Row<3> tangent;
-    tangent.fill(Scalar(0.0));  // numbers with derivatives start undefined
+    tangent.fill(Scalar(0.0));  // numbers with derivatives are not initialised by default
     for (int l = 0; l <= k; ++l) {
       const auto& [w, x, y, z] = quaternion_[l];
       q[0] -= x * ux[k - l] + y * uy[k - l];

@@ -7,15 +7,16 @@
 
 namespace tandem::kinematics {
 
-/// For the index of an equilibrium a motor right at the entry point is taken as so far behind it, m.
+/// For the index of an equilibrium, a motor at the entry point counts as this far behind it, m.
 inline constexpr double kShortestTransmission = 1e-8;
 
-/** Walks from the entry point back to the farthest motor, in pieces over which no tube changes its section. Behind the
- * entry point every tube is guided straight and twists on its own, by its moment times what the walk adds up.
+/** Traverses the transmission from the entry point back to the farthest motor, in pieces with constant tube sections.
+ * Behind the entry point every tube is guided straight and twists independently, by its moment times the compliance of
+ * the pieces.
  *
  * @param beta s of the motors, m
  * @param take take(added, s) is called for every piece, with the compliance that it adds to each tube, rad/(N m), and
- *   the s at which it ends, m
+ * the s at which it ends, m
  * @return F_i, the compliance of each tube's transmission, rad/(N m) */
 template <class Scalar, class Take>
 Eigen::Matrix<Scalar, kMaxTubes, 1> crossTransmission(const ConcentricTubeArm& arm,
@@ -25,7 +26,7 @@ Eigen::Matrix<Scalar, kMaxTubes, 1> crossTransmission(const ConcentricTubeArm& a
   using Vector = Eigen::Matrix<Scalar, kMaxTubes, 1>;
   const Scalar none(0.0);
   Vector sum = Vector::Constant(none);
-  std::array<int, kMaxTubes> section{};  // below zero: the tube stands behind its motor, or is not there
+  std::array<int, kMaxTubes> section{};  // below zero: s is behind the tube's motor, or the tube does not exist
   for (int i = 0; i < kMaxTubes; ++i) {
     const bool present = i < arm.tubeCount() && parts.interval[0].section[i] != Segmentation::kAbsent;
     section[i] = present && valueOf(beta[i]) < 0.0 ? parts.interval[0].section[i] : -1;
