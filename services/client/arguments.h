@@ -14,7 +14,7 @@ namespace tandem::client {
 /** Exit codes of `tandem`. */
 enum ExitCode : int {
   kOk = 0,
-  kFailure = 1,  ///< it ran, and the answer is bad: rows refused, points not converged, a process died
+  kFailure = 1,  ///< the command ran without success: rows refused, points not converged, a process ended
   kUsage = 2,    ///< the command line or a file is wrong
 };
 
@@ -28,24 +28,26 @@ class Failure : public std::runtime_error {
   int code_;
 };
 
-/// Seconds that have passed since then.
+/// Seconds since `start`.
 inline double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A file to read, or standard input for "-". @throw Failure(kUsage) where it can't be opened.
+/// Input file, or standard input for "-". @throw Failure(kUsage) if it cannot be opened.
 std::shared_ptr<std::istream> openInput(const std::string& path);
 
-/// For a stream that could not be opened or written: "FILE: cannot be written: No space left on device", from errno.
+/// Failure of a stream that could not be opened or written: "FILE: cannot be written: No space left on device", from
+/// errno.
 [[noreturn]] void failToWrite(int code, const std::string& file);
 
 /// Runs a subcommand's body: prints failures to stderr, sets the exit code.
 void guarded(int& exit_code, const std::function<int()>& body);
 
-/// CSV field of a text: commas and line breaks become semicolons and spaces, so that `status` stays one column.
+/// CSV field of a text: commas become semicolons, line breaks and quotes become spaces, so that `status` stays one
+/// column.
 std::string statusField(std::string text);
 
-/// Folder of installed or source-tree data (plotting script). @throw Failure where it is not found.
+/// Path of an installed or source-tree data file (plotting script). @throw Failure if it is not found.
 std::string shareFile(const std::string& relative);
 
 }  // namespace tandem::client

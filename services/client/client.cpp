@@ -15,7 +15,7 @@
 namespace tandem::client {
 namespace {
 
-/// The participant of a client: who looks for it by its id finds its process.
+/// Options of a client's participant: its session is the client id, so that services find the process of a client.
 dds::BusOptions optionsOf(const config::Deployment& deployment, Client::Receives receives, std::uint64_t id) {
   dds::BusOptions options = clientOptions(deployment);
   options.identity.session = id;
@@ -23,7 +23,7 @@ dds::BusOptions optionsOf(const config::Deployment& deployment, Client::Receives
 }
 
 constexpr double kAnswerTime = 10.0;  // s
-constexpr double kStopTime = 5.0;     // s, until whom a stop is for must be found
+constexpr double kStopTime = 5.0;     // s, for discovery of the receivers of a stop
 constexpr const char* kDrives = "sim (or hal)";
 constexpr const char* speakerOf(const dds::ActuationState&) { return kDrives; }
 constexpr const char* speakerOf(const dds::ControlStatus&) { return "control"; }
@@ -32,7 +32,7 @@ template <class M>
 constexpr const char* speakerOf(const M&) {
   return "";
 }
-constexpr int kRecorderDepth = 4096;  // samples: nothing is lost between two looks
+constexpr int kRecorderDepth = 4096;  // samples: none is lost between two callbacks
 
 }  // namespace
 
@@ -99,13 +99,14 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
         dds::kSimTips,
         [this](const auto& m) {
           callbacks_.sim_tips(m);
-          // An empty critical section: whoever is between judging and waiting is waiting when it ends.
+          // An empty critical section: a thread between its check of the condition and its wait has started to wait
+          // when it ends.
           { const std::lock_guard lock(mutex_); }
           changed_.notify_all();
         },
         deep);
   }
-  clocks_ = std::make_unique<Clocks>(bus_, id_);  // the last of our ends: see connect()
+  clocks_ = std::make_unique<Clocks>(bus_, id_);  // after all other ends: see Clocks::received()
   lease_keeper_ = std::thread([this, period = 0.2 * deployment.budgets.lease] {
     while (!ending_) {
       if (keep_lease_) {
@@ -121,12 +122,13 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
 }
 
 Client::~Client() {
-  if (keep_lease_.exchange(false)) {  // on a failure: the next client shall not have to wait until the lease expires
+  // After a failure: releases the lease, so that the next client need not wait until it expires.
+  if (keep_lease_.exchange(false)) {
     dds::ControlRequest release;
     release.client = id_;
     release.kind = static_cast<std::uint8_t>(dds::ControlKind::kReleaseLease);
     control_requests_.write(release);
-    // A participant that goes at once may take the sample with it: wait until control shows that it has it.
+    // The sample can be lost if the participant is deleted at once: wait until control publishes the release.
     interrupted_ = {};
     silence_limit_ = 0.0;
     waitFor(0.5, [this](const Snapshot& s) { return s.status.lease_holder != id_; });
@@ -195,14 +197,14 @@ void Client::connect(double seconds) {
     missing.clear();
     if (s.states == 0 || !findsDrives())
       missing += " sim (or hal)";
-    // Received is not enough: each must have received from the one before it, too.
+    // Receiving each service is not enough: each must also have received from the one before it.
     if (s.statuses == 0 || !clocks_->found("control") || s.status.answers_state == 0)
       missing += " control";
     if (s.reference.answers_state == 0 || !clocks_->found("planning") || s.reference.answers_control == 0)
       missing += " planning";
     return missing.empty();
   };
-  // Those who know another robot or deployment are there, but not for us.
+  // Processes of another robot or deployment run, but ignore this client.
   constexpr double kAnnouncement = 1.0;  // s
   waitFor(std::min(seconds, kAnnouncement), [&](const Snapshot& s) { return ready(s); });
   const std::vector<std::string> others = missing.empty() ? std::vector<std::string>{} : runtime::mismatches(bus_);
@@ -233,7 +235,7 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& r
     throw Failure(kFailure, std::string("role ") + dds::name(role_) +
                                 " may read topics and stop the robot, but not send requests to " + who +
                                 "; use --role operator (docs/security.md)");
-  // That somebody reads the requests is not enough: it may be a recorder.
+  // A matched reader of the requests is not enough: it may be a recorder.
   if (!waitFor(timeout(kAnswerTime), [&](const Snapshot&) { return clocks_->found(who); })) {
     throwIfInterrupted("nothing was requested");
     throw Failure(kFailure, std::string(who) + " was not found; check that `tandem up` is running");
@@ -245,7 +247,7 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& r
   }
   writer.write(request);
   dds::Reply answer;
-  // No interruption ends this wait: what was requested may happen, and the answer says what has to be ended.
+  // No interruption ends this wait: the request may take effect, and the reply gives the id of what has to be ended.
   const bool answered = wait(timeout(kAnswerTime),
                              [&](const Snapshot&) {
                                const auto found =
@@ -283,7 +285,7 @@ void Client::say(const std::string& reason) { stops_.write({id_, 1, reason}); }
 
 void Client::stop(const std::string& reason) {
   const dds::Stop stop{id_, 1, reason};
-  stops_.write(stop);  // to whoever is known already, and again to each that is found: a stop may be received twice
+  stops_.write(stop);  // to matched readers, and again after each discovery: a stop may be received twice
   int reported = 0;
   waitFor(kStopTime, [&](const Snapshot&) {
     const int found = (clocks_->found("control") ? 1 : 0) + (findsDrives() ? 1 : 0);
@@ -301,7 +303,7 @@ void Client::acquireLease() {
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kAcquireLease);
   control(request);
   keep_lease_ = true;
-  // Planning learns who holds the lease from control/status.
+  // Planning reads the lease owner from control/status.
   waitFor(timeout(kAnswerTime), [this](const Snapshot& s) { return s.status.lease_holder == id_; });
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Client of a running system: requests with answers, and the latest samples of its topics. */
+/** @file Client of a running system: requests with replies, and the latest samples of its topics. */
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace tandem::client {
 
-/** A service has answered a request with no. */
+/** A service has refused a request. */
 class Refusal : public Failure {
  public:
   Refusal(const std::string& who, const std::string& reason)
@@ -30,22 +30,21 @@ class Refusal : public Failure {
   std::string reason_;
 };
 
-/** What was last received of each topic. */
+/** Latest sample of each topic. */
 struct Snapshot {
   dds::ActuationState state;
   dds::ControlStatus status;
   dds::PlanningReference reference;
   dds::HalStatus hal;
   dds::Clearances clearances;
-  std::map<std::string, dds::DiagnosticStatus> diagnostics;  ///< by the name of the service
+  std::map<std::string, dds::DiagnosticStatus> diagnostics;                               ///< by service name
   std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0;  ///< samples received
 };
 
-/** One participant of the console's side. While it holds the control lease it keeps it alive from a thread of its own.
- */
+/** One participant of a client. While the client has the control lease, a separate thread renews it. */
 class Client {
  public:
-  /// Sees every sample in order, on DDS threads; empty functions are not called.
+  /// Receive every sample in order, on DDS threads; empty functions are not called.
   struct Callbacks {
     std::function<void(const dds::ActuationState&)> state;
     std::function<void(const dds::ControlStatus&)> status;
@@ -54,7 +53,8 @@ class Client {
     std::function<void(const dds::TipPoses&)> sim_tips;  ///< received only with this callback
   };
 
-  /// Receives only processes with the same robot and deployment, unless it is there to stop whatever moves.
+  /// kOurRobot: only messages of processes with the same robot and deployment. kAnyRobot: of all, for clients that stop
+  /// any robot.
   enum class Receives { kOurRobot, kAnyRobot };
 
   explicit Client(const config::Deployment& deployment,
@@ -67,46 +67,47 @@ class Client {
   /// For further topics.
   dds::Bus& bus() { return bus_; }
   const dds::Bus& bus() const { return bus_; }
-  /// Whether it may command; a viewer sends nothing but stop.
+  /// Whether its role may command; a viewer sends nothing but stop.
   bool commands() const { return role_ == dds::Role::kConsoleOperator; }
   Snapshot snapshot() const;
 
-  /// Waits until `condition` holds, judged at every sample. @return false at the deadline (s), or where `interrupted`
-  /// says so.
+  /// Waits until `condition` is true; evaluates it at every sample. @return false at the deadline (s) or after an
+  /// interruption.
   bool waitFor(double seconds, const std::function<bool(const Snapshot&)>& condition) const;
-  /// Asked about every 50 ms while waiting: true ends the wait.
+  /// Called about every 50 ms during a wait: true ends the wait.
   void setInterrupt(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }
-  /// From now on control's silence for longer than `seconds` ends every wait with a Failure.
+  /// From now on every wait ends with a Failure if no message from control arrives for `seconds`.
   void setSilenceLimit(double seconds) { silence_limit_ = seconds; }
 
-  /// How long to wait for what takes so many seconds at most: in lock-step only the budget for it counts.
+  /// Time-out for an action that takes at most `seconds`; in lock-step at least the lock-step budget.
   double timeout(double seconds) const { return std::max(seconds, least_timeout_); }
-  /// Names those without a message for so many seconds: "; no recent message from sim (or hal), planning"; else empty.
+  /// Services without a message for so many seconds: "; no recent message from sim (or hal), planning"; else empty.
   std::string silent(double seconds = 2.0) const;
 
-  /// Waits until sim (or hal), control and planning are received and receive us. @throw Failure naming who is silent.
+  /// Waits until sim (or hal), control and planning are received and receive this client. @throw Failure that names the
+  /// missing services.
   void connect(double seconds);
 
-  /// Requests; each waits up to 10 s for its answer, interrupted or not. @throw Refusal with the service's reason;
-  /// Failure for a viewer, or where there is no answer.
+  /// Requests; each waits up to 10 s for its reply, interrupted or not. @throw Refusal with the service's reason;
+  /// Failure for a viewer, or without a reply.
   dds::Reply control(dds::ControlRequest request);
   dds::Reply planning(dds::PlanningRequest request);
   dds::Reply sim(dds::SimRequest request);
   dds::Reply hal(dds::HalRequest request);
-  /// Stops all arms, whether connect() found everybody or not: writes at once, and again to control and to the drives
-  /// when each is found; waits up to 5 s for that.
+  /// Stops all arms, also without a successful connect(): writes at once, and again when control and when the drives
+  /// are found; waits up to 5 s for both.
   void stop(const std::string& reason);
-  /// The same to those alone who are known already, without waiting.
+  /// The same to matched readers only, without waiting.
   void say(const std::string& reason);
 
   void acquireLease();
   void releaseLease();
-  /// "enable", "disable", ... for all arms; waits until all arms are in the state that follows.
+  /// "enable", "disable", ... for all arms; waits until all arms are in the resulting state.
   void stateCommand(const std::string& command);
   void setMethod(control::Method method);
 
-  /// "cli (pid 4711 on vm)" of the client that has paused the arms, also if it has left: from its own identity, or from
-  /// control's diagnostics. Empty: neither has arrived. Does not lock; for conditions of waitFor().
+  /// "cli (pid 4711 on vm)" of the client that has paused the arms, also if it has ended: from its own identity, or
+  /// from control's diagnostics. Empty: neither was received. Does not lock; for conditions of waitFor().
   std::string nameOfPauser(const Snapshot& snapshot) const;
 
  private:
@@ -124,12 +125,12 @@ class Client {
   dds::Role role_;
   Callbacks callbacks_;
   std::function<bool()> interrupted_;
-  double silence_limit_ = 0.0;  ///< s; 0: any
+  double silence_limit_ = 0.0;  ///< s; 0: unlimited
   double least_timeout_;        ///< s
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   Snapshot snapshot_;
-  std::map<std::string, std::chrono::steady_clock::time_point> received_at_;  ///< by who speaks
+  std::map<std::string, std::chrono::steady_clock::time_point> received_at_;  ///< by service
   std::uint64_t next_request_ = 1;
   std::vector<dds::Reply> replies_;
   dds::Bus bus_;

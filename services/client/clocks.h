@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Offsets between the clocks of a deployment's hosts and this one's, for logs and recordings. Control needs none
- * of them. */
+/** @file Offsets between the clocks of the deployment's hosts and of this host, for logs and recordings. Control does
+ * not use them. */
 #pragma once
 
 #include <array>
@@ -16,37 +16,38 @@
 
 namespace tandem::client {
 
-/** Wall clock of a host against this one's. */
+/** Wall clock of a host relative to this host's. */
 struct ClockOffset {
   std::string host;
-  double offset = 0.0;  ///< theirs minus ours, s
-  double within = 0.0;  ///< half of the round trip: the offset is no farther off than this, s
+  double offset = 0.0;  ///< other host minus this host, s
+  double within = 0.0;  ///< half of the round trip, the largest possible error of the offset, s
 };
 
-/** Asks services for the time, and believes the answer that was the fastest of the last ones (as NTP does, RFC 5905,
- * section 8: theta = ((T2 - T1) + (T3 - T4)) / 2, delta = (T4 - T1) - (T3 - T2)). */
+/** Requests the time from services, and uses the reply with the shortest round trip of the last ones (as NTP does, RFC
+ * 5905, section 8: theta = ((T2 - T1) + (T3 - T4)) / 2, delta = (T4 - T1) - (T3 - T2)). */
 class Clocks {
  public:
   Clocks(dds::Bus& bus, std::uint64_t client);
 
-  /// Asks once; answers come by themselves.
+  /// Sends one request; replies are processed on DDS threads.
   void ask();
-  /// Whether a service has answered: then it has found all ends that this client made before this object, and this
-  /// client has found all of its.
+  /// Whether a service has replied: then it has discovered all readers and writers that this client created before this
+  /// object, and this client has discovered all of the service's.
   bool received(const std::string& process) const;
-  /// The same; where it has not, asks everybody again, but not more often than every 100 ms. For loops that wait.
+  /// The same; without a reply, repeats the request to all services, but not more often than every 100 ms. For waiting
+  /// loops.
   bool found(const std::string& process);
-  /// One a host that has answered, in alphabetical order.
+  /// One per host that has replied, in alphabetical order.
   std::vector<ClockOffset> offsets() const;
 
  private:
-  static constexpr std::size_t kKept = 8;  ///< answers a host
+  static constexpr std::size_t kKept = 8;  ///< replies per host
   void onReply(const dds::ClockReply& reply);
 
   std::uint64_t client_;
   mutable std::mutex mutex_;
   std::uint64_t request_ = 0;
-  std::array<std::int64_t, 64> sent_{};                      ///< when, by request modulo its size
+  std::array<std::int64_t, 64> sent_{};                      ///< ns; index: request modulo size
   std::map<std::string, std::deque<ClockOffset>> received_;  ///< by host
   std::set<std::string> processes_;
   std::chrono::steady_clock::time_point asked_{};

@@ -19,10 +19,10 @@ namespace {
 constexpr double kMotionTime = 600.0;       // s
 constexpr double kWithdrawTime = 3600.0;    // s
 constexpr double kRunTime = 24.0 * 3600.0;  // s
-constexpr double kLag = 2.0;                // s, of joints behind their setpoints, and of services behind each other
+constexpr double kLag = 2.0;                // s, of joints behind their setpoints, and between services
 constexpr double kNamed = 3.0;              // s: control publishes its diagnostics once a second
 constexpr double kReason =
-    0.5;  // s: planning may notice a fault before control says which one it is, and says why it failed
+    0.5;  // s: planning may detect a fault before control reports it, and planning reports its own reason later
 
 dds::ControlRequest controlRequest(dds::ControlKind kind) {
   dds::ControlRequest request;
@@ -60,7 +60,7 @@ int jointIndex(const config::Arm& arm, const std::string& name) {
   const std::vector<std::string> names = arm.joint_names;
   std::string known;
   for (std::size_t j = 0; j < names.size(); ++j) {
-    // b1 is beta_1.
+    // "b1" is beta_1.
     if (name == names[j] || name == names[j].substr(0, 1) + names[j].substr(names[j].find('_') + 1))
       return static_cast<int>(j);
     known += (j > 0 ? ", " : "") + names[j] + (arm.limits.isTranslation(static_cast<int>(j)) ? " (mm/s)" : " (deg/s)");
@@ -78,7 +78,7 @@ std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints) {
   return text;
 }
 
-/// What a fault of time may come from.
+/// Possible cause of a timing fault: the largest wake-up delay.
 std::string describeLateness(const Snapshot& s, safety::FaultMask faults) {
   const double late = std::max(s.status.jitter_max, s.hal.jitter_max);
   if (!safety::isOfTime(faults) || late <= safety::kLate)
@@ -88,7 +88,7 @@ std::string describeLateness(const Snapshot& s, safety::FaultMask faults) {
   return text.data();
 }
 
-/// While it lives nothing interrupts.
+/// Disables interruption during its lifetime.
 class Motions::Uninterruptible {
  public:
   explicit Uninterruptible(const Motions& motions) : motions_(motions) { motions_.uninterruptible_(true); }
@@ -124,7 +124,7 @@ void Motions::expectNoFault(const Snapshot& s) const {
   }
 }
 
-/// Pauses where a motion came to no end by itself, and says so.
+/// Pauses the arms after a motion that did not end by itself. @throw Failure that reports this
 void Motions::abandon(const std::string& what, bool trajectory) {
   const Uninterruptible guard(*this);
   expectNoFault(client_.snapshot());
@@ -144,13 +144,13 @@ void Motions::disable() {
     client_.stateCommand("disable");
     return;
   }
-  // Power goes at once; a fault is cleared under the lease, which whoever has just gone may still hold.
+  // Power is removed at once; to clear a fault needs the lease, which a client that has just ended may still have.
   try {
     dds::ControlRequest off = controlRequest(dds::ControlKind::kStateCommand);
     off.value = "disable";
     client_.control(off);
   } catch (const Failure&) {
-    // Refused for the fault alone; whatever was not in FAULT has no power now.
+    // Refused only because of the fault; arms that were not in FAULT have no power now.
   }
   wait_(1.5 * deployment_.budgets.lease, [](const Snapshot& s) { return s.status.lease_holder == 0; });
   client_.acquireLease();
@@ -211,7 +211,7 @@ void Motions::withdraw(std::uint8_t arm, const std::function<void(const Snapshot
   if (ended)
     return;
   const Uninterruptible guard(*this);
-  dds::ControlRequest hold = controlRequest(dds::ControlKind::kHold);  // the other arms go on
+  dds::ControlRequest hold = controlRequest(dds::ControlKind::kHold);  // the other arms continue
   hold.arm = arm;
   client_.control(hold);
   throw Failure(kFailure,
@@ -244,7 +244,7 @@ RunState Motions::run(const Run& run) {
     id = client_.planning(request).value;
   } catch (const Failure&) {
     const Uninterruptible guard(*this);
-    if (!had_power)  // what was enabled for nothing
+    if (!had_power)  // undo the enable above
       endCommand(client_);
     throw;
   }
@@ -293,7 +293,7 @@ bool Motions::waitUntilFinished(const Run& run, const std::function<bool(const S
   }
 }
 
-/// Waits for the name: a client that pauses and leaves may be known to control alone.
+/// Waits for the name: that of a client that pauses and ends may come only from control's diagnostics.
 std::string Motions::describePauser(std::uint64_t client) const {
   std::string name;
   wait_(kNamed,
@@ -326,7 +326,7 @@ void endCommand(Client& client) noexcept {
     client.stateCommand("disable");
     client.releaseLease();
   } catch (const std::exception&) {
-    // The system is going down with us or before us; there is nobody to tell.
+    // The system stops with this process or before it; there is no receiver for an error.
   }
 }
 
@@ -347,10 +347,10 @@ void Motions::releaseLease() noexcept {
   const Uninterruptible guard(*this);
   try {
     client_.releaseLease();
-    constexpr double kShown = 0.5;  // s: the answer may be faster than the status that says so
+    constexpr double kShown = 0.5;  // s: the reply may arrive before the status that shows the release
     client_.waitFor(kShown, [this](const Snapshot& s) { return s.status.lease_holder != client_.id(); });
   } catch (const std::exception&) {
-    // As the header says.
+    // Without a reply the lease expires without its heartbeat.
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Procedures of a client: runs, joint motions, homing, recovery and withdrawal; each sends requests and waits
- * for its end. */
+ * for the end. */
 #pragma once
 
 #include <Eigen/Core>
@@ -11,59 +11,60 @@
 
 namespace tandem::client {
 
-/** How far a run is, or how it ended. */
+/** Progress or result of a run. */
 struct RunState {
   planning::Phase phase = planning::Phase::kRunning;
   std::uint32_t point = 0, points = 0, iterations = 0;  ///< iterations of all points so far
-  std::vector<double> errors{};                         ///< m, one a task
-  std::string why{};                                    ///< a failed run: as planning says, where it does
+  std::vector<double> errors{};                         ///< m, one per task
+  std::string why{};                                    ///< failed run: planning's reason, if received
 };
 
-/** Motions of a robot whose lease the client holds. Each waits for its end, and throws Failure with the reason where
- * that is not what was asked for: arms that still move are paused then. */
+/** Motions of a robot whose lease the client has. Each waits for its end, and throws Failure with the reason if it does
+ * not reach its goal; arms that still move are then paused. */
 class Motions {
  public:
   using Wait = std::function<bool(double seconds, const std::function<bool(const Snapshot&)>& condition)>;
 
   /// Client and files are kept by reference.
-  /// @param uninterruptible  uninterruptible(true): from now on nothing interrupts the client, for what has to be said
-  /// after an interruption
-  /// @param wait  as Client::waitFor(); empty: that one
+  /// @param uninterruptible  uninterruptible(true): from now on nothing interrupts the client, for requests that follow
+  /// an interruption
+  /// @param wait  replaces Client::waitFor(); empty: Client::waitFor()
   Motions(Client& client,
           const config::Deployment& deployment,
           const config::Robot& robot,
           std::function<void(bool)> uninterruptible,
           Wait wait = {});
 
-  /// Disables all arms. Takes the lease where that has to clear a fault, and gives it back.
+  /// Disables all arms. Acquires the lease if a fault has to be cleared, and releases it.
   void disable();
-  /// Until the arm is there, to safety::kAtRest. @param joints  m and rad
+  /// Returns when the arm is at `joints` within safety::kAtRest. @param joints  m and rad
   void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
-  /// As the request says, until the arm has power. @throw Failure with what stands against it
+  /// Executes the request; returns when the arm has power. @throw Failure with the reason if it gets none
   void recover(const dds::ControlRequest& request);
-  /// Until nothing more can be retracted. @param progress  called from here, again and again
+  /// Returns when nothing more can be retracted. @param progress  called repeatedly by the calling thread
   void withdraw(std::uint8_t arm, const std::function<void(const Snapshot&)>& progress);
-  /// All arms to the home of the robot file.
+  /// Moves all arms to the home of the robot file.
   void home();
 
   struct Run {
     std::string trajectory;  ///< YAML text of a trajectory, or of a path for catheters
-    bool planned = false;    ///< with the joints that planning finds
+    bool planned = false;    ///< with the joints that planning computes
     bool keep_enabled = false;
-    std::function<void(const RunState&)> progress{};       ///< called from here at every new point
-    std::function<void(const std::string& who)> paused{};  ///< called when somebody else has paused the arms
-    std::function<bool()> goes_on{};                       ///< asked again and again while they are: true resumes
+    std::function<void(const RunState&)> progress{};       ///< called at every new point, by the calling thread
+    std::function<void(const std::string& who)> paused{};  ///< called when another client has paused the arms
+    std::function<bool()> goes_on{};                       ///< called repeatedly while they are paused: true resumes
   };
-  /// Enables, follows a trajectory, disables. @return how it ended, which may be before the last point
+  /// Enables, follows a trajectory, disables. @return its end, possibly before the last point
   RunState run(const Run& run);
 
-  /// Gives the lease back, whatever interrupts. Who does not answer has forgotten it, or will: nobody keeps it alive.
+  /// Releases the lease, also after an interruption. If control does not reply, the lease expires without its
+  /// heartbeat.
   void releaseLease() noexcept;
 
  private:
   class Uninterruptible;
   void expectNoFault(const Snapshot& snapshot) const;
-  /// Until it is over, through pauses by others. @return false where it was interrupted
+  /// Waits for `over`, also through pauses by other clients. @return false after an interruption
   bool waitUntilFinished(const Run& run, const std::function<bool(const Snapshot&)>& over);
   std::string describePauser(std::uint64_t client) const;
   [[noreturn]] void abandon(const std::string& what, bool trajectory);
@@ -75,24 +76,24 @@ class Motions {
   Wait wait_;
 };
 
-/// Number of an arm by its name. @throw Failure
+/// Index of an arm by its name. @throw Failure
 std::uint8_t armIndex(const config::Robot& robot, const std::string& arm);
-/// Number of a joint by its name, or "b1" for beta_1. @throw Failure that names them all
+/// Index of a joint by its name, or "b1" for beta_1. @throw Failure that lists all names
 int jointIndex(const config::Arm& arm, const std::string& name);
 
 /// "beta_1, alpha_3"; empty for none.
 std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints);
 
-/// Why the last run failed, in planning's words; empty where it does not say.
+/// Planning's reason for the failure of the last run; empty if not received.
 std::string failureOf(const Snapshot& snapshot);
 
-/// Text for Motions::Run of a trajectory or path by file or preset; a shape from CSV is read here, so that planning
-/// needs no file of ours. @throw config::Error
+/// Trajectory or path text for Motions::Run, from a file or preset; a shape from CSV is read here, so that planning
+/// needs no file of the client. @throw config::Error
 std::string runText(const std::string& name_or_path);
 
-/// Connects, and takes the lease, as a run of one's own does. @param interrupted  asked while it waits
+/// Connects and acquires the lease, as a run does. @param interrupted  polled during waits
 void takeCommand(Client& client, std::function<bool()> interrupted);
-/// Disables all arms and gives the lease back, where there is still somebody to tell.
+/// Disables all arms and releases the lease; ignores errors of a system that is stopping.
 void endCommand(Client& client) noexcept;
 
 /// Stops all arms and waits until the drives report it; needs no connection and no lease. @throw Failure

@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-/// The one command line of this process.
+/// Value of --role, one per process.
 std::string& wanted() {
   static std::string role;
   return role;

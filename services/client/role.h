@@ -12,7 +12,8 @@ namespace tandem::client {
 /// `tandem --role operator|viewer`, or TANDEM_ROLE in the environment; for all subcommands.
 void addRoleOption(CLI::App& app);
 
-/// What was asked for. Otherwise operator, unless the deployment is secured and only a viewer's credentials are there.
+/// The requested role. Without a request: operator, or viewer if the deployment is secured and has only viewer
+/// credentials.
 dds::Role localRole(const config::Deployment& deployment);
 
 /// Options of a client's participant.
