@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Clock service: answers requests for the time of this host. */
+/** @file Clock request handler: replies with the wall clock of this host. */
 #pragma once
 
 #include "services/dds/bus.h"
@@ -10,11 +10,11 @@ namespace tandem::runtime {
 /// Wall clock, ns since 1970.
 std::int64_t wallNow() noexcept;
 
-/** Every service has one, so that a client can compare the clocks of the hosts (services/client/clocks.h). Nothing of
- * the robot depends on them: ages are judged on the clock of whoever judges.
+/** Every service has one, so that a client can compare the clocks of the hosts (services/client/clocks.h). The robot
+ * does not depend on them: each process measures ages on its own clock.
  *
- * It has to be the last of a service's ends: others discover them in the order in which they were made, so a client
- * that has an answer has found all of them, and what it writes then is not lost. */
+ * Create it after all other readers and writers of a service: they are discovered in the order of their creation, so a
+ * client that has a reply has discovered all of them, and its later samples are not lost. */
 class ClockRequestHandler {
  public:
   ClockRequestHandler(dds::Bus& bus, const Setup& setup);

@@ -12,16 +12,16 @@
 
 namespace tandem::runtime {
 
-/** Wire in, drives, wire out: what the cores of hal and sim have in common. Nothing after construction allocates, locks
- * or throws. Times are ns. */
+/** Passes commands to the drives and their state to DDS messages. No function after construction allocates, locks or
+ * throws. Times are ns. */
 template <DriveSide Drives>
 class DriveCore {
  public:
   void onStop() noexcept { drives_.stop(); }
-  /// Somebody who knows another robot or deployment commands.
+  /// A process of another robot or deployment sends commands.
   void onMismatch() noexcept { drives_.stopPowered({bit(safety::Fault::kMismatch)}); }
   int armCount() const noexcept { return drives_.armCount(); }
-  /// What led an arm into FAULT; empty in the other states.
+  /// Cause of FAULT of an arm; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return drives_.faultRecord(arm); }
 
  protected:
@@ -36,8 +36,8 @@ class DriveCore {
     return command.state_session == setup_.session;
   }
 
-  /// A command as the drives take it. One that answers none of our states is infinitely old; in lock-step the others
-  /// have no age. @param arrivals  commands that have come so far, with this one; 0: nobody counts
+  /// Converts a command for the drives. A command that answers no state of this session is infinitely old; in lock-step
+  /// the others have age 0. @param arrivals  commands received so far, this one included; 0: not counted
   const safety::RobotCommand& read(const dds::ActuationCommand& from,
                                    std::int64_t now,
                                    std::uint64_t arrivals) noexcept {
@@ -79,8 +79,8 @@ class DriveCore {
     stamps_.record(sequence_, now);
   }
 
-  /// The status that goes with the state shown last: operating states, faults with what led to them, and what the gate
-  /// did.
+  /// The status that belongs to the last published state: operating states, faults with their causes, and gate
+  /// counters.
   void show(dds::HalStatus& status) const noexcept {
     status.session = setup_.session;
     status.sequence = sequence_;
@@ -106,11 +106,11 @@ class DriveCore {
   const Setup& setup_;
   bool lock_step_;
   Drives drives_;
-  std::uint64_t sequence_ = 0;  ///< of the state shown last
+  std::uint64_t sequence_ = 0;  ///< of the last published state
   std::int64_t stamp_ = 0;      ///< likewise
 
  private:
-  /// Takes out of the command what would clear a fault that its sender cannot have seen.
+  /// Removes a `disable`, or marks a `recover`, that would clear a fault which its sender cannot have received yet.
   void ignoreClearOfUnseenFault(int arm, std::uint64_t answers_state) noexcept {
     safety::DriveRequest& request = command_.request[static_cast<std::size_t>(arm)];
     if (drives_.state(arm) != safety::OperatingState::kFault)

@@ -66,7 +66,7 @@ void DriveShell::onEmergencyStop(bool pressed) noexcept {
     return;
   }
   EmergencyReport nothing = EmergencyReport::kNone;
-  emergency_.compare_exchange_strong(nothing, EmergencyReport::kReleased);  // a press not taken yet is not lost
+  emergency_.compare_exchange_strong(nothing, EmergencyReport::kReleased);  // keeps a press not taken yet
 }
 
 void DriveShell::writeLoop() noexcept {
@@ -75,7 +75,7 @@ void DriveShell::writeLoop() noexcept {
   status_.jitter_max = measured.lateness_max;
   status_.cycles = measured.cycles;
   status_.overruns = measured.overruns;
-  status_.left_out = measured.skipped;  // unless the core makes up for them, and says so itself
+  status_.left_out = measured.skipped;  // overwritten by a core that catches up on missed periods
 }
 
 }  // namespace tandem::runtime

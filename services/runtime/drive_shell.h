@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Threads of hal and sim in real time: actuation topics between DDS and the periodic thread. */
+/** @file Threads of hal and sim in real time: transfer of the actuation topics between DDS and the periodic thread. */
 #pragma once
 
 #include <atomic>
@@ -15,24 +15,24 @@
 
 namespace tandem::runtime {
 
-/// The service's line on `diagnostics`, with `more` behind it. For publisher threads.
+/// Publishes the service's status on `diagnostics`, with the additional values `more`. For publisher threads.
 void diagnose(Diagnostics& diagnostics, const config::Robot& robot, const dds::HalStatus& status, const Details& more);
 
-/** Takes commands and stops to the core of hal or sim, and publishes what it shows. Cycles call take() before and
- * show() after they move the drives. */
+/** Passes commands and stops to the core of hal or sim, and publishes its state. A cycle calls take() before and show()
+ * after it moves the drives. */
 class DriveShell : public RealtimeShell {
  public:
-  /// @param period  s; @param tell  with each status that is published, on the publisher's thread: what else
-  /// `diagnostics` shall say
+  /// @param period  s
+  /// @param details  additional values for `diagnostics`, called with each published status on the publisher's thread
   DriveShell(const Setup& setup, double period, std::function<Details(const dds::HalStatus&)> details);
 
   /// For further topics of the service.
   dds::Bus& bus() noexcept { return bus_; }
-  /// For the readers of requests: to be called before there is one. @param answer  on DDS threads, to a request of
-  /// somebody who knows another robot or deployment
+  /// Refuses messages of other robots or deployments; to be called before the first reader of requests is created.
+  /// @param answer  sends the reply to such a request, on DDS threads
   void refuseMismatches(std::function<void(const dds::Reply&)> answer);
 
-  /// Hands over what has come since the last cycle.
+  /// Passes the messages received since the last cycle to the core.
   template <class Core>
   void take(Core& core, std::int64_t now) noexcept {
     if (commands_.take())
@@ -46,7 +46,7 @@ class DriveShell : public RealtimeShell {
       core.onEmergencyStop(reported == EmergencyReport::kPressed, now);
   }
 
-  /// Publishes what the cycle has come to.
+  /// Publishes the result of the cycle.
   template <class Core>
   void show(Core& core, const Tick& tick) noexcept {
     core.state(tick.now, state_);
@@ -59,11 +59,11 @@ class DriveShell : public RealtimeShell {
     status_out_.post(status_);
   }
 
-  /// As RealtimeShell::run(), from the readers of commands and stops on.
+  /// Creates the readers of commands and stops, then as RealtimeShell::run().
   void run(const std::string& what, const std::function<bool(const Tick&)>& cycle);
 
  private:
-  /// What a reader leaves of the last report on topic emergency_stop for the periodic thread.
+  /// Last report on topic emergency_stop, from its reader to the periodic thread.
   enum class EmergencyReport : std::uint8_t { kNone = 0, kReleased, kPressed };
 
   void onEmergencyStop(bool pressed) noexcept;

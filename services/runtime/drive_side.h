@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Drive side: the interface to the simulated or real drives that hal and sim share. */
+/** @file Drive side: common interface of the real drives of hal and the simulated drives of sim. */
 #pragma once
 
 #include <concepts>
@@ -11,12 +11,12 @@
 
 namespace tandem::runtime {
 
-/** The drives of all arms, those on buses (hal::RobotHardware) and those that are simulated (sim::SimulatedDrives).
- * Times are ns on one clock; m, rad, s. */
+/** The drives of all arms, on buses (hal::RobotHardware) or simulated (sim::SimulatedDrives). Times are ns on one
+ * clock; m, rad, s. */
 // clang-format off
 template <class T>
 concept DriveSide = requires(T drives, const T seen, const safety::RobotCommand command, std::int64_t now, int arm) {
-  // command() is false where an integrity guard refuses the whole stream.
+  // command() returns false if an integrity guard refuses the whole stream.
   { drives.command(command, now) } noexcept -> std::same_as<bool>;
   { drives.stop() } noexcept;
   { drives.stopPowered(safety::FaultRecord{}) } noexcept;

@@ -11,7 +11,7 @@
 
 namespace tandem::runtime {
 
-/** A fault of one arm, as a periodic thread hands it to the thread that logs. */
+/** Fault of one arm, passed from a periodic thread to the logging thread. */
 struct FaultReport {
   int arm = 0;
   safety::FaultRecord record;
@@ -21,14 +21,14 @@ struct FaultReport {
 /** Distinguishes new faults from reported ones. */
 class FaultWatch {
  public:
-  /// Whether this record of an arm is a new one. Call it with every record, the empty ones included.
+  /// Whether this record of an arm is new. Call it with every record, also with empty ones.
   bool fresh(int arm, const safety::FaultRecord& record) noexcept {
     safety::FaultMask& reported = reported_[static_cast<std::size_t>(arm)];
     const bool is_new = record.faults != 0 && reported == 0;
     reported = record.faults;
     return is_new;
   }
-  /// Calls `report` with a FaultReport for each arm whose record, `core.faultRecord(arm)`, is a new one.
+  /// Calls `report` with a FaultReport for each arm whose record, `core.faultRecord(arm)`, is new.
   template <class Core, class Report>
   void look(const Core& core, int arm_count, Report report) noexcept {
     for (int k = 0; k < arm_count; ++k) {
@@ -41,11 +41,11 @@ class FaultWatch {
   std::array<safety::FaultMask, safety::kMaxArms> reported_{};
 };
 
-/// "arm_a: drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad"; where something came too late because this
-/// PC was, that.
+/// "arm_a: drive (following error) of joint 4: 0.031 rad, allowed 0.02 rad"; for a timing fault also the wake-up delay
+/// of this PC.
 std::string describe(const config::Robot& robot, const FaultReport& report);
 
-/// Writes it to the log. Not for the periodic thread.
+/// Writes the fault to the log. Not for the periodic thread.
 void logFault(const config::Robot& robot, const FaultReport& report);
 
 }  // namespace tandem::runtime

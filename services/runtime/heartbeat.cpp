@@ -31,14 +31,14 @@ std::string_view variable(const char* name) {
   return value ? value : "";
 }
 
-/// A whole number, 0 for anything else.
+/// A positive integer; 0 for any other text.
 std::int64_t number(std::string_view text) {
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc{} && end == text.data() + text.size() && value > 0 ? value : 0;
 }
 
-/// ns; 0 where there is none, or where it is meant for another process.
+/// Watchdog period, ns; 0 if none is set, or if it is for another process.
 std::int64_t watchdogTime() {
   const std::string_view pid = variable("WATCHDOG_PID");
   if (!pid.empty() && number(pid) != getpid())
@@ -121,7 +121,7 @@ void Heartbeat::run() {
                                : watchdog_ != 0 ? std::min(watchdog_ / 4, kReportPeriod)
                                                 : kReportPeriod;
     const std::int64_t left = std::max<std::int64_t>(0, look + every - monotonicNow());
-    // A stop that has been reported needs no second look: it stays readable.
+    // A reported stop is not polled again: its descriptor stays readable.
     std::array<pollfd, 2> sources{{{ended_, POLLIN, 0}, {stopping_ ? -1 : stop_.fd(), POLLIN, 0}}};
     poll(sources.data(), sources.size(), static_cast<int>((left + kMillisecond - 1) / kMillisecond));
     if (sources[0].revents != 0)
@@ -152,7 +152,7 @@ void Heartbeat::send(const std::string& state) const noexcept {
   to.sun_family = AF_UNIX;
   std::memcpy(to.sun_path, address_.data(), address_.size());
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
-  // Nobody to tell when it fails: a manager that receives nothing acts by itself.
+  // Errors are ignored: a service manager that receives nothing acts by itself.
   [[maybe_unused]] const auto sent =
       sendto(socket_, state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), length);
 }

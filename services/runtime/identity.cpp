@@ -25,7 +25,7 @@ std::string machineName() {
   return name.data();
 }
 
-/// The value of a key of `values`; empty where there is none.
+/// The value of a key in `values`; empty if absent.
 std::string valueOf(const std::string& values, const std::string& key) {
   const std::size_t at = ("\n" + values).find("\n" + key + ": ");
   if (at == std::string::npos)

@@ -13,24 +13,25 @@
 
 namespace tandem::runtime {
 
-/// Of robot and deployment, and of this definition of the wire.
+/// Fingerprint of robot, deployment and wire version.
 std::uint64_t fingerprintOf(const config::Deployment& deployment) noexcept;
 
-/// Of this process, for one bus. @param process  its name: "control"
+/// Identity of this process on one bus. @param process  its name: "control"
 dds::Identity identityOf(const config::Deployment& deployment, const std::string& process);
 
 /// "control (pid 12 on robot-pc)".
 std::string describe(const dds::Identity& identity);
 
-/// Where two processes differ: "control (pid 12 on robot-pc) differs in control_period: 0.1 here, 0.05 there"; empty
-/// where they agree.
+/// Difference of two processes: "control (pid 12 on robot-pc) uses another robot or deployment: ...", with the values
+/// that differ; empty if their fingerprints are equal.
 std::string mismatch(const dds::Identity& ours, const dds::Identity& theirs);
 
-/// Those who are on the bus, move the robot or its drives, and differ from this process: a sentence for each.
+/// One description per process on the bus that moves the robot and has another fingerprint than this process.
 std::vector<std::string> mismatches(const dds::Bus& bus);
 
-/** What a service does about messages of those who know another robot or deployment: it refuses requests in words, and
- * calls `stop` for the others, on DDS threads. Logs whom it meets, once each. */
+/** Handles messages of other robots or deployments: refuses requests with a reason, and calls `stop` for all other
+ * messages, on DDS threads. Logs every refused request, and other messages only if their fingerprint differs from the
+ * last logged one. */
 class MismatchHandler {
  public:
   MismatchHandler(dds::Bus& bus, std::function<void(const dds::Reply&)> answer, std::function<void()> stop);
@@ -39,14 +40,14 @@ class MismatchHandler {
 
  private:
   void meet(const dds::Mismatch& met);
-  /// Whether there is a service of our kind that its sender may mean.
+  /// Whether another service with this process name matches the sender, and so receives the request.
   bool isForOtherService(const dds::Mismatch& met) const;
   std::string describe(const dds::Mismatch& met) const;
 
   dds::Bus& bus_;
   std::function<void(const dds::Reply&)> answer_;
   std::function<void()> stop_;
-  std::uint64_t reported_ = 0;  ///< fingerprint
+  std::uint64_t reported_ = 0;  ///< fingerprint of the last logged sender
 };
 
 }  // namespace tandem::runtime

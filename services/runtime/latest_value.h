@@ -9,8 +9,8 @@
 
 namespace tandem::runtime {
 
-/** One writer stores values, one reader takes the latest; values in between are lost, as they shall be. Wait-free on
- * both sides (triple buffer: each side owns one slot and swaps it with the third). No allocation, no torn values. */
+/** One writer stores values, one reader takes the latest; values in between are dropped by design. Wait-free on both
+ * sides (triple buffer: each side owns one slot and swaps it with the third). No allocation, no torn values. */
 template <class T>
 class LatestValue {
   static_assert(std::is_trivially_copyable_v<T>, "a slot is copied as bytes; hand over a plain struct");
@@ -22,8 +22,8 @@ class LatestValue {
     write_ = shared_.exchange(static_cast<std::uint8_t>(write_ | kFresh), std::memory_order_acq_rel) & kIndex;
   }
 
-  /// Reader thread only. Copies the latest value if it was not taken before.
-  /// @return whether there was a new one; `value` stays as it is if not.
+  /// Reader thread only. Copies the latest value if not taken before.
+  /// @return whether a new value was stored; otherwise `value` is unchanged.
   bool take(T& value) noexcept {
     if ((shared_.load(std::memory_order_relaxed) & kFresh) == 0) {
       return false;
@@ -46,8 +46,8 @@ class LatestValue {
   alignas(64) std::uint8_t read_ = 2;
 };
 
-/** Likewise of a stream of which it matters how much is lost on the way: each value is handed over with how many have
- * come so far, it included. */
+/** The same for a stream whose losses are counted: each value is transferred with the number of values stored so far,
+ * this one included. */
 template <class T>
 class LatestSample {
  public:
@@ -59,7 +59,7 @@ class LatestSample {
   }
   /// Reader thread only; as LatestValue::take().
   bool take() noexcept { return latest_.take(read_); }
-  /// What was taken last.
+  /// Last value taken.
   const T& value() const noexcept { return read_.value; }
   std::uint64_t arrivals() const noexcept { return read_.arrivals; }
 

@@ -17,7 +17,7 @@ spdlog::level::level_enum levelFrom(const std::string& option) {
   const char* environment = std::getenv("TANDEM_LOG");
   const std::string text = !option.empty() ? option : environment != nullptr ? environment : "info";
   const auto level = spdlog::level::from_str(text);
-  // from_str() takes whatever it does not know for "off".
+  // from_str() returns "off" for unknown levels.
   if (level == spdlog::level::off && text != "off") {
     throw std::invalid_argument("log level '" + text + "': expected trace, debug, info, warn, error, critical or off");
   }
@@ -37,10 +37,10 @@ std::shared_ptr<spdlog::sinks::dist_sink_mt> places() {
 void startLog(const std::string& service, const std::string& level) {
   const auto chosen = levelFrom(level);
   spdlog::init_thread_pool(kPendingLines, 1);
-  // Places may be added while lines are written.
+  // Sinks may be added while lines are written.
   auto sink = std::make_shared<spdlog::sinks::dist_sink_mt>();
   sink->add_sink(std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-  // A full queue loses its oldest lines rather than hold up whoever logs.
+  // A full queue drops its oldest lines and never blocks the logging thread.
   auto logger = std::make_shared<spdlog::async_logger>(service, std::move(sink), spdlog::thread_pool(),
                                                        spdlog::async_overflow_policy::overrun_oldest);
   logger->set_pattern("[%Y-%m-%dT%H:%M:%S.%e] [%n] [%^%l%$] %v");

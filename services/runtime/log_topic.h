@@ -12,8 +12,8 @@
 
 namespace tandem::runtime {
 
-/** Writes log lines to /rosout: on the thread of the log, from its queue, never on that of who logs. At most kRate
- * lines a second after a burst of kBurst; the next line tells how many were left out. */
+/** Writes log lines to /rosout on the logging thread, never on the calling thread. At most kRate lines a second after a
+ * burst of kBurst; the next line has the number of dropped ones. */
 class LogTopic final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   static constexpr double kRate = 20.0;   ///< lines a second
@@ -33,7 +33,7 @@ class LogTopic final : public spdlog::sinks::base_sink<std::mutex> {
   dds::Writer<dds::Log> writer_;
   double credit_ = kBurst;
   std::int64_t last_ = 0;       ///< ns
-  std::uint64_t left_out_ = 0;  ///< lines since the last one that passed
+  std::uint64_t left_out_ = 0;  ///< lines dropped since the last published one
 };
 
 }  // namespace tandem::runtime

@@ -15,7 +15,7 @@
 
 namespace tandem::runtime {
 
-/** Messages from DDS threads to a worker thread, in order. Any thread may put and take. */
+/** Messages from DDS threads to a worker thread, in order. Any thread may call put() and take(). */
 template <class T>
 class Mailbox {
  public:
@@ -44,8 +44,8 @@ class Mailbox {
   std::deque<T> queue_;
 };
 
-/** A service that acts when something comes, as all do in lock-step, where messages move the time: messages from DDS
- * threads, handled by one thread in the order in which they came. */
+/** Event loop of a service, as in lock-step, where messages advance the time: one thread handles messages from DDS
+ * threads in the order of arrival. */
 template <class... Messages>
 class EventLoop {
  public:
@@ -55,8 +55,8 @@ class EventLoop {
     mailbox_.put(std::move(message));
   }
 
-  /// Until a stop is requested: calls `handle` with each message, and with std::monostate when none came for
-  /// `timeout` s; beats before each.
+  /// Runs until a stop is requested: calls `handle` with each message, and with std::monostate if none was received for
+  /// `timeout` s; sends a heartbeat before each call.
   template <class Handle>
   void run(const Setup& setup, const StopSignal& stop, double timeout, Handle handle) {
     while (!stop.requested()) {

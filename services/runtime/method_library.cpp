@@ -24,7 +24,7 @@ namespace tandem::runtime {
 namespace {
 
 constexpr int kLongestCheck = 30;        // s
-constexpr char kGood = '+', kBad = '-';  // first byte of what the child says
+constexpr char kGood = '+', kBad = '-';  // first byte of the child's result
 
 std::string foundAndExpected(const char* what, std::uint64_t found, std::uint64_t expected, const char* why) {
   return std::string("found another binary interface: ") + what + " " + std::to_string(found) + ", expected " +
@@ -59,7 +59,7 @@ const control::ForeignMethod& open(const std::filesystem::path& file) {
   if (method == nullptr)
     throw std::invalid_argument(std::string("found no symbol ") + control::kForeignSymbol +
                                 ", expected a library that uses TANDEM_METHOD once (docs/own-method.md)");
-  // Nothing but the head is read before it is known to be the same.
+  // Only the ABI header is read before it is compared.
   if (const std::string difference = differenceOf(method->abi, control::methodAbi()); !difference.empty())
     throw std::invalid_argument(difference);
   const std::string name = method->name == nullptr ? "" : method->name;
@@ -71,7 +71,7 @@ const control::ForeignMethod& open(const std::filesystem::path& file) {
   return *method;
 }
 
-/// What the child does. @throw std::exception for what is wrong @return remarks
+/// Work of the child process. @throw std::exception with the reason of a refusal @return remarks
 std::string openAndCheck(const std::filesystem::path& file, const control::CheckConditions& conditions) {
   const auto resolver = open(file).make(conditions.parameters);
   if (!resolver)
@@ -86,11 +86,11 @@ int child_answer = -1;
 
 void say(char verdict, const std::string& text) {
   const std::string line = verdict + text;
-  // A pipe takes this at once; where it does not, the parent finds no answer.
+  // A pipe accepts this size at once; otherwise the parent receives no result.
   [[maybe_unused]] const auto written = ::write(child_answer, line.data(), std::min<std::size_t>(line.size(), 4000));
 }
 
-/// An exception that leaves code which must not throw ends the child.
+/// Terminate handler: an exception that leaves noexcept code ends the child.
 [[noreturn]] void sayException() {
   std::string what = "an unknown exception";
   try {
@@ -99,7 +99,7 @@ void say(char verdict, const std::string& text) {
     what = "std::terminate()";
   } catch (const std::exception& exception) {
     what = std::string("an exception, '") + exception.what() + "'";
-  } catch (...) {  // NOLINT(bugprone-empty-catch): not a std::exception, said above
+  } catch (...) {  // NOLINT(bugprone-empty-catch): not a std::exception, `what` is set above
   }
   say(kBad, "found " + what + ", expected resolve() to throw nothing");
   ::_exit(0);
@@ -112,10 +112,10 @@ void say(char verdict, const std::string& text) {
   } catch (const std::exception& error) {
     say(kBad, error.what());
   }
-  ::_exit(0);  // no destructors: they belong to the parent
+  ::_exit(0);  // no destructors: the parent runs them
 }
 
-/// What came through the pipe until it was closed. @return false where time ran out
+/// Reads the pipe until it is closed. @return false after the time-out
 bool readAnswer(int pipe, std::string& answer) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::seconds(kLongestCheck);
@@ -137,7 +137,7 @@ bool readAnswer(int pipe, std::string& answer) {
   }
 }
 
-/// Opens and checks the library in a child. @throw std::invalid_argument @return remarks
+/// Opens and checks the library in a child process. @throw std::invalid_argument @return remarks
 std::string checkApart(const std::filesystem::path& file, const control::CheckConditions& conditions) {
   std::array<int, 2> ends{};
   if (::pipe(ends.data()) != 0)
@@ -176,7 +176,8 @@ std::string checkApart(const std::filesystem::path& file, const control::CheckCo
 std::string loadMethod(const std::filesystem::path& library, double period, config::Robot& robot) {
   if (library.empty())
     return {};
-  const std::filesystem::path file = std::filesystem::absolute(library);  // a bare name would be searched elsewhere
+  // Absolute, because dlopen() searches the library path for a name without a slash.
+  const std::filesystem::path file = std::filesystem::absolute(library);
   control::CheckConditions conditions;
   conditions.parameters = robot.parameters;
   conditions.judge_time = period > 0.0;

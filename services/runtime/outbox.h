@@ -16,9 +16,9 @@
 
 namespace tandem::runtime {
 
-/** A publisher thread with lock-free channels into it.
+/** Publisher thread with lock-free input channels.
  *
- * Channels are opened before start(). A channel is posted to by one thread (several channels may have different ones);
+ * Channels are opened before start(). Each channel has one posting thread (different channels may have different ones);
  * posting neither allocates nor locks, and wakes the publisher thread with one write to an eventfd. Typical use:
  *
  *     Outbox outbox;
@@ -26,7 +26,7 @@ namespace tandem::runtime {
  *     outbox.start();
  *     ... state.post(message) in the loop ...
  *
- * Messages that hold texts or lists are built inside the send function, from a plain struct.
+ * Messages that contain texts or lists are built inside the send function, from a plain struct.
  */
 class Outbox {
   class Channel {
@@ -36,7 +36,7 @@ class Outbox {
   };
 
  public:
-  /** Sends the latest value; values that are overtaken before the publisher thread comes round are not sent. */
+  /** Sends the latest value; values replaced before the publisher thread reads them are not sent. */
   template <class T>
   class Latest final : public Channel {
    public:
@@ -66,7 +66,7 @@ class Outbox {
    public:
     Queue(Outbox& outbox, std::size_t capacity, std::function<void(const T&)> send)
         : outbox_(outbox), send_(std::move(send)), queue_(capacity) {}
-    /// @return false where the queue is full; the value is dropped and counted.
+    /// @return false if the queue is full; the value is dropped and counted.
     bool post(const T& value) noexcept {
       const bool pushed = queue_.push(value);
       if (!pushed) {
@@ -79,7 +79,7 @@ class Outbox {
 
    private:
     void drain() override {
-      // At most one round of the ring, so that a busy channel cannot starve the others.
+      // At most one pass over the ring, so that a busy channel cannot starve the others.
       for (std::size_t i = 0; i < queue_.capacity() && queue_.pop(scratch_); ++i) {
         send_(scratch_);
       }
@@ -91,7 +91,7 @@ class Outbox {
     T scratch_{};
   };
 
-  /// @throw std::system_error where the kernel grants no eventfd.
+  /// @throw std::system_error if the kernel grants no eventfd.
   Outbox();
   /// As stop().
   ~Outbox();
@@ -112,7 +112,7 @@ class Outbox {
 
   /// Starts the publisher thread. It inherits the scheduling of the caller: call it before enterRealtime().
   void start();
-  /// Sends what was posted before and ends the thread. Idempotent.
+  /// Sends all posted values and ends the thread. Idempotent.
   void stop();
 
  private:

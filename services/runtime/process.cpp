@@ -37,7 +37,7 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// What stands in the environment in place of a deployment's domain and prefix.
+/// Replaces domain and prefix of a deployment by the values of the environment.
 void placeByEnvironment(config::Deployment& deployment) {
   if (const std::string text = environment(kDomain); !text.empty()) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), deployment.domain);
@@ -167,10 +167,10 @@ dds::BusOptions ofAnyRobot(dds::BusOptions options) {
 
 namespace {
 
-/// Threads that carry references, commands, states and stops go before others on this PC: all that are made from now
-/// on. Who started the process may have chosen another policy; lock-step has no deadlines.
+/// Sets real-time priority for threads that transport references, commands, states and stops: all that are created from
+/// now on. No change if the starter of the process has chosen another policy, or in lock-step, which has no deadlines.
 void takePriority(const Setup& setup) {
-  // SCHED_FIFO, as the units of systemd have them
+  // SCHED_FIFO, as in the systemd units
   static const std::map<std::string, int> kPriorities{{"hal", 30}, {"sim", 30}, {"control", 20}, {"planning", 10}};
   const auto found = kPriorities.find(setup.name);
   if (found == kPriorities.end() || setup.deployment.clock == config::ClockMode::kLockStep ||
@@ -180,8 +180,8 @@ void takePriority(const Setup& setup) {
     spdlog::info("{}; on a loaded PC missed deadlines can stop the robot", refusal);
 }
 
-/// Allocations beyond so many megabytes fail, which ends the process: it dies alone, before the kernel chooses whom to
-/// end. A process that has more already, as with a sanitizer, has no limit.
+/// Allocations beyond this limit fail, which ends this process before the kernel runs out of memory and ends any
+/// process. A process that already uses more, as with a sanitizer, gets no limit.
 void limitMemory(int megabytes) {
   std::ifstream status("/proc/self/status");
   std::uint64_t kilobytes = 0;
@@ -230,7 +230,7 @@ int runService(int argc,
     setup.deployment = loadDeployment(deployment);
     setup.robot = config::loadAnyRobot(setup.deployment);
     setup.session = randomIdentity();
-    if (name == "control" || name == "planning") {  // where methods run
+    if (name == "control" || name == "planning") {  // the services that run methods
       if (const std::string found = loadMethod(setup.deployment, setup.robot); !found.empty())
         spdlog::info("{}", found);
     }

@@ -13,22 +13,22 @@
 
 namespace tandem::runtime {
 
-/** The loop, the threads that publish for it, the heartbeat, and the log of faults. What a service does in a cycle is
- * its own. */
+/** The periodic loop, its publisher threads, the heartbeat, and the fault log. The service supplies the body of a
+ * cycle. */
 class RealtimeShell {
  public:
   /// @param period  s
   RealtimeShell(const Setup& setup, double period);
 
-  /// What the robot waits for; channels are opened before run().
+  /// Publisher thread for messages between services; channels are opened before run().
   Outbox& outbox() noexcept { return outbox_; }
-  /// What people wait for.
+  /// Publisher thread for status messages and the log.
   Outbox& publisher() noexcept { return publisher_; }
   const PeriodicLoop& loop() const noexcept { return loop_; }
-  /// Whether people learn of this cycle: once in a status_period.
+  /// Whether this cycle publishes status messages: once per status_period.
   bool isStatusCycle(const Tick& tick) const noexcept { return tick.cycle % status_interval_ == 0; }
 
-  /// Behind what a cycle has posted: the loop lives, and which arms have a new fault. `core` knows faultRecord(arm).
+  /// Posts heartbeat and new arm faults, after all other messages of a cycle. `core` has a function faultRecord(arm).
   template <class Core>
   void close(const Core& core, int arm_count) noexcept {
     beats_.post(loop_.statistics());
@@ -38,8 +38,8 @@ class RealtimeShell {
     });
   }
 
-  /** Runs cycles in the calling thread, as a real-time one, until one returns false. Readers, and all threads that
-   * shall not be real-time ones, are there already. @param what  is ready, for the log */
+  /** Runs cycles in the calling thread with real-time priority until one returns false. Create readers and all ordinary
+   * threads before. @param what  description of the service, for the log */
   void run(const std::string& what, const std::function<bool(const Tick&)>& cycle);
 
  private:
@@ -52,7 +52,7 @@ class RealtimeShell {
   Outbox::Latest<LoopStatistics>& beats_;
   Outbox::Queue<FaultReport>& faults_;
   FaultWatch watch_;
-  double late_ = 0.0;            ///< s, the most of the last seconds
+  double late_ = 0.0;            ///< s, maximum of the last seconds
   std::int64_t late_since_ = 0;  ///< ns
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A bounded queue between two threads. */
+/** @file Bounded queue between two threads. */
 #pragma once
 
 #include <atomic>
@@ -24,7 +24,7 @@ class SpscQueue {
 
   std::size_t capacity() const { return ring_.size() - 1; }
 
-  /// Producer thread only. @return false where the queue is full.
+  /// Producer thread only. @return false if the queue is full.
   bool push(const T& value) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     const std::size_t next = after(tail);
@@ -36,7 +36,7 @@ class SpscQueue {
     return true;
   }
 
-  /// Consumer thread only. @return false where the queue is empty.
+  /// Consumer thread only. @return false if the queue is empty.
   bool pop(T& value) {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_.load(std::memory_order_acquire)) {

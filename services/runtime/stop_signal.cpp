@@ -17,7 +17,7 @@
 namespace tandem::runtime {
 namespace {
 
-// A signal handler reaches nothing but globals.
+// A signal handler has access only to globals.
 std::atomic<int> g_event{-1};
 std::atomic<int> g_signal{0};
 std::atomic<bool> g_requested{false};
@@ -58,7 +58,7 @@ StopSignal::StopSignal() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, &old_interrupt_);
   sigaction(SIGTERM, &action, &old_terminate_);
-  // A terminal that is closed ends what runs in it as Ctrl-C does; nohup's ignoring stays.
+  // Closing a terminal stops its processes as Ctrl-C does; SIGHUP stays ignored under nohup.
   sigaction(SIGHUP, nullptr, &old_hangup_);
   if (old_hangup_.sa_handler != SIG_IGN)
     sigaction(SIGHUP, &action, nullptr);

@@ -6,25 +6,25 @@
 
 namespace tandem::runtime {
 
-/** Catches SIGINT, SIGTERM and SIGHUP as long as it lives. One per process; create it before any thread. */
+/** Catches SIGINT, SIGTERM and SIGHUP during its lifetime. One per process; create it before any thread. */
 class StopSignal {
  public:
-  /// @throw std::logic_error where there is one already, std::system_error where the kernel grants no eventfd.
+  /// @throw std::logic_error if the process has one already, std::system_error if the kernel grants no eventfd.
   StopSignal();
-  /// Gives the signals back to whom they belonged.
+  /// Restores the previous signal handlers.
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
 
-  /// Whether a signal came, or request() was called. Wait-free.
+  /// Whether a signal was received, or request() was called. Wait-free.
   bool requested() const noexcept;
-  /// The signal that came first; 0 for request() or none.
+  /// The first signal received; 0 for request() or none.
   int signal() const noexcept;
-  /// Waits up to so many s (negative: without end). @return requested().
+  /// Waits up to `seconds` (negative: without limit). @return requested().
   bool waitFor(double seconds) const;
   /// Readable once a stop is requested, for poll().
   int fd() const noexcept;
-  /// Requests a stop from within, from any thread.
+  /// Requests a stop; any thread may call it.
   void request() noexcept;
 
  private:
