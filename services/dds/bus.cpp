@@ -13,7 +13,7 @@ namespace tandem::dds {
 namespace detail {
 namespace {
 
-/// Messages of which only those count whose sender knows the same robot.
+/// Messages with a fingerprint: accepted only from senders with the same robot.
 template <class M>
 concept Fingerprinted = !std::is_same_v<M, Identity> && requires(M message) {
   message.fingerprint;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file DDS bus: one participant with typed writers and readers.
  *
- * No traffic leaves the chosen interface: no multicast, no shared memory, unicast discovery among the peers.
- * A match proves nothing (a peer may match and yet refuse the data), so services judge one another by sequence and age.
- * Nothing here belongs on a periodic thread: writers take a lock and may make a system call; hand over through
- * services/runtime/outbox.h instead.
+ * All traffic uses the chosen interface: no multicast, no shared memory, unicast discovery among the peers.
+ * A match is not sufficient (a matched peer may still refuse the data), so services check one another by sequence and
+ * age.
+ * Not for periodic threads: writers take a lock and may make a system call; use services/runtime/outbox.h there.
  */
 #pragma once
 
@@ -23,38 +23,39 @@
 
 namespace tandem::dds {
 
-/** Where the discovery server listens. */
+/** Address of the discovery server. */
 struct DiscoveryServer {
   std::string address;  ///< IPv4
   int port = 11811;     ///< UDP
   bool serve = false;   ///< this participant is the server
 };
 
-/** How a process joins. All processes of a robot use the same values, name excepted. */
+/** Options of a participant. All processes of a robot use the same values, except the name. */
 struct BusOptions {
   std::string name = "tandem";                  ///< of this process, as discovery tools show it
   int domain = 0;                               ///< DDS domain, 0 to 232
   std::string prefix = "tandem";                ///< topic prefix, the robot's name
   std::string interface_address = "127.0.0.1";  ///< IPv4 address of the only interface used
-  std::vector<std::string> peers{"127.0.0.1"};  ///< IPv4 addresses of hosts to look for; this host is always looked at
+  std::vector<std::string> peers{"127.0.0.1"};  ///< IPv4 addresses of hosts for discovery; this host is always included
   bool deterministic = false;  ///< lock-step: periodic topics and commands reliable, without time limits
-  /// s; a writer of commands that is silent for longer counts as dead.
+  /// s; longest permitted silence of a writer of commands (deadline, liveliness).
   double command_age = 0.3;
-  /// DDS Security: everything is encrypted, and only who is certified takes part. Empty: off.
+  /// DDS Security: all traffic is encrypted, and only certified processes take part. Empty: off.
   std::optional<Credentials> credentials;
   /// Discovery through a server instead of peers. Empty: none.
   std::optional<DiscoveryServer> discovery;
-  /// As what this process knows the robot: goes out on topic `identity`, and its fingerprint with every message that
-  /// carries one. With fingerprint 0 nothing is published, messages go out as they are, and those of all are taken.
+  /// Robot and deployment of this process: published on topic `identity`, and its fingerprint in every message that has
+  /// one. With fingerprint 0 no identity is published, messages are sent unchanged, and messages of all senders are
+  /// accepted.
   Identity identity;
 };
 
-/** What a reader may ask for beyond its topic's profile. */
+/** Options of a reader that differ from its topic's profile. */
 struct ReaderOptions {
-  /// 0: the profile's own. Otherwise keeps so many samples, as recorders and tools do, and asks for no deadline and no
-  /// liveliness, so that it matches whatever the writer offers.
+  /// History depth; 0: as in the profile. Otherwise, as for recorders and tools, without deadline and liveliness, so
+  /// that it matches every writer.
   int depth = 0;
-  /// Names of participants whose samples count; empty: those of all do.
+  /// Names of participants whose samples are accepted; empty: of all.
   std::vector<std::string> senders{};
 };
 
@@ -69,7 +70,7 @@ struct WriterStatistics {
 /** Counters of a reader since its creation. */
 struct ReaderStatistics {
   int matched = 0;                    ///< writers matched now
-  std::uint64_t received = 0;         ///< samples given to the callback
+  std::uint64_t received = 0;         ///< samples passed to the callback
   std::uint64_t malformed = 0;        ///< samples dropped: not decodable, or counts beyond capacity
   std::uint64_t incompatible = 0;     ///< writers refused because of their quality of service
   std::uint64_t deadline_missed = 0;  ///< command topics: no sample within the deadline
@@ -83,11 +84,11 @@ struct Dropped {
   std::string why;  ///< of the last one
 };
 
-/** A message of somebody who knows another robot or deployment than this process: it is given to nobody. */
+/** A received message of another robot or deployment; it is passed to no callback. */
 struct Mismatch {
   std::string topic;  ///< its name in DDS
   std::uint64_t fingerprint = 0;
-  std::uint64_t client = 0, request = 0;  ///< of a request, which wants an answer; otherwise 0
+  std::uint64_t client = 0, request = 0;  ///< of a request, which needs a reply; otherwise 0
 };
 
 namespace detail {
@@ -117,8 +118,8 @@ class Writer {
   Writer() = default;
   explicit Writer(std::unique_ptr<detail::WriterBase> base) : base_(std::move(base)) {}
 
-  /// Writes; never throws, and never waits for a reader.
-  /// @return false where the message exceeds its capacities or DDS refused it; lastProblem() says why.
+  /// Never throws, and never waits for a reader.
+  /// @return false if the message exceeds its capacities or DDS refused it; lastProblem() has the reason.
   bool write(const M& message) { return base_ && base_->write(&message); }
   /// Readers matched now.
   int matched() const { return statistics().matched; }
@@ -130,7 +131,7 @@ class Writer {
   std::unique_ptr<detail::WriterBase> base_;
 };
 
-/** Reads one topic until it is destroyed; once the destructor returns, its callback runs no more. Never destroy a
+/** Reads one topic until it is destroyed; the callback does not run after the destructor returns. Never destroy a
  * reader inside its own callback. */
 class Reader {
  public:
@@ -139,7 +140,7 @@ class Reader {
 
   /// Writers matched now.
   int matched() const { return statistics().matched; }
-  /// Samples given to the callback so far.
+  /// Samples passed to the callback so far.
   std::uint64_t received() const { return statistics().received; }
   ReaderStatistics statistics() const { return base_ ? base_->statistics() : ReaderStatistics{}; }
   /// The last thing that went wrong, for people; empty if nothing did.
@@ -153,14 +154,14 @@ class Reader {
 class Bus {
  public:
   /// @throw std::invalid_argument for a wrong domain, prefix or address (the message names the value, and the addresses
-  /// that this host has), std::runtime_error where DDS refuses to start.
+  /// of this host), std::runtime_error if DDS refuses to start.
   explicit Bus(const BusOptions& options);
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
   /// A writer of a topic; `arm` is given for topics per arm, and only for these.
-  /// @throw std::invalid_argument for a missing or superfluous arm, std::runtime_error where DDS refuses.
+  /// @throw std::invalid_argument for a missing or superfluous arm, std::runtime_error if DDS refuses.
   template <class M>
   Writer<M> writer(const Topic<M>& topic, const std::string& arm = "");
 
@@ -183,18 +184,18 @@ class Bus {
 
   const BusOptions& options() const;
 
-  /// What its readers, the former ones included, have dropped since its creation. Any thread.
+  /// Samples dropped by its readers, also destroyed ones, since its creation. Any thread.
   std::vector<Dropped> dropped() const;
 
-  /// Everybody else who is there and has published its identity. Any thread.
+  /// Identities of all other present participants that have published one. Any thread.
   std::vector<Identity> others() const;
-  /// Who has this session, also of those who have left of late.
+  /// Identity of a session, also of recently ended ones.
   std::optional<Identity> identityOf(std::uint64_t session) const;
-  /// Whom to call, on DDS threads, for each message of somebody who knows another robot or deployment; nobody from the
-  /// moment on in which this returns with an empty function.
+  /// Sets the handler of messages of another robot or deployment, called on DDS threads. An empty function removes it:
+  /// no handler runs after the return.
   void onMismatch(std::function<void(const Mismatch&)> handler);
 
-  /// For the ends in this folder.
+  /// For readers and writers in this folder.
   const std::shared_ptr<detail::Participant>& participant() const { return participant_; }
 
  private:

@@ -8,8 +8,8 @@
 
 namespace tandem::dds {
 
-/// Definition of a type, those of the types in it behind it, as schema encoding `ros2msg` has them.
-/// @param type "sensor_msgs/msg/JointState" @throw std::invalid_argument for a type that Tandem does not use.
+/// Definition of a type, followed by those of its member types, in schema encoding `ros2msg`.
+/// @param type "sensor_msgs/msg/JointState" @throw std::invalid_argument for an unknown type.
 std::string messageDefinition(const std::string& type);
 
 /// Quality of service of a topic's writers in the YAML of rosbag2 (`offered_qos_profiles`).

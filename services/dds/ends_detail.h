@@ -34,10 +34,10 @@ class Problem {
   std::string text_;
 };
 
-/** One end that writes; a subclass turns messages into samples of DDS. */
+/** Base of writers; a subclass converts messages to DDS samples. */
 class WriterEnd : public WriterBase, private fast::DataWriterListener {
  public:
-  /// @throw std::runtime_error where DDS refuses.
+  /// @throw std::runtime_error if DDS refuses.
   WriterEnd(std::shared_ptr<Participant> participant,
             std::string dds_name,
             Profile profile,
@@ -49,9 +49,9 @@ class WriterEnd : public WriterBase, private fast::DataWriterListener {
   std::string lastProblem() const final { return problem_.get(); }
 
  protected:
-  /// Writes by hand(). @return what is wrong with the message, or null.
+  /// Calls hand(). @return defect of the message, or null.
   virtual const char* writeSample(const void* message) = 0;
-  /// Gives a sample to DDS. @return what is wrong, or null.
+  /// Passes a sample to DDS. @return reason of a refusal, or null.
   const char* hand(void* sample);
 
  private:
@@ -66,8 +66,8 @@ class WriterEnd : public WriterBase, private fast::DataWriterListener {
   Problem problem_;
 };
 
-/** One end that reads; a subclass says into what, and what is done with it. Its constructor calls open(), its
- * destructor close(): samples come in between. */
+/** Base of readers; a subclass supplies the sample storage and processes samples. Its constructor calls open(), its
+ * destructor close(); samples are received in between. */
 class ReaderEnd : public ReaderBase, private fast::DataReaderListener {
  public:
   ReaderEnd(std::shared_ptr<Participant> participant, std::string dds_name);
@@ -78,14 +78,14 @@ class ReaderEnd : public ReaderBase, private fast::DataReaderListener {
   std::string lastProblem() const final { return problem_.get(); }
 
  protected:
-  /// Where the next sample goes.
+  /// Storage of the next sample.
   virtual void* target() = 0;
-  /// Looks at it and, with countReceived(), gives it on. @return why it is dropped, or null.
+  /// Checks the sample, calls countReceived() and passes it on. @return reason for dropping it, or null.
   virtual const char* deliver(const fast::SampleInfo& info) = 0;
-  /// A writer is gone.
+  /// A writer is no longer matched.
   virtual void left(const eprosima::fastrtps::rtps::InstanceHandle_t& /*writer*/) {}
 
-  /// @throw std::runtime_error where DDS refuses.
+  /// @throw std::runtime_error if DDS refuses.
   void open(Profile profile, fast::TopicDataType* type, const ReaderOptions& options);
   void close();
   void countReceived() { ++received_; }
@@ -105,7 +105,7 @@ class ReaderEnd : public ReaderBase, private fast::DataReaderListener {
   std::shared_ptr<Participant> participant_;
   std::string name_;
   fast::DataReader* reader_ = nullptr;
-  std::vector<std::string> senders_;  ///< as ReaderOptions has them
+  std::vector<std::string> senders_;  ///< as in ReaderOptions
   std::mutex callback_mutex_;
   bool closed_ = false;
   std::atomic<int> matched_{0};

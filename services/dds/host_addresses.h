@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The network addresses of this machine. */
+/** @file Network addresses of this machine. */
 #pragma once
 
 #include <set>
@@ -7,7 +7,7 @@
 
 namespace tandem::dds {
 
-/// IPv4 addresses of all interfaces, "127.0.0.1" among them. Empty where the system does not tell.
+/// IPv4 addresses of all interfaces, "127.0.0.1" among them. Empty if the system call fails.
 std::set<std::string> hostAddresses();
 
 }  // namespace tandem::dds

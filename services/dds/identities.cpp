@@ -9,7 +9,7 @@ namespace tandem::dds::detail {
 
 IdentityReader::IdentityReader(const std::shared_ptr<Participant>& participant)
     : ReaderEnd(participant, ddsTopicName(participant->options().prefix, kIdentity.name)) {
-  constexpr int kDepth = 64;  // processes that tell at the same time
+  constexpr int kDepth = 64;  // samples of processes that publish at the same time
   open(kIdentity.profile, new GuardedSupport<Identity>, {kDepth});
 }
 

@@ -14,14 +14,14 @@
 
 namespace tandem::dds::detail {
 
-/** Keeps what each other process has published about itself, as long as it is there. */
+/** Keeps the identities of all other participants as long as these exist. */
 class IdentityReader final : public ReaderEnd {
  public:
   explicit IdentityReader(const std::shared_ptr<Participant>& participant);
   ~IdentityReader() override;
 
   std::vector<Identity> all() const;
-  /// Also of those who have left of late.
+  /// Also finds recently ended sessions.
   std::optional<Identity> find(std::uint64_t session) const;
 
  private:

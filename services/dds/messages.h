@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Aliases of the messages of idl/ for the services. */
+/** @file Names of the idl/ messages in namespace tandem::dds. */
 #pragma once
 
 #include "idl/messages.h"

@@ -24,7 +24,7 @@ namespace {
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::Duration_t;
 
-constexpr std::uint32_t kMostParticipants = 32;   // per host; the default of 4 leaves later ones unmatched
+constexpr std::uint32_t kMostParticipants = 32;   // per host; with the default of 4, later ones remain unmatched
 constexpr std::uint32_t kSocketBuffer = 1 << 20;  // bytes; the kernel may grant less
 
 bool isIpv4(const std::string& text) {
@@ -74,10 +74,10 @@ rtps::Locator_t locator(const std::string& address, int port = 0) {
   return result;
 }
 
-/// Servers are known by their prefix; this is the usual one.
+/// GUID prefix that identifies a server; this is the usual one.
 constexpr const char* kServerPrefix = "44.53.00.5f.45.50.52.4f.53.49.4d.41";
 
-/// A server announces participants to one another.
+/// Configures discovery through a server, which announces participants to one another.
 void discoverThrough(const DiscoveryServer& server, fast::WireProtocolConfigQos& wire) {
   auto& config = wire.builtin.discovery_config;
   const rtps::Locator_t place = locator(server.address, server.port);
@@ -133,7 +133,7 @@ fast::DomainParticipantQos participantQos(const BusOptions& options,
   qos.transport().use_builtin_transports = false;
 
   auto& builtin = qos.wire_protocol().builtin;
-  // A unicast metatraffic locator of our own takes the place of the multicast one.
+  // An explicit unicast metatraffic locator replaces the multicast one.
   builtin.metatrafficUnicastLocatorList.push_back(locator(options.interface_address));
   std::set<std::string> peers;
   if (options.discovery) {
@@ -145,18 +145,18 @@ fast::DomainParticipantQos participantQos(const BusOptions& options,
   for (const std::string& peer : peers) {
     builtin.initialPeersList.push_back(locator(peer));
   }
-  // Longer than any freeze that shall be survived: a participant that thaws after its lease meets peers that have
-  // forgotten it while it has not forgotten them, and 2.9.1 may take a minute to match them again. Watchdogs of ours
-  // notice silence long before.
+  // Longer than any freeze that a process is to survive: when a participant resumes after its lease has expired, its
+  // peers have removed it but it has not removed them, and 2.9.1 may take a minute to match them again. Tandem's
+  // watchdogs detect silence long before.
   builtin.discovery_config.leaseDuration = Duration_t(15, 0);
-  // Newcomers announce themselves five times within their first 0.1 s, and whoever is there answers the first one that
-  // it receives. Later announcements repair losses alone; each is a datagram to 32 ports of each peer.
+  // A new participant announces itself five times within its first 0.1 s; each existing one replies to the first one
+  // that it receives. Later announcements only repair losses; each is a datagram to 32 ports of each peer.
   builtin.discovery_config.initial_announcements = {5, Duration_t(0, 20'000'000)};
   builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(1, 0);
   return qos;
 }
 
-/// What the middleware has to say, refusals of strangers above all, goes to stderr: stdout is for answers.
+/// Sends the log of Fast DDS, mainly refusals of uncertified participants, to stderr: stdout is for results.
 void logToStderr() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -167,7 +167,7 @@ void logToStderr() {
   });
 }
 
-/// What both ends of a topic agree upon.
+/// Quality of service common to readers and writers of a topic.
 struct Contract {
   bool reliable = true;
   bool latched = false;
@@ -194,10 +194,10 @@ void applyContract(const Contract& contract, bool limited, Qos& qos) {
   qos.ownership().kind = contract.exclusive ? fast::EXCLUSIVE_OWNERSHIP_QOS : fast::SHARED_OWNERSHIP_QOS;
   if (contract.expiry > 0.0 && limited) {
     const auto expiry = Duration_t(static_cast<long double>(contract.expiry));
-    // No lifespan: Fast DDS judges it by the sender's wall clock, and clocks need not agree. Commands say what they
-    // answer.
+    // No lifespan: Fast DDS measures it by the sender's wall clock, and clocks may differ. Commands contain the
+    // sequence of the state that they answer.
     qos.deadline().period = expiry;
-    // AUTOMATIC would keep a dead writer alive while any other participant lives.
+    // AUTOMATIC would report a dead writer as alive while any other participant lives.
     qos.liveliness().kind = fast::MANUAL_BY_TOPIC_LIVELINESS_QOS;
     qos.liveliness().lease_duration = expiry;
   }
@@ -214,8 +214,8 @@ void applyHistory(int depth, bool plain, Qos& qos) {
   limits.allocated_samples = std::min(depth, 64);
   qos.endpoint().history_memory_policy =
       plain ? rtps::PREALLOCATED_MEMORY_MODE : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  // Off: a 2.9.1 reader that joins while the writer is busy can abort its process (an assertion of ReaderPool loses a
-  // race), and killed writers leave their pools in /dev/shm. UDP costs some 20 us more per hop.
+  // Off: a 2.9.1 reader that joins during a write can abort its process (race condition at an assertion in ReaderPool),
+  // and killed writers leave their pools in /dev/shm. UDP costs about 20 us more per hop.
   qos.data_sharing().off();
 }
 
@@ -224,7 +224,7 @@ void applyHistory(int depth, bool plain, Qos& qos) {
 Participant::Participant(const BusOptions& options) : options_(options) {
   check(options);
   logToStderr();
-  // Within one process callbacks would otherwise run in the writer's thread.
+  // Otherwise callbacks within one process would run in the writer's thread.
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
@@ -339,7 +339,7 @@ fast::DataWriterQos writerQos(Profile profile, const BusOptions& options, bool p
   const int depth = contract.latched ? 1 : stream && options.deterministic ? 4096 : 64;
   applyHistory(depth, plain, qos);
   qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
-  // A lost sample is asked for again within milliseconds, not seconds.
+  // A lost sample is requested again within milliseconds, not seconds.
   auto& times = qos.reliable_writer_qos().times;
   times.initialHeartbeatDelay = Duration_t(0, 5'000'000);
   times.heartbeatPeriod = Duration_t(0, 20'000'000);

@@ -19,7 +19,7 @@ namespace tandem::dds::detail {
 
 namespace fast = eprosima::fastdds::dds;
 
-/** Owns the participant; shared by the Bus and all its endpoints, so that it goes last. */
+/** Owns the participant; shared by the Bus and all its readers and writers, so that it is destroyed last. */
 class Participant : private fast::DomainParticipantListener {
  public:
   explicit Participant(const BusOptions& options);
@@ -27,17 +27,17 @@ class Participant : private fast::DomainParticipantListener {
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
 
-  /// The DDS topic of this name, created on first use. @throw std::runtime_error where its type differs from before.
+  /// The DDS topic of this name, created on first use. @throw std::runtime_error if it exists with another type.
   fast::Topic* topic(const std::string& dds_name, const fast::TypeSupport& type);
 
   fast::Publisher* publisher() { return publisher_; }
   /** Deletes a writer of publisher(), its samples first: Fast DDS before 2.12.2 releases them without a lock while its
-   * thread of events may walk over them for a heartbeat, which then walks for ever (Fast DDS, pull request 4076). */
+   * event thread may iterate over them for a heartbeat, which then never ends (Fast DDS, pull request 4076). */
   void remove(fast::DataWriter* writer);
   fast::Subscriber* subscriber() { return subscriber_; }
   const BusOptions& options() const { return options_; }
 
-  /// The name that the participant of this writer has given itself; empty: none.
+  /// Name of the participant of this writer; empty if unknown.
   std::string senderOf(const eprosima::fastrtps::rtps::InstanceHandle_t& writer) const;
 
   void noteDropped(const std::string& topic, const char* why);
@@ -68,7 +68,7 @@ fast::DataWriterQos writerQos(Profile profile, const BusOptions& options, bool p
 /// Quality of service of a reader.
 fast::DataReaderQos readerQos(Profile profile, const BusOptions& options, const ReaderOptions& reader, bool plain);
 
-/// "another end of TOPIC was refused: its RELIABILITY differs".
+/// "another process on topic TOPIC was rejected: different reliability ...".
 std::string describeIncompatible(const std::string& topic, std::uint32_t policy);
 
 }  // namespace tandem::dds::detail

@@ -7,7 +7,7 @@ namespace tandem::dds {
 /// The first port of a domain.
 constexpr int firstPort(int domain) { return 7400 + 250 * domain; }
 
-/// Where a participant of this machine, counted from 0, learns of others.
+/// Discovery port of a participant of this machine, counted from 0.
 constexpr int discoveryPort(int domain, int participant) { return firstPort(domain) + 10 + 2 * participant; }
 
 }  // namespace tandem::dds

@@ -17,7 +17,7 @@ using eprosima::fastrtps::rtps::SerializedPayload_t;
 constexpr std::size_t kEncapsulation = 4;      // bytes in front of CDR
 constexpr std::uint32_t kUsualPayload = 4096;  // bytes; larger ones make DDS allocate
 
-/** A type of which only the name is known: samples are the bytes. For writers a sample is a string_view, for readers a
+/** Type support for serialized samples of a type known by name only. A writer's sample is a string_view, a reader's a
  * string. */
 class RawSupport final : public fast::TopicDataType {
  public:

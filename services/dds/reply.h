@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Answers to requests. */
+/** @file Replies to requests. */
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace tandem::dds {
 
-/// The answer to a request of a client; accepted with kOk.
+/// Reply to a client's request; accepted if `code` is kOk.
 template <class Request>
 Reply replyTo(const Request& request, ReplyCode code, std::string reason, std::uint32_t value = 0) {
   const std::uint8_t accepted = code == ReplyCode::kOk ? 1 : 0;

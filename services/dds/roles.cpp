@@ -15,7 +15,7 @@ constexpr unsigned bits(R... roles) {
   return (bit(roles) | ...);
 }
 
-/** What a word of Topic::publisher stands for. */
+/** Roles of a value of Topic::publisher. */
 struct Publisher {
   std::string_view words;
   unsigned roles;
@@ -34,7 +34,7 @@ constexpr std::array kPublishers{
     Publisher{"console", bits(kConsole)},
 };
 
-/// The roles that these words stand for; 0 where they stand for none.
+/// The roles of a value of Topic::publisher; 0 if unknown.
 constexpr unsigned rolesOf(std::string_view words) {
   for (const Publisher& publisher : kPublishers) {
     if (publisher.words == words)
@@ -118,7 +118,7 @@ bool maySubscribe(Role role, const TopicInfo& topic) {
 Rights rightsOf(Role role, const std::string& prefix) {
   Rights rights;
   for (const TopicInfo& topic : allTopics({kAnyArm})) {
-    // The arm is part of the name already.
+    // topic.name already contains the arm.
     const std::string dds_name = ddsTopicName(prefix, topic.name);
     if (mayPublish(role, topic))
       rights.publish.push_back(dds_name);

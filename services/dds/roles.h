@@ -15,16 +15,16 @@
 
 namespace tandem::dds {
 
-/** What a process is there for. */
+/** Security role of a process. */
 enum class Role {
   kPlanning,
   kControl,
   kHal,              ///< tandem-hal, and tandem-sim in its place
   kTracker,          ///< driver of a tip tracker
   kConsoleOperator,  ///< clients that command
-  kConsoleViewer,    ///< clients that look
+  kConsoleViewer,    ///< clients that only observe
   kRecorder,
-  kConsole,  ///< tandem-console: asks in the names of those who have shown it a token, shows them everything
+  kConsole,  ///< tandem-console: forwards requests of pages with a valid token, shows them all topics
 };
 
 inline constexpr std::array kRoles{Role::kPlanning,        Role::kControl,       Role::kHal,      Role::kTracker,
@@ -36,21 +36,20 @@ std::optional<Role> roleFromName(std::string_view name);
 /// For people, e.g. "tandem-hal or tandem-sim".
 const char* describe(Role role);
 
-/// Whether a role may write a topic, by what Topic::publisher says of it. A topic whose publisher stands for no role
-/// does not compile.
+/// Whether a role may write a topic, by its Topic::publisher. A topic whose publisher has no role does not compile.
 bool mayPublish(Role role, const TopicInfo& topic);
 
-/// Whether a role may read a topic: requests are for those who answer them, commands for who obeys them, the rest is
-/// for all. A recorder and tandem-console read everything.
+/// Whether a role may read a topic: requests are for the services that reply, commands for the drive side, all others
+/// for all roles. The recorder and tandem-console read everything.
 bool maySubscribe(Role role, const TopicInfo& topic);
 
-/** Names in DDS of the topics that a role may write and read; `*` stands for the name of any arm. */
+/** DDS names of the topics that a role may write and read; `*` matches the name of any arm. */
 struct Rights {
   std::vector<std::string> publish, subscribe;
 };
 
 /// Rights of a role at the robot with this topic prefix.
-/// @throw std::invalid_argument for a prefix that is none.
+/// @throw std::invalid_argument for an invalid prefix.
 Rights rightsOf(Role role, const std::string& prefix);
 
 }  // namespace tandem::dds

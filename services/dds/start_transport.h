@@ -12,14 +12,14 @@ namespace tandem::dds::detail {
 /** Sends nothing until open() is called.
  *
  * Fast DDS 2.9 sends the first announcement of a participant before it registers its receivers
- * (RTPSParticipantImpl::enable()). Others answer an announcement once, so the answers that come in between are lost,
- * and the newcomer knows these participants only after their next periodic announcement. The later initial
- * announcements of the newcomer, which this transport lets pass, are answered when it can receive. */
+ * (RTPSParticipantImpl::enable()). Others reply to an announcement once, so replies that arrive in between are lost,
+ * and the new participant discovers these participants only at their next periodic announcement. Replies to its later
+ * initial announcements, which this transport sends, arrive when it can receive. */
 class StartTransportDescriptor final : public eprosima::fastdds::rtps::ChainingTransportDescriptor {
  public:
   explicit StartTransportDescriptor(std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> below);
 
-  /// The participant has been created.
+  /// Enables sending; called after the participant has been created.
   void open() { *open_ = true; }
 
   eprosima::fastdds::rtps::TransportInterface* create_transport() const override;

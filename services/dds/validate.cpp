@@ -8,7 +8,7 @@
 namespace tandem::dds {
 namespace {
 
-/// What ranges of single members do not say.
+/// Conditions between several members of a message.
 template <class M>
 const char* mismatch(const M&) {
   return nullptr;
@@ -27,7 +27,7 @@ const char* mismatch(const Marker& marker) {
              : nullptr;
 }
 
-/** Looks at every member, and at those of structs in it; keeps the first thing that is wrong. */
+/** Checks every member, also of nested structs; keeps the first defect. */
 class Check {
  public:
   template <class T>
@@ -45,7 +45,7 @@ class Check {
     if (wrong && problem_ == nullptr)
       problem_ = words;
   }
-  /// A value, or the length of a text or list.
+  /// Whether a value, or the length of a text or list, exceeds its range.
   static bool beyond(std::uint64_t value, const Range* range, std::size_t usual) {
     return range == nullptr ? value > usual : value > range->most && static_cast<std::int64_t>(value) != range->also;
   }
@@ -62,7 +62,7 @@ class Check {
   }
   void look(const std::string& text, const Range* range) {
     note(beyond(text.size(), range, kMaxText), range ? range->words : "text too long");
-    // CDR ends a text at its first NUL: what follows would be lost.
+    // CDR ends a text at its first NUL: the remainder would be lost.
     note(text.find('\0') != std::string::npos, "NUL within a text");
   }
   template <class T, std::size_t N>

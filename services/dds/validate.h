@@ -2,8 +2,8 @@
 /** @file Validation of messages against the ranges of the IDL: counts beyond capacity, indices beyond arrays, oversized
  * texts and lists.
  *
- * Checked before a message is written and after it is read, so that no consumer has to. Values (finite, fresh, in
- * sequence, inside limits) are the consumers' concern.
+ * Checked before a message is written and after it is read, so that consumers need not. Consumers check values (finite,
+ * recent, in sequence, inside limits).
  */
 #pragma once
 
@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxText = 64 * 1024;           ///< bytes of a tex
 inline constexpr std::size_t kMaxList = 64 * 1024;           ///< elements of a list likewise
 inline constexpr std::size_t kMaxPayload = 4 * 1024 * 1024;  ///< bytes of an encoded sample
 
-/// What is wrong with a message, or nullptr if nothing is.
+/// First defect of a message; nullptr if none.
 template <class M>
 const char* malformed(const M& message);
 

@@ -9,17 +9,17 @@
 
 namespace tandem::dds {
 
-/// Structs with a list of members, which may stand in others.
+/// Structs with a list of members, possibly nested.
 template <class M>
 concept Listed = requires {
   typename Wire<M>::Generated;
 };
-/// Points, quaternions, colours: arrays of numbers here.
+/// Points, quaternions, colours: arrays of numbers in plain messages.
 template <class W>
 concept Numbers = requires(W& w) {
   numbersOf(w);
 };
-/// Times and durations: ns here.
+/// Times and durations: ns in plain messages.
 template <class W>
 concept Seconds = requires(W& w) {
   w.nanosec();
@@ -91,14 +91,14 @@ void fromWire(typename Wire<M>::Generated& wire, M& message) {
   CopyFromWire{}(message, wire);
 }
 
-/** A generated value that knows whether the last decoding into it succeeded. */
+/** A generated value with the success of its last decoding. */
 template <class M>
 struct Sample : Wire<M>::Generated {
   bool decoded = false;
 };
 
-/** The generated (de)serialiser, hardened: bytes from foreign writers may be anything. Only ever decodes into a
- * Sample<M>; decoding never fails toward DDS (which would stop taking) but leaves `decoded` false. */
+/** Generated type support, hardened against arbitrary bytes of foreign writers. Decodes only into a Sample<M>; after a
+ * failure `decoded` is false, but DDS gets success, because it would otherwise stop taking samples. */
 template <class M>
 class GuardedSupport : public Wire<M>::Support {
  public:
