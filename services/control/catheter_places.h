@@ -21,7 +21,7 @@ class CatheterPlaces {
   bool update(const dds::ActuationState& state);
 
   const Eigen::Isometry3d& tip(int arm) const { return tips_[static_cast<std::size_t>(arm)]; }
-  /// Without stamp and frame. The only "tube" is the first one.
+  /// Shape without stamp and frame; all points belong to tube 1.
   dds::Shape shape(int arm) const;
 
  private:

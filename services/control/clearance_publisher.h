@@ -9,12 +9,12 @@
 
 namespace tandem::control_service {
 
-/** Clearances of all pairs of whole bodies at measured joints. Stateful as elastic arms are: their equilibria are
- * followed from state to state. */
+/** Clearances of all pairs of bodies at measured joints. Stateful, because the branches of elastic arms are followed
+ * from state to state. */
 class ClearanceMeter {
  public:
   ClearanceMeter(const runtime::Setup& setup, const robots::RobotModel& robot);
-  /// Bodies of arms that are not measured, or for which the model cannot answer, are left out. Allocates.
+  /// Omits arms without valid measurements or without a solution of their model. Allocates.
   dds::Clearances measure(const dds::ActuationState& state);
 
  private:
@@ -28,15 +28,15 @@ class ClearanceMeter {
   std::uint32_t joint_resets_ = 0;
 };
 
-/** Publishes control/clearance from a thread of its own, which looks at the newest state when it has time: bodies of
- * elastic arms take long. */
+/** Publishes control/clearance from a separate thread, always for the newest state: bodies of elastic arms take long to
+ * compute. */
 class ClearancePublisher {
  public:
   ClearancePublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot);
   /// Before enterRealtime(): the thread inherits the scheduling of the caller.
   void start() { outbox_.start(); }
   void stop() { outbox_.stop(); }
-  /// Wait-free; from one thread. Of catheters nothing is said.
+  /// Wait-free; from one thread. No effect for catheters.
   void post(const dds::ActuationState& state) noexcept {
     if (measures_)
       states_.post(state);

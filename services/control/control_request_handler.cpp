@@ -59,7 +59,7 @@ ControlRequestHandler::Settings ControlRequestHandler::changed(const dds::Contro
     s.parameters.bounds = *bounds;
     return s;
   }
-  // The Ipopt backend allocates and waits; it has no place on the periodic path.
+  // The Ipopt backend is no parameter: it allocates and waits, which the periodic path does not permit.
   std::string names = "bounds";
   const auto set = [&](const char* known, double& value) {
     names += std::string(", ") + known;
@@ -150,7 +150,7 @@ std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(cons
     }
     case dds::ControlKind::kSetMethod:
     case dds::ControlKind::kSetParameter:
-      // This takes long: others could keep the thread busy with it that receives stops.
+      // Only for the lease owner: this takes long, and other clients could block the thread that also receives stops.
       if (request.client != holder) {
         const auto reason = holder == 0 ? operation::Reason::kNoLease : operation::Reason::kOtherLease;
         return refused(dds::ReplyCode::kNotLeaseHolder, std::string(idl::name(reason)));
@@ -179,7 +179,7 @@ std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(cons
       result.arm = static_cast<int>(k);
   }
   const auto parsed = idl::fromName<safety::StateCommand>(command.string);
-  if (!parsed || *parsed == safety::StateCommand::kRecover) {  // a deliberate act, under the lease
+  if (!parsed || *parsed == safety::StateCommand::kRecover) {  // recover needs an explicit request of the lease owner
     refusal = arm + "/state_command: found '" + command.string.substr(0, 40) +
               "', expected enable, disable, pause, resume, home or unhome";
     return std::nullopt;

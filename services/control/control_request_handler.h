@@ -15,18 +15,18 @@
 
 namespace tandem::control_service {
 
-/// What control operates. Both outlive it.
+/// Configuration of the control core; both arguments outlive it.
 inline operation::ControlSetup controlSetupOf(const runtime::Setup& setup, const robots::RobotModel& robot) {
   return {setup.deployment, setup.robot, robot, setup.session, runtime::monotonicNow};
 }
 
-/** Turns requests into orders; owns the settings of the method. Used by DDS threads and by the publisher thread, never
- * by the periodic one. */
+/** Converts requests; owns the settings of the method. For DDS threads and the publisher thread, never for the periodic
+ * one. */
 class ControlRequestHandler {
  public:
   ControlRequestHandler(const runtime::Setup& setup, const robots::RobotModel& robot);
 
-  /// @param holder  of the lease, 0: nobody  @return an order, or nothing and a reply that says why.
+  /// @param holder  lease owner, 0: none @return the converted request, or nothing and a refusal with the reason.
   std::optional<operation::ParsedControlRequest> parse(const dds::ControlRequest& request,
                                                        std::uint64_t holder,
                                                        dds::Reply& refusal);
@@ -34,10 +34,10 @@ class ControlRequestHandler {
                                                        const dds::StringStamped& command,
                                                        std::string& refusal) const;
 
-  /// What follows from the answer: settings become those of the accepted method, retired trackers are deleted.
+  /// Converts a reply; also stores the settings of an accepted method and deletes retired trackers.
   dds::Reply replyTo(const operation::ControlReply& reply);
 
-  /// A tracker for the present settings.
+  /// Creates a tracker with the present settings.
   std::unique_ptr<planning::ReferenceTracker> makeTracker() const;
 
  private:

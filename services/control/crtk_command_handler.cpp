@@ -13,8 +13,8 @@
 namespace tandem::control_service {
 namespace {
 
-constexpr double kForgotten = 10.0;  ///< silence after which a stream is another one, s
-constexpr double kLeak = 1e-3;       ///< by which clocks may drift, s per s
+constexpr double kForgotten = 10.0;  ///< silence after which a new stream begins, s
+constexpr double kLeak = 1e-3;       ///< largest relative drift of two clocks, s per s
 
 std::string milliseconds(double seconds) { return fmt::format("{:.1f} ms", 1e3 * seconds); }
 

@@ -17,17 +17,17 @@
 
 namespace tandem::control_service {
 
-/** How old the samples of one stream are, from writers that know nothing of control's clock. */
+/** Age check of one command stream, whose writer does not use control's clock. */
 class CrtkStream {
  public:
-  /** @param by_arrival  age: by how much later than the quickest sample of the stream this one comes; the first one of
-   * a stream, or after a silence, counts where wall clocks agree and only opens it otherwise. Else by the stamp, which
-   * is then of a wall clock that agrees with ours.
+  /** @param by_arrival  age: delay relative to the fastest sample of the stream; the first sample of a stream, or after
+   * a silence, is accepted if the wall clocks agree, and otherwise only starts the stream. false: age by the stamp,
+   * which requires a wall clock that agrees with this host's
    * @param budget  largest age, s */
   CrtkStream(bool by_arrival, double budget) : by_arrival_(by_arrival), budget_(budget) {}
 
-  /// Judges a sample. @param stamp  of its header, ns; @param wall, arrival  now, ns since 1970 and on a steady clock
-  /// @return why it does not count; empty: it does.
+  /// Checks a sample. @param stamp  of its header, ns @param wall, arrival  now, ns since 1970 and on a steady clock
+  /// @return reason of a refusal; empty: accepted
   std::string judge(std::int64_t stamp, std::int64_t wall, std::int64_t arrival);
 
  private:
@@ -35,17 +35,17 @@ class CrtkStream {
   double budget_;
   bool known_ = false;
   std::int64_t last_stamp_ = 0, last_arrival_ = 0;
-  double quickest_ = 0.0;  ///< arrival minus stamp of the quickest sample, s; forgets slowly
+  double quickest_ = 0.0;  ///< arrival minus stamp of the fastest sample, s; grows slowly to follow clock drift
 };
 
-/** Which control/status went with the feedback of which stamp: a state_command that repeats the stamp of the feedback
- * that its sender saw last answers that status, whatever the clocks say. Any thread. */
+/** Maps stamps of feedback to sequences of control/status: a state_command with the stamp of the last received feedback
+ * answers that status, independent of clocks. Any thread. */
 class FeedbackStamps {
  public:
   void record(std::int64_t stamp, std::uint64_t status);
-  /// @return the sequence of the status; 0: no feedback of late had this stamp
+  /// @return the sequence of the status; 0: no recent feedback has this stamp
   std::uint64_t statusOf(std::int64_t stamp) const;
-  /// Of the last feedback.
+  /// Sequence of the status of the last feedback.
   std::uint64_t last() const;
 
  private:
@@ -58,20 +58,20 @@ class FeedbackStamps {
   std::size_t next_ = 0;
 };
 
-/** All command topics of all arms and of the pair. */
+/** Handler of all command topics of all arms and of the pair. */
 class CrtkCommandHandler {
  public:
   using OnRequest = std::function<void(const operation::CrtkRequest&)>;
   CrtkCommandHandler(const runtime::Setup& setup, const robots::RobotModel& robot);
 
-  /// Readers of all topics that the robot has.
-  /// @param admitted  whose commands count
+  /// Creates readers of all command topics of the robot.
+  /// @param admitted  reader options with the admitted senders
   void listen(dds::Bus& bus,
               OnRequest on_request,
               const dds::ReaderOptions& admitted,
               std::vector<dds::Reader>& readers);
 
-  /// Turns a message into an order. @return why it is none; empty: it is one.
+  /// Converts a message to a request. @return reason of a refusal; empty: accepted
   std::string parse(const dds::JointState& message, operation::CrtkRequest& request) const;
   std::string parse(const dds::PoseStamped& message, operation::CrtkRequest& request) const;
   std::string parse(const dds::TwistStamped& message, operation::CrtkRequest& request) const;
@@ -79,10 +79,10 @@ class CrtkCommandHandler {
 
   /// The status that a state_command answers: see FeedbackStamps. 0: none.
   std::uint64_t answered(std::int64_t stamp) const;
-  /// Feedback that goes out now.
+  /// Records feedback that is published now.
   void noteFeedback(std::int64_t stamp, std::uint64_t status) { feedback_.record(stamp, status); }
 
-  /// What became of an order.
+  /// Counts the outcome of a request.
   void report(const operation::CrtkOutcome& outcome);
   void fill(const operation::CrtkSnapshot& snapshot, dds::CrtkStatus& status) const;
 
@@ -108,7 +108,7 @@ class CrtkCommandHandler {
   std::map<std::pair<int, int>, Entry> entries_;  ///< by group and verb
 };
 
-/// "arm_a_beta_1" ...: config::Arm::joint_names behind the arm's name, as in measured_js.
+/// "arm_a_beta_1" ...: config::Arm::joint_names with the arm's name as prefix, as in measured_js.
 std::vector<std::string> jointNames(const config::Arm& arm);
 
 }  // namespace tandem::control_service

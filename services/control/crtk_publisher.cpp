@@ -62,7 +62,7 @@ void CrtkPublisher::publish(const Snapshot& snapshot) {
 void CrtkPublisher::publishArm(Arm& arm, int k, const Snapshot& snapshot) {
   publishState(arm.ends, stateOf(k, snapshot));
   if (snapshot.state.sequence == 0)
-    return;  // nothing measured yet: say nothing rather than something invalid
+    return;  // no measurement yet: publish no invalid values
   const auto part = [&](const dds::JointArray& all) {
     const safety::ArmVector own = dds::jointsOf(all, k, robot_.size(k));
     return std::vector<double>(own.begin(), own.end());
@@ -89,7 +89,7 @@ void CrtkPublisher::publishArm(Arm& arm, int k, const Snapshot& snapshot) {
   publishGoals(arm.ends, k, arm.joint_names, snapshot);
 }
 
-/// x_AB and how it changes, in the axes of the base frame; as orientation that of A's tip in B's.
+/// x_AB and its velocity, in the axes of the base frame; orientation of A's tip in the frame of B's tip.
 void CrtkPublisher::publishPair(const Snapshot& snapshot) {
   const dds::OperatingState a = stateOf(0, snapshot), b = stateOf(1, snapshot);
   const auto rank = [](const std::string& state) {
@@ -138,7 +138,7 @@ void CrtkPublisher::publish(Ends& ends,
                             const Joints& setpoint,
                             std::int64_t stamp) {
   const auto write = [&](const Joints& joints, auto& js, auto& cp, auto& cv) {
-    // CRTK: a stamp of zero marks what is not valid.
+    // CRTK: a stamp of zero marks invalid values.
     js.write({joints.valid ? stamp : 0, frame_, names, joints.position, joints.velocity, {}});
     if (!joints.place.known)
       return;
@@ -158,7 +158,7 @@ void CrtkPublisher::publish(Ends& ends,
   write(setpoint, ends.setpoint_js, ends.setpoint_cp, ends.setpoint_cv);
 }
 
-/// Goals while there are any; once, with a stamp of zero, when they end.
+/// Publishes active goals, and once, with a stamp of zero, goals that have ended.
 void CrtkPublisher::publishGoals(Ends& ends,
                                  int group,
                                  const std::vector<std::string>& names,
@@ -200,7 +200,7 @@ void CrtkPublisher::publishState(Ends& ends, dds::OperatingState state) {
   const bool same = state.state == ends.last_state.state && state.is_homed == ends.last_state.is_homed &&
                     state.is_busy == ends.last_state.is_busy;
   if (same)
-    return;  // the topic is latched: late readers get the last one
+    return;  // the topic is latched: late readers get the last sample
   ends.operating_state.write(state);
   ends.last_state = std::move(state);
 }
@@ -212,7 +212,7 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
     const auto i = static_cast<std::size_t>(k);
     if (snapshot.faults[i].faults != 0)
       faults += "; FAULT of " + runtime::describe(setup_.robot, {k, snapshot.faults[i]});
-    // The clock of an arm that loses its power is no warning; one that keeps it for ever is.
+    // No warning for an arm that will be powered off when its idle time ends; a warning for one that keeps power.
     if (status.idle[i] > setup_.deployment.idle_power_off && status.idle_left[i] < 0.0)
       idle += fmt::format("; {} has had power for {:.0f} s without a commander", arms_[i].name, status.idle[i]);
     states += (k == 0 ? "" : ", ") + arms_[i].name + " " +

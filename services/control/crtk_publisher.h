@@ -16,7 +16,7 @@
 
 namespace tandem::control_service {
 
-/** A snapshot of the robot, handed over by the periodic thread. */
+/** Snapshot of the robot, from the periodic thread. */
 struct Snapshot {
   dds::ActuationState state;
   dds::ControlStatus status;
@@ -35,7 +35,7 @@ class CrtkPublisher {
   void publish(const Snapshot& snapshot);
 
  private:
-  /** Topics that an arm and the pair both have. */
+  /** Writers of the topics common to an arm and the pair. */
   struct Ends {
     Ends(dds::Bus& bus, const std::string& group);
     dds::Writer<dds::JointState> measured_js, setpoint_js, goal_js;
@@ -43,14 +43,14 @@ class CrtkPublisher {
     dds::Writer<dds::TwistStamped> measured_cv, setpoint_cv, goal_cv;
     dds::Writer<dds::OperatingState> operating_state;
     dds::OperatingState last_state;
-    bool has_js = false, has_cp = false, has_cv = false;  ///< the goal that was reported last is valid
+    bool has_js = false, has_cp = false, has_cv = false;  ///< the last published goal is valid
   };
-  /** Where a tip is and how it moves, or the relative position of two. */
+  /** Pose and velocity of a tip, or of one tip relative to another. */
   struct Place {
     bool known = false;
     Eigen::Vector3d position = Eigen::Vector3d::Zero(), linear = position, angular = position;
     Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-    bool moves = true;  ///< how it moves is known, too
+    bool moves = true;  ///< the velocity is valid, too
   };
   struct Joints {
     bool valid = true;
@@ -63,8 +63,8 @@ class CrtkPublisher {
     std::vector<std::string> joint_names;
     Ends ends;
     dds::Writer<dds::Shape> shape;
-    kinematics::Branch branch;  ///< of the measured joints, which an elastic arm's model follows
-    std::uint64_t session = 0;  ///< of the state that was last followed
+    kinematics::Branch branch;  ///< of the elastic model at the measured joints
+    std::uint64_t session = 0;  ///< of the last processed state
     std::uint32_t joint_resets = 0;
     Joints measured, setpoint;
   };
@@ -87,10 +87,10 @@ class CrtkPublisher {
   const robots::RobotModel& robot_;
   std::string frame_;
   std::optional<CatheterPlaces> catheters_;
-  bool catheters_known_ = false;  ///< at the joints of this snapshot
+  bool catheters_known_ = false;  ///< catheters_ is valid at the joints of this snapshot
   std::vector<Arm> arms_;
   std::optional<Ends> pair_;
-  std::vector<std::string> pair_names_;  ///< of its joints
+  std::vector<std::string> pair_names_;  ///< joint names of the pair
   dds::Bus& bus_;
   runtime::Diagnostics diagnostics_;
   std::vector<kinematics::ShapePoint> shape_;

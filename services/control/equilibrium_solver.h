@@ -15,7 +15,7 @@ namespace tandem::control_service {
 /** Computes equilibria at requested joints. The newest request replaces older ones. */
 class EquilibriumSolver {
  public:
-  /** A request. A plain struct. */
+  /** Request, a plain struct. */
   struct Request {
     std::int64_t stamp = 0;          ///< ns
     std::uint32_t joint_resets = 0;  ///< number of resets of the joints
@@ -47,7 +47,7 @@ class EquilibriumSolver {
   const runtime::Setup& setup_;
   std::optional<robots::EquilibriumFollower> follower_;
   std::uint32_t joint_resets_ = 0;
-  std::string last_reason_;  ///< why there was no equilibrium, at the last failure
+  std::string last_reason_;  ///< reason of the last failure; empty after a success
   Result result_;
   runtime::LatestValue<Result> results_;
   bool started_ = false;

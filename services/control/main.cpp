@@ -16,7 +16,7 @@ using control_service::Service;
 
 namespace {
 
-/** Lock-step: one worker thread answers states and references as they come. */
+/** Lock-step: one worker thread processes states and references in the order of arrival. */
 class LockStep {
  public:
   explicit LockStep(Service& service) : service_(service) {}
@@ -40,7 +40,7 @@ class LockStep {
  private:
   static constexpr double kIdle = 0.02;  // s
 
-  // Each returns whether the others should learn of it at once.
+  // Each returns whether the status must be published at once.
   bool take(std::monostate) { return true; }
   bool take(const dds::ActuationState& message) {
     state_ = message;
@@ -81,7 +81,7 @@ class LockStep {
 
   void speak(std::int64_t now, bool advance) {
     service_.core.cycle(now, advance, output_);
-    // The status first: whoever sees the state that follows from the command has it already.
+    // The status first: a receiver of the state that results from the command has then received the status.
     service_.statuses.write(output_.status);
     if (advance)
       service_.limits.write(output_.limits);
@@ -116,7 +116,7 @@ class LockStep {
   runtime::FaultWatch watch_;
 };
 
-/** Real time: a periodic thread that never sees DDS. */
+/** Real time: a periodic thread without DDS calls. */
 class RealTime {
  public:
   explicit RealTime(Service& service)
@@ -165,7 +165,7 @@ class RealTime {
     service_.answer(reply);
   }
 
-  /// Inputs of others than the commander must not overtake the commander's.
+  /// Inputs of other clients must not replace those of the lease owner.
   void putInput(const dds::TeleopInput& input) {
     (input.client == service_.holder.load(std::memory_order_relaxed) ? inputs_ : other_inputs_).store(input);
   }

@@ -62,7 +62,7 @@ std::string OperatorPublisher::limiterOf(const operation::OperatorSnapshot::Stag
   return "unknown";
 }
 
-/// "tube 2 of arm_a against tube 1, ...", the heaviest first; empty where no limit is in the way.
+/// "tube 2 of arm_a against tube 1, ...", the one with the largest multiplier first; empty if no limit is active.
 std::string OperatorPublisher::jointLimits(const dds::ControlStatus& status) const {
   const std::vector<std::string> names = config::shortArmNames(setup_.robot);
   std::string all;
@@ -115,7 +115,7 @@ dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
   m.wanted = snapshot.wanted;
   m.target = snapshot.target;
   m.position = snapshot.position;
-  // Those that are reported by name; a filter and a frame are no limits.
+  // Only stages that are limits; a filter and a frame are none.
   for (const Stage stage : {Stage::kFixture, Stage::kWorkspace, Stage::kRate, Stage::kReach}) {
     const std::string why = limiterOf(snapshot.stages[static_cast<std::size_t>(stage)]);
     if (!why.empty())

@@ -24,14 +24,14 @@
 
 namespace tandem::control_service {
 
-/** An arm that nobody commands, for the thread that logs. */
+/** An arm with power that no client commands, for the logging thread. */
 struct IdleReport {
   int arm = 0;
   double idle = 0.0;  ///< s
   safety::IdlePower::Decision decision{};
 };
 
-/** What both ways of running share: the bus, the topics, the handler for requests. */
+/** Common parts of real time and lock-step: bus, topics, request handlers. */
 struct Service {
   explicit Service(const runtime::Setup& s)
       : setup(s),
@@ -51,7 +51,7 @@ struct Service {
     permissions = bus.writer(dds::kControlPermissions);
   }
 
-  /// Readers; every callback runs on a DDS thread.
+  /// Creates all readers; every callback runs on a DDS thread.
   template <class OnState,
             class OnTips,
             class OnReference,
@@ -70,7 +70,7 @@ struct Service {
               OnMismatch on_mismatch) {
     mismatches.emplace(
         bus, [this](const dds::Reply& reply) { replies.write(reply); }, on_mismatch);
-    readers.push_back(bus.reader(dds::kControlStatus, [](const dds::ControlStatus&) {}));  // of others who control
+    readers.push_back(bus.reader(dds::kControlStatus, [](const dds::ControlStatus&) {}));  // to detect mismatches
     readers.push_back(bus.reader(dds::kTeleopInput, on_input));
     const config::Crtk& admission = setup.deployment.teleoperation.crtk;
     dds::ReaderOptions admitted;
@@ -110,7 +110,7 @@ struct Service {
         parsed->answers_control = crtk_command_handler.answered(command.stamp);
         if (parsed->arm != dds::kAllArms || robot.armCount() == 2)
           return on_request(*parsed);
-        for (parsed->arm = 0; parsed->arm < 2; ++parsed->arm)  // the pair of a robot with more arms
+        for (parsed->arm = 0; parsed->arm < 2; ++parsed->arm)  // the pair of a robot with more than two arms
           on_request(*parsed);
       };
       readers.push_back(bus.reader(dds::kStateCommand, group, take, admitted));
@@ -118,7 +118,7 @@ struct Service {
     clock.emplace(bus, setup);
   }
 
-  /// Calls `report` with every arm that has been without a commander for too long.
+  /// Calls `report` for every arm whose idle time-out has passed.
   template <class Report>
   static void reportIdle(const operation::CycleOutput& output, Report report) noexcept {
     for (std::size_t k = 0; k < output.idle.size(); ++k) {
@@ -140,7 +140,7 @@ struct Service {
     }
   }
 
-  /// What the thread that publishes for people shall say. @param m  of the periodic thread
+  /// Fills the snapshot for the publisher thread. @param m  owned by the periodic thread
   void fillMoment(std::int64_t now,
                   const dds::ActuationState& state,
                   const operation::CycleOutput& output,
@@ -170,7 +170,7 @@ struct Service {
       replies.write(message);
   }
 
-  /// What the bus knows beyond the reason of a refusal: whom it is about.
+  /// Supplement to the reason of a refusal: the clients or processes that it concerns, from their identities.
   std::string more(const operation::ControlReply& reply) const {
     std::string text;
     const operation::Reason reason = reply.refusal.reason;
@@ -204,7 +204,7 @@ struct Service {
   std::optional<runtime::MismatchHandler> mismatches;
   std::vector<dds::Reader> readers;
   std::optional<runtime::ClockRequestHandler> clock;
-  std::atomic<std::uint64_t> holder{0};  ///< of the lease, as control's thread last knew
+  std::atomic<std::uint64_t> holder{0};  ///< lease owner, last value from control's thread
 };
 
 }  // namespace tandem::control_service
