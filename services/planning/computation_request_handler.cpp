@@ -103,7 +103,7 @@ void ComputationRequestHandler::onRequest(const dds::ComputationRequest& request
 }
 
 std::optional<safety::RobotVector> ComputationRequestHandler::presentJoints() {
-  constexpr double kNoise = 1e-3;  // m or rad, by which encoders may show joints outside their limits
+  constexpr double kNoise = 1e-3;  // m or rad, encoder noise by which measured joints may exceed their limits
   states_.take(state_);
   if (state_.sequence == 0 || state_.arm_count != robot_.armCount())
     return std::nullopt;
@@ -163,8 +163,8 @@ dds::ComputationResult ComputationRequestHandler::run(const computation::Computa
 }
 
 void ComputationRequestHandler::compute() {
-  // Of this thread alone; the kernel schedules threads, not processes. References and other programs have priority
-  // over computations.
+  // Applies to this thread only, since the kernel schedules threads. References and other programs have priority over
+  // computations.
   const sched_param none{};
   if (sched_setscheduler(0, SCHED_BATCH, &none) != 0 ||
       setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice) != 0)
@@ -200,7 +200,7 @@ void ComputationRequestHandler::compute() {
       refusal = computation::Refusal(dds::ReplyCode::kFailed, error.what());
     }
     {
-      // Free before the answer: whoever sees it may ask for the next one.
+      // Free the job before the result is sent: its receiver may request the next computation at once.
       const std::lock_guard lock(mutex_);
       job_.reset();
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Computation request handler: clients' computations, one at a time, in a low-priority thread. */
+/** @file Computation request handler: executes computations of clients, one at a time, in a low-priority thread. */
 #pragma once
 
 #include <atomic>
@@ -18,26 +18,26 @@
 
 namespace tandem::planning_service {
 
-/** Takes requests, computes one at a time, tells how far it is, answers.
+/** Executes requests one at a time, publishes progress and results.
  *
- * A thread of its own computes, at a lower scheduling priority than all others of the process (nice 10). What it has to
- * say is sent by another thread of ordinary priority, so that no lock of DDS is ever held by a thread that the machine
- * has no time for. Nothing here waits for the thread that publishes references, nor that one for anything here.
+ * A separate thread computes, at a lower scheduling priority than all others of the process (nice 10). A second thread
+ * of ordinary priority sends its messages, so that no preempted low-priority thread has a DDS lock. The handler and the
+ * thread that publishes references never wait for each other.
  *
- * A computation ends early when its client says so, when its client has said nothing for kSilence, at its time limit,
- * or with the handler. While one runs, other clients get the answer that planning is busy. */
+ * A computation ends early when its client cancels it, after kSilence without a keep-alive of its client, at its time
+ * limit, or with the handler. While one runs, other requests are refused as busy. */
 class ComputationRequestHandler {
  public:
-  static constexpr double kSilence = 5.0;   ///< s, of a client that is still there
-  static constexpr double kProgress = 0.2;  ///< s, between two messages of progress; more where nobody gives us time
+  static constexpr double kSilence = 5.0;   ///< s, longest permitted silence of a client
+  static constexpr double kProgress = 0.2;  ///< s, shortest period of progress messages
   static constexpr int kNice = 10;
 
   using Outgoing = std::variant<dds::Reply, dds::ComputationProgress, dds::ComputationResult, Plan>;
 
-  /// A Plan goes out before the result of the check that found it feasible.
-  /// @param send  called by the handler's sending thread, one message after another
+  /// Sends a Plan before the result of its feasibility check.
+  /// @param send  called by the handler's sending thread, for one message at a time
   ComputationRequestHandler(const runtime::Setup& setup, std::function<void(const Outgoing&)> send);
-  /// Cancels what runs and sends its result.
+  /// Cancels the running computation and sends its result.
   ~ComputationRequestHandler();
   ComputationRequestHandler(const ComputationRequestHandler&) = delete;
   ComputationRequestHandler& operator=(const ComputationRequestHandler&) = delete;
@@ -51,7 +51,7 @@ class ComputationRequestHandler {
   struct Job {
     dds::ComputationRequest request;
     std::int64_t begin = 0;                 ///< ns
-    std::atomic<std::int64_t> received{0};  ///< of its client, ns
+    std::atomic<std::int64_t> received{0};  ///< last request or keep-alive of its client, ns
     std::atomic<dds::CancelledBy> cancelled{dds::CancelledBy::kNobody};
   };
 
@@ -65,13 +65,13 @@ class ComputationRequestHandler {
   robots::RobotModel robot_;
   std::function<void(const Outgoing&)> send_;
   runtime::LatestValue<dds::ActuationState> states_;
-  dds::ActuationState state_;  ///< the computing thread's
+  dds::ActuationState state_;  ///< computing thread only
   std::mutex mutex_;
   std::condition_variable arrived_;
-  std::shared_ptr<Job> job_;  ///< the one that waits or runs
-  bool taken_ = false;        ///< it runs
+  std::shared_ptr<Job> job_;  ///< waiting or running
+  bool taken_ = false;        ///< job_ is running
   bool end_ = false;
-  runtime::Mailbox<std::optional<Outgoing>> outgoing_;  ///< nothing: the end
+  runtime::Mailbox<std::optional<Outgoing>> outgoing_;  ///< empty: ends the sending thread
   std::thread computer_, sender_;
 };
 

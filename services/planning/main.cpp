@@ -17,7 +17,7 @@ using namespace tandem;
 
 namespace {
 
-/** One way in real time and in lock-step: what comes moves the planner. */
+/** Event loop for real time and lock-step: each received message advances the planner. */
 class Planner {
  public:
   explicit Planner(const runtime::Setup& setup)
@@ -80,7 +80,7 @@ class Planner {
     replies_.write(reply);
   }
 
-  // What the handler of computations has to say; its own thread.
+  // Messages of the computation request handler, from its sending thread.
   void send(const dds::Reply& reply) { replies_.write(reply); }
   void send(const dds::ComputationProgress& step) { progress_.write(step); }
   void send(const planning_service::Plan& plan) { loop_.put(plan); }

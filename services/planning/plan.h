@@ -10,9 +10,9 @@
 namespace tandem::planning_service {
 
 struct Plan {
-  std::string trajectory;                   ///< the text that was checked
-  safety::RobotVector start;                ///< joints that it was checked from, m and rad
-  std::vector<safety::RobotVector> points;  ///< joints at each point
+  std::string trajectory;                   ///< text of the checked trajectory
+  safety::RobotVector start;                ///< start configuration of the check, m and rad
+  std::vector<safety::RobotVector> points;  ///< joints at each point, m and rad
 };
 
 }  // namespace tandem::planning_service

@@ -17,7 +17,7 @@ namespace {
 
 using dds::replyTo;
 
-/// Somebody moves the robot by hand.
+/// An operator or a CRTK client commands the robot.
 bool operated(const dds::ControlStatus& status) {
   const auto source = static_cast<dds::Source>(status.source);
   return source == dds::Source::kTeleoperation || source == dds::Source::kCrtk;
@@ -38,7 +38,7 @@ bool PlanningCore::active() const {
   return phase == planning::Phase::kRunning || phase == planning::Phase::kPaused;
 }
 
-/// Elastic arms remember their way, so every state is followed, whether a trajectory runs or not.
+/// The branch of an elastic arm depends on its history, so every state is processed, also without a running trajectory.
 void PlanningCore::followState() {
   safety::RobotVector q;
   if (dds::measuredJoints(state_, robot_.armCount(), robot_.jointCount(), q))
@@ -68,7 +68,7 @@ void PlanningCore::onTips(const dds::TipPoses& tips) {
   }
 }
 
-/// Lock-step: whether everything that belongs to the present state is here.
+/// Lock-step: whether all messages of the present state have been received.
 bool PlanningCore::complete() const {
   return !lock_step_ || !sensor_ ||
          (tips_message_.state_session == state_.session && tips_message_.answers_state >= state_.sequence);
@@ -117,7 +117,7 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
   bool enabled = true;
   for (std::size_t k = 0; k < status.arm_count; ++k) {
     const auto state = static_cast<safety::OperatingState>(status.operating_state[k]);
-    // A pause is a pause; without power the run is over, so that a later `enable` moves nothing.
+    // A pause does not end the run; loss of power does, so that a later `enable` moves nothing.
     if (state == safety::OperatingState::kDisabled || state == safety::OperatingState::kFault) {
       return end(setup_.robot.arms[k].name + " became " + std::string(safety::name(state)));
     }
@@ -125,8 +125,8 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
   }
   if (lock_step_)
     return;
-  // While control holds the trajectory, it does not run away from it.
-  // A reference is repeated; the answer to any repetition of the present one will do, for over a network it is late.
+  // While control holds the trajectory, no new reference is generated. References are repeated; because of network
+  // delay, a status that answers any repetition of the present one is sufficient.
   const bool answered = status.answers_reference >= asked_since_ && status.answers_reference <= sequence_;
   if (enabled && status.hold == 0 && answered) {
     advance();
@@ -143,7 +143,8 @@ void PlanningCore::end(const std::string& why) {
 }
 
 void PlanningCore::refresh() {
-  // In lock-step the chain of states drives a running trajectory; a repeated reference would be answered twice.
+  // In lock-step each state triggers the next reference of a running trajectory; control would answer a repeated one
+  // twice.
   if (!lock_step_ || !active())
     publish();
 }
@@ -211,7 +212,7 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
   return replyTo(request, dds::ReplyCode::kOk, "");
 }
 
-/// Why a trajectory cannot be run as it was planned; empty if it can.
+/// Reason why a trajectory cannot run with its planned joints; empty if it can.
 std::string PlanningCore::unplanned(const dds::PlanningRequest& request) const {
   constexpr double kAway = 5e-4, kTurned = 5e-3;  // m, rad: noise of encoders
   if (!plan_ || plan_->trajectory != request.trajectory || plan_->start.size() != robot_.jointCount())

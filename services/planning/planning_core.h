@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Planning state machine: requests and states in, references out; no DDS, no threads. */
+/** @file Planning state machine: computes references from requests and states; no DDS, no threads. */
 #pragma once
 
 #include <memory>
@@ -13,13 +13,14 @@
 
 namespace tandem::planning_service {
 
-/** Runs trajectories: requests in, references out. One thread.
+/** Runs trajectories as sequences of references. For one thread.
  *
- * Real time: every control/status that used the last reference asks for the next one, so that one reference is one
- * control cycle; the state that it judges is the latest. Lock-step: every state of a new instant asks for the next one.
- * Where the tips are is what control takes them to be: its model's, or measured ones (`feedback`).
- * While nothing runs, references without tasks echo what has been received from state and control, so that a client
- * knows when a trajectory may start. */
+ * Real time: every control/status that answers the last reference triggers the next one, so that each control cycle
+ * gets one reference, computed from the latest state. Lock-step: every state with a new stamp triggers the next one.
+ * Tip positions have the same source as in control: model or measurement (`feedback`). Without a run, references
+ * without tasks contain the sequences of the received state and status, from which a client detects that a trajectory
+ * may start.
+ */
 class PlanningCore {
  public:
   explicit PlanningCore(const runtime::Setup& setup);
@@ -27,7 +28,7 @@ class PlanningCore {
   void onState(const dds::ActuationState& state);
   void onStatus(const dds::ControlStatus& status);
   void onTips(const dds::TipPoses& tips);
-  /// The last trajectory that was found feasible: it may be run with the joints that were found.
+  /// Stores the last trajectory that was found feasible: it may run with its planned joints.
   void onPlan(Plan plan) { plan_ = std::move(plan); }
   /// A request of a client; `path` is filled when a trajectory was started.
   dds::Reply onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
@@ -35,10 +36,11 @@ class PlanningCore {
   /// The reference to publish now, if there is one.
   std::optional<dds::PlanningReference> take();
 
-  /// Keeps the last reference alive while nothing else happens (paused, or control pauses): call about every 50 ms.
+  /// Repeats the last reference while no message triggers one (run or arms paused), so that it does not become stale:
+  /// call about every 50 ms.
   void refresh();
 
-  /// Why the last run ended before its time; empty where it did not.
+  /// Reason for the early end of the last run; empty otherwise.
   const std::string& ended() const { return ended_; }
 
  private:
@@ -57,19 +59,19 @@ class PlanningCore {
   const runtime::Setup& setup_;
   bool lock_step_;
   robots::RobotModel robot_;
-  bool sensor_;  ///< where the tips are is measured
+  bool sensor_;  ///< tips are measured by a sensor
   planning::MeasuredTips sensor_tips_;
   dds::TipPoses tips_message_;
-  bool waiting_ = false;  ///< lock-step: the present state asks for a reference
+  bool waiting_ = false;  ///< lock-step: the present state needs a reference
   std::unique_ptr<robots::Run> run_;
   std::string ended_;
   planning::Reference reference_;
   std::optional<Plan> plan_;  ///< of the last feasible check
   dds::ActuationState state_;
   dds::ControlStatus status_;
-  std::uint32_t trajectory_id_;  ///< starts anywhere: numbers of a former process are not given again
+  std::uint32_t trajectory_id_;  ///< random start value, so that ids of a former process are not repeated
   std::uint64_t sequence_ = 0;
-  std::uint64_t asked_since_ = 0;       ///< sequence of the first reference that asks for what the present one asks for
+  std::uint64_t asked_since_ = 0;       ///< sequence of the first repetition of the present reference
   std::uint64_t commander_ = 0;         ///< client that started the running trajectory
   std::uint64_t session_at_start_ = 0;  ///< hal or sim session of the running trajectory
   std::optional<dds::PlanningReference> outgoing_;
