@@ -9,12 +9,14 @@
 
 namespace tandem::hal_service {
 
-/** One lock per bus, against a second HAL on this host.
- * @throw ResourceInUse naming the bus and who has it. */
+/** Takes one lock per bus, against a second HAL on this host.
+ * @throw ResourceInUse that names the bus and the process that has its lock. */
 std::vector<hal::can::BusLock> lockBuses(const hal::HardwareConfig& hardware);
 
-/** Listens on all buses for HalCore::listeningTime(), against a second HAL elsewhere, and any other master.
- * @return false where a stop was requested. @throw ResourceInUse naming the bus, what was received, and what to do. */
+/** Listens on all buses for RobotHardware::listeningTime(), to detect a second HAL on another host, or any other
+ * master.
+ * @return false if a stop was requested. @throw ResourceInUse that names the bus, the received frames, and the remedy.
+ */
 bool waitForSilentBus(HalCore& core, const runtime::StopSignal& stop);
 
 }  // namespace tandem::hal_service

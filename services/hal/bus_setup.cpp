@@ -13,7 +13,7 @@ namespace tandem::hal_service {
 namespace {
 
 constexpr std::string_view kCan = "can:";
-/// Frames that a whole cycle and a burst of parameter access may queue.
+/// Queue length for the frames of one cycle and a burst of parameter access.
 constexpr std::uint32_t kQueueLength = 64;
 
 void checkLink(const hal::BusConfig& bus) {

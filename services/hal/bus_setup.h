@@ -11,14 +11,15 @@
 
 namespace tandem::hal_service {
 
-/** The hardware file of a deployment.
- * @throw config::Error where the deployment names none, or one for another robot, or runs in lock-step. */
+/** Loads the hardware file of a deployment.
+ * @throw config::Error if the deployment names none or one for another robot, if it runs in lock-step, or if the bus
+ * period exceeds the control period. */
 hal::HardwareConfig loadHardwareOf(const runtime::Setup& setup);
 
-/** Opens all buses; what is not there yet is waited for, for up to `timeout` s: interfaces come up and simulated
- * drives start at their own pace. Links with another bit rate than planned are refused, links that restart by
- * themselves after bus-off warned of.
- * @return empty where a stop was requested. @throw std::runtime_error naming the bus and why. */
+/** Opens all buses; waits up to `timeout` s for missing ones, because interfaces and simulated drives may start later.
+ * Refuses links with another bit rate than in the hardware file; warns about links that restart automatically after
+ * bus-off.
+ * @return empty if a stop was requested. @throw std::runtime_error with the bus and the reason. */
 std::vector<std::unique_ptr<hal::can::Bus>> openBuses(const hal::HardwareConfig& hardware,
                                                       const runtime::StopSignal& stop,
                                                       double timeout);

@@ -101,7 +101,8 @@ HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) 
 
 void HalCore::state(std::int64_t now, dds::ActuationState& state) noexcept {
   show(now, now, state);
-  // Whoever has disabled an arm in FAULT shall wait for its boot, and not take what is being cleared for a new fault.
+  // No faults during the boot after `disable` in FAULT: a client waits for its end, and a fault that is being cleared
+  // must not appear as a new one.
   for (int a = 0; a < drives_.armCount(); ++a) {
     if (drives_.arm(a).rebooting())
       state.faults[static_cast<std::size_t>(a)] = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Core of tandem-hal: from actuation/command to the hardware and from the hardware to actuation/state; no DDS,
- * no threads. */
+/** @file Core of tandem-hal: passes actuation/command to the hardware, and its state to actuation/state; no DDS, no
+ * threads. */
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace tandem::hal_service {
 
-/** A request of a client as a plain struct that the periodic thread can take. */
+/** Request of a client as a plain struct for the periodic thread. */
 struct ParsedHalRequest {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
@@ -19,7 +19,7 @@ struct ParsedHalRequest {
   std::uint8_t arm = dds::kAllArms;
 };
 
-/** Its answer. */
+/** Reply to a ParsedHalRequest, as a plain struct. */
 struct HalAnswer {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
@@ -27,22 +27,23 @@ struct HalAnswer {
   std::uint32_t value = 0;  ///< home: 1 done, 0 running
   std::array<char, 120> reason{};
 };
-/// As it goes over the wire.
+/// Converts a reply to its DDS message.
 dds::Reply replyOf(const HalAnswer& answer);
 
-/** Wire in, hardware, wire out. Nothing after construction allocates, locks or throws. Times are ns, monotonic. */
+/** Passes commands to the hardware and its state to DDS messages. No function after construction allocates, locks or
+ * throws. Times are ns, monotonic. */
 class HalCore : public runtime::DriveCore<hal::RobotHardware> {
  public:
   /// @param buses open, in the order of the hardware file; they outlive the core.
   HalCore(const runtime::Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses);
 
-  /// Before start(): receives who else is on the buses, and sends nothing; see RobotHardware::listen().
+  /// Before start(): detects other masters on the buses, and sends nothing; see RobotHardware::listen().
   void listen(std::int64_t now) noexcept { drives_.listen(now); }
   void start(std::int64_t now) noexcept { drives_.start(now); }
-  /// @param arrivals  commands that have come so far, with this one; 0: nobody counts
+  /// @param arrivals  commands received so far, this one included; 0: not counted
   void onCommand(const dds::ActuationCommand& command, std::int64_t now, std::uint64_t arrivals = 0) noexcept;
   void onEmergencyStop(bool pressed, std::int64_t now) noexcept { drives_.onEmergencyStop(pressed, now); }
-  /// Homing runs are the commander's, where control allows them: as the last command says.
+  /// Homing runs: only for the lease owner and for arms that control permits to home, both as in the last command.
   HalAnswer onRequest(const ParsedHalRequest& request, std::int64_t now) noexcept;
   /// One period of the bus.
   void step(std::int64_t now) noexcept { drives_.step(now); }
@@ -51,14 +52,14 @@ class HalCore : public runtime::DriveCore<hal::RobotHardware> {
   void state(std::int64_t now, dds::ActuationState& state) noexcept;
   void status(dds::HalStatus& status) const noexcept;
   bool nextEvent(hal::HardwareEvent& event) noexcept { return drives_.nextEvent(event); }
-  /// An operator requests a restart of this bus after bus-off; true once per request.
+  /// Whether an operator has requested a restart of this bus after bus-off; true once per request.
   bool takeRestart(int bus) noexcept { return drives_.takeRestart(bus); }
   const hal::RobotHardware& robot() const noexcept { return drives_; }
 
  private:
   idl::RefusalReason againstHoming(const ParsedHalRequest& request, int arm, std::int64_t now) const noexcept;
 
-  std::uint64_t commander_ = 0;  ///< of the last command that was taken
+  std::uint64_t commander_ = 0;  ///< of the last accepted command
   dds::PerArm<std::uint8_t> may_home_{};
   safety::Watchdog commands_;
 };

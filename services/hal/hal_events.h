@@ -11,11 +11,11 @@ namespace tandem::hal_service {
 /// "bus bus_a (can:can0)".
 std::string nameOf(const hal::BusConfig& bus);
 
-/** An event for people and logs. Not for the periodic thread: it allocates. Reads nothing of the robot that changes
- * after its construction. */
+/** Description of an event for the log. Not for the periodic thread: it allocates. Reads only parts of the robot that
+ * do not change after construction. */
 std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& robot);
 
-/// Something that somebody has to look at.
+/// Whether an event needs the attention of an operator.
 bool isProblem(const hal::HardwareEvent& event);
 
 }  // namespace tandem::hal_service

@@ -18,7 +18,7 @@ using namespace tandem;
 
 namespace {
 
-/// A CAN controller off its bus is restarted on an operator's request only; that request clears the fault.
+/// Restarts a CAN controller that is bus-off, only after an operator's request to clear the fault.
 void restartBus(const hal::BusConfig& bus) {
   constexpr std::string_view kCan = "can:";
   if (!bus.address.starts_with(kCan))
@@ -31,7 +31,8 @@ void restartBus(const hal::BusConfig& bus) {
   }
 }
 
-/** A periodic thread that sees the buses and never DDS; publishers that see DDS and never the buses. */
+/** Periodic thread with access to the buses but not to DDS; publisher threads with access to DDS but not to the buses.
+ */
 class Service {
  public:
   Service(const runtime::Setup& setup, const hal::HardwareConfig& hardware, hal_service::HalCore& core)
@@ -61,7 +62,8 @@ class Service {
   }
 
  private:
-  /// Leaving means a stop of all arms first, and no torque; the drives' own watchdogs are for what dies.
+  /// Before the process ends, it stops all arms and removes torque; the drives' own watchdogs cover a process that is
+  /// killed.
   bool keepsRunning(bool asked, std::int64_t now) noexcept {
     constexpr std::int64_t kTimeout = 2'000'000'000;  // ns
     if (asked && leaving_since_ == 0) {
