@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-sim: the simulated robot, in the HAL's place. */
+/** @file tandem-sim: simulated robot, with the same topics as tandem-hal. */
 #include <spdlog/spdlog.h>
 
 #include <atomic>
@@ -19,12 +19,12 @@ using namespace tandem;
 
 namespace {
 
-/** Tells of arms of the plant that snap from one equilibrium into another. */
+/** Log of arms of the plant that snap from one equilibrium to another. */
 class SnapLog {
  public:
   explicit SnapLog(const config::Robot& robot) : robot_(robot) {}
 
-  /// @return what `diagnostics` shall say of it
+  /// @return values for `diagnostics`
   runtime::Details details(const dds::HalStatus& status) {
     for (std::size_t k = 0; k < status.arm_count; ++k) {
       if (status.snaps[k] != reported_[k])
@@ -46,7 +46,7 @@ std::optional<simulation::CatheterTips> cathetersOf(const runtime::Setup& setup)
   return std::optional<simulation::CatheterTips>(std::in_place, setup);
 }
 
-/** Lock-step: commands move the time. */
+/** Lock-step: commands advance the simulated time. */
 class LockStep {
  public:
   explicit LockStep(const runtime::Setup& setup)
@@ -74,7 +74,7 @@ class LockStep {
     const auto stops = bus_.reader(dds::kStop, put);
     const runtime::ClockRequestHandler clock(bus_, setup_);
     spdlog::info("ready: robot {}, lock-step", setup_.robot.name);
-    constexpr double kRepeat = 0.1;  // s: whoever came late receives the present state
+    constexpr double kRepeat = 0.1;  // s: period of repetitions of the state, for processes that start later
     loop_.run(setup_, stop, kRepeat, [this](const auto& message) { take(message); });
   }
 
@@ -113,7 +113,7 @@ class LockStep {
       tips_ = catheters_->at(snapshot_);
     }
     true_tips_.write(tips_);
-    // Every state has its tips, new ones or not: who needs both waits for both.
+    // Every state is published with tips, new or not: receivers that need both wait for both.
     if (core_.tracking()) {
       core_.measuredTips(tips_);
       measured_tips_.write(tips_);
@@ -141,8 +141,7 @@ class LockStep {
   dds::TipPoses tips_;
 };
 
-/** Real time: a periodic thread that never sees DDS. Requests wait for a gap between two steps in their own thread's
- * mailbox. */
+/** Real time: a periodic thread without DDS calls. A DDS thread handles requests between two steps. */
 class RealTime {
  public:
   explicit RealTime(const runtime::Setup& setup)
@@ -175,8 +174,8 @@ class RealTime {
   }
 
  private:
-  /// Requests reset the robot or break an axis: rare, and they allocate. The periodic thread leaves the core alone
-  /// while one is served, and makes up for the time.
+  /// Requests reset the robot or inject a fault: they are rare, and they allocate. The periodic thread does not access
+  /// the core meanwhile, and catches up afterwards.
   void onRequest(const dds::SimRequest& request) {
     serving_ = true;
     while (in_cycle_)
@@ -186,7 +185,7 @@ class RealTime {
     replies_.write(reply);
   }
 
-  /// How many periods have passed by now, the first cycle's included.
+  /// Periods that have passed so far, the first cycle's included.
   std::uint64_t periodsDue(const runtime::Tick& tick) noexcept {
     if (tick.cycle == 1)
       start_ = tick.scheduled - period_;
@@ -195,10 +194,10 @@ class RealTime {
 
   void cycle(const runtime::Tick& tick) noexcept {
     const std::uint64_t due = periodsDue(tick);
-    // While a request is served the drives wait; a cycle right behind a late one has nothing to do.
+    // The drives wait while a request is handled; a cycle directly after a late one has no period to simulate.
     if (serving_ || due == stepped_)
       return;
-    // What went by was before the command and the stop that are here now.
+    // The missed periods precede the command and the stop that are available now.
     if (due > stepped_ + 1)
       core_.catchUp(due - stepped_ - 1, tick.now - period_);
     stepped_ = due;
@@ -228,13 +227,13 @@ class RealTime {
   runtime::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;
   dds::Writer<dds::TipPoses> true_tips_, measured_tips_;
-  runtime::Outbox places_;  ///< of tips that take long to find
+  runtime::Outbox places_;  ///< for tips of catheters, which take long to compute
   runtime::Outbox::Latest<dds::TipPoses>& tips_out_;
   runtime::Outbox::Latest<dds::TipPoses>& true_tips_out_;
   runtime::Outbox::Latest<simulation::CatheterSnapshot>& moment_out_;
   std::atomic<bool> serving_{false}, in_cycle_{false};
   std::int64_t period_, start_ = 0;  ///< ns
-  std::uint64_t stepped_ = 0;        ///< periods that the drives have gone
+  std::uint64_t stepped_ = 0;        ///< periods simulated so far
   dds::TipPoses tips_;
 };
 
