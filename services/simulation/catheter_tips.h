@@ -8,7 +8,7 @@
 
 namespace tandem::simulation {
 
-/** Joints of the plant, and the message with the tips at these joints, yet without the tips. A plain struct. */
+/** Joints of the plant, and the message for their tips, still without tips. A plain struct. */
 struct CatheterSnapshot {
   dds::TipPoses head;
   std::uint32_t joint_resets = 0;
@@ -16,15 +16,15 @@ struct CatheterSnapshot {
   std::array<double, safety::kMaxJoints> joints{};  ///< m, rad
 };
 
-/** Computes the tips at the joints of the plant, which has the catheters of the robot file. Allocates: not for the
- * periodic thread. */
+/** Computes the tips at the joints of the plant, with the catheters of the robot file. Allocates: not for the periodic
+ * thread. */
 class CatheterTips {
  public:
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
   explicit CatheterTips(const runtime::Setup& setup)
       : setup_(setup), follower_(robots::makeEquilibriumFollower(setup.robot)) {}
 
-  /// The message with the tips; they are invalid where there is no equilibrium.
+  /// The message with the tips, which are invalid if no equilibrium is found.
   dds::TipPoses at(const CatheterSnapshot& snapshot);
 
  private:

@@ -77,7 +77,7 @@ bool SimCore::onCommand(const dds::ActuationCommand& from, std::int64_t now, std
   }
   const bool answers_now = isOfThisSession(from) && from.answers_state == sequence_;
   if (from.advance != 0 && !answers_now)
-    return false;  // late: the state that it answers has passed
+    return false;  // stale: it answers an earlier state
   drives_.command(command, simulated_time_);
   if (from.advance != 0)
     advance();
@@ -177,7 +177,7 @@ dds::Reply SimCore::onRequest(const dds::SimRequest& request) {
         q[i++] = request.joints[dds::jointIndex(k, j)];
       }
     }
-    // Time moves with commands only: what is on its way to a stand gets the time that it needs.
+    // Time advances with commands only: advance it here until moving drives are at standstill.
     constexpr int kMostPeriods = 1000;
     for (int i = 0; lock_step_ && !drives_.standing() && i < kMostPeriods; ++i)
       advance();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Core of tandem-sim: from actuation/command to the simulated robot and from it to actuation/state; no DDS, no
- * threads. */
+/** @file Core of tandem-sim: passes actuation/command to the simulated robot, and its state to actuation/state; no DDS,
+ * no threads. */
 #pragma once
 
 #include <optional>
@@ -13,37 +13,38 @@
 
 namespace tandem::simulation {
 
-/** Wire in, simulated drives, wire out. After construction nothing but request() allocates. */
+/** Passes commands to the simulated drives and their state to DDS messages. After construction only onRequest()
+ * allocates. */
 class SimCore : public runtime::DriveCore<sim::SimulatedDrives> {
  public:
   explicit SimCore(const runtime::Setup& setup);
 
-  /// Takes a command. Lock-step: takes one step if the command asks for it and answers the present state.
-  /// @param arrivals  commands that have come so far, with this one; 0: nobody counts
+  /// Takes a command. Lock-step: advances by one step if the command requests it and answers the present state.
+  /// @param arrivals  commands received so far, this one included; 0: not counted
   /// @return lock-step: whether there is a new state to publish.
   bool onCommand(const dds::ActuationCommand& command, std::int64_t now, std::uint64_t arrivals = 0) noexcept;
-  /// What somebody says who reads the emergency stop; real time.
+  /// Report on topic emergency_stop; real time.
   void onEmergencyStop(bool pressed, std::int64_t now) noexcept { reports_.take(pressed, now); }
   dds::Reply onRequest(const dds::SimRequest& request);
 
-  /// Real time: goes on by one sim period, to `now`.
+  /// Real time: advances by one sim period, to `now`.
   void step(std::int64_t now) noexcept;
-  /** Real time: goes on by periods that have passed unnoticed, up to `now`: drives do not wait for a process that comes
-   * late. More than a second's worth is left out; both are counted. */
+  /** Real time: advances by missed periods up to `now`, because real drives do not wait for a late process. Periods
+   * beyond one second are skipped; caught-up and skipped ones are counted. */
   void catchUp(std::uint64_t periods, std::int64_t now) noexcept;
 
   /// The state to publish now, with a new sequence. `now`: real time, ns.
   void state(std::int64_t now, dds::ActuationState& state) noexcept;
   void status(dds::HalStatus& status) const noexcept;
 
-  /// Whether there is a simulated tip tracker.
+  /// Whether the deployment has a simulated tip tracker.
   bool tracking() const noexcept { return tracker_.has_value(); }
-  /// What the tracker says; in lock-step that goes with the state published last. @return whether it is a measurement
-  /// that has not been asked for yet.
+  /// The latest measurement of the tracker; in lock-step the one of the last published state. @return whether it is
+  /// newer than that of the last call.
   bool measuredTips(dds::TipPoses& tips) noexcept;
-  /// Where the plant's tips really are; of catheters plantJoints() tells.
+  /// True tip poses of the plant; for catheters see plantJoints().
   void trueTips(dds::TipPoses& tips) const noexcept;
-  /// Of catheters: what CatheterTips needs to find the tips.
+  /// Catheters: input of CatheterTips.
   void plantJoints(CatheterSnapshot& snapshot) const noexcept;
 
  private:
@@ -53,10 +54,10 @@ class SimCore : public runtime::DriveCore<sim::SimulatedDrives> {
   void fillHead(dds::TipPoses& tips) const noexcept;
 
   safety::EmergencyReports reports_;
-  bool injected_stop_ = false;          ///< the emergency stop, by a request
-  std::optional<sim::PlantTips> tips_;  ///< none of catheters
+  bool injected_stop_ = false;          ///< emergency stop injected by a request
+  std::optional<sim::PlantTips> tips_;  ///< empty for catheters
   std::optional<sim::TipTracker> tracker_;
-  std::uint64_t reported_ = 0;                  ///< the last measurement that has been asked for
+  std::uint64_t reported_ = 0;                  ///< sequence of the measurement of the last call
   std::int64_t simulated_time_ = 0;             ///< ns, lock-step
   std::uint64_t caught_up_ = 0, left_out_ = 0;  ///< periods
 };
