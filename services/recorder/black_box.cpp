@@ -57,7 +57,7 @@ BlackBox::~BlackBox() {
   thread_.join();
 }
 
-/// Before the first fault is the time to learn of it.
+/// Reports an unwritable folder at the start, before the first fault.
 void BlackBox::checkDirectory() {
   std::error_code error;
   std::filesystem::create_directories(directory_, error);
@@ -100,7 +100,7 @@ void BlackBox::run() {
     changed_.wait(lock, [this] { return ending_ || !events_.empty(); });
     if (events_.empty())
       return;
-    // What follows within this time belongs to the same fault.
+    // Events within this time belong to the same fault.
     const auto enough = std::chrono::steady_clock::now() + std::chrono::duration<double>(deployment_.black_box.after);
     changed_.wait_until(lock, enough, [this] { return ending_; });
     const std::vector<Event> events = std::exchange(events_, {});
@@ -154,7 +154,7 @@ void BlackBox::writeFile(const std::vector<Event>& events) {
   }
 }
 
-/// Leaves room for one more.
+/// Deletes the oldest files, so that with the next one their number is within the limit.
 void BlackBox::prune() const {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(directory_)) {

@@ -2,8 +2,8 @@
 /** @file Black box: recorder of the last 30 s of all topics in memory of constant size, written to disk after a fault
  * or stop.
  *
- * Taking samples never waits for the disk: a thread of its own writes files. Where the disk is full or the folder
- * cannot be written, that is reported, and the robot goes on.
+ * take() never waits for the disk: a separate thread writes files. A full disk or an unwritable folder is reported, and
+ * the robot continues.
  */
 #pragma once
 
@@ -19,31 +19,31 @@
 
 namespace tandem::recorder {
 
-/// Where files go: the deployment's folder; else STATE_DIRECTORY (systemd), XDG_STATE_HOME/tandem,
-/// ~/.local/state/tandem or /var/lib/tandem, and black-box in it.
+/// Folder of the files: as in the deployment; else folder black-box in STATE_DIRECTORY (systemd),
+/// XDG_STATE_HOME/tandem, ~/.local/state/tandem or /var/lib/tandem.
 std::filesystem::path blackBoxDirectory(const config::Deployment& deployment);
 
 class BlackBox {
  public:
-  /// How it is, for diagnostics.
+  /// Status for diagnostics.
   struct Status {
-    double held = 0.0;         ///< s of the robot's life in memory
-    bool too_small = false;    ///< the memory does not hold what is asked for
-    std::uint64_t faults = 0;  ///< faults and stops seen
-    std::string last_event;    ///< words of the last of them
+    double held = 0.0;         ///< s, time span of the samples in memory
+    bool too_small = false;    ///< the memory is too small for the required time span
+    std::uint64_t faults = 0;  ///< faults and stops detected
+    std::string last_event;    ///< description of the last one
     std::uint64_t files = 0;   ///< written by this process
     std::string last_file;     ///< empty: none yet
-    std::string problem;       ///< why the last file could not be written, or the next one will not be
+    std::string problem;       ///< reason why the last file could not, or the next one cannot, be written
   };
 
   /// @param robot  must outlive this object, as must the deployment
   BlackBox(const config::Deployment& deployment, const config::Robot& robot, std::vector<dds::TopicInfo> topics);
-  /// Writes what is due, without waiting for its end.
+  /// Writes pending events at once, without waiting for further samples.
   ~BlackBox();
   BlackBox(const BlackBox&) = delete;
   BlackBox& operator=(const BlackBox&) = delete;
 
-  /// Takes a sample of the topic of that place in topics(). Any thread.
+  /// Stores a sample; tag.topic is an index into topics(). Any thread.
   void take(const recording::SampleTag& tag, std::string_view bytes);
 
   Status status() const;
@@ -63,7 +63,7 @@ class BlackBox {
   const config::Deployment& deployment_;
   const std::vector<dds::TopicInfo> topics_;
   const std::filesystem::path directory_;
-  const recordings::RunInfo info_;  ///< files may change later; these are the ones that the processes have read
+  const recordings::RunInfo info_;  ///< configuration files as read at the start; they may change later
   recording::SampleRing ring_;
   FaultTrigger trigger_;
   mutable std::mutex mutex_;

@@ -17,7 +17,7 @@ std::optional<std::string> FaultTrigger::lookAt(const M& message, Side& side, co
   for (std::size_t k = 0; k < arms; ++k) {
     const bool in_fault = message.operating_state[k] == static_cast<std::uint8_t>(safety::OperatingState::kFault);
     const safety::FaultMask fresh = message.faults[k] & ~side.faults[k];
-    // What stood before the first sample is no news.
+    // Faults in the first sample are older than the recording.
     if (side.received && ((in_fault && !side.in_fault[k]) || fresh != 0))
       words += (words.empty() ? "" : "; ") + robot_.arms[k].name + ": " + who +
                " in FAULT: " + safety::describeFaults(message.faults[k]);

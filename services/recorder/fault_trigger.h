@@ -14,23 +14,23 @@
 
 namespace tandem::recorder {
 
-/** Looks at samples as they come. Any thread. */
+/** Detects events in samples. Any thread. */
 class FaultTrigger {
  public:
-  /// What it needs to see, whatever else is kept.
+  /// Topics that the trigger needs, in addition to the configured ones.
   static constexpr std::array kTopics{dds::kActuationState.name, dds::kControlStatus.name, dds::kHalStatus.name,
                                       dds::kStop.name};
 
   explicit FaultTrigger(const config::Robot& robot) : robot_(robot) {}
 
-  /// @param topic  name below the prefix @return what happened, for people, where this sample is the first to say so.
+  /// @param topic  name below the prefix @return description of an event, if this sample is the first that shows it.
   std::optional<std::string> look(const std::string& topic, std::string_view bytes);
 
-  /// What led each arm into FAULT, as hal or sim said last; empty where none is.
+  /// Causes of FAULT of all arms, from the last hal/status; empty if none is in FAULT.
   std::string details() const;
 
  private:
-  /// What one side last said of its arms.
+  /// Last states of all arms, as published by control or by the drive side.
   struct Side {
     bool received = false;
     std::array<bool, safety::kMaxArms> in_fault{};

@@ -47,8 +47,8 @@ void report(runtime::Diagnostics& diagnostics, const recorder::BlackBox& box, co
 }
 
 void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
-  signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is a full disk, not an end
-  // Bytes have a bus of their own, beside the one for what we say.
+  signal(SIGXFSZ, SIG_IGN);  // exceeding a file size limit is treated as a full disk and does not end the process
+  // Bytes need a separate bus, besides the one for diagnostics.
   dds::Bus bus(runtime::busOptions(setup.deployment, setup.name));
   dds::Bus bytes(
       runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder)));
