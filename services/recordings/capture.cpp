@@ -8,7 +8,7 @@
 namespace tandem::recordings {
 namespace {
 
-constexpr int kDepth = 1000;  // samples that wait for us: a second of the fastest topics
+constexpr int kDepth = 1000;  // samples in a queue: one second of the fastest topics
 
 }  // namespace
 

@@ -14,14 +14,14 @@ namespace tandem::recordings {
 /** Reads topics until it is destroyed. */
 class Capture {
  public:
-  /// @param taken  gets each sample on a DDS thread; samples of one topic come one after the other
+  /// @param taken  called with each sample on a DDS thread, for one sample of a topic at a time
   Capture(dds::Bus& bus,
           const std::vector<dds::TopicInfo>& topics,
           const std::function<void(const recording::SampleTag&, std::string_view bytes)>& taken);
 
   /// Topics that have a writer now.
   int matched() const;
-  /// Samples received, and those that DDS knows to have lost.
+  /// Samples received, and samples that DDS reports as lost.
   std::uint64_t received() const;
   std::uint64_t lost() const;
   /// The last thing that went wrong, for people; empty if nothing did.

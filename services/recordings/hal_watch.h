@@ -9,23 +9,23 @@
 
 namespace tandem::recordings {
 
-/// Whether hal, sim, control or planning act upon a topic: streams of the control path, and what clients ask for.
+/// Whether hal, sim, control or planning act on a topic: streams of the control path, and requests of clients.
 bool actedUpon(const dds::TopicInfo& topic);
 
-/** Listens for a drive side other than what this bus itself writes. */
+/** Detects a drive side on the network, other than the samples of this bus itself. */
 class HalWatch {
  public:
   enum class DriveSource {
     kNothing,
-    kSimulator,  ///< it says that it has no buses
-    kHardware,   ///< it has, or it does not say what it is
+    kSimulator,  ///< its hal/status has no buses
+    kHardware,   ///< its hal/status has buses or cannot be decoded, or it does not publish hal/status
   };
 
   explicit HalWatch(dds::Bus& bus);
 
-  /// What was received so far; never less than before.
+  /// Drive side detected so far. actuation/state without hal/status counts as kHardware.
   DriveSource driveSource() const;
-  /// For people.
+  /// Description of the detection.
   std::string describe() const;
 
  private:

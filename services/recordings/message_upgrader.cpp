@@ -27,7 +27,7 @@ const MessageUpgrader::Pair* MessageUpgrader::pair(const recording::Channel& cha
     try {
       today = dds::messageDefinition(schema->second.name);
     } catch (const std::invalid_argument&) {
-      return nullptr;  // somebody else's
+      return nullptr;  // a type of other software
     }
     const auto then = recording::parseDefinition(schema->second.name, schema->second.data);
     const auto now = recording::parseDefinition(schema->second.name, today);

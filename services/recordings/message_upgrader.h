@@ -12,28 +12,27 @@
 
 namespace tandem::recordings {
 
-/** Messages of one file, each by the schema that the file carries for it. Types that Tandem does not know stay as they
- * are. */
+/** Converts the messages of one file by the schemas in the file. Types that Tandem does not define stay unchanged. */
 class MessageUpgrader {
  public:
   /// @param reader  outlives this
   explicit MessageUpgrader(const recording::Reader& reader) : reader_(reader) {}
 
-  /// What has changed, for people; empty where nothing has.
-  /// @throw recording::Error where a member is of another type today: such messages cannot be converted.
+  /// Description of the changes; empty if none.
+  /// @throw recording::Error if the type of a member has changed: such messages cannot be converted.
   std::string changes(const recording::Channel& channel);
 
-  /// A message as today's type; the same bytes where nothing has changed. @throw as changes()
-  /// @return nothing where the bytes are no such message
+  /// Converts a message to its present type; returns the same bytes if nothing has changed. @throw as changes()
+  /// @return nothing if the bytes do not fit the definition
   std::optional<std::string> operator()(const recording::Channel& channel, std::string_view bytes);
-  /// Bytes of today's type as the file has them, to compare. @throw, @return as above
+  /// Converts bytes of the present type to the type in the file, for comparison. @throw, @return as above
   std::optional<std::string> back(const recording::Channel& channel, std::string_view bytes);
 
  private:
   struct Pair {
     recording::Conversion forth, back;
   };
-  /// @return nothing where there is nothing to convert
+  /// @return null if there is nothing to convert
   const Pair* pair(const recording::Channel& channel);
 
   const recording::Reader& reader_;

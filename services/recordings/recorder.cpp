@@ -32,7 +32,7 @@ void Recorder::drain() {
   recording::SampleTag tag;
   std::string bytes;
   try {
-    // As far as there is something now: who fills the ring must not keep us here.
+    // Only up to the present end: new samples must not prolong this loop without limit.
     const recording::SampleRing::Place end = ring_.extent().end;
     while (place_.byte < end.byte && ring_.next(place_, tag, bytes, totals_.overwritten)) {
       gaps_.see({tag.topic, tag.writer}, static_cast<std::uint32_t>(tag.sequence));
@@ -55,7 +55,7 @@ void Recorder::drain() {
       try {
         finish();
       } catch (const std::system_error&) {
-        // The file ends with its last chunk; the first error is the one to tell.
+        // The file ends with its last chunk; the first error is reported.
       }
     }
     throw;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Recorder of topics to MCAP files, for `tandem record`.
  *
- * Samples go through a ring of memory, so that DDS never waits for the disk; whoever owns a Recorder empties it with
- * drain(). What the ring could not hold is counted, and so are gaps in the sequences of the writers.
+ * Samples are stored in a ring buffer, so that DDS never waits for the disk; the owner of a Recorder empties it with
+ * drain(). Overwritten samples and gaps in the sequences of the writers are counted.
  */
 #pragma once
 
@@ -18,33 +18,33 @@
 namespace tandem::recordings {
 
 struct RecorderOptions {
-  std::filesystem::path file;       ///< NAME.mcap; further ones are called NAME_2.mcap, NAME_3.mcap ...
+  std::filesystem::path file;       ///< NAME.mcap; further files are NAME_2.mcap, NAME_3.mcap ...
   std::uint64_t largest_file = 0;   ///< bytes; 0: no limit
   double longest_file = 0.0;        ///< s; 0: no limit
   std::size_t memory = 64'000'000;  ///< bytes between DDS and the disk
-  double flush_period = 1.0;        ///< s; the most that a death of the process costs
+  double flush_period = 1.0;        ///< s; largest loss if the process is killed
 };
 
 class Recorder {
  public:
-  /// @throw std::system_error where the file cannot be made. Neither info nor topics are copied.
+  /// @throw std::system_error if the file cannot be created. Keeps references to info and topics.
   Recorder(const RunInfo& info,
            const std::string& prefix,
            const std::vector<dds::TopicInfo>& topics,
            const RecorderOptions& options);
 
-  /// Takes a sample of the topic of that place in the list. Any thread; never waits for the disk.
+  /// Stores a sample; tag.topic is an index into `topics`. Any thread; never waits for the disk.
   void take(const recording::SampleTag& tag, std::string_view bytes) { ring_.push(tag, bytes); }
 
-  /// Writes what has come. @throw std::system_error where the disk refuses; the file is closed then, and whole.
+  /// Writes all stored samples. @throw std::system_error after a write error; the file is then closed and readable.
   void drain();
-  /// drain(), and the end of the file.
+  /// Calls drain() and finishes the file.
   void close();
 
   struct Totals {
     std::uint64_t messages = 0;     ///< written
-    std::uint64_t overwritten = 0;  ///< that came faster than the disk could take
-    std::uint64_t lost = 0;         ///< missing in the sequences of the writers, the overwritten ones among them
+    std::uint64_t overwritten = 0;  ///< overwritten in the ring because the disk was too slow
+    std::uint64_t lost = 0;         ///< missing in the sequences of the writers, the overwritten ones included
     std::uint64_t bytes = 0;        ///< in files
     std::vector<std::filesystem::path> files;
   };

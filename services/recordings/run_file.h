@@ -17,16 +17,16 @@
 
 namespace tandem::recordings {
 
-/// Name of the metadata that every file of ours has.
+/// Name of the metadata record in every file of Tandem.
 inline constexpr const char* kRunMetadata = "tandem";
 
-/** What a file says of its run: metadata, and the configuration as attachments. */
+/** Description of a run in its file: metadata, and the configuration as attachments. */
 struct RunInfo {
   std::map<std::string, std::string> values;
   std::vector<recording::Attachment> files;  ///< deployment.yaml, robot.yaml, hardware.yaml
 };
 
-/// Version, host, kernel, names, arms, and the configuration files as they are now.
+/// Version, host, kernel, names, arms, and the present configuration files.
 RunInfo describeRun(const config::Deployment& deployment, const config::Robot& robot);
 
 /// ns since the epoch.
@@ -35,17 +35,17 @@ std::uint64_t wallClock();
 /// "2026-11-21T17-15-30.123Z", for file names.
 std::string timeName(std::uint64_t nanoseconds);
 
-/// Those of the topics whose names match one of the patterns, in which * stands for any text.
-/// @throw std::invalid_argument for a pattern that matches none, with the topics that there are.
+/// Topics whose names match one of the patterns, in which * matches any text.
+/// @throw std::invalid_argument for a pattern that matches none, with a list of all topics.
 std::vector<dds::TopicInfo> chooseTopics(const std::vector<dds::TopicInfo>& all,
                                          const std::vector<std::string>& patterns);
 
-/** One file. Each writer of a topic gets a channel of its own, whose message sequence is that of the writer: a gap
- * there is a sample that was lost. */
+/** One file. Each writer of a topic gets a separate channel, with the writer's sequence numbers: a gap is a lost
+ * sample. */
 class RunFile {
  public:
-  /// @param prefix  of the robot: topics are called /PREFIX/NAME, as ROS 2 sees them
-  /// @throw std::system_error, as all others do.
+  /// @param prefix  of the robot: topic names are /PREFIX/NAME, as in ROS 2
+  /// @throw std::system_error, as do all other functions.
   RunFile(const std::filesystem::path& file,
           const RunInfo& info,
           const std::string& prefix,
