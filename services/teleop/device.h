@@ -12,11 +12,11 @@
 
 namespace tandem::teleop {
 
-/** What a device says at one moment. Axes of the operator: x to the right, y up, z away from the operator. */
+/** State of a device at one time. Axes of the operator: x to the right, y up, z away from the operator. */
 struct Reading {
   bool present = false;  ///< the dead-man switch is held
   bool clutch = false;
-  bool pose = false;                                   ///< place and orientation count, otherwise the velocities
+  bool pose = false;                                   ///< position and orientation are used, otherwise the velocities
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();    ///< m/s
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();   ///< rad/s
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
@@ -27,10 +27,10 @@ struct Reading {
   bool next_mode = false;  ///< tip, pair, relative, ...
   bool next_arm = false;
   bool stop = false;  ///< stop the robot
-  bool end = false;   ///< that was all
+  bool end = false;   ///< end of the session
 };
 
-/** A device is gone, or there is none; what() says which, and what to do. */
+/** A device is missing or was disconnected; what() names it and the remedy. */
 class DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -40,21 +40,21 @@ class DeviceError : public std::runtime_error {
 class Device {
  public:
   virtual ~Device() = default;
-  /// What it says now; does not wait. @param time  s since it was opened
-  /// @throw DeviceError where it is gone.
+  /// Reads the present state; does not wait. @param time  s since the device was opened
+  /// @throw DeviceError if it was disconnected.
   virtual Reading read(double time) = 0;
   virtual planning::teleoperation::Device kind() const = 0;
-  /// For people: which one it is, and how it is held.
+  /// Name and controls of the device, for the operator.
   virtual std::string describe() const = 0;
-  /// Something holds the robot back, or no longer does.
+  /// Shows whether a limit of the robot is active.
   virtual void showLimited(bool) {}
 };
 
 /// @param speed  of a fully deflected axis, m/s
-/// @throw DeviceError where there is none.
+/// @throw DeviceError if none is found.
 std::unique_ptr<Device> openGamepad(double speed);
 std::unique_ptr<Device> openSpaceMouse(double speed);
-/// The keyboard of the terminal that this process has.
+/// Keyboard of this process's terminal.
 std::unique_ptr<Device> openKeyboard(double speed);
 /// A CSV file, or an MCAP recording with teleop/input. @throw DeviceError that names file and line.
 std::unique_ptr<Device> openTrace(const std::string& file);

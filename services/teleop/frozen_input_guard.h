@@ -7,14 +7,14 @@
 
 namespace tandem::teleop {
 
-/** Lets a device command motion as long as its raw numbers change now and then: a hand never holds still for long, and
- * nobody sees whether a device still speaks. Where they do not, the switch counts as let go of until it really is. */
+/** Permits motion as long as the raw values of a device change: a hand always moves a little, and a lost connection is
+ * not reported otherwise. After unchanged values, the switch is reported as released until the operator releases it. */
 class FrozenInputGuard {
  public:
-  static constexpr double kLongest = 1.5;  ///< s that numbers may stay the same while they command motion
+  static constexpr double kLongest = 1.5;  ///< s, longest time of unchanged values that command motion
 
-  /// @param raw  what the device says, unfiltered; @param moves  whether it commands motion now; @param held  its
-  /// switch;
+  /// @param raw  unfiltered values of the device @param moves  whether they command motion now @param held  state of
+  /// its switch
   /// @param time  s
   bool update(const std::vector<int>& raw, bool moves, bool held, double time) {
     if (raw != last_ || !moves)
@@ -26,7 +26,7 @@ class FrozenInputGuard {
       silent_ = true;
     return held && !silent_;
   }
-  /// Whether it has been stopped, and not let go of since.
+  /// Whether the guard has stopped the device, and its switch has not been released since.
   bool silent() const { return silent_; }
 
  private:

@@ -9,13 +9,13 @@
 namespace tandem::teleop {
 namespace {
 
-constexpr double kHeld = 0.5;       ///< of a trigger
-constexpr double kStickRest = 0.1;  ///< sticks never come back to zero: the rest of the way is stretched
+constexpr double kHeld = 0.5;       ///< of the trigger's travel
+constexpr double kStickRest = 0.1;  ///< dead zone, since sticks do not return to zero; the remainder is scaled to 0..1
 
 class Gamepad final : public Device {
  public:
   explicit Gamepad(double speed) : speed_(speed) {
-    // No window: nothing shall be drawn, and events count although none has the focus.
+    // No window: nothing is drawn, and events are accepted without focus.
     SDL_SetHint(sdl::kHintVideoDriver, "dummy");
     SDL_SetHint(sdl::kHintJoystickAllowBackgroundEvents, "1");
     SDL_SetHint(sdl::kHintNoSignalHandlers, "1");

@@ -11,7 +11,7 @@
 namespace tandem::teleop {
 namespace {
 
-/// A key counts as held for so long after the terminal has reported it, s: longer than a terminal repeats (33 ms).
+/// Time for which a key is treated as held after each report, s: longer than a terminal's repeat period (33 ms).
 constexpr double kKeyHeld = 0.1;
 
 class Keyboard final : public Device {

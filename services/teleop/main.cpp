@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-teleop: publishes the state of an operator's device on teleop/input; tandem-control does the rest,
- * and answers on teleop/status. */
+/** @file tandem-teleop: publishes the state of an operator's device on teleop/input; tandem-control moves the robot,
+ * and reports on teleop/status. */
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <mutex>
@@ -53,7 +53,7 @@ std::uint8_t armIndex(const config::Robot& robot, const std::string& name, std::
   throw Failure(client::kUsage, "arm '" + name + "', expected one of " + config::armNames(robot));
 }
 
-/** The two messages, and what the other threads receive. */
+/** Client session: sends teleop/input, and stores teleop/status and control/status from DDS threads. */
 class Session {
  public:
   Session(const Options& options, const config::Deployment& deployment, const config::Robot& robot)
@@ -83,7 +83,7 @@ class Session {
 
   client::Client& client() { return client_; }
 
-  /// Says what the device says.
+  /// Publishes a reading of the device.
   void send(const teleop::Reading& reading, planning::teleoperation::Device kind) {
     take(reading);
     input_.device = static_cast<std::uint8_t>(kind);
@@ -110,7 +110,7 @@ class Session {
     return status_;
   }
 
-  /// The first arm in FAULT, with what led there and what to do; empty where there is none.
+  /// The first arm in FAULT, with cause and remedy; empty if none.
   std::string fault() const {
     const client::Snapshot now = client_.snapshot();
     for (std::size_t k = 0; k < now.status.arm_count; ++k)
@@ -120,7 +120,7 @@ class Session {
     return {};
   }
 
-  /// Why a robot that followed this operator does not any longer, other than by his will; empty where that is not so.
+  /// Reason why the robot no longer follows this operator, although the operator has not stopped it; empty if none.
   std::string stopped() const {
     const dds::TeleopStatus s = status();
     if (s.client != client_.id() || s.state != static_cast<std::uint8_t>(State::kStopped))
@@ -129,7 +129,7 @@ class Session {
     return found.empty() ? s.reason : found;
   }
 
-  /// A line for people whenever something changes.
+  /// Prints a status line after each change.
   void report() {
     const dds::TeleopStatus s = status();
     if (s.client != client_.id() && s.state != static_cast<std::uint8_t>(State::kRefused))
@@ -202,7 +202,7 @@ void expectEnabled(Session& session, const Options& options) {
   }
 }
 
-/// Until the device or somebody ends it. @return why a trace was not followed to its end
+/// Runs until the device or a signal ends it. @return reason why a trace was not followed to its end
 std::string drive(Session& session, teleop::Device& device, const Options& options, const runtime::StopSignal& stop) {
   const std::int64_t start = runtime::monotonicNow();
   while (!stop.requested()) {
@@ -213,7 +213,7 @@ std::string drive(Session& session, teleop::Device& device, const Options& optio
     const dds::ControlStatus status = session.client().snapshot().status;
     if (status.lease_holder != session.client().id())
       throw Failure(client::kFailure, "the control lease was lost");
-    // A trace cannot let go of the switch and hold it again: what is left of it would not be the recorded motion.
+    // A trace cannot release and press the switch again: its remainder would not be the recorded motion.
     if (device.kind() == planning::teleoperation::Device::kTrace) {
       if (const std::string reason = session.stopped(); !reason.empty())
         return "the trace was not followed to its end: " + reason;
@@ -244,17 +244,17 @@ int run(const Options& options) {
   try {
     error = drive(session, *device, options, stop);
   } catch (...) {
-    session.send({}, device->kind());  // at once, rather than by silence
+    session.send({}, device->kind());  // releases the switch at once, instead of after a time-out
     throw;
   }
   session.client().setInterrupt({});
-  // Let go first: who ends while the robot moves for it loses the lease in motion.
+  // Release the switch first: otherwise the lease would end during motion.
   session.client().waitFor(1.0, [&](const client::Snapshot& s) {
     session.send({}, device->kind());
     return s.status.source != static_cast<std::uint8_t>(dds::Source::kTeleoperation);
   });
   const std::string fault = session.fault();
-  if (options.enable && fault.empty())  // a fault stays latched: it is for people to look at
+  if (options.enable && fault.empty())  // a fault stays latched, for the operator to examine
     session.client().stateCommand("disable");
   session.client().releaseLease();
   if (error.empty())

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The part of SDL 2's C interface that the gamepad uses. It is declared here so that the build needs only SDL's
- * run-time library: Debian's package with the headers brings 250 MB of graphics development packages along. SDL keeps
- * its binary interface through all of version 2; a unit test compares the numbers with SDL's own header. */
+/** @file Declarations of the SDL 2 functions that the gamepad uses, so that the build needs only SDL's run-time
+ * library: Debian's package with the headers depends on 250 MB of graphics development packages. SDL keeps its binary
+ * interface through all of version 2; a unit test compares the numbers with SDL's own header. */
 #pragma once
 
 #include <cstdint>
 
-// SDL's own header, if it was included before, has declared these.
+// Not needed if SDL's own header was included before.
 #ifndef SDL_h_
 // NOLINTBEGIN(readability-identifier-naming): SDL's names
 struct SDL_GameController;

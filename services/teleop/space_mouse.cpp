@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file SpaceMouse and its like through spacenavd. */
+/** @file SpaceMouse and similar devices through spacenavd. */
 #include <sys/socket.h>
 
 #include <algorithm>
 #include <cerrno>
 
 #include "services/teleop/device.h"
-// Behind Eigen: it includes Xlib.h, whose macros are names of Eigen's.
+// After Eigen: spnav.h includes Xlib.h, whose macros are names in Eigen.
 #include <spnav.h>
-#undef Bool  // of Xlib, which it includes
+#undef Bool  // macro of Xlib.h
 
 namespace tandem::teleop {
 namespace {
 
-constexpr double kFull = 350.0;   ///< what the daemon says of a fully deflected axis
-constexpr double kTurning = 0.5;  ///< of a fully turned one, rad/s
+constexpr double kFull = 350.0;   ///< value of a fully deflected axis
+constexpr double kTurning = 0.5;  ///< at full rotation, rad/s
 constexpr double kMostEvents = 1000;
 
 class SpaceMouse final : public Device {
@@ -27,7 +27,7 @@ class SpaceMouse final : public Device {
 
   Reading read(double) override {
     Reading reading;
-    // A button that was held when the daemon went would be held for ever: libspnav does not tell of the end.
+    // libspnav does not report the end of the daemon: a button held at that time would appear held for ever.
     char byte = 0;
     const ssize_t there = recv(spnav_fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
     if (there == 0 || (there < 0 && errno != EAGAIN && errno != EINTR))
@@ -35,7 +35,7 @@ class SpaceMouse final : public Device {
     spnav_event event;
     for (int i = 0; i < kMostEvents && spnav_poll_event(&event) != 0; ++i) {
       if (event.type == SPNAV_EVENT_MOTION) {
-        // The daemon's y is up and its z toward the operator, as ours.
+        // The daemon's y axis points up, its z axis away from the operator, as in Reading.
         const auto& m = event.motion;
         linear_ = speed_ / kFull * Eigen::Vector3d(m.x, m.y, m.z);
         angular_ = kTurning / kFull * Eigen::Vector3d(m.rx, m.ry, m.rz);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Recorded motion of a device: CSV files, and MCAP recordings with teleop/input. */
+/** @file Trace, a recorded motion as input device: CSV files, and MCAP recordings with teleop/input. */
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -107,7 +107,7 @@ std::vector<Line> readRecording(const std::string& file) {
     const auto bytes = upgrader(channel, message.data);
     const auto input = bytes ? dds::decode<dds::TeleopInput>(*bytes) : std::nullopt;
     if (!input)
-      return true;  // a damaged one
+      return true;  // skips a damaged sample
     if (lines.empty())
       start = message.log_time;
     Line line{1e-9 * static_cast<double>(message.log_time - start), {}};
@@ -138,7 +138,7 @@ class Trace final : public Device {
       throw DeviceError(file + ": found no motion");
   }
 
-  /// The last line whose time has come. One moment with the switch released comes first, and last.
+  /// The last line that is due. Before the first line and after the last one the switch is released for a short time.
   Reading read(double time) override {
     const double at = time - kBefore + lines_.front().time;
     if (time < kBefore)
