@@ -16,9 +16,9 @@ namespace tandem::security {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kCurve = "P-256";  // ECDSA-SHA256 and ECDH, what Fast DDS knows
+constexpr const char* kCurve = "P-256";  // ECDSA-SHA256 and ECDH, as supported by Fast DDS
 
-/** The files of an authority. */
+/** File paths of an authority. */
 struct Files {
   explicit Files(const fs::path& folder)
       : home(folder / "ca"), key(home / "key.pem"), certificate(folder / "ca.pem"), issued(home / "issued") {}
@@ -48,7 +48,7 @@ void checkValidity(const Validity& validity) {
     throw Error("days: found " + std::to_string(validity.days) + ", expected 1 to " + std::to_string(kMostDays));
 }
 
-/// 63 random bits: nobody has to keep count.
+/// 63 random bits, so that no counter is needed.
 void setRandomSerial(ASN1_INTEGER* serial) {
   std::uint64_t number = 0;
   good(RAND_bytes(reinterpret_cast<unsigned char*>(&number), sizeof(number)), "random numbers");
@@ -70,7 +70,7 @@ void addExtension(X509* certificate, X509* issuer, int kind, const char* value) 
   good(added, value);
 }
 
-/// A certificate without extensions and signature. Its subject is {O, OU, CN} in this order, empty ones left out.
+/// A certificate without extensions and signature. Its subject has the given entries, in the order O, OU, CN.
 Certificate draft(const std::vector<std::pair<const char*, std::string>>& subject,
                   EVP_PKEY* key,
                   const Validity& validity) {
@@ -98,7 +98,7 @@ void finish(X509* certificate, X509* issuer, EVP_PKEY* issuer_key, const char* c
   good(X509_sign(certificate, issuer_key, EVP_sha256()), "signature");
 }
 
-/// Signs a list of revocations. It stays good as long as the authority: a list that runs out would stop the robot.
+/// Signs a revocation list. It is valid as long as the authority, because an expired list would stop the robot.
 std::string signList(X509_CRL* crl,
                      X509* authority,
                      EVP_PKEY* key,
@@ -129,7 +129,7 @@ Files opened(const fs::path& folder) {
   return files;
 }
 
-/// Copies what every machine has; nothing to do where it is the authority's own folder.
+/// Copies the files that every machine needs; no effect in the authority's own folder.
 void copyCommon(const fs::path& folder, const fs::path& to) {
   std::error_code ignored;
   if (fs::equivalent(folder, to, ignored))

@@ -27,10 +27,10 @@ std::string rule(const char* kind, const std::vector<std::string>& topics) {
 
 }  // namespace
 
-/* Payloads are encrypted one by one, which no reader can be talked out of, and submessages once more, so that sequence
- * numbers, heartbeats and acknowledgements are authentic, too, and no encrypted payload can be sent again under another
- * number. Not whole messages (rtps_protection_kind): 2.9.1 aborts where a full one does not fit any more when
- * encrypted. */
+/* Payloads are encrypted separately, which no reader can disable, and submessages in addition, so that sequence
+ * numbers, heartbeats and acknowledgements are authentic, too, and no encrypted payload can be replayed under another
+ * number. Whole messages are not encrypted (rtps_protection_kind): 2.9.1 aborts if a full one exceeds the size limit
+ * after encryption. */
 std::string governance() {
   return fmt::format(kHead, "omg_shared_ca_governance.xsd") + R"(  <domain_access_rules>
     <domain_rule>

@@ -18,7 +18,7 @@ constexpr int kSigning = PKCS7_DETACHED | PKCS7_TEXT;
 
 Bio memory() { return Bio(good(BIO_new(BIO_s_mem()), "memory")); }
 
-/// Holds a copy of the text.
+/// Contains a copy of the text.
 Bio memory(const std::string& text) {
   Bio bio = memory();
   if (!text.empty())
@@ -32,11 +32,11 @@ std::string contents(BIO* bio) {
   return {data, static_cast<std::size_t>(std::max(size, 0L))};
 }
 
-/// @param read  of OpenSSL's PEM_read_bio_...
+/// @param read  one of OpenSSL's functions PEM_read_bio_...
 template <class T>
 T* readPem(const std::filesystem::path& file, const char* what, T* (*read)(BIO*, T**, pem_password_cb*, void*)) {
   const Bio bio = memory(readText(file));
-  // Asks for no password: a process that starts by itself cannot answer.
+  // Never prompts for a password: a service that starts automatically has no terminal.
   T* object = read(
       bio.get(), nullptr, [](char*, int, int, void*) { return -1; }, nullptr);
   return good(object, file.string() + ": found no " + what + " in PEM");
@@ -132,13 +132,13 @@ std::string verified(const std::filesystem::path& file, X509* authority) {
     throw Error(file.string() + ": found no signed document (S/MIME): " + takeLastError());
   const Store store(good(X509_STORE_new(), "store"));
   good(X509_STORE_add_cert(store.get(), authority), "store");
-  // Dates are judged by themselves, with words of their own.
+  // Dates are checked separately (checkDates() in verify.cpp), with specific messages.
   X509_STORE_set_flags(store.get(), X509_V_FLAG_NO_CHECK_TIME);
   const Bio out = memory();
   if (PKCS7_verify(signature.get(), nullptr, store.get(), signed_part.get(), out.get(), PKCS7_TEXT) <= 0)
     throw Error(file.string() + ": not signed by the authority: " + takeLastError());
   std::string document = contents(out.get());
-  std::erase(document, '\r');  // S/MIME ends its lines with both
+  std::erase(document, '\r');  // S/MIME lines end with CR LF
   return document;
 }
 

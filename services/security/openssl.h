@@ -31,10 +31,10 @@ using Crl = std::unique_ptr<X509_CRL, Release<X509_CRL_free>>;
 using Store = std::unique_ptr<X509_STORE, Release<X509_STORE_free>>;
 using Pkcs7 = std::unique_ptr<PKCS7, Release<PKCS7_free>>;
 
-/// What OpenSSL complains about; empties its queue.
+/// Text of OpenSSL's last error; clears its error queue.
 std::string takeLastError();
 
-/// The result of a call, if it is good. @throw Error "WHAT: complaint".
+/// The result of a successful call. @throw Error "WHAT: error text".
 template <class T>
 T* good(T* result, const std::string& what) {
   if (result == nullptr)
@@ -46,12 +46,12 @@ inline void good(int result, const std::string& what) {
     throw Error(what + ": " + takeLastError());
 }
 
-/// @throw Error for a file that is missing, or is not what it should be.
+/// @throw Error for a missing file, or one with another content.
 Certificate readCertificate(const std::filesystem::path& file);
 Key readKey(const std::filesystem::path& file);
 Crl readCrl(const std::filesystem::path& file);
 
-/// Replaces a file as a whole; `secret` ones are for their owner alone.
+/// Replaces a file atomically; `secret` files are readable only by their owner.
 void writeFile(const std::filesystem::path& file, const std::string& text, bool secret = false);
 std::string readText(const std::filesystem::path& file);
 
@@ -67,7 +67,7 @@ std::string commonNameOf(X509* certificate);
 /// Signs a document as S/MIME.
 std::string sign(const std::string& document, X509* certificate, EVP_PKEY* key);
 
-/// The document of a signed file. @throw Error where the authority has not signed it.
+/// The document of a signed file. @throw Error if it is not signed by the authority.
 std::string verified(const std::filesystem::path& file, X509* authority);
 
 }  // namespace tandem::security

@@ -22,7 +22,7 @@ constexpr int kSoon = 30;  // days
 class Report {
  public:
   void say(Level level, const std::string& text) { findings_.push_back({level, text}); }
-  /// Runs a check that throws what is wrong.
+  /// Runs a check that throws on failure.
   template <class Check>
   bool check(Check check) {
     try {
@@ -66,7 +66,7 @@ void checkDates(Report& report,
     report.say(Level::kGood, fmt::format("{}: valid until {}", file.string(), day(until)));
 }
 
-/// Nobody but the owner may get at keys; nobody but the owner may exchange the rest.
+/// Checks file modes: only the owner may read keys, and only the owner may replace the other files.
 void checkMode(Report& report, const fs::path& path, mode_t forbidden, const char* remedy) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0)
@@ -76,7 +76,7 @@ void checkMode(Report& report, const fs::path& path, mode_t forbidden, const cha
                                         status.st_mode & 07777U, remedy, path.string()));
 }
 
-/// @throw Error where the authority has not certified it, or has taken that back.
+/// @throw Error if the certificate was not issued by the authority, or was revoked.
 void checkChain(const fs::path& file, X509* certificate, X509* authority, X509_CRL* crl) {
   const Key key(good(X509_get_pubkey(authority), "public key"));
   if (X509_NAME_cmp(X509_get_issuer_name(certificate), X509_get_subject_name(authority)) != 0 ||
@@ -91,7 +91,7 @@ void checkChain(const fs::path& file, X509* certificate, X509* authority, X509_C
     throw Error(file.string() + ": revoked; run `tandem security issue` again");
 }
 
-/// What stands between <NAME> and </NAME>, from `begin` on; moves `begin` behind it.
+/// Text between <NAME> and </NAME>, searched from `begin`; moves `begin` behind it.
 std::optional<std::string> element(const std::string& text, const std::string& name, std::size_t& begin) {
   const std::size_t open = text.find("<" + name + ">", begin);
   const std::size_t close = text.find("</" + name + ">", open);
@@ -115,7 +115,7 @@ std::vector<std::string> elements(const std::string& text, const std::string& na
   return all;
 }
 
-/// Topics that are wanted and not there, or the reverse.
+/// @throw Error for missing permissions, and for permissions that exceed the role.
 void checkTopics(const fs::path& file,
                  const std::string& document,
                  const char* kind,

@@ -12,34 +12,34 @@
 
 namespace tandem::security {
 
-/** One thing that was looked at. */
+/** Result of one check. */
 struct Finding {
   enum class Level { kGood, kWarning, kBad };
   Level level = Level::kGood;
-  std::string text;  ///< names the file, what was found, and what to do about it
+  std::string text;  ///< names the file, the finding, and the remedy
 };
 
-/** What the credentials shall be good for. */
+/** Robot, domain and time for which the credentials are verified. */
 struct VerificationTarget {
   std::string prefix = "tandem";
   int domain = 0;
   std::chrono::system_clock::time_point now = std::chrono::system_clock::now();
 };
 
-/// What all roles share: authority, governance, revocations. Never throws for what is in the files.
+/// Checks the files common to all roles: authority, governance, revocation list. Never throws because of their content.
 std::vector<Finding> checkCommon(const std::filesystem::path& folder, const VerificationTarget& target);
 
-/// The credentials of one role, which has to be there.
+/// Checks the credentials of one role, which must exist.
 std::vector<Finding> checkRole(const std::filesystem::path& folder, dds::Role role, const VerificationTarget& target);
 
-/// Roles that have a folder there.
+/// Roles with a folder in `folder`.
 std::vector<dds::Role> rolesIn(const std::filesystem::path& folder);
 
-/// SHA-256 of authority and governance: has to be the same on all machines.
-/// @throw Error where a file cannot be read.
+/// SHA-256 of authority and governance, which must be the same on all machines.
+/// @throw Error if a file cannot be read.
 std::string fingerprint(const std::filesystem::path& folder);
 
-/// The first thing that keeps a process of this role from taking part; empty where nothing does.
+/// First finding that prevents a process of this role from connecting; empty if none.
 std::string obstacle(const std::filesystem::path& folder, dds::Role role, const VerificationTarget& target);
 
 }  // namespace tandem::security
