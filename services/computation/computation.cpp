@@ -18,7 +18,7 @@ void reportProgress(const ComputationHooks& hooks, double fraction, const std::s
     hooks.progress(fraction, at, done, all);
 }
 
-/// A limit of a joint that the client may set instead of the robot's.
+/// Limit of a joint: the client's value, else the robot's, else `otherwise`.
 double chosen(double wanted, double by_robot, double otherwise) {
   return wanted > 0.0 ? wanted : std::isfinite(by_robot) ? by_robot : otherwise;
 }
@@ -60,7 +60,7 @@ planning::IkOptions Computation::ik(const ComputationHooks& hooks) const {
   return ik;
 }
 
-/// @param share  of the whole that this check is
+/// @param share  of this check in the whole computation, 0 to 1
 planning::FeasibilityOptions Computation::feasibility(const ComputationHooks& hooks, double share) const {
   planning::FeasibilityOptions options;
   options.ik = ik(hooks);
@@ -101,7 +101,7 @@ void Computation::check(const ComputationHooks& hooks, dds::ComputationResult& r
   }
 }
 
-/// The closed loop, as control would run it.
+/// Simulates the closed loop of control.
 planning::Rehearsal Computation::rehearsed(const ComputationHooks& hooks,
                                            const std::vector<safety::RobotVector>& postures,
                                            const char* at) const {

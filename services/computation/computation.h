@@ -12,14 +12,14 @@
 
 namespace tandem::computation {
 
-/** How a computation is watched. Both are called often, on the thread that computes; empty ones are not. */
+/** Callbacks of a computation. Both are called often, on the computing thread; empty ones are not called. */
 struct ComputationHooks {
   std::function<bool()> cancelled;
-  /// `at` is what is counted: "point", "start", "round 2, point", "timing".
+  /// `at` is the counted unit: "point", "start", "round 2, point", "timing".
   std::function<void(double fraction, const std::string& at, int done, int all)> progress;
 };
 
-/** One computation, ready to run. The same request gives the same answer, whichever process computes it. */
+/** One computation, ready to run. The same request gives the same result in every process. */
 class Computation {
  public:
   /// As ComputationProblem. @throw Refusal
@@ -31,7 +31,7 @@ class Computation {
   /// s
   double timeLimit() const { return request().time_limit > 0.0 ? request().time_limit : 600.0; }
 
-  /// Never throws; whoever cancels fills in cancelled_by, reason and elapsed.
+  /// Never throws. The caller sets cancelled_by, the reason of a cancellation, and elapsed.
   dds::ComputationResult run(const ComputationHooks& hooks) const noexcept;
 
  private:

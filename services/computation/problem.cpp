@@ -131,7 +131,7 @@ void ComputationProblem::readTrajectory() {
     const int arm = k == 0 ? spec.arm : spec.other_arm;
     const Eigen::VectorXd own = start.segment(arms.offset(arm), arms.size(arm));
     if (arms.models[static_cast<std::size_t>(arm)]->tip(own, tips[k]) != kinematics::ModelStatus::kOk)
-      return;  // what is wrong with the start is for the report to say
+      return;  // defects of the start configuration are part of the report
   }
   try {
     planning::TrajectorySpec coarse = spec;

@@ -12,7 +12,7 @@
 
 namespace tandem::computation {
 
-/** Why a request is not taken: the key, what was found, what was expected. */
+/** A request is refused; what() has key, found and expected value. */
 class Refusal : public std::runtime_error {
  public:
   Refusal(msg::ReplyCode code, const std::string& reason) : std::runtime_error(reason), code_(code) {}
@@ -22,23 +22,23 @@ class Refusal : public std::runtime_error {
   msg::ReplyCode code_;
 };
 
-/** The robot that is computed for. */
+/** Robot of a computation. */
 struct ComputationRobot {
   const config::Robot& robot;
   const robots::RobotModel& model;
-  bool rigid;               ///< arms never snap: no stability is asked for
+  bool rigid;               ///< arms never snap: no stability margin is required
   planning::Gains gains{};  ///< of rehearsals
   double period = 0.0;      ///< of rehearsals, s; 0: the robot file's
 };
 
-/** One request that makes sense. */
+/** One validated request. */
 struct ComputationProblem {
-  static constexpr int kMostPoints = 2000;                        ///< of a trajectory; a start is chosen by fewer
+  static constexpr int kMostPoints = 2000;                        ///< of a trajectory, except for the choice of a start
   static constexpr std::size_t kLongestTrajectory = 1024 * 1024;  ///< bytes of its text
   static constexpr int kMostTargets = safety::kMaxArms;
 
   /// @param robot  must outlive the problem
-  /// @param present  the robot's joints, for a request without joints; nothing: they are not known
+  /// @param present  the robot's joints, for a request without joints; empty: unknown
   /// @throw Refusal
   ComputationProblem(msg::ComputationRequest request,
                      const ComputationRobot& robot,
@@ -48,7 +48,7 @@ struct ComputationProblem {
   ComputationRobot robot;
   planning::Arms arms;
   safety::RobotVector start;
-  planning::TrajectorySpec spec;               ///< of all kinds but inverse kinematics
+  planning::TrajectorySpec spec;               ///< all kinds except inverse kinematics
   std::vector<planning::TipTarget> targets{};  ///< of inverse kinematics
 
  private:
