@@ -76,7 +76,7 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
   spec.motor.max_velocity = std::max(1.0, 2.0 * std::abs(units.toCountSpeed(axis.velocity)));
   spec.motor.max_acceleration =
       std::max(spec.motor.max_acceleration, 4.0 * std::abs(units.toCountSpeed(axis.quick_stop_deceleration)));
-  if (axis.brake) {  // an axis that needs one: it falls when nothing holds it
+  if (axis.brake) {  // axes with a brake: the simulated joint falls without brake and torque
     spec.brake = {axis.brake->mask(), axis.brake->closed_level, 0.6 * axis.brake->closing_time};
     spec.motor.load = units.toCountSpeed(axis.translation ? kFall : kRotationFall);
   }
@@ -99,7 +99,8 @@ EncoderSpec encoderOf(const hal::AxisConfig& axis) {
   spec.serial = encoder.identity.serial != 0 ? encoder.identity.serial : kSerialBase + spec.id;
   spec.drive = static_cast<std::uint8_t>(axis.node);
   spec.ratio = hal::AxisUnits(axis.gearing).scale() / hal::AxisUnits(encoder.gearing).scale();
-  // A drive that keeps its position counts from its own reference: both have to mean the same joint position.
+  // The counter of a drive with absolute position has its own origin: encoder and drive must give the same joint
+  // position.
   if (axis.reference != hal::PositionReference::kAbsoluteEncoder)
     spec.offset = hal::AxisUnits(encoder.gearing).toCounts(hal::AxisUnits(axis.gearing).toJoint(0)).value;
   return spec;

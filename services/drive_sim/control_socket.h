@@ -12,15 +12,15 @@ namespace tandem::drive_sim {
 /** Server side; not blocking. */
 class ControlSocket {
  public:
-  /// @throw std::system_error where the path cannot be listened on.
+  /// @throw std::system_error if the socket cannot be created at this path.
   explicit ControlSocket(const std::string& path);
   ~ControlSocket();
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
 
-  /// Answers what has come.
+  /// Answers all received lines.
   void poll(const std::function<std::string(const std::string&)>& answer);
-  /// For poll(): readable when there is something to do.
+  /// For poll(): readable when a line or a connection is pending.
   int fd() const noexcept { return poll_; }
 
  private:
@@ -30,7 +30,7 @@ class ControlSocket {
   std::vector<int> clients_;
 };
 
-/// Sends one line and waits for the answer. @throw std::system_error where nobody answers within so many seconds.
+/// Sends one line and waits for the answer. @throw std::system_error without an answer within `seconds`.
 std::string askControl(const std::string& path, const std::string& line, double seconds = 5.0);
 
 }  // namespace tandem::drive_sim

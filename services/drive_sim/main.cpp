@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-drive-sim: simulated CANopen drives and encoders on a CAN bus, in the place of real ones. */
+/** @file tandem-drive-sim: simulated CANopen drives and encoders on a CAN bus. */
 #include <poll.h>
 #include <spdlog/spdlog.h>
 
@@ -77,7 +77,7 @@ sim::drives::BusSpec specOf(Options& options) {
 void run(Options& options, runtime::StopSignal& stop) {
   constexpr int kPeriod = 1;  // ms
   const sim::drives::BusSpec spec = specOf(options);
-  // Others join the hub that this is: without drives there is no bus.
+  // This process is the hub of a socket bus, which other processes join: without drives there is no bus.
   if (options.bus.starts_with("unix:"))
     options.bus.replace(0, 5, "unix-hub:");
   const auto bus = hal::can::openBus(options.bus);

@@ -8,10 +8,10 @@
 
 namespace tandem::drive_sim {
 
-/// Everything that the drives and encoders know, as one line of JSON. Positions in counts, times in s.
+/// State and counters of all drives and encoders, as one line of JSON. Positions in counts, times in s.
 std::string reportState(sim::drives::DriveBus& bus);
 
-/// Does what a line asks (see parseFaultCommand()): "ok", the state as JSON, or "error: ...".
+/// Executes one line (see parseFaultCommand()). @return "ok", the state as JSON, or "error: ..."
 std::string serveLine(sim::drives::DriveBus& bus, const std::string& line);
 
 }  // namespace tandem::drive_sim
