@@ -15,7 +15,7 @@ namespace tandem::recording {
 
 static_assert(std::endian::native == std::endian::little, "MCAP is little-endian, and so are the hosts");
 
-/** Appends to a text that is used as a buffer of bytes. */
+/** Appends to a string that is used as a byte buffer. */
 class ByteSink {
  public:
   explicit ByteSink(std::string& bytes) : bytes_(bytes) {}
@@ -44,7 +44,7 @@ class ByteSink {
   std::string& bytes_;
 };
 
-/** Takes from the front of bytes that somebody else keeps. @throw std::out_of_range where there are too few. */
+/** Reads from the front of bytes that it does not own. @throw std::out_of_range if there are too few. */
 class ByteSource {
  public:
   explicit ByteSource(std::string_view bytes) : bytes_(bytes) {}

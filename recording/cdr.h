@@ -13,7 +13,7 @@
 
 namespace tandem::recording {
 
-inline constexpr int kDeepest = 20;  ///< types within types
+inline constexpr int kDeepest = 20;  ///< levels of nested types
 
 /// Bytes of a value; 1 for texts and messages.
 inline std::size_t sizeOf(Kind kind) {
@@ -34,7 +34,7 @@ inline std::size_t sizeOf(Kind kind) {
   }
 }
 
-/** Of either byte order. Reads beyond the end give nothing, and good() says so. */
+/** Reader of both byte orders. A read beyond the end returns 0 or an empty text, and good() becomes false. */
 class Cdr {
  public:
   explicit Cdr(std::string_view bytes) : bytes_(bytes) {
@@ -59,7 +59,7 @@ class Cdr {
     const std::string_view text = take(size);
     return std::string(text.substr(0, text.empty() ? 0 : text.size() - 1));
   }
-  /// Elements of a sequence; each takes at least so many bytes.
+  /// Number of elements of a sequence. @param smallest  least size of an element, bytes
   std::size_t count(std::size_t smallest) {
     const auto size = number<std::uint32_t>();
     if (size > (bytes_.size() - std::min(bytes_.size(), 4 + at_)) / std::max<std::size_t>(1, smallest))
@@ -81,11 +81,11 @@ class Cdr {
   }
 
   std::string_view bytes_;
-  std::size_t at_ = 0;  // behind the encapsulation
+  std::size_t at_ = 0;  // bytes after the encapsulation header
   bool good_, swap_;
 };
 
-/** The other way: little-endian. */
+/** Writer, little-endian. */
 class CdrSink {
  public:
   /// The low `size` bytes of a number.

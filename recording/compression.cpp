@@ -9,7 +9,7 @@
 namespace tandem::recording {
 namespace {
 
-constexpr std::uint64_t kLargestChunk = 1ull << 30;  // bytes; more is damage, and not worth the memory
+constexpr std::uint64_t kLargestChunk = 1ull << 30;  // bytes; a larger size is treated as damage
 
 void checkZstd(std::size_t result) {
   if (ZSTD_isError(result))

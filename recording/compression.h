@@ -9,10 +9,10 @@
 
 namespace tandem::recording {
 
-/// CRC-32 as MCAP has it (that of zlib), continued from `crc`; 0 to begin.
+/// CRC-32 of MCAP (as in zlib), continued from `crc`; initial value 0.
 std::uint32_t crc32(std::string_view bytes, std::uint32_t crc = 0);
 
-/** zstd with its working memory kept from chunk to chunk. */
+/** zstd compressor that reuses its working memory for all chunks. */
 class Compressor {
  public:
   /// @param level 1 (fast) to 19
@@ -26,7 +26,7 @@ class Compressor {
   std::unique_ptr<Context> context_;
 };
 
-/// The bytes of a chunk. @param compression "zstd" or "". @throw std::runtime_error where it cannot be.
+/// Decompresses a chunk. @param compression "zstd" or "". @throw std::runtime_error for damaged data.
 std::string decompress(std::string_view bytes, std::string_view compression, std::uint64_t expected_size);
 
 }  // namespace tandem::recording

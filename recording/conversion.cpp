@@ -14,9 +14,9 @@ namespace {
 struct Value;
 using Values = std::map<std::string, Value>;
 
-/** What one member holds: one of the three, an entry an element. */
+/** Values of one member, in one of the three lists; one entry per element. */
 struct Value {
-  std::vector<std::uint64_t> numbers;  ///< their bits
+  std::vector<std::uint64_t> numbers;  ///< bit patterns
   std::vector<std::string> texts;
   std::vector<Values> messages;
 };
@@ -108,7 +108,7 @@ Conversion::Conversion(Definition from, Definition to) : from_(std::move(from)),
 
 void Conversion::compare(const std::string& from, const std::string& to, const std::string& path, int depth) {
   if (depth > kDeepest)
-    return;  // a definition that holds itself; neither is more of it read
+    return;  // a recursive definition; reading stops at the same depth
   const std::vector<Field>&before = from_.types.at(from), &after = to_.types.at(to);
   for (const Field& field : before) {
     if (!find(after, field.name))

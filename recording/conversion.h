@@ -11,19 +11,19 @@
 
 namespace tandem::recording {
 
-/** Member by member, by name. What the new definition alone has is 0 or empty; what the old one alone has is left out.
- * Of arrays of different lengths the elements count as members. */
+/** Converts member by member, by name. Members only in the new definition are 0 or empty; members only in the old one
+ * are dropped. For arrays of different lengths this applies to their elements. */
 class Conversion {
  public:
   Conversion(Definition from, Definition to);
 
-  /// Whether there is anything to convert.
+  /// Whether both definitions have the same layout, so that nothing has to be converted.
   bool same() const { return added_.empty() && dropped_.empty() && mismatched_.empty() && !reordered_; }
   const std::vector<std::string>& added() const { return added_; }            ///< "recovery", "hardware_count[16..23]"
-  const std::vector<std::string>& dropped() const { return dropped_; }        ///< in the same words
+  const std::vector<std::string>& dropped() const { return dropped_; }        ///< in the same format
   const std::vector<std::string>& mismatched() const { return mismatched_; }  ///< "mass: float32 before, string after"
 
-  /// @return nothing where the bytes do not fit the old definition, or members are unlike.
+  /// @return nothing if the bytes do not fit the old definition, or mismatched() is not empty.
   std::optional<std::string> operator()(std::string_view bytes) const;
 
  private:

@@ -23,7 +23,7 @@ std::string key(const std::string& type, const std::string& package) {
   return first == std::string::npos ? package + "/" + type : type.substr(0, first) + type.substr(type.rfind('/'));
 }
 
-/// One line without its comment. @return whether it is a member, and not a constant or nothing.
+/// Reads one line without its comment. @return whether it is a member, not a constant or an empty line.
 bool readField(std::string line, const std::string& package, Field& field) {
   line = line.substr(0, line.find('#'));
   std::istringstream words(line);
@@ -42,7 +42,7 @@ bool readField(std::string line, const std::string& package, Field& field) {
     field.length = fixed ? std::stoul(inside) : 0;
     type.resize(bracket);
   }
-  type = type.substr(0, type.find("<="));  // bounds do not show on the wire
+  type = type.substr(0, type.find("<="));  // bounds do not change the layout
   const auto basic = basicTypes().find(type);
   field.kind = basic == basicTypes().end() ? Kind::kMessage : basic->second;
   field.type = field.kind == Kind::kMessage ? key(type, package) : "";

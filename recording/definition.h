@@ -29,19 +29,19 @@ struct Field {
   enum class Count { kOne, kFixed, kSequence };
   std::string name;
   Kind kind = Kind::kFloat64;
-  std::string type;  ///< kMessage: its key in Definition::types
+  std::string type;  ///< kMessage: key in Definition::types
   Count count = Count::kOne;
-  std::size_t length = 1;  ///< kFixed: of the array
+  std::size_t length = 1;  ///< kFixed: number of elements
 };
 
-/** A type, and all those within it. */
+/** A type with all its member types. */
 struct Definition {
   std::string root;
   std::map<std::string, std::vector<Field>> types;  ///< by "package/Type"
 };
 
-/// Reads the text of a schema. @param type "package/msg/Type"
-/// @throw Error naming the type and the line that is not understood.
+/// Parses the text of a schema. @param type "package/msg/Type"
+/// @throw Error that names the type, and the invalid line or the undefined member type.
 Definition parseDefinition(const std::string& type, const std::string& text);
 
 }  // namespace tandem::recording

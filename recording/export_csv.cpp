@@ -9,7 +9,7 @@
 namespace tandem::recording {
 namespace {
 
-/// Shortest text that reads back as the same number.
+/// Appends the shortest text that is parsed to the same number.
 template <class T>
 void append(std::string& line, T value) {
   char text[40];
@@ -43,7 +43,7 @@ double seconds(std::uint64_t time, std::uint64_t start) {
   return 1e-9 * static_cast<double>(static_cast<std::int64_t>(time - start));
 }
 
-/** A file that notices at its end that the disk was full. */
+/** Output file that reports write errors in close(). */
 class CsvFile {
  public:
   explicit CsvFile(const std::filesystem::path& file) : file_(file), stream_(file, std::ios::binary) {}

@@ -12,7 +12,7 @@ namespace {
 constexpr hsize_t kChunkRows = 4096;
 constexpr unsigned kDeflate = 3;
 
-/** A handle of HDF5, given back by its own function. */
+/** RAII handle of an HDF5 object, released by `close`. */
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : id_(id), close_(close) {

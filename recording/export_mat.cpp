@@ -22,7 +22,7 @@ Variable checked(matvar_t* variable) {
   return Variable(variable);
 }
 
-/// What tells names apart is at their ends; they begin with a letter.
+/// Keeps the end of a long name, which distinguishes it from others; the result begins with a letter.
 std::string shortName(const std::string& name) {
   std::string text = name.size() <= kLongestName ? name : name.substr(name.size() - kLongestName);
   if (text.empty() || !((text[0] >= 'a' && text[0] <= 'z') || (text[0] >= 'A' && text[0] <= 'Z')))
@@ -30,7 +30,7 @@ std::string shortName(const std::string& name) {
   return text;
 }
 
-/// MATLAB keeps matrices column by column.
+/// MATLAB stores matrices by columns.
 template <class T>
 Variable numbers(const Matrix<T>& matrix, matio_classes type_class, matio_types type) {
   std::vector<T> turned(matrix.values.size());

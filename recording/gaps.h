@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Lost samples, detected by the writers' sequence numbers. */
+/** @file Counter of lost samples, detected by gaps in the writers' sequence numbers. */
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,11 @@
 
 namespace tandem::recording {
 
-/** Counts missing numbers per writer; a channel of a file, or whatever else tells writers apart. */
+/** Counts missing sequence numbers per writer. @tparam Writer  identifies a writer, e.g. channel of a file */
 template <class Writer>
 class GapCounter {
  public:
-  /// Sees the next sample of a writer. Numbers wrap at 2^32; one that comes late is no gap.
+  /// Processes the next sample of a writer. Numbers wrap at 2^32; a smaller number than expected is no gap.
   void see(const Writer& writer, std::uint32_t sequence) {
     const auto [known, is_new] = next_.try_emplace(writer, sequence);
     const auto ahead = static_cast<std::int32_t>(sequence - known->second);

@@ -11,26 +11,26 @@
 
 namespace tandem::recording {
 
-/** Rows times columns, row by row. */
+/** Matrix, stored by rows. */
 template <class T>
 struct Matrix {
   std::size_t rows = 0, columns = 1;
   std::vector<T> values;
 };
 
-/** A matrix with a name that every program takes, and the one that it had. */
+/** A matrix with a name that is valid in all formats, and its original name. */
 struct NamedMatrix {
   std::string name, original;
   std::variant<Matrix<double>, Matrix<std::int64_t>, Matrix<std::uint64_t>, Matrix<std::string>> matrix;
 };
 
-/** A struct or group. */
+/** A struct (MATLAB) or group (HDF5). */
 struct NamedMatrices {
   std::string name, original;
   std::vector<NamedMatrix> members;
 };
 
-/// All tables. Cells shorter than the widest one of their column are filled up with NaN, 0 or empty texts.
+/// Converts all tables. Cells shorter than the widest one of their column are padded with NaN, 0 or empty texts.
 std::vector<NamedMatrices> matricesOf(const ExportSet& set);
 
 }  // namespace tandem::recording

@@ -92,7 +92,7 @@ void Reader::forget() {
   parts_.clear();
 }
 
-/// @return whether there is one that can be used.
+/// @return whether the file has a valid summary.
 bool Reader::readSummary() {
   try {
     if (size_ < 2 * kMagic.size() + kTail)
@@ -118,7 +118,7 @@ bool Reader::readSummary() {
     profile_ = header.text();
     library_ = header.text();
     takeSummary(std::string_view(summary).substr(0, summary.size() - (kRecordHead + kFooterLength - 4)));
-    // A file without an index of its chunks, or with messages outside of them.
+    // False for a file without a chunk index, or with messages outside of chunks.
     return statistics_.chunks == parts_.size() && (statistics_.messages == 0 || !parts_.empty());
   } catch (const std::out_of_range& error) {
     report(size_ - kTail, std::string("the summary is damaged: ") + error.what());
@@ -212,7 +212,7 @@ void Reader::scan() {
       head = bytes(offset, kRecordHead);
       content = bytes(offset + kRecordHead, headOf(head).length);
     } catch (const std::out_of_range&) {
-      break;  // cut in the middle of a record
+      break;  // truncated within a record
     }
     try {
       more = scanRecord(headOf(head).opcode, offset, content, crc);
@@ -227,7 +227,7 @@ void Reader::scan() {
     report(offset, "the file is incomplete; all records before this point are valid");
 }
 
-/// @return false at the end of the data.
+/// @return false at the end of the data section.
 bool Reader::scanRecord(Opcode opcode, std::uint64_t offset, const std::string& content, std::uint32_t crc_before) {
   ByteSource source(content);
   switch (opcode) {
@@ -263,12 +263,13 @@ bool Reader::scanRecord(Opcode opcode, std::uint64_t offset, const std::string& 
       return false;
     }
     default:
-      break;  // indices are of no use here; unknown records are to be skipped
+      break;  // indices are not needed here; unknown records are skipped
   }
   return true;
 }
 
-/// Messages outside of chunks have no checksum but that of the data: a flipped bit makes one out of another record.
+/// Messages outside of chunks are covered only by the checksum of the data section: a flipped bit can turn another
+/// record into a message.
 void Reader::leaveOutUnchecked(std::uint64_t offset) {
   const auto left_out = std::erase_if(parts_, [](const Part& part) { return !part.is_chunk; });
   if (left_out > 0)
@@ -296,10 +297,10 @@ void Reader::scanChunk(std::uint64_t offset, const std::string& content) {
   }
 }
 
-/// Records of a chunk, from what follows its head.
+/// Records of a chunk. @param content  chunk record without opcode and length
 std::string Reader::unpack(const std::string& content) const {
   ByteSource source(content);
-  source.raw(16);  // times: those of the messages count
+  source.raw(16);  // start and end time: the times of the messages are used
   const auto size = source.number<std::uint64_t>();
   const auto crc = source.number<std::uint32_t>();
   const std::string_view compression = source.text();
@@ -328,10 +329,10 @@ std::string Reader::attachmentData(std::size_t index) {
   }
 }
 
-/** Messages of loaded parts that were not visited yet; the earliest is on top. */
+/** Messages of loaded parts that were not visited yet; the earliest one is on top. */
 struct Reader::Loaded {
   struct Entry {
-    std::uint64_t order;  ///< in the file, among equal times
+    std::uint64_t order;  ///< order of loading, for equal times
     std::shared_ptr<const std::string> records;
     Message message;
   };
@@ -382,7 +383,7 @@ void Reader::forEach(const Selection& selection, const std::function<bool(const 
   std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.start < b.start; });
   Loaded loaded;
   for (auto part = parts.begin(); part != parts.end() || !loaded.queue.empty();) {
-    // Chunks may overlap: whoever begins before the next message is loaded first.
+    // Chunks may overlap: load every part that begins before the next message.
     if (part != parts.end() && (loaded.queue.empty() || part->start <= loaded.queue.top().message.log_time)) {
       load(*part++, selection, loaded);
       continue;

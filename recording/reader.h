@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file MCAP reader: complete files by index, unfinished and damaged files by streaming. A truncated file yields all
- * records before the cut.
+/** @file MCAP reader: complete files by index, unfinished and damaged files by streaming.
  *
- * Cut at any byte, a file gives what was whole before. A chunk whose checksum is wrong is left out, and reported.
+ * A truncated file yields all complete records before the cut. Chunks with a wrong checksum are skipped and reported.
  */
 #pragma once
 
@@ -18,30 +17,30 @@
 
 namespace tandem::recording {
 
-/** Which messages. */
+/** Selection of messages. */
 struct Selection {
   std::function<bool(const Channel&)> channel;  ///< empty: all
-  std::uint64_t from = 0;                       ///< log time, ns, this one included
+  std::uint64_t from = 0;                       ///< log time, ns, inclusive
   std::uint64_t to = std::numeric_limits<std::uint64_t>::max();
 };
 
-/** One file. Not for several threads at once. */
+/** Reader of one file. Not thread-safe. */
 class Reader {
  public:
   enum class Open {
-    kFast,  ///< by the index, if there is one
-    kScan,  ///< looks at every byte, and checks every checksum
+    kFast,  ///< by the index, if the file has one
+    kScan,  ///< reads the whole file, and checks every checksum
   };
 
-  /// @throw Error where the file cannot be read or is no MCAP file.
+  /// @throw Error if the file cannot be read or is no MCAP file.
   explicit Reader(const std::filesystem::path& file, Open how = Open::kFast);
 
   const std::filesystem::path& file() const { return file_; }
   const std::string& profile() const { return profile_; }
   const std::string& library() const { return library_; }
-  /// Whether it was closed: the summary and the end are there.
+  /// Whether the file was closed: it has a summary and the final magic bytes.
   bool finished() const { return finished_; }
-  /// What is wrong with the file, for people; grows while it is read, and stays empty for a good one.
+  /// Descriptions of damage found so far; grows during reading, empty for an intact file.
   const std::vector<std::string>& damage() const { return damage_; }
 
   const std::map<std::uint16_t, Schema>& schemas() const { return schemas_; }
@@ -51,10 +50,11 @@ class Reader {
   const std::vector<Metadata>& metadata() const { return metadata_; }
   /// Without their data.
   const std::vector<Attachment>& attachments() const { return attachments_; }
-  /// Data of the attachment of that place in attachments(). @throw Error where its checksum is wrong.
+  /// Data of attachments()[index]. @throw Error if its checksum is wrong.
   std::string attachmentData(std::size_t index);
 
-  /// Visits messages in the order of their log times until `visit` returns false. Their data lives until it returns.
+  /// Visits messages in the order of their log times until `visit` returns false. Their data is valid until `visit`
+  /// returns.
   void forEach(const Selection& selection, const std::function<bool(const Channel&, const Message&)>& visit);
 
  private:

@@ -11,7 +11,7 @@
 
 namespace tandem::recording {
 
-/** A file that cannot be used; what() begins with its name and says where, what was found and what was expected. */
+/** An unusable file; what() begins with its name and has position, found and expected values. */
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -38,16 +38,17 @@ enum class Opcode : std::uint8_t {
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 inline constexpr std::size_t kRecordHead = 9;  ///< opcode and length
 
-/** How messages of a channel are to be decoded. */
+/** Definition of the messages of a channel. */
 struct Schema {
   std::uint16_t id = 0;  ///< 0: none
   std::string name;      ///< "sensor_msgs/msg/JointState"
   std::string encoding;  ///< "ros2msg"
-  std::string data;      ///< definition, those of the types in it behind it
+  std::string data;      ///< definition, followed by those of its member types
   bool operator==(const Schema&) const = default;
 };
 
-/** A stream of messages. Several may share a topic: Tandem gives each writer one, so that gaps can be counted. */
+/** A stream of messages. Several may have the same topic: Tandem creates one per writer, so that gaps can be counted.
+ */
 struct Channel {
   std::uint16_t id = 0;
   std::uint16_t schema = 0;
@@ -57,16 +58,16 @@ struct Channel {
   bool operator==(const Channel&) const = default;
 };
 
-/** One message; its bytes belong to whoever hands it out. */
+/** One message; it does not own its bytes. */
 struct Message {
   std::uint16_t channel = 0;
   std::uint32_t sequence = 0;
-  std::uint64_t log_time = 0;      ///< when it was received
-  std::uint64_t publish_time = 0;  ///< when it was written
+  std::uint64_t log_time = 0;      ///< time of reception
+  std::uint64_t publish_time = 0;  ///< time of writing
   std::string_view data;
 };
 
-/** A file within the file. */
+/** A file inside the recording. */
 struct Attachment {
   std::uint64_t log_time = 0;
   std::uint64_t create_time = 0;
@@ -75,17 +76,17 @@ struct Attachment {
   std::string data;
 };
 
-/** Named texts about the recording. */
+/** Named key-value pairs about the recording. */
 struct Metadata {
   std::string name;
   std::map<std::string, std::string> values;
 };
 
-/** How much there is. */
+/** Number and time range of messages. */
 struct Statistics {
   std::uint64_t messages = 0;
   std::uint64_t start = std::numeric_limits<std::uint64_t>::max();  ///< log time of the first message; max: none
-  std::uint64_t end = 0;                                            ///< of the last one
+  std::uint64_t end = 0;                                            ///< log time of the last message
   std::uint32_t chunks = 0;
   std::map<std::uint16_t, std::uint64_t> per_channel;
 
@@ -95,7 +96,7 @@ struct Statistics {
     start = time < start ? time : start;
     end = time > end ? time : end;
   }
-  /// s from the first message to the last one.
+  /// Time from the first to the last message, s.
   double duration() const { return messages == 0 ? 0.0 : 1e-9 * static_cast<double>(end - start); }
 };
 

@@ -11,41 +11,41 @@
 
 namespace tandem::recording {
 
-/** What belongs to the bytes of a sample. Times are ns since the epoch. */
+/** Metadata of a sample. Times are ns since the epoch. */
 struct SampleTag {
-  std::uint32_t topic = 0;  ///< index into the list of whoever fills the ring
-  std::uint32_t size = 0;   ///< of the bytes; the ring sets it
+  std::uint32_t topic = 0;  ///< index into the caller's list of topics
+  std::uint32_t size = 0;   ///< bytes of the sample; set by the ring
   std::uint64_t sequence = 0;
   std::uint64_t log_time = 0;
   std::uint64_t publish_time = 0;
   std::array<std::uint8_t, 16> writer{};
 };
 
-/** A ring of samples of any size; the newest ones push out the oldest. Any thread may call anything; nothing waits for
- * more than the copy of one sample. */
+/** Ring of samples of any size; new samples overwrite the oldest ones. Thread-safe; no call waits longer than for the
+ * copy of one sample. */
 class SampleRing {
  public:
-  /** A place in the stream of all samples ever put in. */
+  /** Position in the stream of all samples since the construction. */
   struct Place {
     std::uint64_t byte = 0;
     std::uint64_t sample = 0;
   };
 
-  /// @param capacity bytes, for samples and 48 bytes with each; taken, and touched, at once.
+  /// @param capacity bytes, for samples with 48 bytes of metadata each; allocated and written at once.
   explicit SampleRing(std::size_t capacity);
 
-  /// Puts a sample in. Allocates nothing. @return false where it is larger than the ring.
+  /// Stores a sample. Allocates nothing. @return false if it is larger than the ring.
   bool push(SampleTag tag, std::string_view bytes) noexcept;
 
   struct Extent {
-    Place begin;               ///< of the oldest sample; so many samples have left the ring
-    Place end;                 ///< behind the newest one
-    std::uint64_t oldest = 0;  ///< log time; 0: empty
+    Place begin;               ///< of the oldest sample; begin.sample samples were overwritten
+    Place end;                 ///< after the newest sample
+    std::uint64_t oldest = 0;  ///< log time of the oldest sample; 0: empty
   };
   Extent extent() const;
 
-  /// Copies the sample at a place, or the oldest one where that place was overwritten, and moves the place behind it.
-  /// @param missed adds how many samples were overwritten in between. @return false at the end.
+  /// Copies the sample at `place`, or the oldest one if that was overwritten, and moves `place` behind it.
+  /// @param missed increased by the number of samples overwritten in between. @return false at the end.
   bool next(Place& place, SampleTag& tag, std::string& bytes, std::uint64_t& missed) const;
 
  private:

@@ -17,7 +17,7 @@ Column::Type columnType(Kind kind) {
                                  : Column::Type::kReal;
 }
 
-/// Calls f(value) with a number as the type that it is kept as.
+/// Calls f(value) with the value in the type of its column.
 template <class F>
 void readNumber(Cdr& cdr, Kind kind, F&& f) {
   switch (kind) {
@@ -58,7 +58,7 @@ std::size_t valuesOf(const Column& column) {
   return column.reals.size() + column.integers.size() + column.unsigneds.size() + column.texts.size();
 }
 
-/// Walks over a message: visit(path, field, count) reads the values of one member, whose number is known.
+/// Traverses a message: visit(path, field, count) reads the `count` values of one member.
 template <class Visit>
 void walk(const Definition& definition,
           const std::string& type,
@@ -128,7 +128,7 @@ bool Table::add(const Message& message) {
   publish_times.push_back(message.publish_time);
   sequences.push_back(message.sequence);
   for (Column& each : columns)
-    each.ends.push_back(valuesOf(each));  // a cell that got nothing is empty
+    each.ends.push_back(valuesOf(each));  // a cell without values is empty
   return true;
 }
 
@@ -149,7 +149,7 @@ AlignedTable align(const std::vector<Table>& tables, std::vector<std::uint64_t> 
   AlignedTable aligned;
   aligned.times = std::move(times);
   for (const Table& table : tables) {
-    std::vector<std::optional<std::size_t>> rows;  // of the table, at each time
+    std::vector<std::optional<std::size_t>> rows;  // row of the table at each time
     for (std::uint64_t time : aligned.times) {
       const auto after = std::upper_bound(table.log_times.begin(), table.log_times.end(), time);
       rows.push_back(after == table.log_times.begin()

@@ -14,8 +14,8 @@
 
 namespace tandem::recording {
 
-/** One member over all messages. Cells hold one value, or as many as the array has; they may be empty where a message
- * lacks the member. */
+/** One member of all messages. A cell contains one value, or all values of an array; it is empty if a message lacks the
+ * member. */
 struct Column {
   enum class Type {
     kReal,      ///< floating point, and integers of up to 32 bits
@@ -27,9 +27,9 @@ struct Column {
   std::string name;  ///< "position", "tasks[0].kind"
   Type type = Type::kReal;
   bool is_array = false;
-  std::size_t width = 0;  ///< the most values that a cell has
+  std::size_t width = 0;  ///< largest number of values in a cell
 
-  std::vector<std::size_t> ends;  ///< of each cell in the values
+  std::vector<std::size_t> ends;  ///< end index of each cell in the values
   std::vector<double> reals;
   std::vector<std::int64_t> integers;
   std::vector<std::uint64_t> unsigneds;
@@ -39,13 +39,13 @@ struct Column {
   std::size_t size(std::size_t row) const { return ends[row] - begin(row); }
 };
 
-/** One topic. */
+/** Table of one topic. */
 class Table {
  public:
-  /// @param definition  of the type @throw Error where it is not understood.
+  /// @throw Error if the schema cannot be parsed.
   Table(std::string topic, const Schema& schema);
 
-  /// Adds a row. @return false where the bytes do not fit the definition; nothing is added then.
+  /// Adds a row. @return false, without a new row, if the bytes do not fit the definition.
   bool add(const Message& message);
 
   std::string topic;
@@ -62,15 +62,15 @@ class Table {
   std::unordered_map<std::string, std::size_t> places_;
 };
 
-/// Whether bytes are a message of this definition, to the last one.
+/// Whether bytes are exactly one message of this definition.
 bool fits(const Definition& definition, std::string_view bytes);
 
-/** All topics at the same times: what each said last at or before, as reals, one value a column; texts are left out,
- * and NaN stands where nothing was said yet. Columns are called TOPIC.MEMBER, or TOPIC.MEMBER[i]. */
+/** All topics at common times: the last value of each at or before that time, as reals, one value per column; without
+ * texts, and NaN before the first message. Column names are TOPIC.MEMBER, or TOPIC.MEMBER[i]. */
 struct AlignedTable {
   std::vector<std::uint64_t> times;  ///< ns since the epoch
   std::vector<std::string> names;
-  std::vector<std::vector<double>> values;  ///< one vector a column
+  std::vector<std::vector<double>> values;  ///< one vector per column
 };
 AlignedTable align(const std::vector<Table>& tables, std::vector<std::uint64_t> times);
 

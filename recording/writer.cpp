@@ -37,14 +37,14 @@ void appendChannel(std::string& out, const Channel& channel) {
   appendRecord(out, Opcode::kChannel, content);
 }
 
-/** The summary: records in groups, and where each group stands. */
+/** Summary section: groups of records, and the offset of each group. */
 class Groups {
  public:
   explicit Groups(std::uint64_t start) : start_(start) {}
 
   void add(Opcode opcode, std::string_view content) { appendRecord(bytes_, opcode, content); }
   std::string& bytes() { return bytes_; }
-  /// Ends a group; empty ones are left out.
+  /// Ends a group; empty groups are omitted.
   void end(Opcode opcode) {
     const std::uint64_t length = bytes_.size() - begun_;
     if (length > 0) {
@@ -54,7 +54,7 @@ class Groups {
     }
     begun_ = bytes_.size();
   }
-  /// Everything, with footer and magic.
+  /// The whole section, with footer and magic bytes.
   std::string finish() {
     const std::uint64_t offsets_start = start_ + bytes_.size();
     bytes_ += offsets_;
@@ -91,7 +91,7 @@ Writer::~Writer() {
   try {
     close();
   } catch (const std::exception&) {
-    // The file ends with its last whole record; whoever wants to know calls close().
+    // The file ends with its last complete record; close() reports errors.
   }
 }
 
@@ -105,7 +105,7 @@ void Writer::emit(std::string_view bytes) {
       continue;
     if (written < 0) {
       const int error = errno;
-      // The file ends with its last whole record, and the next one may begin there.
+      // Truncate to the last complete record, so that the next one can begin there.
       if (ftruncate(descriptor_, static_cast<off_t>(position_)) == 0)
         lseek(descriptor_, static_cast<off_t>(position_), SEEK_SET);
       throw std::system_error(error, std::generic_category(), file_.string() + ": cannot be written");
@@ -140,7 +140,7 @@ std::uint16_t Writer::addChannel(const std::string& topic,
   return channels_.back().id;
 }
 
-/// Readers of a stream meet a channel, and its schema, before its first message.
+/// Writes a channel and its schema before the first message, for readers that stream the file.
 void Writer::defineChannel(std::uint16_t id) {
   const Channel& channel = channels_[id - 1u];
   if (channel.schema != 0 && !schema_defined_[channel.schema - 1u]) {
@@ -317,7 +317,7 @@ void Writer::close() {
   if (descriptor_ < 0)
     return;
   std::exception_ptr failure;
-  // What the last chunk did not get may be enough for the summary.
+  // The disk space that was too small for the last chunk may be sufficient for the summary.
   for (const bool last : {false, true}) {
     try {
       last ? emit(summary()) : flush();

@@ -2,8 +2,8 @@
 /** @file MCAP writer: chunks with message indices, attachments, metadata, and a summary with index. Data passed by
  * flush() survives a crash of the process.
  *
- * What flush() has handed over survives the death of the process: readers stream a file without summary. Where the disk
- * is full the file is cut back to its last whole record, so that it stays readable.
+ * After a crash of the process, readers stream the file without summary. On a full disk the file is truncated to its
+ * last complete record, so that it stays readable.
  */
 #pragma once
 
@@ -21,23 +21,24 @@ namespace tandem::recording {
 struct WriterOptions {
   std::string profile = "ros2";
   std::string library = "tandem";
-  std::size_t chunk_size = 1 << 20;  ///< bytes before compression
+  std::size_t chunk_size = 1 << 20;  ///< bytes before compression at which a chunk ends
   int level = 1;                     ///< of zstd; 0: chunks are not compressed
 };
 
-/** One file. Not for several threads at once. */
+/** Writer of one file. Not thread-safe. */
 class Writer {
  public:
-  /// Creates the file, or empties it. @throw std::system_error, as all others do, naming the file.
+  /// Creates the file, or truncates an existing one. @throw std::system_error that names the file, as do all other
+  /// functions.
   explicit Writer(const std::filesystem::path& file, const WriterOptions& options = {});
-  /// As close(), errors ignored.
+  /// As close(), but ignores errors.
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// @return its id. The same schema twice is one.
+  /// @return id of the schema, the same one for equal schemas.
   std::uint16_t addSchema(const std::string& name, const std::string& encoding, const std::string& data);
-  /// @return its id, a new one with every call.
+  /// @return id of the channel, a new one in every call.
   std::uint16_t addChannel(const std::string& topic,
                            std::uint16_t schema,
                            const std::map<std::string, std::string>& metadata = {},
@@ -47,16 +48,16 @@ class Writer {
   void attach(const Attachment& attachment);
   void add(const Metadata& metadata);
 
-  /// Ends the chunk and hands it to the kernel. Where that fails its messages are lost, and counted.
+  /// Ends the chunk and passes it to the kernel. After an error its messages are lost, and counted.
   void flush();
-  /// flush(), then the summary; the file is whole afterwards. Where the disk has no room for it the file ends with its
-  /// last chunk. Every later call but this one fails.
+  /// Calls flush() and writes the summary, which completes the file. Without disk space for the summary the file ends
+  /// with its last chunk. Later calls of other functions fail.
   void close();
 
   const std::filesystem::path& file() const { return file_; }
-  /// Bytes in the file, and in the chunk that is being filled.
+  /// Bytes in the file and in the present chunk.
   std::uint64_t size() const { return position_ + chunk_.size(); }
-  /// What was handed over, the chunk being filled included.
+  /// Statistics of all messages, those in the present chunk included.
   const Statistics& statistics() const { return statistics_; }
   /// Messages that could not be written.
   std::uint64_t lost() const { return lost_; }
@@ -68,7 +69,7 @@ class Writer {
   };
   struct Place {
     std::uint64_t offset, length;
-    std::string index;  ///< of the index record what follows offset and length
+    std::string index;  ///< content of the index record after offset and length
   };
 
   void emit(std::string_view bytes);
@@ -86,7 +87,7 @@ class Writer {
   std::vector<bool> channel_defined_, schema_defined_;  ///< in the data section
   std::string chunk_;
   std::uint64_t chunk_start_ = 0, chunk_end_ = 0, chunk_messages_ = 0;
-  std::map<std::uint16_t, std::string> chunk_index_;  ///< per channel: log times and offsets, as they are written
+  std::map<std::uint16_t, std::string> chunk_index_;  ///< per channel: log times and offsets, in the format of the file
   std::vector<std::uint16_t> chunk_defines_;
   Statistics statistics_, in_file_;
   std::uint64_t lost_ = 0;
