@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem: the command line to the stack. */
+/** @file tandem: command line of the system. */
 #include <CLI/CLI.hpp>
 
 #include "config/values.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Subcommands of `tandem`: their registration, and the helpers that all of them use. */
+/** @file Subcommands of `tandem`: registration and shared helpers. */
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -11,10 +11,10 @@
 
 namespace tandem::cli {
 
-/** A folder for as long as it lives. */
+/** A folder that exists as long as the object. */
 class TemporaryFolder {
  public:
-  /// @throw Failure where it cannot be made.
+  /// @throw Failure if it cannot be created.
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "tandem-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)

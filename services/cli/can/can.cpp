@@ -18,7 +18,7 @@ namespace {
 
 using hal::canopen::ObjectAddress;
 
-/// What a node says of itself.
+/// Device type and identity of one node.
 struct FoundNode {
   std::uint32_t type = 0;
   std::map<int, std::uint32_t> identity;  ///< by sub-index of 0x1018
@@ -41,7 +41,7 @@ std::map<int, FoundNode> findNodes(CanTool& tool) {
   std::map<int, FoundNode> found;
   std::vector<int> all(hal::canopen::kMaxNodeId);
   std::iota(all.begin(), all.end(), 1);
-  // A few at a time: a queue of 127 requests is more than most controllers hold.
+  // In batches: most controllers cannot queue 127 requests.
   constexpr std::size_t kBatch = 16;
   for (std::size_t first = 0; first < all.size(); first += kBatch) {
     const std::vector<int> batch(all.begin() + static_cast<long>(first),
@@ -71,7 +71,7 @@ std::map<int, FoundNode> findNodes(CanTool& tool) {
 }
 
 int scan(const CanOptions& options) {
-  constexpr double kHeartbeats = 0.6;  // s: most nodes speak within it, if they do at all
+  constexpr double kHeartbeats = 0.6;  // s: most nodes send a heartbeat within this time
   CanTool tool(options);
   tool.refuseBesideMaster();
   tool.listen(kHeartbeats);
@@ -156,7 +156,7 @@ int od(const CanOptions& options) {
   const ObjectAddress object = parseObject(options.object);
   CanTool tool(options);
   tool.refuseBesideMaster();
-  // The present value tells how long a new one has to be.
+  // The present value gives the length of the new one.
   std::vector<std::uint8_t> data = tool.read(node, object);
   if (!options.value.empty()) {
     if (data.empty() || data.size() > 8)

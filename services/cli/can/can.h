@@ -14,36 +14,36 @@
 
 namespace tandem::cli {
 
-/** Options of the commands that speak on a bus themselves. */
+/** Options of the commands that send on a bus themselves. */
 struct CanOptions {
   std::string bus;  ///< can:INTERFACE or unix:SOCKET
   bool json = false;
-  bool force = false;    ///< although a master is on the bus
-  double timeout = 0.2;  ///< for an SDO answer, s
+  bool force = false;    ///< proceed although a master is on the bus
+  double timeout = 0.2;  ///< of an SDO response, s
   std::string node, object, value, file;
   double seconds = 0.0;
   double speed = 1.0;
 };
 
-/** A bus for tools: SDO transfers one after the other, and an ear for heartbeats. Not for periodic threads. */
+/** A bus for tools: sequential SDO transfers, and reception of heartbeats. Not for periodic threads. */
 class CanTool {
  public:
   /// @throw Failure where the bus cannot be opened.
   explicit CanTool(const CanOptions& options);
 
-  /// Listens for so many s.
+  /// Receives for the given time, s.
   void listen(double seconds);
-  /// Refuses where a master sends SYNC or another node's heartbeat says that it leads: two SDO clients disturb each
+  /// Refuses if a master sends SYNC or another node's heartbeat identifies it as a master: two SDO clients disturb each
   /// other. @throw Failure
   void refuseBesideMaster();
-  /// State of the last heartbeat of a node, kUnknown where none was received.
+  /// State in the last heartbeat of a node, kUnknown if none was received.
   hal::canopen::NmtState state(int node) const { return states_[static_cast<std::size_t>(node)]; }
 
-  /// Reads an object from many nodes at once; `take` gets those that answered.
+  /// Reads an object from many nodes at once; calls `take` for those that answered.
   void readMany(const std::vector<int>& nodes,
                 hal::canopen::ObjectAddress object,
                 const std::function<void(int node, const hal::canopen::SdoClient&)>& take);
-  /// One transfer. @throw Failure with the abort code in words.
+  /// One transfer. @throw Failure with the meaning of the abort code.
   std::vector<std::uint8_t> read(int node, hal::canopen::ObjectAddress object);
   void write(int node, hal::canopen::ObjectAddress object, std::span<const std::uint8_t> data);
 

@@ -88,7 +88,7 @@ void CanTool::readMany(const std::vector<int>& nodes,
     pump(clients);
     wait(1e-3);
   }
-  pump(clients);  // the aborts of what timed out
+  pump(clients);  // sends the aborts of the transfers that timed out
   for (const SdoClient& client : clients) {
     if (client.status() == SdoStatus::kDone)
       take(client.node(), client);

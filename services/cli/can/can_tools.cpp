@@ -67,7 +67,7 @@ int budget(const CanOptions& options) {
   return fits ? kOk : kFailure;
 }
 
-/// Waits for frames, the stop signal, or the deadline. @return false: stop.
+/// Waits for frames, the stop signal, or the deadline. @return false after a stop signal
 bool waitFor(const hal::can::Bus& bus, const runtime::StopSignal& stop, int milliseconds) {
   std::array<pollfd, 2> sources{{{bus.fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}}};
   poll(sources.data(), sources.size(), milliseconds);

@@ -20,7 +20,7 @@ namespace {
 
 using Level = Finding::Level;
 
-/// First line of a file of the kernel; empty where it is not there.
+/// First line of a kernel file; empty if the file does not exist.
 std::string lineOf(const std::string& path) {
   std::ifstream file(path);
   std::string line;
@@ -28,7 +28,7 @@ std::string lineOf(const std::string& path) {
   return line;
 }
 
-/// Threads that leave no core idle.
+/// Threads that load all cores.
 class Load {
  public:
   Load() {

@@ -24,7 +24,7 @@ namespace {
 
 using Level = Finding::Level;
 
-/** Requests to and fro between two participants, under a prefix of their own. */
+/** Round trips of requests between two participants, under a separate prefix. */
 class RoundTrip {
  public:
   explicit RoundTrip(dds::BusOptions options) {
@@ -45,10 +45,10 @@ class RoundTrip {
     });
   }
 
-  /// Times of so many round trips, s, in ascending order; fewer where one takes longer than a second.
+  /// Times of `count` round trips, s, in ascending order; fewer if one takes longer than 1 s.
   std::vector<double> measure(std::uint64_t count) {
     std::vector<double> times;
-    // Ends find each other one by one; the first answer shows that all have.
+    // Endpoints are matched one by one; the first answer shows that all are.
     std::uint64_t k = 1;
     while (k < 100 && !once(k, 0.1))
       ++k;
@@ -63,7 +63,7 @@ class RoundTrip {
   }
 
  private:
-  /// @return whether the answer came within so many s.
+  /// @return whether the answer came within `seconds`.
   bool once(std::uint64_t number, double seconds) {
     dds::PlanningRequest request;
     request.request = number;
@@ -82,7 +82,7 @@ class RoundTrip {
 };
 
 Finding checkBuffers() {
-  constexpr long kWanted = 1 << 20;  // bytes, as services/dds asks for
+  constexpr long kWanted = 1 << 20;  // bytes, as services/dds requests
   std::ifstream file("/proc/sys/net/core/rmem_max");
   long most = 0;
   file >> most;
@@ -94,8 +94,8 @@ Finding checkBuffers() {
   return finding;
 }
 
-/// Larger samples cross a network in parts. Those that lost one wait for it; once they fill the kernel's memory, no
-/// large sample arrives any more.
+/// Larger samples cross a network in fragments. Incomplete samples wait for lost fragments in kernel memory; once that
+/// memory is full, no large sample arrives any more.
 Finding checkFragments() {
   constexpr int kWanted = 1;  // s
   std::ifstream file("/proc/sys/net/ipv4/ipfrag_time");
@@ -142,7 +142,7 @@ Finding checkBus(const hal::BusConfig& bus) {
 std::vector<Finding> checkNetwork(const config::Deployment& deployment) {
   std::vector<Finding> findings;
   try {
-    // A round trip of our own, which no credentials stand for.
+    // Round trip between own participants, for which the deployment has no credentials.
     config::Deployment plain = deployment;
     plain.security.clear();
     plain.discovery.reset();

@@ -23,7 +23,7 @@
 namespace tandem::cli {
 namespace {
 
-/// Nobody has taken the ports of the first participants of a domain.
+/// Whether the ports of the first participants of a domain are unused.
 bool isFree(int domain) {
   for (int participant = 0; participant < 4; ++participant) {
     const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -40,7 +40,7 @@ bool isFree(int domain) {
 }
 
 int freeDomain() {
-  constexpr int kFirst = 1, kCount = 100;  // those above share ports with outgoing connections
+  constexpr int kFirst = 1, kCount = 100;  // higher domains share ports with outgoing connections
   for (int k = 0; k < kCount; ++k) {
     const int domain = kFirst + (getpid() + k) % kCount;
     if (isFree(domain))
@@ -59,7 +59,7 @@ std::string startText(std::int64_t wall) {
   return text;
 }
 
-/// Who runs what this host is to run, on this host or another.
+/// Process, on any host, that runs a service of `host` already; empty if there is none.
 /// @param listen  how long to wait for a report, s
 std::string occupant(const config::Deployment& deployment, const std::string& host, double listen) {
   constexpr double kLook = 0.02;  // s
@@ -79,7 +79,7 @@ std::string occupant(const config::Deployment& deployment, const std::string& ho
   return {};
 }
 
-/// An abstract socket of this network namespace, where domains live, too. @return -1 where somebody has it
+/// Binds an abstract socket in this network namespace, the scope of domains. @return -1 if the name is in use
 int claim(const config::Deployment& deployment) {
   const std::string name = "tandem-up-" + std::to_string(deployment.domain) + "-" + deployment.prefix;
   sockaddr_un address{};
@@ -107,7 +107,7 @@ void useOwnDomain(config::Deployment& deployment) {
 }
 
 DomainLock::DomainLock(const config::Deployment& deployment, const std::string& host) : socket_(claim(deployment)) {
-  // A process that runs has reported after a tenth of a second, on a loaded PC after some seconds.
+  // A running process is found after 0.1 s, on a loaded PC after some seconds.
   constexpr double kListen = 0.5, kListenToKnown = 10.0;  // s
   const std::string there = occupant(deployment, host, socket_ >= 0 ? kListen : kListenToKnown);
   if (socket_ >= 0 && there.empty())

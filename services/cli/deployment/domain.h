@@ -8,17 +8,17 @@
 
 namespace tandem::cli {
 
-/// A place of its own for what is started for one run: a domain and a prefix that nobody else has, so that it neither
-/// meets nor moves a robot that runs. Not where --domain or --prefix names a place, where the deployment spreads over
-/// hosts, which have to agree, or where it is secured: certificates name the place.
-/// @throw Failure where no domain is free.
+/// Assigns an unused domain and prefix to the processes of one run, so that they cannot receive from or move a running
+/// robot. No effect with --domain or --prefix, with several hosts (which must agree), or with security (certificates
+/// name domain and prefix).
+/// @throw Failure if no domain is free.
 void useOwnDomain(config::Deployment& deployment);
 
-/** Holds the place of a deployment on this machine while it lives. */
+/** Exclusive use of a deployment's domain and prefix on this machine while the object lives. */
 class DomainLock {
  public:
-  /// @param host  of the deployment, this machine; empty without hosts
-  /// @throw Failure that names pid, host and start of whoever runs one of this host's processes already.
+  /// @param host  this machine's name in the deployment; empty without hosts
+  /// @throw Failure with pid, host and start time of a process that already runs one of this host's services.
   DomainLock(const config::Deployment& deployment, const std::string& host);
   ~DomainLock();
   DomainLock(const DomainLock&) = delete;

@@ -60,7 +60,7 @@ security::Validity validityOf(const SecurityCommand& options) {
   return validity;
 }
 
-/// Runs a command of the authority; what it refuses is a wrong command line.
+/// Runs a command of the certificate authority; its errors are usage errors.
 int withAuthority(const std::function<void()>& command) {
   try {
     command();
@@ -132,7 +132,7 @@ int runVerify(const SecurityCommand& options) {
         take({{security::Finding::Level::kBad, folder + ": another authority or governance than " + folders.front() +
                                                    ": their processes cannot connect"}});
     } catch (const security::Error&) {
-      // Reported above, with its file.
+      // Already reported, with its file.
     }
   }
   constexpr const char* kLevels[] = {"good", "warning", "bad"};

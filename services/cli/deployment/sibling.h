@@ -7,7 +7,7 @@
 
 namespace tandem::cli {
 
-/// Goes on as the program of that name beside this one. @throw Failure where it cannot be started.
+/// Replaces this process by the program of that name in the same folder. @throw Failure if it cannot be started.
 [[noreturn]] void become(const std::string& program, const std::vector<std::string>& words);
 
 }  // namespace tandem::cli

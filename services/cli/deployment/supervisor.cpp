@@ -63,7 +63,8 @@ void Supervisor::start(const config::Deployment& deployment,
   if (pid < 0)
     throw Failure(kFailure, std::string("cannot start a process: ") + std::strerror(errno));
   if (pid == 0) {
-    // Only async-signal-safe calls from here on. Ctrl-C reaches the parent alone, which ends its children in order.
+    // Only async-signal-safe calls from here on. The child has its own process group, so that Ctrl-C reaches only the
+    // parent, which ends its children in order.
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent)
       _exit(127);
@@ -102,7 +103,7 @@ void Supervisor::stop(bool services, double timeout) {
 
 void Supervisor::stopAll(double timeout) {
   stop(true, timeout);
-  stop(false, timeout);  // simulated drives outlive the HAL, which brings the arms to a stand
+  stop(false, timeout);  // simulated drives end after the HAL, which brings the arms to a standstill
   for (const Child& child : children_) {
     kill(child.pid, SIGKILL);
     waitpid(child.pid, nullptr, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Process supervisor: starts the processes of a deployment, detects deaths, ends them all. */
+/** @file Process supervisor: starts the processes of a deployment, detects their exits, and ends them. */
 #pragma once
 
 #include <sys/types.h>
@@ -13,34 +13,34 @@
 
 namespace tandem::cli {
 
-/** A process that ended although nobody asked it to. */
+/** Unexpected exit of a process. */
 struct ProcessExit {
   std::string name;
   pid_t pid = 0;
-  int status = 0;         ///< as waitpid() gives it
-  bool essential = true;  ///< the deployment does not go on without it
+  int status = 0;         ///< status of waitpid()
+  bool essential = true;  ///< the deployment cannot continue without it
 
   /// "control (pid 4711) was killed by signal 9 (Killed)".
   std::string describe() const;
 };
 
-/** The processes of one deployment on one host. They die with this process, however it ends. */
+/** Processes of one deployment on one host. The kernel ends them when this process ends, for whatever reason. */
 class Supervisor {
  public:
-  /// Starts those of the host, and the discovery server before them if this machine has its address; all where the
-  /// deployment has no hosts. @throw Failure where an executable is missing.
-  /// @param log_level  for the services; empty: theirs.
+  /// Starts the processes of `host` (all if the deployment has no hosts), after the discovery server if this machine
+  /// has its address. @throw Failure if an executable is missing.
+  /// @param log_level  of the services; empty: their default
   Supervisor(const config::Deployment& deployment, const std::string& host, const std::string& log_level);
-  /// Ends all that still run.
+  /// Ends all processes that still run.
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
 
-  /// The first process that died since the last call, if any. Never waits.
+  /// The first process that exited since the last call, if any. Does not wait.
   std::optional<ProcessExit> poll();
 
-  static constexpr double kLeave = 3.0;  ///< s, that processes have to end
-  /// SIGTERM to the services, then to what they stand on; SIGKILL to those that are still there after so many s each.
+  static constexpr double kLeave = 3.0;  ///< s, for processes to end
+  /// SIGTERM to the services, then to the processes that they depend on; SIGKILL after `timeout`, s, each.
   void stopAll(double timeout = kLeave);
 
   struct Child {
@@ -58,9 +58,9 @@ class Supervisor {
   std::vector<Child> children_;
 };
 
-/** Runs `body` beside the processes of a deployment on this host, which are started for it and ended after it.
- * @param body  gets what says that a process has died or Ctrl-C was pressed
- * @throw Failure that names either, where that is why `body` failed. */
+/** Runs `body` while the processes of a deployment run on this host; starts them before and ends them after it.
+ * @param body  receives a function that returns true if a process has exited or Ctrl-C was pressed
+ * @throw Failure with that reason, if it made `body` fail. */
 void withProcesses(const config::Deployment& deployment,
                    const std::string& log_level,
                    const std::function<void(const std::function<bool()>& interrupted)>& body);

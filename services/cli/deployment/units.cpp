@@ -16,7 +16,7 @@
 namespace tandem::cli {
 namespace {
 
-/// Units look their deployment up by name: it has to be one that can be found so, and that systemd does not escape.
+/// Units look their deployment up by name: the name must be one that the lookup finds and that systemd does not escape.
 std::string instanceOf(const std::string& name) {
   const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '-' || c == '_' || c == '.'; };
   if (name.empty() || !std::all_of(name.begin(), name.end(), plain) || name.ends_with(".yaml")) {
@@ -28,7 +28,7 @@ std::string instanceOf(const std::string& name) {
   return name;
 }
 
-/// With whom the services exchange packets: processes of this host, and of the deployment's.
+/// Addresses with which the services exchange packets: this host's and those of the deployment.
 std::string addressesOf(const config::Deployment& deployment) {
   const std::vector<std::string> peers = runtime::peersOf(deployment);
   std::set<std::string> addresses(peers.begin(), peers.end());
@@ -42,7 +42,7 @@ std::string addressesOf(const config::Deployment& deployment) {
   return text;
 }
 
-/// Drop-ins by which systemd drops all other packets. @param folder  of units
+/// Drop-ins that make systemd drop all other packets. @param folder  of the units
 void restrict(const std::vector<std::string>& units,
               const std::string& name,
               const config::Deployment& deployment,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem up: the processes of a deployment, supervised. */
+/** @file tandem up: starts and supervises the processes of a deployment. */
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -51,7 +51,7 @@ void report(const UpCommand& options,
   }
 }
 
-/// The next death that ends the deployment, if any; others are reported, and that is all.
+/// The next exit that ends the deployment, if any; other exits are only reported.
 std::optional<ProcessExit> essentialExit(const UpCommand& options, Supervisor& supervisor) {
   std::optional<ProcessExit> exited = supervisor.poll();
   while (exited && !exited->essential) {
@@ -62,7 +62,7 @@ std::optional<ProcessExit> essentialExit(const UpCommand& options, Supervisor& s
   return exited;
 }
 
-/// Says why everything ends until the black box has it, where the deployment has one that lives.
+/// Publishes the reason for the end until the black box has recorded it, if the deployment's recorder runs.
 void keepReason(const config::Deployment& deployment,
                 const ProcessExit& exited,
                 client::Client& client,
@@ -85,7 +85,8 @@ void keepReason(const config::Deployment& deployment,
   }
 }
 
-/// After a death: lets the robot stop by its own watchdogs, says how long that took, and has the black box keep it.
+/// After an exit: waits until the watchdogs have stopped the robot, reports how long it took, and has the black box
+/// record it.
 void watchStandstill(const UpCommand& options,
                      const config::Deployment& deployment,
                      const ProcessExit& exited,
@@ -94,7 +95,7 @@ void watchStandstill(const UpCommand& options,
          {{"process", exited.name}, {"pid", exited.pid}, {"status", exited.status}});
   const std::string reason = "tandem up: " + exited.describe();
   if (exited.name == "sim" || exited.name == "hal")
-    return keepReason(deployment, exited, client, reason);  // no drives are left that could stand
+    return keepReason(deployment, exited, client, reason);  // no drives are left that could come to a standstill
   const auto start = Clock::now();
   const double budget =
       std::max(deployment.budgets.commandAge(deployment.control_period), deployment.budgets.planning_reference) + 1.0;
@@ -111,8 +112,8 @@ void watchStandstill(const UpCommand& options,
   client.waitFor(1.0, [](const client::Snapshot& s) { return standing(s.state); });
 }
 
-/// Waits until all processes know of each other; as long as it takes, where some are on other hosts.
-/// @return false where `ended` said so. @throw Failure naming who is silent.
+/// Waits until all processes have discovered each other; without a time limit if some are on other hosts.
+/// @return false if `ended` returned true. @throw Failure with the missing processes.
 bool meet(const UpCommand& options,
           const config::Deployment& deployment,
           const std::string& host,
@@ -145,8 +146,7 @@ bool runs(const Supervisor& supervisor, const std::string& name) {
   return std::ranges::any_of(supervisor.children(), [&](const Supervisor::Child& child) { return child.name == name; });
 }
 
-/// Waits until those that were started here have said who they are; others do not count. @return who has not: ",
-/// control"
+/// Waits until all essential services started here have announced themselves. @return the missing ones, as ", control"
 std::string missingProcesses(const Supervisor& supervisor, client::Client& client) {
   constexpr double kTimeout = 15.0;  // s
   std::string missing;
@@ -164,7 +164,7 @@ std::string missingProcesses(const Supervisor& supervisor, client::Client& clien
   return missing;
 }
 
-/// Waits until the console, which speaks once it serves, has spoken. @return false where it has ended instead.
+/// Waits for the first diagnostics of the console, which it publishes once it serves. @return false if it has ended.
 bool serves(const Supervisor& supervisor, client::Client& client, const std::string& name) {
   constexpr double kTimeout = 5.0;  // s
   const auto spoke = [](const client::Snapshot& s) { return s.diagnostics.contains("tandem-console"); };
@@ -174,7 +174,7 @@ bool serves(const Supervisor& supervisor, client::Client& client, const std::str
 
 int runUp(const UpCommand& options) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  config::loadAnyRobot(deployment);  // refused here, once, rather than by every process
+  config::loadAnyRobot(deployment);  // refuses an invalid file once, before every process does
   const std::string host = runtime::hostName(deployment);
   runtime::StopSignal stop;
   const DomainLock domain_lock(deployment, host);

@@ -33,7 +33,7 @@ LivePlanner::LivePlanner(const config::Deployment& deployment, std::function<boo
   replies_ = bus_.reader(dds::kPlanningReply, put);
   progress_ = bus_.reader(dds::kPlanningProgress, put);
   results_ = bus_.reader(dds::kPlanningResult, put);
-  clocks_ = std::make_unique<client::Clocks>(bus_, id_);  // the last of our ends
+  clocks_ = std::make_unique<client::Clocks>(bus_, id_);  // the last endpoint to be created
 }
 
 void LivePlanner::send(dds::ComputationKind kind, std::uint64_t computation) {

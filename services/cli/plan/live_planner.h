@@ -13,15 +13,15 @@
 
 namespace tandem::cli {
 
-/** One participant on planning's side. It says that it is there while it waits, and cancels where it is interrupted. */
+/** Client of planning's topics. It sends keep-alives while it waits, and cancels the computation when interrupted. */
 class LivePlanner {
  public:
-  /// @param interrupted  asked often; true cancels
+  /// @param interrupted  polled; true cancels
   LivePlanner(const config::Deployment& deployment, std::function<bool()> interrupted);
 
   using Progress = std::function<void(const dds::ComputationProgress&)>;
-  /// Fills in client and request. A result that is cancelled is a result.
-  /// @throw Failure where planning is not there, falls silent, or refuses (kUsage for what is malformed)
+  /// Sets client and request number. A cancelled computation also returns a result.
+  /// @throw Failure if planning is missing, times out, or refuses (kUsage for a malformed request)
   dds::ComputationResult compute(dds::ComputationRequest request, const Progress& progress);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem plan: inverse kinematics, checks and timing, in this process or by a running system. */
+/** @file tandem plan: inverse kinematics, checks and timing, in this process or in a running system. */
 #include <cmath>
 #include <fstream>
 #include <iostream>

@@ -18,7 +18,7 @@ std::optional<config::Deployment> deploymentOf(const PlanOptions& options) {
   return runtime::loadDeployment(options.deployment);
 }
 
-/// A result that answers the question; else a Failure.
+/// The result. @throw Failure if it was cancelled or failed.
 dds::ComputationResult answered(dds::ComputationResult result) {
   const auto outcome = static_cast<dds::Outcome>(result.outcome);
   if (outcome == dds::Outcome::kCancelled || outcome == dds::Outcome::kFailed)
@@ -36,7 +36,7 @@ PlanSetup::PlanSetup(const PlanOptions& options)
       model_name_(deployment_ ? deployment_->model : options.model),
       model_(robot_, model_name_) {}
 
-/// Empty: the robot's present joints.
+/// Empty: the robot's present joint positions.
 std::vector<double> PlanSetup::startOf(const std::string& from, const std::string& joints) const {
   const auto list = [](const Eigen::VectorXd& q) { return std::vector<double>(q.begin(), q.end()); };
   if (!joints.empty())

@@ -15,20 +15,20 @@ namespace tandem::cli {
 
 struct PlanOptions {
   std::string file, robot = "ark2024", model = "rigid", from, joints, output;
-  std::string deployment;  ///< whose running system is asked; empty: computed here
+  std::string deployment;  ///< of the running system that computes; empty: this process computes
   double stability = 0.05, clearance_mm = 0.0, port_radius_mm = 0.0, port_depth_mm = 0.0, within_mm = 0.01;
   double smoothing = 3.0;
   double translation_acceleration = 0.0, rotation_velocity = 0.0,
-         rotation_acceleration = 0.0;  ///< mm/s^2, rad/s(^2); 0: file's
+         rotation_acceleration = 0.0;  ///< mm/s^2, rad/s, rad/s^2; 0: those of the file
   std::string csv;
-  std::string method;  ///< of the rehearsal; empty: the default of deployments, or that of the running one
+  std::string method;  ///< of the rehearsal; empty: the default of deployments, or that of the running system
   std::vector<std::string> tips;
   bool no_clearance = false, json = false, no_rehearsal = false;
   int starts = 12, tries = 20;
   std::uint64_t seed = 1;
 };
 
-/** Everything that a plan is made with. Ctrl-C cancels. */
+/** Robot, model and requirements of a planning computation. Ctrl-C cancels it. */
 class PlanSetup {
  public:
   /// @throw Failure or config::Error that names the option or the place in the file.
@@ -38,11 +38,11 @@ class PlanSetup {
 
   const config::Robot& robot() const { return robot_; }
   const robots::RobotModel& model() const { return model_; }
-  /// With the demands of the options, and the trajectory of options.file, if there is one.
+  /// Request with the requirements of the options, and the trajectory in options.file if given.
   dds::ComputationRequest request(dds::ComputationKind kind) const;
-  /// Of the rehearsal.
+  /// Method of the rehearsal.
   std::string method() const;
-  /// Here, or by the running system. @throw Failure where it is cancelled, refused or failed.
+  /// Computes here, or in the running system. @throw Failure if the computation is cancelled, refused or fails.
   dds::ComputationResult compute(const dds::ComputationRequest& request);
 
  private:
@@ -57,7 +57,7 @@ class PlanSetup {
   robots::RobotModel model_;
 };
 
-/// A line on standard error that is rewritten on a terminal; elsewhere the first one, and one per tenth.
+/// Progress line on standard error: rewritten on a terminal; elsewhere the first line and one per tenth.
 class PlanProgress {
  public:
   void show(const std::string& at, int done, int all);
@@ -67,7 +67,7 @@ class PlanProgress {
   int tenth_ = -1;
 };
 
-/// What the running system says to a request, with progress on standard error.
+/// Computation by the running system, with progress on standard error.
 /// @throw as PlanSetup::compute()
 dds::ComputationResult computeLive(const config::Deployment& deployment,
                                    const dds::ComputationRequest& request,

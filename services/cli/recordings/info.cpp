@@ -19,10 +19,10 @@ struct InfoCommand {
   bool json = false, check = false;
 };
 
-/** One topic, its writers together. */
+/** One topic, all its writers together. */
 struct TopicReport {
   std::string type;
-  std::string changes;  ///< since it was recorded
+  std::string changes;  ///< of the type since the recording
   std::set<std::uint16_t> writers;
   std::uint64_t messages = 0, lost = 0, bytes = 0;
   std::uint64_t first = 0, last = 0;  ///< ns since the epoch
@@ -56,7 +56,7 @@ std::map<std::string, TopicReport> examine(Recording& recording) {
       topic.changes = changesOf(recording, channel);
     const auto schema = recording.reader().schemas().find(channel.schema);
     topic.type = schema == recording.reader().schemas().end() ? "" : schema->second.name;
-    // Only our own files number the samples of one writer through.
+    // Only recordings of this project number the samples per writer.
     if (channel.metadata.contains("writer"))
       gaps.see(channel.id, message.sequence);
     return true;

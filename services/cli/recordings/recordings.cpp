@@ -21,7 +21,7 @@ recording::Reader open(const std::string& file, recording::Reader::Open how) {
   }
 }
 
-/// Calls f().
+/// Calls f(); converts recording errors to Failure.
 template <class F>
 auto asFailure(F&& f) {
   try {

@@ -13,37 +13,37 @@
 
 namespace tandem::cli {
 
-/** A recording, with topics called as in a deployment: below the prefix. */
+/** A recording, with topic names relative to the prefix, as in a deployment. */
 class Recording {
  public:
-  /// @throw Failure(kUsage) where it is no recording.
+  /// @throw Failure(kUsage) if the file is not a recording.
   explicit Recording(const std::string& file, recording::Reader::Open how = recording::Reader::Open::kFast);
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
   recording::Reader& reader() { return reader_; }
-  /// A value of the metadata `tandem`; empty where there is none.
+  /// A value of the metadata `tandem`; empty if absent.
   std::string about(const std::string& key) const;
   /// "/tandem/actuation/state" -> "actuation/state".
   std::string topicOf(const recording::Channel& channel) const;
-  /// All topics, once, in the order of their first channels.
+  /// All topics without duplicates, in the order of their first channels.
   std::vector<std::string> topics() const;
-  /// A selection of the topics that match one of the patterns (* stands for any text).
+  /// Selection of the topics that match one of the patterns (* matches any text).
   /// @throw Failure(kUsage) for a pattern that matches none.
   recording::Selection select(const std::vector<std::string>& patterns) const;
-  /// The same topics, with times as s from the first message; `seconds` 0: to the end.
+  /// The same topics in a time range, s from the first message; `seconds` 0: to the end.
   recording::Selection select(const std::vector<std::string>& patterns, double start, double seconds) const;
-  /// Each topic of the selection as a table. Messages that do not decode are reported on stderr.
+  /// Each topic of the selection as a table. Messages that cannot be decoded are reported on stderr.
   std::vector<recording::Table> tables(const recording::Selection& selection);
-  /// What has changed of a channel's messages since; empty where nothing has.
+  /// Changes of a channel's message type since the recording; empty if none.
   std::string changes(const recording::Channel& channel);
-  /// A message as today's type, and back; what has changed is reported on stderr, once a topic. Nothing where the bytes
-  /// do not fit. @throw Failure(kUsage) where that cannot be done.
+  /// Conversion of a message to the present type, and back; changes of the type are reported on stderr once per topic.
+  /// Empty if the bytes do not match the type. @throw Failure(kUsage) if the types cannot be converted.
   std::optional<std::string> today(const recording::Channel& channel, std::string_view bytes);
   std::optional<std::string> back(const recording::Channel& channel, std::string_view bytes);
-  /// Data of an attachment. @throw Failure(kUsage) where there is none of that name.
+  /// Data of an attachment. @throw Failure(kUsage) if there is none of that name.
   std::string attachment(const std::string& name);
-  /// Tells on stderr what is wrong with the file. @return whether anything is.
+  /// Reports damage of the file on stderr. @return whether there is any.
   bool reportDamage() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem replay: publishes a recording on DDS. */
+/** @file tandem replay: publication of a recording over DDS. */
 #include <chrono>
 #include <iostream>
 #include <map>
@@ -27,8 +27,8 @@ struct ReplayCommand {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kListen = 1.0;  // s: a drive side that is there is received well within
-constexpr double kMatch = 0.5;   // s: for readers to find our writers
+constexpr double kListen = 1.0;  // s: enough to receive a running drive side
+constexpr double kMatch = 0.5;   // s: for readers to match the writers
 
 dds::Profile profileOf(const recording::Channel& channel) {
   const auto said = channel.metadata.find("profile");
@@ -50,7 +50,7 @@ std::map<std::string, std::string> renamings(const ReplayCommand& options) {
   return names;
 }
 
-/** The topics of a recording, under the names that they get. */
+/** The topics of a recording, with the names under which they are published. */
 std::map<std::string, dds::TopicInfo> targets(const ReplayCommand& options,
                                               Recording& recording,
                                               const config::Robot& robot) {
@@ -69,7 +69,7 @@ std::map<std::string, dds::TopicInfo> targets(const ReplayCommand& options,
       if (other.name == topic.name)
         topic = {other.name, topic.type, other.profile, "", other.publisher, ""};
     }
-    recording.changes(channel);  // throws where its messages cannot be played
+    recording.changes(channel);  // throws if its messages cannot be replayed
     topics.emplace(old_name, topic);
   }
   for (const auto& [old_name, name] : names) {
@@ -79,7 +79,7 @@ std::map<std::string, dds::TopicInfo> targets(const ReplayCommand& options,
   return topics;
 }
 
-/** Refuses, before and while it runs, to feed a robot that could move. */
+/** Refuses, before and during the replay, to publish to a robot that could move. */
 class Guard {
  public:
   Guard(dds::Bus& bus, const std::map<std::string, dds::TopicInfo>& topics) : watch_(bus) {

@@ -17,7 +17,7 @@
 namespace tandem::cli {
 namespace {
 
-/** What went into the simulator, and what came out of it. */
+/** Recorded inputs and outputs of the simulator. */
 struct Run {
   std::map<std::uint64_t, dds::ActuationState> states;             ///< by sequence
   std::map<std::uint64_t, dds::ActuationCommand> commands;         ///< by sequence
@@ -70,7 +70,7 @@ Run readRun(Recording& recording) {
 std::filesystem::path writeFiles(Recording& recording, const std::filesystem::path& folder) {
   std::istringstream lines(recording.attachment("deployment.yaml"));
   std::ofstream(folder / "robot.yaml") << recording.attachment("robot.yaml");
-  // Paths in it are relative to where it was; the robot lies beside it now, and a simulator needs no hardware.
+  // Its paths are relative to its former folder; here the robot file is beside it, and a simulator needs no hardware.
   std::ofstream out(folder / "deployment.yaml");
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("robot:"))
@@ -81,15 +81,15 @@ std::filesystem::path writeFiles(Recording& recording, const std::filesystem::pa
   return folder / "deployment.yaml";
 }
 
-/** The simulator, and what led it from state to state. */
+/** A new simulator, stepped with the recorded inputs from state to state. */
 class Replica {
  public:
   Replica(Recording& recording, Run& run, const runtime::Setup& setup) : recording_(recording), run_(run), sim_(setup) {
     sim_.state(0, state_);
   }
 
-  /// Goes on to the recorded state. @return whether it is the same; nothing where that cannot be decided, because what
-  /// led there was before the recording, and nothing has moved yet.
+  /// Advances to the recorded state. @return whether the states are identical; empty if undecidable: the inputs precede
+  /// the recording, and nothing has moved yet.
   std::optional<bool> follow(const dds::ActuationState& recorded) {
     const bool whole = recorded.sequence == 1 || (recorded.sequence == state_.sequence + 1 && feed(recorded));
     if (!whole && moved_)
@@ -102,14 +102,14 @@ class Replica {
     before_ = recorded;
     if (!whole)
       return std::nullopt;
-    state_.fingerprint = recorded.fingerprint;  // which the bus writes, not the simulator
+    state_.fingerprint = recorded.fingerprint;  // written by the bus, not by the simulator
     const auto simulated = asRecorded(state_);
     return simulated && simulated == asRecorded(recorded);
   }
   const dds::ActuationState& state() const { return state_; }
 
  private:
-  /// @return whether what led to the recorded state is known.
+  /// @return whether the inputs that led to the recorded state are in the recording.
   bool feed(const dds::ActuationState& recorded) {
     if (recorded.answers_command != before_.answers_command) {
       const auto command = run_.commands.find(recorded.answers_command);
@@ -134,7 +134,7 @@ class Replica {
     return true;
   }
 
-  /// The members that the recording has.
+  /// Encoded with the members that the recorded type has.
   std::optional<std::string> asRecorded(const dds::ActuationState& state) {
     return recording_.back(run_.state_channel, dds::encode(state));
   }

@@ -7,8 +7,8 @@
 namespace tandem::cli {
 
 /// Feeds the recorded commands, requests and stops of a lock-step run to a simulator with the recorded configuration,
-/// compares its states with the recorded ones bit by bit, and prints what came out.
-/// @return exit code @throw Failure where the recording is no whole lock-step run of a simulator.
+/// compares its states with the recorded ones bit by bit, and prints the result.
+/// @return exit code @throw Failure if the recording is not a complete lock-step run of a simulator.
 int resimulate(Recording& recording);
 
 }  // namespace tandem::cli

@@ -25,7 +25,7 @@ struct ConsoleCommand {
   bool only_print = false;
 };
 
-/// Whether somebody accepts connections there, within a second.
+/// Whether a process accepts connections at this address within 1 s.
 bool served(const std::string& address, int port) {
   const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (descriptor < 0)

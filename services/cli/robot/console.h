@@ -8,7 +8,7 @@
 
 namespace tandem::cli {
 
-/// IPv4 address at which it is reached from this machine.
+/// IPv4 address at which this machine reaches the console.
 std::string consoleAddress(const config::Console& console);
 /// "http://127.0.0.1:8765/".
 std::string consoleUrl(const config::Console& console, int port);

@@ -21,9 +21,9 @@ struct MotionCommand {
   double speed = 0.0, seconds = 1.0, timeout = 180.0;
 };
 
-/// The drives home as long as the request is repeated; without it they stop.
+/// Homing of the drives. It continues while the request is repeated; without repetition the drives stop.
 int homeDrives(const MotionCommand& options) {
-  constexpr double kRepeat = 0.2;  // s, of the keep-alive of 1 s
+  constexpr double kRepeat = 0.2;  // s, below the keep-alive of 1 s
   runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Robot robot = config::loadAnyRobot(deployment);
@@ -68,7 +68,7 @@ int jog(const MotionCommand& options) {
   request.joints[static_cast<std::size_t>(joint)] = options.speed * (translation ? 1e-3 : std::numbers::pi / 180.0);
   const std::size_t index = dds::jointIndex(static_cast<int>(arm), joint);
   const double from = client.snapshot().state.position[index];
-  // Each order lasts for the larger of the teleoperation budget and two periods.
+  // Each request is valid for the larger of the teleoperation budget and two periods.
   const double repeat = 0.4 * std::max(deployment.budgets.teleoperation, 2.0 * deployment.control_period);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
   while (std::chrono::steady_clock::now() < end && !stop.requested()) {

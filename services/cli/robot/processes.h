@@ -8,18 +8,18 @@
 
 namespace tandem::cli {
 
-/// Who moves the robot, since when, and who of them knows another one.
+/// Processes that move the robot, their start times, and which of them have discovered each other.
 nlohmann::ordered_json processesJson(const client::Client& client);
 
-/// What each service last published in topic `diagnostics`: level (0 ok, 1 warn, 2 error, 3 stale), message, values.
+/// Last diagnostics of each service: level (0 ok, 1 warn, 2 error, 3 stale), message, values.
 nlohmann::ordered_json diagnosticsJson(const client::Snapshot& snapshot);
 
 nlohmann::ordered_json clocksJson(const std::vector<client::ClockOffset>& offsets);
 
-/// Asks all hosts for their clocks, several times.
+/// Requests the clock of every host, several times.
 void askAll(client::Client& client);
 
-/// Both, for people: `processes` and `clocks` of a status.
+/// Text output of `processes` and `clocks` of a status.
 void printProcesses(const nlohmann::ordered_json& status);
 
 }  // namespace tandem::cli

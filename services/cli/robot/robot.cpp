@@ -29,7 +29,7 @@ struct RobotCommand {
   bool json = false, keep_enabled = false, check = false, planned = false;
 };
 
-/// A running system, with its lease if asked for.
+/// A running system, with its lease if requested.
 struct Session {
   Session(const RobotCommand& options, bool lease)
       : deployment(runtime::loadDeployment(options.deployment)),
@@ -77,7 +77,7 @@ int stateCommand(const RobotCommand& options, const std::string& command) {
 }
 
 int stop(const RobotCommand& options) {
-  // Not a Session: a stop waits for nobody, least of all for the one whose silence may be the reason for it.
+  // Not a Session: a stop does not wait for other processes, since a silent one may be its reason.
   client::Client client(runtime::loadDeployment(options.deployment), {}, client::Client::Receives::kAnyRobot);
   client::stopAndWait(client, "tandem robot stop");
   return done(options, "stopped; `tandem robot disable` clears the fault");
@@ -161,8 +161,9 @@ int setMethod(const RobotCommand& options) {
   return done(options, options.name + (parameter ? " = " + options.value : ""));
 }
 
-/// Asks planning, from where the robot stands, under the lease: nobody moves it meanwhile.
-/// @throw Failure where the trajectory cannot be had
+/// Requests a check by planning from the present joint positions, under the lease, so that no other client moves the
+/// robot meanwhile.
+/// @throw Failure if the trajectory is infeasible
 void checkFirst(Session& session, const std::string& text, std::string method, bool planned) {
   dds::ComputationRequest request;
   request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
@@ -182,14 +183,14 @@ void checkFirst(Session& session, const std::string& text, std::string method, b
   throw Failure(kFailure, "nothing was started: " + (result.report.feasible != 0 ? run.words : result.reason));
 }
 
-/// Whether somebody can type to us now: a terminal may be another job's.
+/// Whether standard input has data for this process: a terminal may be another job's.
 bool canRead() {
   pollfd input{STDIN_FILENO, POLLIN, 0};
   const bool ours = isatty(STDIN_FILENO) == 0 || tcgetpgrp(STDIN_FILENO) == getpgrp();
   return ours && poll(&input, 1, 0) == 1 && (input.revents & POLLIN) != 0;
 }
 
-/// Whether Enter was pressed since the last look.
+/// Whether Enter was pressed since the last call.
 bool enterTyped() {
   bool entered = false;
   char byte = 0;
@@ -198,7 +199,7 @@ bool enterTyped() {
   return entered;
 }
 
-/// What was typed before is no answer to what is asked now.
+/// Discards input typed before a question.
 void forgetTyped() { enterTyped(); }
 
 int runTrajectory(const RobotCommand& options) {

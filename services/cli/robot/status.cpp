@@ -84,7 +84,7 @@ nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clea
   return json;
 }
 
-/// Malformed samples, by the service that has dropped them and by topic.
+/// Malformed samples, by the service that dropped them and by topic.
 nlohmann::ordered_json droppedJson(const client::Snapshot& s) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   const std::string key = runtime::kDroppedKey;
@@ -97,7 +97,7 @@ nlohmann::ordered_json droppedJson(const client::Snapshot& s) {
   return json;
 }
 
-/// As control describes it, of a method of others with its name and library.
+/// Method as control describes it; a foreign method with its name and library.
 std::string methodText(const client::Snapshot& s) {
   const std::string method(control::name(static_cast<control::Method>(s.status.method)));
   const auto control = s.diagnostics.find("tandem-control");
@@ -113,7 +113,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   nlohmann::ordered_json json;
   json["deployment"] = deployment.name;
   json["robot"] = robot.name;
-  // How old this is; on one machine all processes share the clock.
+  // Age of the values; on one machine all processes share the clock.
   json["stamps_ns"] = {
       {"state", s.state.stamp}, {"status", s.status.stamp}, {"reference", s.reference.stamp}, {"hal", s.hal.stamp}};
   json["method"] = methodText(s);
@@ -161,7 +161,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   return json;
 }
 
-/// What becomes of an arm that has power and that nobody commands; empty for others, and in the first seconds.
+/// Remaining time of an arm with power and without a commander; empty for other arms, and in the first seconds.
 std::string describeIdle(double idle, double left) {
   constexpr double kMention = 5.0;  // s
   if (idle < kMention)
@@ -251,13 +251,13 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::printf("  %s\n", json["warning"].get<std::string>().c_str());
 }
 
-/** Who has said nothing new for a while. */
+/** Services that have published nothing for a while. */
 class Silence {
  public:
   /// @param timeout  s, longer than any period of publication
   explicit Silence(double timeout) : timeout_(timeout) {}
 
-  /// All have said something new since the last call of note().
+  /// Whether all have published since the last call of note().
   bool allNew(const client::Snapshot& s) const {
     const auto now = counts(s);
     for (std::size_t k = 0; k < now.size(); ++k) {
@@ -319,7 +319,7 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
   client.setInterrupt([&] { return stop.requested(); });
   Silence silence(std::max(1.0, 3.0 * deployment.control_period));
   while (!stop.requested()) {
-    constexpr double kLook = 0.2;  // s: so often something is said, although somebody is silent
+    constexpr double kLook = 0.2;  // s: update interval, even while a service is silent
     client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
                    [&](const client::Snapshot& s) { return silence.allNew(s); });
     if (several)
@@ -339,7 +339,7 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
   return kOk;
 }
 
-/// Waits for those of the deployment's processes that run on this host; whom they wait for is their affair.
+/// Waits for those of the deployment's processes that run on this host, whatever other hosts they wait for themselves.
 int runCheck(const std::string& name, double wait) {
   const std::map<std::string, std::uint64_t client::Snapshot::*> voices{
       {"tandem-sim", &client::Snapshot::states},

@@ -9,8 +9,8 @@ void registerTeleop(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("teleop", "teleoperate the tips: gamepad, SpaceMouse, keyboard, or a trace");
   command->prefix_command();
   command->allow_extras();
-  command->fallthrough(false);  // what follows is not for `tandem`
-  command->set_help_flag();     // --help is tandem-teleop's
+  command->fallthrough(false);  // further arguments are tandem-teleop's
+  command->set_help_flag();     // so is --help
   command->callback(
       [command, &exit_code] { guarded(exit_code, [&]() -> int { become("tandem-teleop", command->remaining()); }); });
 }
