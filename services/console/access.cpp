@@ -81,7 +81,7 @@ void expectPrivate(const std::filesystem::path& file, const std::string& where) 
 }
 
 bool sameSecret(std::string_view a, std::string_view b) {
-  // Every letter of the longest token is looked at, whatever was found before.
+  // Always compares kMaxToken characters, so that the time does not depend on the first difference.
   std::size_t difference = a.size() ^ b.size();
   for (std::size_t i = 0; i < Access::kMaxToken; ++i)
     difference |=
@@ -130,7 +130,7 @@ bool Access::knowsHost(std::string_view host) const {
 
 bool Access::knowsOrigin(std::string_view origin, std::string_view host) const {
   const std::string here = lower(origin);
-  // Programs that show a page of their own (Electron): no page of the web has this origin.
+  // Origin of programs with pages of their own (Electron): no page of the web has it.
   if (here == "file://")
     return true;
   return here == scheme_ + lower(host) || std::find(origins_.begin(), origins_.end(), here) != origins_.end();
@@ -153,7 +153,7 @@ AccessDecision Access::judge(const AccessHeaders& headers) const {
     token = std::string_view(headers.bearer).substr(7);
   if (token.empty())
     token = cookieOf(headers.cookie, kTokenCookie);
-  // Both are compared, so that the time does not tell which one it was not.
+  // Compares both, so that the time does not reveal which one matched.
   const bool commands = sameSecret(token, operator_token_), looks = sameSecret(token, viewer_token_);
   if (commands || (looks && !viewer_token_.empty()))
     return {commands ? dds::Role::kConsoleOperator : dds::Role::kConsoleViewer, 200, "", !in_query.empty()};

@@ -9,7 +9,7 @@
 namespace tandem::console {
 namespace {
 
-/// The token that came with the link to the page stays with the browser, out of sight of scripts.
+/// Stores the token of the link to the page in a cookie, which scripts cannot read.
 void addCookie(const Context& context, const Request& request, Answer& answer) {
   if (parameterOf(request.query, "token").empty())
     return;

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Isometry3d;
 using Json = nlohmann::ordered_json;
 
-/// JSON knows no infinity: what has no limit is null.
+/// JSON has no infinity: null means no limit.
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json describePose(const Isometry3d& pose) {
@@ -79,7 +79,7 @@ Json describeArms(const config::Robot& robot) {
   return arms;
 }
 
-/// What the arms hold, and where it touches each of them; null where they hold nothing.
+/// The grasped object and its contacts with the arms; null if there is none.
 Json describeObject(const config::Robot& robot) {
   const config::GraspedObject* object = robots::typeOf(robot).graspedObject(robot);
   if (object == nullptr)
@@ -130,7 +130,7 @@ Json describeBudgets(const config::Deployment& deployment) {
           {"lease", budgets.lease}};
 }
 
-/// Name and meaning of every number in messages; of faults the way out, too.
+/// Name and meaning of every enumeration value in messages; for faults also the remedy.
 Json describeWords() {
   Json words;
   idl::forEachEnumeration([&words](const char* enumeration, const auto& entries) {

@@ -9,12 +9,12 @@
 
 namespace tandem::console {
 
-/// The robot: deployment, arms with tubes, limits and base, what they hold, port, methods with their parameters,
+/// The robot: deployment, arms with tubes, limits and base, grasped object, port, methods with their parameters,
 /// budgets.
 nlohmann::ordered_json describeRobot(const config::Deployment& deployment, const config::Robot& robot);
 
-/// The trajectories among the presets, or the paths for catheters: name, words for people, and the text that
-/// planning/request takes. Those that cannot be loaded are left out, with a warning in the log.
+/// The trajectories among the presets, or the paths for catheters: name, description, and the text that
+/// planning/request takes. Skips those that cannot be loaded, with a warning in the log.
 nlohmann::ordered_json describeTrajectories(const config::Robot& robot);
 
 }  // namespace tandem::console

@@ -6,7 +6,7 @@
 namespace tandem::console {
 namespace {
 
-/// What a frame costs, that of its place in the queue included.
+/// Memory of a frame, including its queue entry.
 std::size_t costOf(const Outgoing& frame) { return frame.payload->size() + 128; }
 
 }  // namespace
@@ -19,7 +19,7 @@ void ClientQueue::dropOldest(std::uint32_t channel, Line& line) {
   ++dropped_by_channel_[channel];
 }
 
-/// Drops the oldest samples of whoever may lose some. @return whether there is room now.
+/// Drops the oldest samples of channels that may lose some. @return whether there is room now.
 bool ClientQueue::makeRoom(std::size_t size) {
   while (bytes_ + size > kBytes) {
     auto oldest = lines_.end();
@@ -50,7 +50,7 @@ bool ClientQueue::push(std::uint32_t channel, bool may_lose, Outgoing frame) {
     overflown_ = true;
     lines_.clear();
     bytes_ = count_ = 0;
-    return true;  // whoever sends has to learn of it
+    return true;  // the sending thread must be woken
   }
   bytes_ += cost;
   ++count_;

@@ -16,35 +16,35 @@ namespace tandem::console {
 
 /** One frame to a client. */
 struct Outgoing {
-  bool text = false;                           ///< a text frame: the header does not count
-  MessageHeader header{};                      ///< in front of the payload
+  bool text = false;                           ///< a text frame: the header is unused
+  MessageHeader header{};                      ///< before the payload
   std::shared_ptr<const std::string> payload;  ///< shared among clients
 };
 
-/** Frames in the order in which they came, of all channels together. Any thread.
+/** Queue of all channels' frames in the order of arrival. Any thread.
  *
- * Of a channel that may lose samples the oldest gives way to the newest one. What may not be lost piles up until the
- * queue overflows: then the client has to go, rather than miss an answer without knowing. */
+ * In a channel that may lose samples, the newest sample replaces the oldest. Other frames accumulate until the queue
+ * overflows; the client is then disconnected, so that it does not miss an answer unnoticed. */
 class ClientQueue {
  public:
   static constexpr std::size_t kPerChannel = 64;          ///< samples of a channel that may lose some
-  static constexpr std::size_t kBytes = 8 * 1024 * 1024;  ///< of all that waits
+  static constexpr std::size_t kBytes = 8 * 1024 * 1024;  ///< of all frames in the queue
 
-  /// Adds a frame. @param channel  any number; text frames have kText @param may_lose  whether the oldest may give way
-  /// @return whether the queue was empty before: a thread has to be woken.
+  /// Adds a frame. @param channel  any number; kText for text frames @param may_lose  whether the oldest may be dropped
+  /// @return whether the queue was empty before: a thread must be woken.
   bool push(std::uint32_t channel, bool may_lose, Outgoing frame);
   static constexpr std::uint32_t kText = 0xffffffff;
 
-  /// The oldest frame; nothing where the queue is empty.
+  /// The oldest frame; empty if the queue is empty.
   std::optional<Outgoing> pop();
-  /// Leaves out what waits of a channel, as nobody wants it any more.
+  /// Removes the frames of a channel, after its subscription has ended.
   void forget(std::uint32_t channel);
 
-  /// More waits than may: nothing is taken any more.
+  /// Whether the queue has exceeded its limit: it accepts no further frames.
   bool overflown() const;
-  /// Samples that gave way so far.
+  /// Samples dropped so far.
   std::uint64_t dropped() const;
-  /// Samples that gave way since the last call, by channel.
+  /// Samples dropped since the last call, by channel.
   std::map<std::uint32_t, std::uint64_t> takeDropped();
 
  private:

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Internal: one client connection, plain or TLS, with HTTP requests and WebSocket upgrade.
  *
- * Everything runs on the thread of the sockets. A connection lives as long as an operation of its is under way.
- */
+ * Everything runs on the thread of the sockets. A connection exists as long as one of its operations is pending. */
 #pragma once
 
 #include <boost/asio/dispatch.hpp>
@@ -26,7 +25,7 @@ inline Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
-/** A connection's place among the guests, until it is known or gone. */
+/** Entry of a connection in the list of unauthenticated ones, until it is authenticated or closed. */
 class UnauthenticatedEntry {
  public:
   explicit UnauthenticatedEntry(Context& context) : context_(context) {}
@@ -34,10 +33,10 @@ class UnauthenticatedEntry {
   UnauthenticatedEntry(const UnauthenticatedEntry&) = delete;
   UnauthenticatedEntry& operator=(const UnauthenticatedEntry&) = delete;
 
-  /// @param end  ends the connection
+  /// @param end  closes the connection
   void enter(std::function<void()> end) {
     context_.unauthenticated.push_back([this, end = std::move(end)] {
-      present_ = false;  // whoever calls this has taken it out of the list
+      present_ = false;  // the caller has removed this entry from the list
       end();
     });
     place_ = std::prev(context_.unauthenticated.end());
@@ -54,7 +53,7 @@ class UnauthenticatedEntry {
   bool present_ = false;
 };
 
-/** Counts a connection as long as it lives. */
+/** Counts a connection while the object exists. */
 class ConnectionCounter {
  public:
   explicit ConnectionCounter(Context& context) : context_(&context) { ++context_->open; }
@@ -82,14 +81,14 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
  public:
   using Header = http::request<http::empty_body>;
 
-  /// @param rate  most samples a second of a best-effort topic; 0: all
+  /// @param rate  maximum samples per second of a best-effort topic; 0: all
   WebSocket(Stream stream, Context& context, ConnectionCounter counter, dds::Role role, double rate)
       : socket_(std::move(stream)), context_(context), counter_(std::move(counter)), role_(role), rate_(rate) {}
 
   void start(const Header& request, std::string_view subprotocol) {
     report_.address = addressOf(beast::get_lowest_layer(socket_));
     report_.role = role_;
-    beast::get_lowest_layer(socket_).expires_never();  // from here on the WebSocket has deadlines of its own
+    beast::get_lowest_layer(socket_).expires_never();  // from here on the WebSocket's own timeouts apply
     websocket::stream_base::timeout times{};
     times.handshake_timeout = seconds(kHandshakeTime);
     times.idle_timeout = seconds(kSilenceTime);
@@ -127,7 +126,7 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
       return;
     context_.hub.leave(client_);
     client_.reset();
-    // The last owner may be the set.
+    // The set may have the last reference.
     const auto self = this->shared_from_this();
     context_.sessions.erase(self);
     beast::get_lowest_layer(socket_).close();
@@ -141,7 +140,7 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
 
  private:
   void join() {
-    // A client that does not read shall not have seconds of old samples in the kernel.
+    // Otherwise a client that does not read has seconds of old samples in the kernel.
     Failed ignored;
     beast::get_lowest_layer(socket_).socket().set_option(net::socket_base::send_buffer_size(256 * 1024), ignored);
     client_ =
@@ -228,7 +227,7 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
   Http(Stream stream, Context& context)
       : stream_(std::move(stream)), context_(context), counter_(context), unauthenticated_(context) {}
 
-  /// Before its first byte.
+  /// Called before the first byte.
   void enter() {
     unauthenticated_.enter([weak = this->weak_from_this()] {
       if (const auto self = weak.lock())
@@ -236,7 +235,7 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     });
   }
 
-  /// @param time  s, that the request may take
+  /// @param time  s, time limit of the request
   void read(double time) {
     parser_.emplace();
     parser_->header_limit(kMaxHeader);

@@ -11,15 +11,15 @@
 
 namespace tandem::console {
 
-/** A WebSocket client, whatever its stream. */
+/** A WebSocket client, for any type of stream. */
 class Session {
  public:
   virtual ~Session() = default;
-  /// Says goodbye; what is on its way may still go.
+  /// Sends a close frame after the frame being sent.
   virtual void close() = 0;
-  /// Cuts the connection where a frame has not been taken for too long. About once a second.
+  /// Cuts the connection if a frame has not been accepted for too long. Called about once a second.
   virtual void look() = 0;
-  /// Leaves at once.
+  /// Cuts the connection at once.
   virtual void drop() = 0;
   virtual ClientReport report() const = 0;
 };
@@ -32,12 +32,12 @@ struct Context {
   bool tls = false;
   std::set<std::shared_ptr<Session>> sessions{};
   std::size_t open = 0;  ///< connections of all kinds
-  /// Those of which nobody knows yet whether they may do anything, the longest first: what ends them.
+  /// Connections without a decision on their access yet, the oldest first: functions that close them.
   std::list<std::function<void()>> unauthenticated{};
   std::uint64_t connections = 0, turned_away = 0, cut_off = 0;
 };
 
-/** A request, as far as an answer needs to know it. */
+/** The parts of a request that an answer depends on. */
 struct Request {
   bool head = false, get = false;
   std::string path, query, known_etag;
@@ -51,14 +51,14 @@ struct Answer {
   std::vector<std::pair<std::string, std::string>> headers{};
 };
 
-/// What a request that is no WebSocket's gets.
+/// Answer to a request other than a WebSocket upgrade.
 Answer answer(Context& context, const Request& request);
-/// What a query says of the rate; 0 where it says nothing, nothing where it is wrong.
+/// Rate in a query; 0 if absent, empty if invalid.
 std::optional<double> rateOf(std::string_view query);
-/// Words of a refusal, as JSON.
+/// Refusal with its reason, as JSON.
 Answer refuse(Context& context, int status, const std::string& why);
 
-/// Serves one connection from its first byte to its last.
+/// Serves one connection until it closes.
 void servePlain(boost::asio::ip::tcp::socket socket, Context& context);
 void serveTls(boost::asio::ip::tcp::socket socket, boost::asio::ssl::context& tls, Context& context);
 

@@ -8,8 +8,8 @@
 
 namespace tandem::console {
 
-/** The object that tips touch: a grip turns it with the tip; of contacts that turn, the line from the first to the
- * second one says how it lies. The console's `scene/object.ts` does the same.
+/** The grasped object. A rigid contact turns it with the tip; with contacts that allow rotation, the line from the
+ * first to the second one gives its orientation. The console's `scene/object.ts` uses the same computation.
  * @param tips  of the contacts' arms, in the order of the contacts, robot base frame
  * @return robot base frame <- object */
 Eigen::Isometry3d objectPose(const config::GraspedObject& object, const std::vector<Eigen::Isometry3d>& tips);

@@ -11,7 +11,7 @@
 namespace tandem::console {
 namespace {
 
-constexpr int kDepth = 256;  // samples that DDS keeps for us: a quarter of a second of the fastest topics
+constexpr int kDepth = 256;  // samples queued by DDS: a quarter of a second of the fastest topics
 constexpr std::size_t kMaxPublications = 200;
 
 /// Whether a topic carries answers to requests.
@@ -77,7 +77,7 @@ void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   const auto payload = std::make_shared<const std::string>(bytes);
   for (Subscriber& subscriber : line.subscribers) {
     const std::uint64_t interval = line.may_lose ? subscriber.client->interval_ : 0;
-    // A clock that was set back holds nothing up.
+    // The interval check also keeps a clock that was set back from blocking samples.
     if (now < subscriber.due && subscriber.due - now <= interval)
       continue;
     subscriber.due = std::max(subscriber.due, now > interval ? now - interval : 0) + interval;
@@ -118,7 +118,7 @@ void Hub::subscribe(const std::shared_ptr<Client>& client, std::uint32_t subscri
   {
     const std::lock_guard lock(line.mutex);
     line.subscribers.push_back({subscription, client});
-    // A reader that is there already has had the last sample.
+    // An existing reader has already received the last sample.
     if (line.last &&
         client->queue().push(channel, line.may_lose, {false, messageHeader(subscription, line.last_time), line.last}))
       client->wake_();
@@ -144,7 +144,7 @@ void Hub::detach(const std::shared_ptr<Client>& client, std::uint32_t channel) {
   client->queue().forget(channel);
   if (!empty || line.answers)
     return;
-  line.reader = {};  // waits for a callback under way: not under the mutex
+  line.reader = {};  // waits for a running callback: not under the mutex
   line.open = false;
   line.last = nullptr;
 }

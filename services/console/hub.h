@@ -19,11 +19,11 @@
 
 namespace tandem::console {
 
-/** One client, as the hub sees it. */
+/** One client of the hub. */
 class Client {
  public:
-  /// @param rate  most samples a second of a best-effort topic; 0: all
-  /// @param wake  called on any thread when the queue holds something after it was empty
+  /// @param rate  maximum samples per second of a best-effort topic; 0: all
+  /// @param wake  called on any thread when the queue becomes non-empty
   Client(dds::Role role, double rate, std::function<void()> wake)
       : role_(role), interval_(rate > 0.0 ? static_cast<std::uint64_t>(1e9 / rate) : 0), wake_(std::move(wake)) {}
 
@@ -31,7 +31,7 @@ class Client {
   ClientQueue& queue() { return queue_; }
   /// Adds a text frame.
   void sendText(std::string text);
-  /// Adds a note for people.
+  /// Adds a status message for people.
   void note(StatusLevel level, const std::string& message, const std::string& id);
 
  private:
@@ -42,40 +42,41 @@ class Client {
   ClientQueue queue_;
   std::map<std::uint32_t, std::uint32_t> channels_;       ///< channel by subscription
   std::map<std::uint32_t, std::uint32_t> subscriptions_;  ///< subscription by channel
-  std::map<std::uint32_t, std::size_t> publications_;     ///< index of the topic by the client's id
+  std::map<std::uint32_t, std::size_t> publications_;     ///< index of the topic by the client's id of the
+                                                          ///< advertisement
 };
 
-/** All channels. Methods are called on one thread, that of the sockets; samples come on those of DDS.
+/** All channels. Methods are called on the thread of the sockets; samples arrive on threads of DDS.
  *
- * A topic is read as long as a client subscribes to it; answers are always read, since whoever asks at once after
- * subscribing wants to receive them. Writers exist from the beginning, for the same reason. */
+ * The hub reads a topic while a client subscribes to it. It always reads answers, so that a request immediately
+ * after a subscription loses none. Writers exist from the beginning, for the same reason. */
 class Hub {
  public:
-  /// @param bytes  a bus of its own, of role console @param arms  names of the robot's arms
+  /// @param bytes  a separate bus, of role console @param arms  names of the robot's arms
   Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session);
 
-  /// A client has come: it receives who we are and what there is.
+  /// Adds a client and sends it the server info and all channels.
   void join(const std::shared_ptr<Client>& client);
   void leave(const std::shared_ptr<Client>& client);
 
-  /// A frame of a client.
+  /// A frame received from a client.
   void onText(const std::shared_ptr<Client>& client, std::string_view frame);
   void onBinary(const std::shared_ptr<Client>& client, std::string_view frame);
 
-  /// Tells clients what their queues have lost since the last call. About once a second.
+  /// Reports to clients the samples that their queues have dropped since the last call. Called about once a second.
   void reportDropped();
 
   std::size_t clients() const { return clients_.size(); }
   std::size_t openReaders() const;
   std::uint64_t received() const { return received_; }    ///< samples from DDS
-  std::uint64_t published() const { return published_; }  ///< samples of clients
+  std::uint64_t published() const { return published_; }  ///< samples from clients
   std::uint64_t refused() const { return refused_; }      ///< samples and advertisements of clients
 
  private:
   struct Subscriber {
     std::uint32_t subscription;
     std::shared_ptr<Client> client;
-    std::uint64_t due = 0;  ///< before that no sample of a topic that may lose some, ns
+    std::uint64_t due = 0;  ///< time before which samples of a topic that may lose some are skipped, ns
   };
   /** One topic. */
   struct Line {
@@ -85,7 +86,7 @@ class Hub {
     dds::Reader reader;
     std::unique_ptr<dds::RawWriter> writer;
     bool open = false;
-    std::mutex mutex;  ///< of what follows
+    std::mutex mutex;  ///< of the members below
     std::vector<Subscriber> subscribers;
     std::shared_ptr<const std::string> last;  ///< of a latched topic
     std::uint64_t last_time = 0;

@@ -32,7 +32,7 @@ std::vector<std::string> ownNames() {
   return {name};
 }
 
-/// The folder of the page: given, installed, or built. @throw std::invalid_argument where the given one is none.
+/// The folder of the page: given, installed, or built. @throw std::invalid_argument if the given one has no index.html.
 console::Page findPage(const std::filesystem::path& given) {
   console::Page page(given.empty() ? config::findShared("console", {"console/dist"}) : given);
   if (!given.empty() && !page.present())
@@ -40,7 +40,7 @@ console::Page findPage(const std::filesystem::path& given) {
   return page;
 }
 
-/** Share of a core that this process takes, over the last second. */
+/** CPU load of this process, in cores, over the last second. */
 class Load {
  public:
   double look() {
@@ -65,7 +65,7 @@ class Load {
   double used_ = 0.0, share_ = 0.0;
 };
 
-/** The process, put together. */
+/** The complete process. */
 class Console {
  public:
   Console(const runtime::Setup& setup, const Options& options)
@@ -157,7 +157,7 @@ class Console {
   console::Page page_;
   nlohmann::ordered_json robot_;
   std::string trajectories_;
-  // Bytes have a bus of their own, beside the one for what we say.
+  // Serialized samples have a bus of their own, beside the one for the console's own topics.
   dds::Bus bus_, bytes_;
   runtime::Diagnostics diagnostics_;
   console::Markers markers_;

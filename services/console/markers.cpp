@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int32_t kCube = 1, kLineStrip = 4, kSphereList = 7;
 constexpr std::int64_t kLifetime = 1'000'000'000;  // ns; several periods of the shapes
-/// Okabe and Ito's palette, which colour-blind people tell apart; tube 1 is the innermost.
+/// Palette of Okabe and Ito, distinguishable by colour-blind people; tube 1 is the innermost.
 constexpr std::array<std::array<float, 4>, 4> kColors{{{0.90f, 0.62f, 0.00f, 1.0f},
                                                        {0.34f, 0.71f, 0.91f, 1.0f},
                                                        {0.00f, 0.62f, 0.45f, 1.0f},
@@ -49,7 +49,7 @@ dds::MarkerArray markersOf(const dds::Shape& shape, const std::string& arm, std:
       dds::Marker line = marker(shape, arm, stamp, i);
       line.id = static_cast<std::int32_t>(array.markers.size());
       line.type = kLineStrip;
-      // Stretches touch: each begins where the one before it ended.
+      // Segments are connected: each begins at the end of the previous one.
       if (i > 0)
         line.points.push_back(pointOf(shape, i - 1));
       array.markers.push_back(std::move(line));
@@ -89,7 +89,7 @@ Markers::Markers(dds::Bus& bus, const config::Robot& robot)
     object_ = *object;
 }
 
-/// The object follows its arms: published once for each round of them.
+/// The object's pose follows from its arms: published once per complete set of tip poses.
 void Markers::moved(std::size_t arm, const dds::PoseStamped& tip) {
   const std::lock_guard lock(mutex_);
   const auto& q = tip.orientation;

@@ -28,7 +28,7 @@ std::string typeOf(const fs::path& file) {
   return found == types.end() ? "application/octet-stream" : found->second;
 }
 
-/// Letters that file names of the page are made of; no other can lead anywhere.
+/// Characters of the page's file names; no others are accepted, so that no path leaves the folder.
 bool isPlain(std::string_view path) {
   const bool letters = std::all_of(path.begin(), path.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -51,7 +51,7 @@ std::optional<PageFile> Page::find(std::string_view path) const {
     return std::nullopt;
   const std::string name = path == "/" ? "/index.html" : std::string(path);
   std::error_code error;
-  // Links may lead out of the folder.
+  // Symbolic links may point outside the folder.
   const fs::path file = fs::canonical(folder_ / name.substr(1), error);
   struct stat about {};
   if (error || !file.string().starts_with(folder_.string() + "/") || stat(file.c_str(), &about) != 0 ||
@@ -73,7 +73,7 @@ const std::string_view kNoPage = R"(<!doctype html>
 </ul></html>
 )";
 
-// Styles: the page's libraries set them on elements. WebSockets of one's own origin are in connect-src 'self'.
+// Styles: the page's libraries set them on elements. connect-src 'self' includes WebSockets of the same origin.
 const std::string_view kContentSecurityPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src "
     "'self'; connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'none'; "

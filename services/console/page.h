@@ -9,15 +9,15 @@
 
 namespace tandem::console {
 
-/** A file to be sent. */
+/** File of the page. */
 struct PageFile {
   std::filesystem::path path;
   std::string type;      ///< Content-Type
   std::string etag;      ///< changes with the file
-  bool lasting = false;  ///< its name changes with its contents: browsers may keep it
+  bool lasting = false;  ///< its name changes with its contents: browsers may cache it
 };
 
-/** A folder with index.html. Every request looks at the disk: files are few, and a page that is built anew shows. */
+/** A folder with index.html. Every request reads the disk: files are few, and a rebuilt page takes effect at once. */
 class Page {
  public:
   /// @param folder  empty: there is no page
@@ -25,18 +25,17 @@ class Page {
 
   bool present() const { return !folder_.empty(); }
   const std::filesystem::path& folder() const { return folder_; }
-  /// The file that a path stands for ("/" is index.html); nothing for one that is not there, or lies outside the
-  /// folder, however it is written.
+  /// The file of a path ("/" is index.html); empty if it does not exist or is outside the folder in any notation.
   std::optional<PageFile> find(std::string_view path) const;
 
  private:
   std::filesystem::path folder_;
 };
 
-/// A page in place of one that is not installed: what else is served here.
+/// Page in place of one that is not installed: lists the other resources of this server.
 extern const std::string_view kNoPage;
 
-/// What browsers may do with our pages: nothing from elsewhere, no framing.
+/// Content-Security-Policy of the page: nothing from other servers, no framing.
 extern const std::string_view kContentSecurityPolicy;
 
 }  // namespace tandem::console

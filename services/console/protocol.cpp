@@ -15,7 +15,7 @@ constexpr unsigned char kMessageData = 0x01;    // from the server
 constexpr unsigned char kClientMessage = 0x01;  // from a client
 constexpr std::size_t kClientHeader = 5;
 
-/// Texts of others may be no UTF-8: what is not is replaced.
+/// Texts of clients may be invalid UTF-8: invalid bytes are replaced.
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 template <class T>

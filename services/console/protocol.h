@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Foxglove WebSocket protocol, version 1: parsing and generation of its messages. No sockets here.
  *
- * One protocol with two names of the subprotocol. Text frames are JSON with a member `op`; binary frames begin with an
+ * One protocol with two subprotocol names. Text frames are JSON with a member `op`; binary frames begin with an
  * opcode of one byte; numbers are little-endian. Payloads are plain CDR, described by ROS 2 message definitions.
  */
 #pragma once
@@ -20,10 +20,10 @@ namespace tandem::console {
 /// Names of the subprotocol, the preferred one first.
 inline constexpr std::array<std::string_view, 2> kSubprotocols{"foxglove.sdk.v1", "foxglove.websocket.v1"};
 
-/// The one to answer with to a Sec-WebSocket-Protocol header; nothing where the client offers none of them.
+/// The subprotocol to answer a Sec-WebSocket-Protocol header with; empty if the client offers none of them.
 std::optional<std::string_view> chooseSubprotocol(std::string_view offered);
 
-/** What a client may subscribe to. */
+/** A topic that a client may subscribe to. */
 struct Channel {
   std::uint32_t id = 0;
   std::string topic;       ///< "/tandem/control/status"
@@ -33,19 +33,19 @@ struct Channel {
 
 enum class StatusLevel { kInfo = 0, kWarning = 1, kError = 2 };
 
-/// The first message to a client. @param session  new with every start of the server
+/// The first message to a client. @param session  new at every start of the server
 std::string serverInfo(const std::string& name, const std::string& session);
 std::string advertisement(const std::vector<Channel>& channels);
-/// A note for people. @param id  a later note of the same id takes the place of this one
+/// A status message for people. @param id  a later one with the same id replaces it
 std::string statusNote(StatusLevel level, const std::string& message, const std::string& id);
 
-/// Bytes in front of a sample's payload.
+/// Bytes before a sample's payload.
 inline constexpr std::size_t kMessageHeader = 13;
 using MessageHeader = std::array<unsigned char, kMessageHeader>;
-/// @param subscription  id that the client gave @param time  ns since the epoch, when the sample was received
+/// @param subscription  id chosen by the client @param time  of reception of the sample, ns since the epoch
 MessageHeader messageHeader(std::uint32_t subscription, std::uint64_t time);
 
-/** What a client asks for. */
+/** Requests of a client in text frames. */
 struct Subscribe {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< (id, channel)
 };
@@ -62,26 +62,26 @@ struct Advertise {
 struct Unadvertise {
   std::vector<std::uint32_t> ids;
 };
-/** Nothing that this server understands. */
+/** A frame that this server cannot parse. */
 struct ProtocolError {
   std::string why;
 };
 using ClientText = std::variant<Subscribe, Unsubscribe, Advertise, Unadvertise, ProtocolError>;
 
-/// Longest text frame that is looked at, bytes.
+/// Longest text frame that is parsed, bytes.
 inline constexpr std::size_t kMaxClientText = 256 * 1024;
-/// Most subscriptions or topics in one text frame.
+/// Maximum number of subscriptions or topics in one text frame.
 inline constexpr std::size_t kMaxEntries = 1000;
 
-/// Reads a text frame; never throws.
+/// Parses a text frame; never throws.
 ClientText parseText(std::string_view text) noexcept;
 
-/** A sample that a client publishes; `payload` belongs to the frame. */
+/** A sample published by a client; `payload` points into the frame. */
 struct ClientMessage {
   std::uint32_t topic = 0;  ///< id of its advertisement
   std::string_view payload;
 };
-/// Reads a binary frame; nothing where it is no message.
+/// Parses a binary frame; empty if it is not a message.
 std::optional<ClientMessage> parseBinary(std::string_view frame) noexcept;
 
 }  // namespace tandem::console

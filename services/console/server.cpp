@@ -20,7 +20,7 @@ namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(100);
 constexpr auto kLook = std::chrono::seconds(1);
-constexpr auto kGoodbye = std::chrono::seconds(1);  // that clients have to take their leave
+constexpr auto kGoodbye = std::chrono::seconds(1);  // for clients to close
 
 void expect(const Failed& error, const std::string& what) {
   if (error)
@@ -60,7 +60,7 @@ struct Server::Impl {
       if (error == net::error::operation_aborted)
         return;
       if (error) {
-        // Out of descriptors: those who are here go on, others may come later.
+        // Out of file descriptors: existing connections continue, and accepting is retried.
         retry.expires_after(kTick);
         return retry.async_wait([this](Failed ended) {
           if (!ended)
@@ -76,9 +76,9 @@ struct Server::Impl {
     ++context.connections;
     if (context.open - context.unauthenticated.size() >= kMaxConnections) {
       ++context.turned_away;
-      return;  // its end closes it
+      return;  // its destructor closes it
     }
-    // Who has not shown a token waits for nobody else's: the one that has been here longest goes.
+    // Unauthenticated connections must not block others: the oldest one is closed.
     if (context.unauthenticated.size() >= kMaxUnauthenticated) {
       ++context.turned_away;
       const auto leave = std::move(context.unauthenticated.front());
@@ -97,7 +97,7 @@ struct Server::Impl {
     const auto now = std::chrono::steady_clock::now();
     if (now - looked > kLook) {
       looked = now;
-      // A copy: who is cut off leaves the set.
+      // A copy: sessions that are cut off leave the set.
       for (const auto& session : std::set(context.sessions))
         session->look();
       context.hub.reportDropped();
