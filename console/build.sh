@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# build.sh FOLDER: builds the page in a copy of its sources; the result is FOLDER/dist. Where npm's packages cannot be had
-# it says so and goes on without a page: everything else of Tandem is built, and the server says that there is none.
+# build.sh FOLDER: builds the page in a copy of its sources; the result is FOLDER/dist. If npm's packages are unavailable, it reports that
+# and succeeds without a page: everything else of Tandem is built, and the server reports the missing page.
 set -euo pipefail
 
 here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)

@@ -2,13 +2,13 @@
 import { resolve } from "node:path";
 import { defineConfig } from "vitest/config";
 
-// The build tree holds a copy of console/ alone.
+// The build tree contains a copy of console/ only.
 const source = process.env["TANDEM_SOURCE"] ?? "..";
 const server = process.env["TANDEM_SERVER"] ?? "http://127.0.0.1:8765";
 
 export default defineConfig({
   resolve: {
-    alias: { "@msg": resolve(source, "idl/msg") }, // the messages as ROS 2 writes them, generated from idl/
+    alias: { "@msg": resolve(source, "idl/msg") }, // message definitions in ROS 2 format, generated from idl/
   },
   build: {
     target: "es2022",
@@ -24,5 +24,5 @@ export default defineConfig({
       "/ws": { target: server.replace("http", "ws"), ws: true, rewrite: () => "/" },
     },
   },
-  test: { include: ["test/**/*.test.ts"], testTimeout: 120_000 }, // a busy machine takes its time
+  test: { include: ["test/**/*.test.ts"], testTimeout: 120_000 }, // long, for a busy machine
 });

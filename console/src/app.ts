@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Puts the page together and keeps it going: one loop over what is shown, and what happens with the link. */
+/** Composition of the page: panels, scene, link events, and one display loop. */
 import { Bars } from "./panels/bars";
 import { Charts } from "./panels/charts";
 import type { Context, Panel } from "./panels/context";
@@ -24,7 +24,7 @@ import { Pilot } from "./teleop/pilot";
 import { Drawing } from "./scene/drawing";
 import { Link } from "./wire/link";
 
-/** ms between two looks of the panels: figures that change more often cannot be read. */
+/** Display period of the panels, ms: nobody can read values that change more often. */
 const kShow = 50;
 
 export class App {
@@ -100,7 +100,7 @@ export class App {
   }
 
   private linked(state: string, reason: string): void {
-    if (!this.c) return; // while the page is put together
+    if (!this.c) return; // during construction
     if (state === "closed") {
       this.c.pilot.gate.allow("link", false);
       this.c.pilot.arm(false);

@@ -37,7 +37,7 @@ test.each(conditions)("losing '%s' releases at once, and does not take up again 
   expect(gate.cut).toBe(kConditions[condition]);
   expect(reported).toEqual([true, false]);
   gate.allow(condition, true);
-  gate.update("pointer", true); // still down: a device that says so again and again
+  gate.update("pointer", true); // still down: repeated reports of the device
   expect(gate.held).toBe(false);
   gate.update("pointer", false);
   gate.update("pointer", true);
@@ -87,7 +87,7 @@ test("random events: held means pressed while allowed, and every change is repor
       );
     held += gate.held ? 1 : 0;
   }
-  expect(held).toBeGreaterThan(100); // or it would say nothing
+  expect(held).toBeGreaterThan(100); // otherwise the test proves nothing
 });
 
 test("keys: opposite ones cancel, diagonals are no faster", () => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** As much of Node as the tests use. */
+/** Declarations of the parts of Node that the tests use. */
 declare module "node:fs" {
   export function readFileSync(path: string, encoding: "utf8"): string;
 }

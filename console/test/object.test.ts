@@ -29,7 +29,7 @@ const held = (random: () => number, type: string): GraspedObject => ({
   size: 0.01,
   contacts: ["arm_a", "arm_b"].map((arm) => ({ arm, type, frame: dice(random), hand: dice(random) })),
 });
-/** Tips that touch an object at this pose; of contacts that turn, each turned about where it touches. */
+/** Tips that touch an object at this pose; at contacts that allow rotation, each is turned about its contact point. */
 const touching = (object: GraspedObject, at: Pose, turns: THREE.Matrix4[]): Pose[] =>
   object.contacts.map(({ frame, hand }, k) =>
     pose(matrix(at).multiply(matrix(frame)).multiply(turns[k]!).multiply(matrix(hand).invert())),

@@ -21,7 +21,7 @@ import type { ControlPermissions, ControlStatus, HalStatus } from "../src/wire/m
 import { actionsPerArm } from "../src/wire/messages";
 import { seeded } from "./random";
 
-/** What the server gives: made from idl/ like its own (tests/unit/console holds them against each other). */
+/** Texts as from the server: generated from idl/ like the server's (tests/unit/console compares them). */
 const kWords = JSON.parse(readFileSync("generated/words.json", "utf8")) as Words;
 const kMethods = kWords["Method"]!.map((word) => word.name);
 useWords(kWords);
@@ -67,7 +67,7 @@ test("the drives' record reads as in tandem status", () => {
   } as unknown as HalStatus;
   expect(driveRecord(hal, 0, 6)).toBe("");
   expect(driveRecord(hal, 1, 6)).toBe("drive (following error) of joint 5: 0.031 rad, allowed 0.02 rad");
-  // Of a catheter's three joints the insertion alone is a length.
+  // Of a catheter's three joints only the insertion is a length.
   const roll = { ...hal, fault_joint: Uint8Array.of(255, 1) } as HalStatus;
   expect(driveRecord(roll, 1, 3)).toBe("drive (following error) of joint 2: 0.031 rad, allowed 0.02 rad");
 });

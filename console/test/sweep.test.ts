@@ -57,7 +57,7 @@ test("frames do not wind: they turn about the tangent by nothing but rounding fr
     const frames = makeFrames(80);
     computeFrames(points, 80, [1, 0, 0], frames);
     for (let i = 0; i + 1 < 80; ++i) {
-      // The turn of the normal lies along the tangent: what lies along the binormal would be winding.
+      // The normal may change along the tangent only: a change along the binormal is winding.
       const turn = dot(minus(at(frames.normal, i + 1), at(frames.normal, i)), at(frames.binormal, i));
       const bend = dot(
         minus(at(frames.tangent, i + 1), at(frames.tangent, i)),
@@ -107,7 +107,7 @@ test("every corner lies one radius from the backbone, and triangles face outward
     computeFrames(points, count, [1, 0, 0], frames);
     const mesh = makeMesh(count + 4, sides);
     const rings = sweep({ points, tubes, radius }, frames, look([6 * random(), 6 * random()]), 2, sides, mesh);
-    expect(rings).toBe(count + 1); // once more where the tube changes
+    expect(rings).toBe(count + 1); // one more at the change of tubes
     expect(mesh.drawn).toBe(6 * (rings - 1) * sides);
     let ring = 0;
     for (let i = 0; i < count; ++i) {

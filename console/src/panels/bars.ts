@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Actuators with their moving limits (Fig. 2 of Alsaka et al. 2024, live), and jogging by hand. */
+/** Actuators with their moving limits (Fig. 2 of Alsaka et al. 2024, live), and jogging. */
 import { bodyColor } from "../scene/colors";
 import type { Joint } from "../state/robot";
 import { isTranslation } from "../state/robot";
@@ -122,7 +122,7 @@ export class Bars implements Panel {
         this.end();
       }
     };
-    // Each order lasts for the larger of the teleoperation budget and two periods.
+    // Each request is valid for the larger of the teleoperation budget and two periods.
     const repeat = 400 * Math.max(robot.budgets.teleoperation, 2 * robot.control.period);
     this.jogging = { bar, timer: setInterval(() => void ask(), repeat) };
     void ask();
@@ -150,7 +150,7 @@ export class Bars implements Panel {
       const at = bar.arm * maxJointsPerArm + bar.joint;
       const lower = limits?.lower[at] ?? -Infinity;
       const upper = limits?.upper[at] ?? Infinity;
-      // Bounds beyond a turn from here bound nothing that one turn can show.
+      // Bounds further than a turn away are outside the range of the bar.
       const spans = !bar.translation && !(upper - lower < 2 * Math.PI);
       const { left, right } = spans ? { left: 0, right: 1 } : allowed(turn(lower), turn(upper), bar.range);
       bar.free.style.left = `${(100 * left).toFixed(2)}%`;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Strip charts of the last half minute. */
+/** Strip charts of the last 30 s. */
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 
@@ -9,7 +9,7 @@ import { h } from "./dom";
 
 const kWindow = 30; // s
 const kRedraw = 200; // ms
-const kMost = 2048; // samples: a loop of 1 kHz is shown by the latest of each frame
+const kMost = 2048; // samples: in a loop of 1 kHz, only the latest of each frame is drawn
 const kInk = "#8fa1b3";
 const kLines = ["#56b4e9", "#e69f00", "#1fb88d", "#cc79a7"];
 const kDashes = [[], [6, 3], [2, 2], [8, 2, 2, 2]];
@@ -17,9 +17,9 @@ const kDashes = [[], [6, 3], [2, 2], [8, 2, 2, 2]];
 interface Chart {
   title: string;
   series: string[];
-  /** What stands for "nothing wrong" at the lower end. */
+  /** Value of the lower end of the axis, without errors. */
   least: number;
-  /** The upper end is no lower than this. */
+  /** Minimum value of the upper end. */
   span?: number;
   most?: number;
   values(status: ControlStatus): (number | null)[];
@@ -65,7 +65,7 @@ export class Charts implements Panel {
     this.roundTrip = milliseconds;
   }
 
-  /** How far the cycles since the last sample were from the period, by control's own clock. */
+  /** Deviation of the cycles since the last sample from the period, ms, by control's clock. */
   private jitter(status: ControlStatus): number | null {
     const cycles = this.last ? Number(status.sequence - this.last.sequence) : 0;
     const off =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What every panel works with, and the reasons for which a command cannot be given. */
+/** Objects shared by all panels, and the reasons for which a command is not allowed. */
 import type { Commander, Answer } from "../state/commander";
 import type { Robot } from "../state/robot";
 import { mayCommand } from "../state/robot";
@@ -17,25 +17,25 @@ export interface Context {
   messages: Messages;
 }
 
-/** Shown again and again; every panel changes only what differs. */
+/** Updated periodically; each panel writes only changes. */
 export interface Panel {
   readonly element: HTMLElement;
   update(now: number): void;
 }
 
-/** Why this page may not command at all; empty where it may. */
+/** Reason why this page may not command; empty if it may. */
 export function whyNotCommand(c: Context, now: number): string {
   if (!mayCommand(c.robot)) return "Viewer: this page can read and stop, but not command.";
   if (c.link.state !== "open") return "There is no connection to the server.";
   if (!c.world.live(now)) return "The robot's data is out of date.";
   return "";
 }
-/** The same for what the lease is needed for. */
+/** Reason why this page may not send commands that need the lease; empty if it may. */
 export function whyNotMove(c: Context, now: number): string {
   return whyNotCommand(c, now) || (c.commander.holds ? "" : "Take control first.");
 }
 
-/** Gives an order, and tells what came of it. @returns whether it was accepted. */
+/** Sends a request and reports its reply. @returns whether it was accepted. */
 export async function order(c: Context, what: string, asked: Promise<Answer>): Promise<boolean> {
   const answer = await asked;
   if (answer.accepted) c.messages.add("done", `${what}: done`);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Making elements, and writing into them only what has changed. */
+/** Creation of elements, and updates that write only changes. */
 
 type Child = Node | string | null | undefined;
 type Attributes = Record<string, string | boolean | ((event: never) => void) | undefined>;
@@ -35,14 +35,14 @@ export function setShown(element: HTMLElement, shown: boolean): void {
   if (element.hidden === shown) element.hidden = !shown;
 }
 
-/** A button that cannot be used says why: `why` is empty where it can be. It stays in the order of focus. */
+/** Disables a button with a reason, or enables it (`why` empty). It stays in the tab order. */
 export function setUsable(button: HTMLButtonElement, why: string): void {
   setAttribute(button, "aria-disabled", why === "" ? "false" : "true");
   setAttribute(button, "title", why === "" ? (button.dataset["help"] ?? "") : why);
 }
 export const usable = (button: HTMLButtonElement): boolean => button.getAttribute("aria-disabled") !== "true";
 
-/** A button that does nothing while it is not usable. */
+/** A button without effect while it is disabled. */
 export function action(label: string, help: string, act: () => void, kind = ""): HTMLButtonElement {
   const button: HTMLButtonElement = h(
     kind === "" ? "button" : `button.${kind}`,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Teleoperation: what is driven, how, and what control makes of it, stage by stage. */
+/** Teleoperation: driven arm, mode, and control's stages of processing. */
 import { shortName } from "../state/words";
 import { Mode } from "../teleop/pilot";
 import { Action } from "../wire/messages";
@@ -8,7 +8,7 @@ import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
 import { action, card, h, millimetres, setAttribute, setClass, setText, setUsable } from "./dom";
 
-/** Stages whose results are velocities of the device; those of the others are places. */
+/** Stages whose results are velocities of the device; the results of the others are positions. */
 const kVelocities = ["deadband", "dead_man", "clutch", "frame", "scale"];
 const kStates = ["no input", "refused", "released", "clutched", "following", "stopped: release and hold again"];
 
@@ -50,7 +50,7 @@ export class Hands implements Panel {
     this.driven.append(...robot.arms.map((arm, k) => h("option", { value: String(k) }, `arm ${shortName(arm.name)}`)));
     this.scale.value = String(pilot.choice.scale);
     const choose = (): void => {
-      pilot.gate.release("the selection was changed"); // what is held shall not go on as something else
+      pilot.gate.release("the selection was changed"); // so that held input does not continue with another meaning
       pilot.choice.mode = Number(this.mode.value);
       pilot.choice.arm = Number(this.driven.value);
       pilot.choice.otherArm = robot.arms.length > 1 ? (pilot.choice.arm === 0 ? 1 : 0) : pilot.choice.arm;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The bar that is always there: link, arms, who commands, stop. */
+/** Header, always visible: link, arms, lease owner, stop. */
 import { mayCommand } from "../state/robot";
 import { age, ageWords, staleAfter } from "../state/age";
 import { shortName, stateGlyph, stateMeaning, stateName } from "../state/words";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** How the machinery is: loops, guards, services, and what the page itself costs. */
+/** System health: loops, watchdogs, services, and the load of the page itself. */
 import { age, ageWords } from "../state/age";
 import { nameOf, wordsOf } from "../state/words";
 import type { Context, Panel } from "./context";

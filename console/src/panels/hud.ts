@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What stands over the scene: cameras, what its lines mean, distances, and a curtain when it is not the present. */
+/** Overlay of the scene: cameras, legend, distances, and a curtain when data is stale. */
 import { armColor, bodyColor, kGoal, kNear, kObject } from "../scene/colors";
 import { kThickness } from "../scene/drawing";
 import type { Preset, View } from "../scene/view";
@@ -16,10 +16,10 @@ export class Hud implements Panel {
   private readonly relative = h("output.figure", { id: "relative" });
   private readonly curtain = h("div.curtain", { role: "alert", hidden: true, id: "curtain" });
   private readonly rate = h("output.rate", { id: "fps" });
-  /** Where the pointer takes hold of the driven tip. */
+  /** Handle at which the pointer grabs the driven tip. */
   private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
   private readonly names: string[];
-  /** distances are computed for concentric tubes only. */
+  /** Distances are computed for concentric tubes only. */
 
   constructor(
     private readonly c: Context,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What happened, newest first; screen readers announce it. */
+/** Event log, newest first, announced by screen readers. */
 import { h } from "./dom";
 
 export type Level = "done" | "info" | "bad";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** How the tasks become joint velocities: the method in force, and its parameters, to be changed while it is in force. */
+/** Method of redundancy resolution and its parameters, which can be changed while it runs. */
 import { parametersOf } from "../state/robot";
 import { nameOf, wordsOf } from "../state/words";
 import { Action } from "../wire/messages";
@@ -21,7 +21,7 @@ export class MethodPanel implements Panel {
   private rows: Row[] = [];
   private readonly bounds = h("select", { "aria-label": "Bounds", id: "bounds" });
   private shown = "";
-  /** What this page has set, by name: the wire does not tell what others did. */
+  /** Parameters set by this page, by name: the wire does not carry those set by other clients. */
   private readonly changed = new Map<string, number>();
   private readonly apply: HTMLButtonElement;
 
@@ -80,7 +80,7 @@ export class MethodPanel implements Panel {
     for (const row of this.rows) {
       const text = row.input.value.trim();
       if (Number(text) === this.inForce(row)) continue;
-      // Control judges the number, and says what it expected.
+      // Control checks the number and returns what it expected.
       if (await order(this.c, `${row.name} = ${text}`, this.c.commander.parameter(row.name, text)))
         this.changed.set(row.name, Number(text));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Arms with their faults in words, power, and homing. */
+/** Arms with descriptions of their faults, power, and homing. */
 import { driveRecord, faultsOf, holdReason, idleWords, shortName } from "../state/words";
 import type { StateCommand } from "../state/words";
 import { Action, EmergencyStop } from "../wire/messages";
@@ -7,7 +7,7 @@ import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
 import { action, card, h, setAttribute, setShown, setText, setUsable } from "./dom";
 
-const kRepeat = 200; // ms: the drives home as long as the request is repeated
+const kRepeat = 200; // ms: the drives home while the request is repeated
 
 export class Operate implements Panel {
   readonly element: HTMLElement;
@@ -55,7 +55,7 @@ export class Operate implements Panel {
     );
   }
 
-  /** Homing runs of the drives go on while it is held. */
+  /** The drives home while this button is held. */
   private holdButton(): HTMLButtonElement {
     const element = action(
       "Hold to home drives",
@@ -102,7 +102,7 @@ export class Operate implements Panel {
       return faults.map((f) => `${f.name}: ${f.meaning}. ${f.remedy}`).join("\n") + more;
     });
     words.forEach((text, k) => {
-      // What is the same for several arms is said once, at the first of them.
+      // A text that applies to several arms is shown once, at the first of them.
       const shown = text !== "" && words.indexOf(text) === k;
       setShown(this.faults[k]!, shown);
       const whose = robot.arms.filter((_, j) => words[j] === text).map((arm) => shortName(arm.name));
@@ -127,7 +127,7 @@ export class Operate implements Panel {
   private updateButtons(now: number): void {
     const { world } = this.c;
     for (const [element, command] of this.commands) {
-      // Anybody may take power away; only who commands gives it.
+      // Any client may remove power; only the lease owner may apply it.
       const gives = command === "enable" || command === "resume";
       const why = gives ? whyNotMove(this.c, now) : whyNotCommand(this.c, now);
       const refused = world.whyNot(Action[command]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Trajectories: choose, start, see how far it is, pause, go on, stop. */
+/** Trajectories: selection, start, progress, pause, resume, stop. */
 import type { Trajectory } from "../state/robot";
 import { fetchJson } from "../state/robot";
 import { limitsInTheWay, nameOf } from "../state/words";

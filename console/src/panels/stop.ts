@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The soft stop: a button and Esc, for everybody, at any time. It says whether the robot has confirmed it. */
+/** Soft stop: a button and Esc, for every client, at any time. It shows whether the robot has confirmed the stop. */
 import { OperatingState } from "../wire/messages";
 import type { Context } from "./context";
 import { h, setAttribute, setText } from "./dom";
@@ -18,7 +18,7 @@ export class StopKey {
   );
   private since = -1;
   private again = 0;
-  /** From the last press to its confirmation, ms. */
+  /** Time from the last press to its confirmation, ms. */
   took = -1;
 
   constructor(
@@ -32,14 +32,14 @@ export class StopKey {
         id: "stop",
         accesskey: "s",
         "aria-describedby": "stop-note",
-        onpointerdown: () => this.press("stop button"), // at the touch, not when it is let go
+        onpointerdown: () => this.press("stop button"), // on press, not on release
         onclick: (event: MouseEvent) => event.detail === 0 && this.press("stop button"), // Enter and Space
       },
       "STOP",
       h("kbd", {}, "Esc"),
     );
     this.element = h("div.stopping", {}, this.button, this.note);
-    // Captured at the window: no dialogue, field or panel can swallow it.
+    // Captured at the window, before any dialogue, field or panel.
     window.addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && this.press("Esc"), {
       capture: true,
     });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Tabs by the pattern of WAI-ARIA: arrows move between them, Tab goes into the one that is shown. */
+/** Tabs with the WAI-ARIA pattern: arrow keys move between them, Tab moves into the active one. */
 import { h } from "./dom";
 
 export function tabs(entries: readonly [string, HTMLElement][]): HTMLElement {

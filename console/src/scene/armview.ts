@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** One arm in the scene: its tubes, base, tip and the trail of where the tip has been. */
+/** One arm in the scene: tubes, base, tip and the trail of the tip. */
 import * as THREE from "three";
 
 import type { Arm } from "../state/robot";
@@ -12,7 +12,7 @@ const kMostPoints = 256;
 const kMostRings = kMostPoints + 8;
 const kSides = 20;
 const kTrail = 4096;
-const kTrailStep = 2e-4; // m: nearer points add nothing that one could see
+const kTrailStep = 2e-4; // m: nearer points are indistinguishable
 
 /** A direction of the arm's base frame in the robot's base frame. */
 export function baseAxis(arm: Arm, axis: readonly [number, number, number]): number[] {
@@ -64,7 +64,7 @@ export class ArmView {
     this.zero = baseAxis(arm, [1, 0, 0]);
   }
 
-  /** Where the tubes leave the base: s = 0. */
+  /** Entry point of the tubes, s = 0. */
   private entry(): THREE.Object3D {
     const radius = Math.max(...this.arm.tubes.map((tube) => 2 * tube.outer_radius), 0.002);
     const ring = new THREE.Mesh(
@@ -77,7 +77,7 @@ export class ArmView {
     return ring;
   }
 
-  /** @param thickness how many times thicker than they are the tubes are drawn. */
+  /** @param thickness factor on the drawn radius of the tubes. */
   update(shape: Shape, joints: JointState | null, thickness: number): void {
     const count = Math.min(shape.tubes.length, kMostPoints);
     if (count < 2) return;
@@ -110,7 +110,7 @@ export class ArmView {
     )
       return;
     if (this.trailCount === kTrail) {
-      // The older half goes, so that points are moved once in two thousand times.
+      // Drops the older half, so that points are moved only once per 2048.
       t.copyWithin(0, 3 * (kTrail / 2));
       this.trailCount = kTrail / 2;
     }
@@ -124,7 +124,7 @@ export class ArmView {
     this.trail.geometry.setDrawRange(0, 0);
   }
 
-  /** What is shown may no longer be so. @returns whether that is news. */
+  /** Marks the shape as stale or current. @returns whether that has changed. */
   setStale(stale: boolean): boolean {
     if (this.material.transparent === stale) return false;
     this.material.transparent = stale;

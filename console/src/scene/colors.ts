@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Colours of arms and tubes: hues of Okabe and Ito, which people with every kind of colour vision tell apart; within an
- * arm the tubes differ by lightness, and arms bear their letters as well. */
+/** Colours of arms and tubes: hues of Okabe and Ito, distinguishable with every kind of colour vision; the tubes of an arm differ by
+ * lightness, and arms also have letters. */
 
 const kArms: readonly (readonly string[])[] = [
   ["#bfe3f7", "#56b4e9", "#0072b2", "#004a75"],
@@ -14,13 +14,13 @@ export const tubeColor = (arm: number, tube: number): string => {
   return tubes[Math.min(Math.max(tube, 1), tubes.length) - 1]!;
 };
 export const armColor = (arm: number): string => tubeColor(arm, 2);
-/** Of one of so many tubes of an arm, counted from 0; a single one has the arm's. */
+/** Colour of one of `count` tubes of an arm, counted from 0; a single tube has the arm's colour. */
 export const bodyColor = (arm: number, tube: number, count: number): string =>
   count > 1 ? tubeColor(arm, tube + 1) : armColor(arm);
-/** Of goals and plans: light, and drawn with lines of their own kind. */
+/** Goals and plans: light, with line styles of their own. */
 export const kGoal = "#f0e442";
 export const kNear = "#cc79a7";
-/** Of what was asked for and is not done. */
+/** Requested motion that limits prevent. */
 export const kClamped = "#d55e00";
-/** Of what the arms hold. */
+/** Common object of the arms. */
 export const kObject = "#7fbf3f";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Brings what was received into the scene, where it has changed. */
+/** Transfers received samples that have changed into the scene. */
 import * as THREE from "three";
 
 import type { Context } from "../panels/context";
@@ -8,7 +8,7 @@ import { TeleopState } from "../wire/messages";
 import type { Slot } from "../wire/link";
 import type { View } from "./view";
 
-/** How many times thicker than they are tubes are drawn at first: true ones are lost on a screen. */
+/** Default factor on the drawn radius of tubes: at true scale they are too thin to see. */
 export const kThickness = 2;
 
 export class Drawing {
@@ -72,7 +72,7 @@ export class Drawing {
     if (changed) this.view.touch();
   }
 
-  /** Of a trajectory, or of the hand that drives. */
+  /** Goals of a trajectory, or of teleoperation. */
   private showGoals(): void {
     const { world } = this.c;
     const teleop = world.teleop.value<TeleopStatus>();
@@ -89,7 +89,7 @@ export class Drawing {
     }
   }
 
-  /** Where the driven tip would be without limits. */
+  /** Target of the driven tip without limits. */
   private ghost(teleop: TeleopStatus, goals: number[][]): THREE.Vector3 {
     const goal = goals[teleop.arm]!;
     return new THREE.Vector3(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What is wanted and what is near: targets, the planned path, relative positions, the shortest way between bodies. */
+/** Targets, planned path, relative positions, and shortest distances between bodies. */
 import * as THREE from "three";
 
 import type { Clearances, Path, PlanningReference } from "../wire/messages";
@@ -9,7 +9,7 @@ import { kClamped, kGoal, kNear } from "./colors";
 const kMostPath = 4096;
 const kMostPairs = 16;
 
-/** A line of a fixed number of points that is rewritten in place. */
+/** Line segments up to a fixed number, rewritten in place. */
 class Segments {
   readonly object: THREE.LineSegments;
   private readonly points: Float32Array;
@@ -88,13 +88,13 @@ export class Guides {
     this.path.computeLineDistances();
   }
 
-  /** Targets of the tasks in force: that of an arm without one of its own follows from the relative position. */
+  /** Targets of the present tasks: for an arm without one, it follows from the relative position. */
   setReference(reference: PlanningReference, tips: readonly (THREE.Vector3 | null)[]): void {
     const wanted: (number[] | null)[] = this.targets.map(() => null);
     const tasks = reference.tasks.slice(0, reference.task_count);
     for (const task of tasks) {
       if (task.kind === TaskKind.tipPosition) wanted[task.arm] = Array.from(task.position);
-      // Where what the arms move shall be: one place for all of them.
+      // Target of the common object: one position for all arms.
       if (task.kind === TaskKind.objectPose) wanted[0] = Array.from(task.position);
     }
     this.relativeNow.begin();
@@ -112,7 +112,7 @@ export class Guides {
     this.show(wanted);
   }
 
-  /** Targets of the hand that drives. @param ghost where it would go without limits; null where that is the target. */
+  /** Targets of teleoperation. @param ghost target without limits; null if it equals the target. */
   setHand(
     goals: number[][],
     tips: readonly (THREE.Vector3 | null)[],

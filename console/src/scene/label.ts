@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from "three";
 
-/** A short word that always faces the viewer. @param size height, m. */
+/** A short text that always faces the viewer. @param size height, m. */
 export function label(text: string, color: string, size = 0.009): THREE.Sprite {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What the arms hold: a box where their tips have it. */
+/** Grasped object: a box at its pose between the tips. */
 import * as THREE from "three";
 
 import type { GraspedObject, Pose } from "../state/robot";
@@ -16,8 +16,8 @@ const placed = ({ position, orientation: [x = 0, y = 0, z = 0, w = 1] }: Pose): 
   turn: new THREE.Quaternion(x, y, z, w),
 });
 
-/** Robot base frame <- object, as services/console/grasped_object.cpp has it: a grip turns it with the tip; of contacts that
- * turn, the line from the first to the second one says how it lies. @param tips in the order of the contacts */
+/** Robot base frame <- object, as in services/console/grasped_object.cpp: a rigid contact turns it with the tip; with contacts that
+ * allow rotation, the line from the first to the second one gives its orientation. @param tips in the order of the contacts */
 export function objectPose(
   object: GraspedObject,
   tips: readonly Pose[],

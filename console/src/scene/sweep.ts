@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Tubes as swept circles along a backbone: positions, normals, colours and indices in arrays that are made once.
+/** Tubes as swept circles along a backbone: positions, normals, colours and indices in preallocated arrays.
  *
- * The circle is carried along by rotation-minimising frames (Wang et al., "Computation of rotation minimizing frames",
+ * Rotation-minimising frames carry the circle along (Wang et al., "Computation of rotation minimizing frames",
  * ACM Transactions on Graphics 27, 2008: double reflection), so that a stripe at one angle runs along the tube without
- * winding, and turns on the screen exactly as much as the tube's rotation joint does.
- */
+ * winding, and turns on the screen exactly as much as the tube's rotation joint does. */
 
 export interface Frames {
-  /** Three numbers a point. */
+  /** Three numbers per point. */
   tangent: Float32Array;
   /** The direction of angle zero. */
   normal: Float32Array;
@@ -26,7 +25,7 @@ function direction(p: Float32Array, from: number, to: number, out: Float32Array,
   const z = p[3 * to + 2]! - p[3 * from + 2]!;
   const length = Math.hypot(x, y, z);
   if (length < 1e-9) {
-    // Points upon each other say no direction: go on as before.
+    // Coincident points have no direction: use the previous one.
     for (let k = 0; k < 3; ++k) out[3 * at + k] = fallback < 0 ? (k === 2 ? 1 : 0) : out[3 * fallback + k]!;
     return;
   }
@@ -39,7 +38,7 @@ const dot = (a: Float32Array, i: number, x: number, y: number, z: number): numbe
   a[3 * i]! * x + a[3 * i + 1]! * y + a[3 * i + 2]! * z;
 
 /** Frames along `count` points.
- * @param zero direction of angle zero at the first point; what of it is along the tube is taken away. */
+ * @param zero direction of angle zero at the first point; its component along the tube is removed. */
 export function computeFrames(p: Float32Array, count: number, zero: readonly number[], out: Frames): void {
   const { tangent: t, normal: r, binormal: b } = out;
   for (let i = 0; i < count; ++i) direction(p, Math.max(0, i - 1), Math.min(count - 1, i + 1), t, i, i - 1);
@@ -75,7 +74,7 @@ function reflect(p: Float32Array, t: Float32Array, r: Float32Array, i: number): 
   const d = w[0]! * w[0]! + w[1]! * w[1]! + w[2]! * w[2]!;
   const s = d > 1e-18 ? (2 / d) * (w[0]! * mirrored[0]! + w[1]! * mirrored[1]! + w[2]! * mirrored[2]!) : 0;
   const n = mirrored.map((value, k) => value - s * w[k]!);
-  // Rounding over hundreds of points would let the frame drift off: keep it a unit vector across the tube.
+  // Rounding errors add up over hundreds of points: keep the normal a unit vector perpendicular to the tube.
   const along = n[0]! * t[3 * j]! + n[1]! * t[3 * j + 1]! + n[2]! * t[3 * j + 2]!;
   for (let k = 0; k < 3; ++k) n[k] = n[k]! - along * t[3 * j + k]!;
   const length = Math.hypot(n[0]!, n[1]!, n[2]!) || 1;
@@ -87,11 +86,11 @@ export interface Mesh {
   normal: Float32Array;
   color: Float32Array;
   index: Uint32Array;
-  /** Of index. */
+  /** Number of indices in use. */
   drawn: number;
 }
 
-/** @param rings most rings that a sweep can have, @param sides corners of a ring. */
+/** @param rings maximum number of rings of a sweep, @param sides corners of a ring. */
 export function makeMesh(rings: number, sides: number): Mesh {
   const vertices = rings * (sides + 1);
   const index = new Uint32Array(6 * (rings - 1) * sides);
@@ -123,7 +122,7 @@ export interface TubeLook {
   stripe: number;
 }
 
-/** Where another tube begins to be the outermost one the ring is there twice: the step and the colours are sharp.
+/** The ring is duplicated where another tube becomes the outermost one, which makes the step and the colours sharp.
  * Rings beyond the capacity are left out. @returns how many rings were written. */
 export function sweep(
   from: Backbone,
@@ -165,7 +164,7 @@ function writeRing(
   const stripe = look.angles[tube] ?? 0;
   const { normal: r, binormal: b } = frames;
   for (let j = 0; j <= sides; ++j) {
-    // Corners are counted from the stripe on, so that its edges lie on corners whatever the angle is.
+    // Corners are counted from the stripe, so that its edges coincide with corners at every angle.
     const beside = (2 * Math.PI * j) / sides;
     const angle = stripe + beside;
     const c = Math.cos(angle);

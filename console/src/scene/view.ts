@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The scene: drawn when something in it has changed, and only then. */
+/** The scene, drawn only after changes. */
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
@@ -12,29 +12,29 @@ import { ObjectView } from "./object";
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
 export type Preset = (typeof kPresets)[number];
 
-/** Without graphics hardware the hands on the keys go first: they need the processor between two images. */
+/** Minimum time between images without graphics hardware, which leaves processor time for the operator's input. */
 const kSoftwareGap = 100; // ms
 
 export class View {
   readonly arms: ArmView[];
   readonly guides: Guides;
-  /** What the arms hold. */
+  /** Grasped object. */
   readonly object: ObjectView | null;
   readonly camera: THREE.PerspectiveCamera;
   readonly controls: OrbitControls;
   readonly scene = new THREE.Scene();
   drawn = 0;
-  /** No graphics hardware: edges are left rough, so that more frames come. */
+  /** No graphics hardware: no antialiasing, for more frames per second. */
   readonly software: boolean;
   private readonly renderer: THREE.WebGLRenderer;
   private dirty = true;
   private next = 0;
   private fence: WebGLSync | null = null;
-  /** Of the robot's base frame: into the body, and the middle of the arms' bases. */
+  /** Vectors in the robot's base frame: direction into the body, and centre of the arms' bases. */
   private readonly into: THREE.Vector3;
   private readonly middle: THREE.Vector3;
   private readonly reach: number;
-  /** How far the bases are from their middle. */
+  /** Greatest distance of a base from their centre. */
   private readonly spread: number;
   private readonly up = new THREE.Vector3(1, 0, 0);
 
@@ -42,7 +42,7 @@ export class View {
     readonly place: HTMLElement,
     robot: Robot,
   ) {
-    // Kept, so that a screenshot of the page has the scene in it.
+    // The drawing buffer is preserved, so that screenshots of the page contain the scene.
     this.software = drawnInSoftware();
     this.renderer = new THREE.WebGLRenderer({
       antialias: !this.software,
@@ -56,7 +56,7 @@ export class View {
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.002, 5);
     this.camera.up.copy(this.up);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.enableDamping = false; // a view that glides on would keep drawing, and misleads a hand on the target
+    this.controls.enableDamping = false; // damping would keep drawing, and move the view under the operator's pointer
     this.controls.addEventListener("change", () => this.touch());
     this.arms = robot.arms.map((arm, k) => new ArmView(arm, k, shortName(arm.name)));
     this.guides = new Guides(robot.arms.length);
@@ -82,7 +82,7 @@ export class View {
   private furnish(robot: Robot): void {
     this.scene.background = new THREE.Color("#0b0f14");
     const key = new THREE.DirectionalLight("#ffffff", 2.2);
-    this.camera.add(key); // the light comes with the viewer: no side of a tube is ever in the dark
+    this.camera.add(key); // the light moves with the camera, so that visible sides are always lit
     key.position.set(0.3, 0.6, 1);
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
     this.scene.add(this.guides.group, this.ruler(), ...this.arms.map((arm) => arm.group));
@@ -99,7 +99,7 @@ export class View {
     }
   }
 
-  /** From the entry along the way in: a tick every 10 mm, a long one every 50 mm. */
+  /** Ruler from the entry point along the insertion direction: a tick every 10 mm, a long one every 50 mm. */
   private ruler(): THREE.LineSegments {
     const points: THREE.Vector3[] = [];
     const from = this.middle.clone().addScaledVector(this.up, -0.03);
@@ -115,7 +115,7 @@ export class View {
     );
   }
 
-  /** Where the action is: the middle of the tips, or of where they can be. */
+  /** Point of interest: the centre of the tips, or of their reach. */
   private focus(): THREE.Vector3 {
     const tips = this.arms.filter((arm) => arm.hasTip).map((arm) => arm.tip);
     if (tips.length === 0) return this.middle.clone().addScaledVector(this.into, 0.4 * this.reach);
@@ -127,7 +127,7 @@ export class View {
     const centre = this.middle.clone().lerp(tips, 0.5);
     const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
     const extent = Math.max(0.08, tips.distanceTo(this.middle));
-    // What is long lies across the screen; bases that are far apart lie one above the other.
+    // The longest extent is horizontal; bases with a large distance are one above the other.
     const slope = Math.tan((0.5 * this.camera.fov * Math.PI) / 180);
     const far = 1.3 * Math.max((0.5 * extent) / (slope * Math.max(1, this.camera.aspect)), this.spread / slope);
     const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
@@ -157,7 +157,7 @@ export class View {
         from(side.clone().multiplyScalar(-1).addScaledVector(this.up, 0.6).addScaledVector(this.into, -0.8), 0.1, tips);
         break;
       case "endoscope":
-        // From between the bases along the way in, as a camera in the port would see it.
+        // From between the bases along the insertion direction, like an endoscope in the port.
         this.controls.target.copy(tips);
         this.camera.position
           .copy(this.middle)
@@ -185,7 +185,7 @@ export class View {
     return true;
   }
 
-  /** Images that pile up in the graphics driver would hold up the page, and with it the hands on the keys. */
+  /** Images queued in the graphics driver would block the page, and with it the operator's input. */
   private lastIsDone(): boolean {
     if (!this.fence) return true;
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
@@ -204,12 +204,12 @@ export class View {
     this.touch();
   }
 
-  /** Pixels from the place's upper left corner. */
+  /** Pixels from the upper left corner of the element. */
   toScreen(point: THREE.Vector3): { x: number; y: number } {
     const p = point.clone().project(this.camera);
     return { x: (0.5 + 0.5 * p.x) * this.place.clientWidth, y: (0.5 - 0.5 * p.y) * this.place.clientHeight };
   }
-  /** The point under these pixels in the plane through `through` that faces the viewer. */
+  /** Point at these pixels in the plane through `through` that faces the viewer. */
   onPlane(x: number, y: number, through: THREE.Vector3): THREE.Vector3 | null {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/** How old what is shown is, and when that is too old to be called the present. */
+/** Age of displayed data, and the age at which it is stale. */
 
-/** ms: after so long what was said is no longer shown as if it were so. Five periods, at least half a second. */
+/** ms: age at which data is stale. Five periods, at least half a second. */
 export const staleAfter = (period: number): number => Math.max(500, 5000 * period);
 
-/** ms since `at`; infinite where nothing was ever received. */
+/** ms since `at`; infinite if nothing was ever received. */
 export const age = (at: number, now: number): number => (at < 0 ? Infinity : Math.max(0, now - at));
 
 export const isStale = (at: number, now: number, period: number): boolean => age(at, now) > staleAfter(period);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** How long a word to control and back takes: the question for the time that all services answer. */
+/** Round-trip time to control, measured with the clock request that all services answer. */
 import type { Link } from "../wire/link";
 import type { ClockReply } from "../wire/messages";
 import { randomIdentity } from "./commander";
@@ -7,7 +7,7 @@ import type { Robot } from "./robot";
 import { mayCommand } from "./robot";
 
 const kPeriod = 500; // ms
-const kForget = 20; // questions
+const kForget = 20; // requests
 
 export class Clock {
   private readonly client = randomIdentity();

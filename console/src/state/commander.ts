@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What the operator orders: numbered requests whose answers are matched, and the lease, kept as `tandem` keeps it. */
+/** Client of control: numbered requests matched with their replies, and the control lease, renewed as by `tandem`. */
 import type { Link } from "../wire/link";
 import type { ControlStatus, Reply } from "../wire/messages";
 import { ControlKind, allArms, PlanningKind } from "../wire/messages";
@@ -12,7 +12,7 @@ export interface Answer {
   /** For people. */
   reason: string;
   value: number;
-  /** From order to answer, ms. */
+  /** Time from request to reply, ms. */
   took: number;
 }
 
@@ -26,13 +26,13 @@ const kAnswerTime = 5000; // ms
 
 export function randomIdentity(): bigint {
   const parts = crypto.getRandomValues(new BigUint64Array(1));
-  return parts[0]! | 1n; // never 0, which means nobody
+  return parts[0]! | 1n; // never 0, which means no client
 }
 
 export class Commander {
-  /** New with every connection: what an old one held is nobody's. */
+  /** New with every connection: a lease of the former connection is not reused. */
   client = randomIdentity();
-  /** Whether control has given us the lease, as far as we know by its answers. */
+  /** Whether this client has the lease, according to control's replies. */
   holds = false;
   private nextRequest = 1n;
   private readonly pending = new Map<bigint, Pending>();
@@ -54,7 +54,7 @@ export class Commander {
     }
   }
 
-  /** The link is gone, and with it all that was asked and held. Nothing is asked again by itself. */
+  /** The link is down: all requests fail and the lease is lost. Nothing is repeated automatically. */
   disconnected(): void {
     for (const [request, waiting] of [...this.pending]) {
       clearTimeout(waiting.timer);
@@ -71,7 +71,7 @@ export class Commander {
     this.client = randomIdentity();
   }
 
-  /** What control says of the lease counts, not what we believe. */
+  /** The lease owner in control's status overrides the replies. */
   received(status: ControlStatus): void {
     this.seen = status;
     if (
@@ -128,14 +128,14 @@ export class Commander {
   parameter(name: string, value: string): Promise<Answer> {
     return this.control(ControlKind.setParameter, { text: name, value });
   }
-  /** To the robot file's home. */
+  /** Moves to the home configuration of the robot file. */
   home(): Promise<Answer> {
     return this.control(ControlKind.home, {});
   }
   hold(): Promise<Answer> {
     return this.control(ControlKind.hold, {});
   }
-  /** Lasts for the budget of teleoperation, or two control periods: who holds the key asks again. */
+  /** Valid for the teleoperation budget or two control periods, whichever is larger: repeated while the button is held. */
   jog(arm: number, joints: number[]): Promise<Answer> {
     const padded = new Float64Array(8);
     padded.set(joints);
@@ -153,11 +153,11 @@ export class Commander {
   stopTrajectory(): Promise<Answer> {
     return this.planning(PlanningKind.stop, "");
   }
-  /** Goes on as long as it is repeated. */
+  /** The drives home while the request is repeated. */
   homeDrives(): Promise<Answer> {
     return this.ask("hal/request", { kind: 1, arm: allArms });
   }
-  /** For everybody, lease or not. @returns false where it could not be sent. */
+  /** For every client, with or without the lease. @returns false if it could not be sent. */
   stop(reason: string): boolean {
     return this.link.publish(this.topic("stop"), { client: this.client, sequence: ++this.stops, reason });
   }

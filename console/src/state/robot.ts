@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What the server knows of robot and deployment: GET /api/robot and /api/trajectories. */
+/** Description of robot and deployment from the server: GET /api/robot and /api/trajectories. */
 
 import type { Words } from "./words";
 
@@ -12,11 +12,11 @@ export interface Pose {
 /** SI units; null: unlimited. */
 export interface Joint {
   name: string;
-  /** For narrow places: "β2", "roll". */
+  /** Short name: "β2", "roll". */
   symbol: string;
   /** "translation of tube 2" */
   title: string;
-  /** What it moves, by which limits are named: "tube 2". */
+  /** Body that it moves, as in names of limits: "tube 2". */
   part: string;
   translation: boolean;
   lower: number | null;
@@ -34,13 +34,13 @@ export interface Tube {
 export interface Arm {
   name: string;
   base: Pose;
-  /** Of a catheter one, as long as it gets. */
+  /** A catheter has one, at its greatest length. */
   tubes: Tube[];
   /** Translations of all tubes, then their rotations; insertion, roll and bend of a catheter. */
   joints: Joint[];
 }
 
-/** What catheters hold, touched by the arms in the order of the robot. */
+/** Object that catheters grasp, with contacts in the order of the robot's arms. */
 export interface GraspedObject {
   size: number;
   contacts: { arm: string; type: string; frame: Pose; hand: Pose }[];
@@ -51,7 +51,7 @@ export interface Parameter {
   value: number;
 }
 
-/** What types of robots can and cannot do (robots/capability.h). */
+/** Capabilities of robot types (robots/capability.h). */
 export interface Capabilities {
   tips: boolean;
   common_path: boolean;
@@ -63,7 +63,7 @@ export interface Robot {
   deployment: string;
   prefix: string;
   robot: string;
-  /** Of robot and deployment, 16 hexadecimal digits: goes out with every request. */
+  /** Of robot and deployment, 16 hexadecimal digits: part of every request. */
   fingerprint: string;
   role: string;
   arms: Arm[];
@@ -73,7 +73,7 @@ export interface Robot {
   lock_step: boolean;
   status_period: number;
   control: {
-    /** File of the method `foreign`; empty: there is none. */
+    /** File of the method `foreign`; empty if there is none. */
     method_library: string;
     parameters: (Parameter & { methods: string[] })[];
     period: number;
@@ -81,7 +81,7 @@ export interface Robot {
     tip_gain: number;
   };
   budgets: { lease: number; teleoperation: number };
-  /** Names and meanings of numbers in messages, by enumeration. */
+  /** Names and meanings of values in messages, by enumeration. */
   words: Words;
 }
 
@@ -94,7 +94,7 @@ export interface Trajectory {
 export const isTranslation = (arm: Arm, joint: number): boolean => arm.joints[joint]?.translation ?? false;
 export const mayCommand = (robot: Robot): boolean => robot.role === "operator";
 
-/** Gains, then what the method reads. */
+/** Gains, then the parameters of the method. */
 export function parametersOf(robot: Robot, method: string): Parameter[] {
   const { relative_gain, tip_gain, parameters } = robot.control;
   return [
@@ -104,7 +104,7 @@ export function parametersOf(robot: Robot, method: string): Parameter[] {
   ];
 }
 
-/** @throw Error that names the address and what came. */
+/** @throw Error with the address and the reply. */
 export async function fetchJson<T>(path: string): Promise<T> {
   const answer = await fetch(path + window.location.search, { cache: "no-store" });
   if (!answer.ok) throw new Error(`${path}: the server replied ${answer.status} ${answer.statusText}`);

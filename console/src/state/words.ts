@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What numbers on the wire mean, in words, and what the operator can do about it. */
+/** Names and descriptions of values in messages, and remedies of faults. */
 import type { ControlPermissions, ControlStatus, HalStatus } from "../wire/messages";
 import { actionsPerArm, FaultCause, Limited, LimitKind, noJoint, RefusalReason } from "../wire/messages";
 
-/** One value of an enumeration: its name, what it means, and of a fault the way out. */
+/** One value of an enumeration: name, meaning, and for faults the remedy. */
 export interface Word {
   value: number;
   name: string;
@@ -14,7 +14,7 @@ export type Words = Record<string, Word[]>;
 
 let words: Words = {};
 
-/** Takes the words that the server gives (GET /api/robot): names and meanings stand there alone. */
+/** Sets the texts from the server (GET /api/robot), the only source of names and meanings. */
 export function useWords(served: Words): void {
   words = served;
 }
@@ -23,13 +23,13 @@ export function useWords(served: Words): void {
 export const wordsOf = (enumeration: string): readonly Word[] => words[enumeration] ?? [];
 const wordOf = (enumeration: string, value: number): Word | undefined =>
   wordsOf(enumeration).find((word) => word.value === value);
-/** The name of a value; `unknown` for one that this page does not know. */
+/** The name of a value; `unknown` for an undefined one. */
 export const nameOf = (enumeration: string, value: number, unknown = "unknown"): string =>
   wordOf(enumeration, value)?.name ?? unknown;
 
 export const stateName = (state: number): string => nameOf("OperatingState", state, "UNKNOWN");
 export const stateMeaning = (state: number): string => wordOf("OperatingState", state)?.meaning ?? "";
-/** A shape for each state, so that colour is never the only sign. */
+/** A shape for each state, so that colour is not the only distinction. */
 export const stateGlyph = (state: number): string => ["○", "●", "‖", "✕"][state] ?? "?";
 
 export function faultsOf(mask: number): Word[] {
@@ -48,7 +48,7 @@ export function faultsOf(mask: number): Word[] {
 
 const number = (value: number): string => Number(value.toPrecision(4)).toString();
 
-/** The drives' first record since the arm was cleared, in the words of `tandem status`; empty without a fault. */
+/** The first drive fault since the arm was cleared, as in `tandem status`; empty without a fault. */
 export function driveRecord(hal: HalStatus, arm: number, jointCount: number): string {
   const mask = hal.first_fault[arm] ?? 0;
   if (mask === 0) return "";
@@ -69,16 +69,16 @@ export function driveRecord(hal: HalStatus, arm: number, jointCount: number): st
   return allowed > 0 ? `${text}, allowed ${number(allowed)} ${unit}` : text;
 }
 
-/** "arm_a" is "A" in words and on drawings. */
+/** "arm_a" is "A" in texts and drawings. */
 export const shortName = (arm: string): string => (arm.startsWith("arm_") ? arm.slice(4) : arm).toUpperCase();
 
-/** What names of limits need of an arm. */
+/** Properties of an arm that names of limits contain. */
 export interface LimitedArm {
   name: string;
   joints: readonly { translation: boolean; part: string }[];
 }
 
-/** A limit in words, as in `tandem solve`. @param kind  LimitKind */
+/** Name of a limit, as in `tandem solve`. @param kind  LimitKind */
 export function limitName(kind: number, arm: LimitedArm, tube: number): string {
   const turns: number[] = [LimitKind.rotationVelocity, LimitKind.rotation, LimitKind.rotationStep];
   const joints = arm.joints.filter((joint) => joint.translation !== turns.includes(kind));
@@ -88,7 +88,7 @@ export function limitName(kind: number, arm: LimitedArm, tube: number): string {
   return name ? `${name} of ${whose}` : `unknown limit of ${whose}`;
 }
 
-/** Empty where no limit holds the tasks back. */
+/** Empty if no limit restricts the tasks. */
 export function limitsInTheWay(status: ControlStatus, arms: readonly LimitedArm[]): string {
   if (status.limited === Limited.not) return "";
   const names: string[] = [];
@@ -104,7 +104,7 @@ export const holdReason = (hold: number): string => nameOf("HoldReason", hold, "
 
 const kMentionIdle = 5; // s
 
-/** What becomes of an arm that has power and that nobody commands; empty for others, and in the first seconds. */
+/** Remaining time of an arm with power and without a commander; empty for other arms, and in the first seconds. */
 export function idleWords(status: ControlStatus, arm: number): string {
   const idle = status.idle[arm] ?? 0;
   const left = status.idle_left[arm] ?? -1;
@@ -116,8 +116,8 @@ export function idleWords(status: ControlStatus, arm: number): string {
 
 export type StateCommand = "enable" | "disable" | "pause" | "resume";
 
-/** Why control would not let the holder of the lease do this now; empty where it would, or has not said yet.
- *  @param arm  -1: any of them */
+/** Reason why control would refuse this action of the lease owner now; empty if it would not, or if no permissions were received.
+ * @param arm  -1: any of them */
 export function whyNot(
   permissions: ControlPermissions | null,
   action: number,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Everything that the page receives, topic by topic, and how old it is. */
+/** All received data by topic, with its age. */
 import type { Link, Slot } from "../wire/link";
 import type {
   ActuationLimits,
@@ -27,7 +27,7 @@ export interface ArmSlots {
 
 export type Listener<T> = (message: T) => void;
 
-/** Sees every sample, in order. */
+/** Listeners that receive every sample, in order. */
 export interface Taps {
   status: Listener<ControlStatus>[];
   shape: Listener<number>[];
@@ -69,7 +69,7 @@ export class World {
   }
 
   controlStatus = (): ControlStatus | null => this.status.value();
-  /** Why control would refuse an action of the holder of the lease now. @param arm  -1: with any arm */
+  /** Reason why control would refuse an action of the lease owner now. @param arm  -1: with any arm */
   whyNot = (action: number, arm = -1): string =>
     whyNot(
       this.permissions.value<ControlPermissions>(),
@@ -87,7 +87,7 @@ export class World {
   tip = (arm: number): PoseStamped | null => this.arms[arm]?.measuredCp.value() ?? null;
   shape = (arm: number): Shape | null => this.arms[arm]?.shape.value() ?? null;
 
-  /** Whether control and its drives speak at present, so that what is shown is true and commands make sense. */
+  /** Whether control and drives publish at present, so that the display is current and commands make sense. */
   live(now: number): boolean {
     return this.link.state === "open" && !this.stale(this.status, now) && !this.stale(this.hal, now);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The operator's hands: keys and pointer in the view, a gamepad. Each says to the gate when it is held. */
+/** Input devices of the operator: keys and pointer in the view, a gamepad. Each reports to the gate when it is held. */
 import * as THREE from "three";
 
 import type { View } from "../scene/view";
@@ -7,8 +7,8 @@ import { Button, buttonBits, kKeys, keyVelocity, pressed, stickVelocity } from "
 import type { Pilot, Reading } from "./pilot";
 import { Device } from "./pilot";
 
-const kGrab = 24; // pixels around the tip or its target in which the pointer takes hold of it
-const kWheel = 2e-5; // m for each pixel of the wheel
+const kGrab = 24; // radius in pixels around the tip or its target in which the pointer grabs it
+const kWheel = 2e-5; // m per pixel of the wheel
 
 export class Devices {
   private readonly keys = new Set<string>();
@@ -55,14 +55,14 @@ export class Devices {
       if (event.code === "KeyC") this.pilot.clutch = true;
       if (!(event.code in kKeys) || event.ctrlKey || event.altKey || event.metaKey || !this.pilot.armed) return;
       event.preventDefault();
-      if (event.repeat) return; // held since before something cut it off: it has to be pressed anew
+      if (event.repeat) return; // held since before a cut-off: it must be pressed anew
       this.keys.add(event.code);
       this.pilot.gate.update(event.code, true);
     });
     const up = (event: KeyboardEvent): void => {
       if (event.code === "KeyC") this.pilot.clutch = false;
       this.keys.delete(event.code);
-      // Of several keys the first one holds the gate; another that is still down takes over from it.
+      // The first of several keys holds the gate; another that is still down takes over from it.
       const wasHolder = this.pilot.gate.source === event.code;
       const next = [...this.keys][0];
       if (wasHolder && next !== undefined) {
@@ -79,7 +79,7 @@ export class Devices {
   }
 
   private watchPointer(place: HTMLElement): void {
-    // Captured, before the camera's controls see it.
+    // Captured, before the camera controls receive it.
     place.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
     place.addEventListener(
       "pointermove",

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Whether the operator holds on: the page's dead-man switch.
+/** Dead-man switch of the page.
  *
- * Something counts as held from the moment it is pressed while everything allows it, until it is let go or something no
- * longer allows it. What was cut off has to be let go and pressed again: nothing takes up by itself.
- */
+ * Input counts as held if it is pressed while all conditions are met, until it is released or a condition is violated. After a cut-off
+ * it must be released and pressed again: nothing resumes automatically. */
 
-/** What has to be so for input to count, and what to say when it is not. */
+/** Conditions under which input counts, with the messages for their violation. */
 export const kConditions = {
   link: "the connection to the server is lost",
   live: "the robot's data is out of date",
@@ -22,10 +21,10 @@ export class InputGate {
   private readonly bad = new Set<Condition>(Object.keys(kConditions) as Condition[]);
   private readonly down = new Set<string>();
   private holder: string | null = null;
-  /** Why it was last cut off; empty after a regular release. */
+  /** Reason of the last cut-off; empty after a regular release. */
   cut = "";
 
-  /** @param changed reported at once whenever holding begins or ends. */
+  /** @param changed called at once when holding begins or ends. */
   constructor(private readonly changed: (held: boolean) => void) {}
 
   get held(): boolean {
@@ -34,7 +33,7 @@ export class InputGate {
   get source(): string | null {
     return this.holder;
   }
-  /** Why nothing could be held now; empty where it could. */
+  /** Reason why nothing can be held now; empty if it can. */
   get obstacle(): string {
     for (const condition of Object.keys(kConditions) as Condition[])
       if (this.bad.has(condition)) return kConditions[condition];
@@ -50,7 +49,7 @@ export class InputGate {
     this.release(kConditions[condition]);
   }
 
-  /** The state of a source: a key, a button, the pointer. Only its going down begins to hold, and the first one counts. */
+  /** The state of a source: a key, a button, the pointer. Only a press begins to hold, and only the first one counts. */
   update(source: string, isDown: boolean): void {
     const pressed = isDown && !this.down.has(source);
     if (isDown) this.down.add(source);
@@ -65,14 +64,14 @@ export class InputGate {
     }
   }
 
-  /** The holder is let go while another source of the same hand is down: holding goes on without a gap. */
+  /** Releases the holder while another source of the same device group is down: holding continues without a gap. */
   hand(from: string, to: string): void {
     this.down.delete(from);
     if (this.holder === from && this.down.has(to)) this.holder = to;
     else this.update(from, false);
   }
 
-  /** Cuts off whatever is held. */
+  /** Cuts off the held input. */
   release(why: string): void {
     if (this.holder === null) return;
     this.holder = null;

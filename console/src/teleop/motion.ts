@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/** From keys and sticks to velocities of the device, in the axes of the view: x right, y up, z toward the viewer. */
+/** Device velocities from keys and sticks, in the axes of the view: x right, y up, z toward the viewer. */
 
 export type Vector = readonly [number, number, number];
 
 /** m/s of the device at full deflection, before the scale. */
 export const kFullSpeed = 0.02;
 
-/** By KeyboardEvent.code, so that keyboards of all languages work by the place of the key. */
+/** By KeyboardEvent.code, which depends on the position of the key and not on the keyboard's language. */
 export const kKeys: Readonly<Record<string, Vector>> = {
   ArrowLeft: [-1, 0, 0],
   ArrowRight: [1, 0, 0],
@@ -22,7 +22,7 @@ export const kKeys: Readonly<Record<string, Vector>> = {
   KeyQ: [0, 0, 1],
 };
 
-/** No faster along a diagonal than along an axis. */
+/** Diagonals are no faster than single axes. */
 export function keyVelocity(codes: Iterable<string>): Vector {
   const sum = [0, 0, 0];
   for (const code of codes) kKeys[code]?.forEach((value, k) => (sum[k]! += value));
@@ -43,7 +43,7 @@ const axis = (sticks: Sticks, index: number): number => {
   return Number.isFinite(value) ? Math.max(-1, Math.min(1, value)) : 0;
 };
 
-/** The standard mapping: left stick across the view, right stick's height along it. Dead bands are control's affair. */
+/** Standard mapping: left stick across the view, vertical axis of the right stick along it. Control applies the dead band. */
 export const stickVelocity = (sticks: Sticks): Vector => [
   kFullSpeed * axis(sticks, 0),
   -kFullSpeed * axis(sticks, 1),

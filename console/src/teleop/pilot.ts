@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Sends what the operator's hands do, as teleop/input wants it: 60 times a second, with a sequence and the echo of
+/** Publishes the operator's input to teleop/input 60 times a second, with a sequence and the echo of
  * control's last status. Control does the rest: dead band, clutch, scale, filter, fixtures, limits. */
 import type { Commander } from "../state/commander";
 import type { Robot } from "../state/robot";
@@ -24,7 +24,7 @@ export interface Choice {
   scale: number;
 }
 
-/** What a device says when it is asked. */
+/** Sample of a device. */
 export type Reading = { device: number; velocity: Vector; buttons?: number } | { device: number; position: Vector };
 
 export class Pilot {
@@ -50,7 +50,7 @@ export class Pilot {
     const two = robot.arms.length > 1;
     this.choice = { mode: two ? Mode.pair : Mode.tip, arm: 0, otherArm: two ? 1 : 0, scale: 0.5 };
     this.gate = new InputGate((held) => {
-      if (!held) this.send(); // letting go does not wait for the next beat
+      if (!held) this.send(); // a release is sent at once, not with the next period
       changed(held);
     });
   }
@@ -60,7 +60,7 @@ export class Pilot {
   }
   arm(on: boolean): void {
     if (on === this.armed) return;
-    this.gate.allow("armed", on); // says that nobody holds on any more, before it falls silent
+    this.gate.allow("armed", on); // sends the end of holding before it stops sending
     if (on) {
       this.timer = setInterval(() => this.send(), kPeriod);
     } else {
@@ -75,7 +75,7 @@ export class Pilot {
     if (!status || this.link.state !== "open") return;
     const source = this.gate.source;
     if (source !== null) this.lastReading = this.read(source);
-    const held = this.gate.held; // reading may have found that the device is gone
+    const held = this.gate.held; // reading may have found the device disconnected
     const reading = this.lastReading;
     const position = "position" in reading ? reading.position : null;
     const velocity = held && "velocity" in reading ? reading.velocity : [0, 0, 0];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The definitions of what the page publishes, from idl/msg: the same files that ROS 2 users get. */
+/** Message definitions of the published topics, from idl/msg: the same files that ROS 2 users get. */
 import clockRequest from "@msg/tandem_msgs/ClockRequest.msg?raw";
 import controlRequest from "@msg/tandem_msgs/ControlRequest.msg?raw";
 import halRequest from "@msg/tandem_msgs/HalRequest.msg?raw";
@@ -8,7 +8,7 @@ import stop from "@msg/tandem_msgs/Stop.msg?raw";
 import teleopInput from "@msg/tandem_msgs/TeleopInput.msg?raw";
 
 export interface Published {
-  /** Below the prefix. */
+  /** Relative to the prefix. */
   topic: string;
   schemaName: string;
   schema: string;

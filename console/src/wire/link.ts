@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The socket to the server: connects, connects again, subscribes, publishes. */
+/** WebSocket to the server: connection, reconnection, subscriptions, publications. */
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
 
@@ -8,9 +8,9 @@ import type { ServerChannel } from "./protocol";
 
 export type LinkState = "connecting" | "open" | "closed";
 
-/** What one topic last said. Decoded when somebody looks, so that a topic of 1 kHz costs no more than the screen. */
+/** Latest sample of one topic. Decoded on access, so that a topic of 1 kHz costs no more than the display. */
 export class Slot {
-  /** performance.now() of the last sample; -1: none since the link is up. */
+  /** performance.now() of the last sample; -1: none since the connection. */
   at = -1;
   count = 0;
   bytes = 0;
@@ -38,7 +38,7 @@ export class Slot {
       try {
         this.decoded = this.reader.readMessage(this.frame);
       } catch (error) {
-        this.decoded = null; // one bad sample is no reason to stop showing the good ones
+        this.decoded = null; // a bad sample does not prevent the display of later ones
         this.broken(`${this.topic}: a sample does not decode: ${String(error)}`);
       }
     }
@@ -65,9 +65,9 @@ export interface LinkEvents {
 
 const kRetryFirst = 250; // ms
 const kRetryMost = 2000;
-const kGiveUp = 4000; // ms to connect; a server that is stopped lets the handshake hang
-// The server tells of itself every second: a link that is silent for so many looks is cut somewhere. Looks are counted, and
-// not time, so that a page that hung itself does not blame the link.
+const kGiveUp = 4000; // ms to connect; with a stopped server the handshake does not end
+// The server publishes its diagnostics every second: a link without data for so many checks is interrupted. Checks are counted instead of
+// time, so that a pause of the page itself does not close the link.
 const kLook = 500; // ms
 const kSilentLooks = 10;
 
@@ -88,13 +88,13 @@ export class Link {
     private readonly events: LinkEvents,
   ) {}
 
-  /** Before open(). A listener sees every sample; without one only the latest is decoded. */
+  /** Before open(). A listener receives every sample; without one only the latest is decoded. */
   subscribe<T>(topic: string, listener?: (message: T) => void): Slot {
     const slot = new Slot(topic, listener, (why) => this.events.status(2, why));
     this.slots.set(topic, slot);
     return slot;
   }
-  /** Before open(). The definition is made of the texts of idl/msg, the ones that C++ is tested against. */
+  /** Before open(). The definition is parsed from the texts in idl/msg, against which C++ is tested. */
   publisher(topic: string, schemaName: string, schema: string): void {
     const writer = new MessageWriter(parse(schema, { ros2: true }));
     this.publishers.set(topic, { channel: this.nextId++, schemaName, schema, writer });
@@ -117,7 +117,7 @@ export class Link {
       setTimeout(() => this.open(), this.retry);
       this.retry = Math.min(2 * this.retry, kRetryMost);
     };
-    // Closing a socket whose other end is out of reach takes as long as the browser likes: nobody waits for that.
+    // Closing a socket whose peer is unreachable can take arbitrarily long: do not wait for it.
     const abandon = (reason: string): void => {
       closed(reason);
       socket.close();
@@ -145,7 +145,7 @@ export class Link {
       closed(event.reason || (opened ? "connection to the server closed" : "the server does not answer"));
   }
 
-  /** @returns false where it could not be sent; nothing is kept for later. */
+  /** @returns false if it could not be sent; messages are not queued. */
   publish(topic: string, message: object): boolean {
     const publisher = this.publishers.get(topic);
     if (!publisher) throw new Error(`${topic}: not advertised`);
@@ -153,11 +153,11 @@ export class Link {
     this.socket.send(publishFrame(publisher.channel, publisher.writer.writeMessage(message)));
     return true;
   }
-  /** Bytes that the socket still holds: a sign that the link is too slow. */
+  /** Bytes buffered by the socket: a sign of a slow link. */
   get backlog(): number {
     return this.socket?.bufferedAmount ?? 0;
   }
-  /** Since the last call. */
+  /** Bytes received since the last call. */
   takeBytes(): number {
     let bytes = 0;
     for (const slot of this.slots.values()) bytes += slot.bytes;

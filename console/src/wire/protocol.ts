@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The Foxglove WebSocket protocol as far as the page speaks it: what is said, without a socket. */
+/** Foxglove WebSocket protocol: the messages that the page uses, without a socket. */
 
 export const kSubprotocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
@@ -12,7 +12,7 @@ export interface ServerChannel {
   schemaEncoding?: string;
 }
 
-/** Text that the server may send; other operations are none of the page's business. */
+/** Text messages of the server; others are ignored. */
 export type ServerText =
   | { op: "serverInfo"; name: string; capabilities: string[]; sessionId?: string }
   | { op: "advertise"; channels: ServerChannel[] }
@@ -22,7 +22,7 @@ export type ServerText =
 
 export interface MessageData {
   subscription: number;
-  /** When the server took it from the robot, ns since 1970. */
+  /** Time at which the server received it from the robot, ns since 1970. */
   logTime: bigint;
   payload: DataView;
 }
@@ -31,7 +31,7 @@ const kMessageData = 0x01;
 const kClientMessageData = 0x01;
 const kHeader = 13; // opcode, u32 subscription, u64 time
 
-/** @returns what a binary frame carries, or null for frames of other kinds and ones that are too short. */
+/** @returns contents of a binary frame, or null for frames of other kinds and for too short ones. */
 export function parseBinary(frame: ArrayBuffer): MessageData | null {
   if (frame.byteLength < kHeader) return null;
   const view = new DataView(frame);
@@ -43,7 +43,7 @@ export function parseBinary(frame: ArrayBuffer): MessageData | null {
   };
 }
 
-/** @returns null where the text is not JSON or no operation. */
+/** @returns null if the text is not JSON or has no operation. */
 export function parseText(text: string): ServerText | null {
   try {
     const message = JSON.parse(text) as { op?: unknown };
