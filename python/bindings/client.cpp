@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Python class tandem.Client. Blocking calls wait in a thread without the GIL; the calling thread handles
- * signals and progress callbacks. No lock of a client is held while a thread waits for the interpreter. */
+ * signals and progress callbacks. A thread that waits for the GIL holds no lock of a client. */
 #include <pybind11/stl.h>
 
 #include <chrono>
@@ -22,7 +22,7 @@ namespace {
 using client::RunState;
 using dds::jointIndex;
 
-/// Does `work` on a thread of its own; Ctrl-C and what `report` raises interrupt it, and are raised when it has ended.
+/// Runs `work` on a separate thread. Ctrl-C and exceptions of `report` interrupt it, and are raised after it has ended.
 void await(LiveRobot& live, const std::function<void()>& work, const std::function<void()>& report = {}) {
   auto done = std::async(std::launch::async, work);
   std::exception_ptr error;
@@ -49,7 +49,7 @@ void await(LiveRobot& live, const std::function<void()>& work, const std::functi
   std::rethrow_exception(error);
 }
 
-/** What a run has reached, from the thread that it runs on to the one that tells. */
+/** Latest progress of a run, passed from its thread to the calling thread. */
 class LatestRunState {
  public:
   void put(const RunState& state) {
@@ -89,7 +89,7 @@ py::list describeLimits(const config::Robot& robot, const dds::ControlStatus& st
   return words;
 }
 
-/** The Python object: a LiveRobot until it is closed. */
+/** The Python object: owns a LiveRobot until it is closed. */
 class Client {
  public:
   explicit Client(const std::string& deployment) {

@@ -12,7 +12,7 @@
 namespace tandem::python {
 namespace {
 
-/** relative() or tip(), arms by their names. */
+/** Result of relative() or tip(), with arms by their names. */
 struct Target {
   planning::TaskKind kind = planning::TaskKind::kNone;
   std::string arm, other;
@@ -25,7 +25,7 @@ Eigen::Vector3d vector3(const py::object& object, const std::string& name) {
   return Rows(py::cast<Array>(object), 3, name)[0];
 }
 
-/** What a step answers. */
+/** Result of one step. */
 struct Step {
   safety::RobotVector velocity;
   std::vector<double> errors, scales, residuals;
@@ -48,7 +48,7 @@ std::string statusOf(const planning::TrackResult& result) {
   }
 }
 
-/** One control step after the other. */
+/** Sequence of control steps. */
 class Controller {
  public:
   Controller(const Robot& robot,

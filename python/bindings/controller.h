@@ -10,8 +10,8 @@ namespace tandem::python {
 /// "nspqp" ... @throw py::value_error that lists the methods.
 control::Method methodFrom(const std::string& name);
 
-/// Robot's parameters with those given: period, bounds, backend, and the numbers of control::kTunableParameters.
-/// @throw py::value_error or py::type_error that names the argument, what was found and what was expected.
+/// The robot's parameters, with those given: period, bounds, backend, and the numbers of control::kTunableParameters.
+/// @throw py::value_error or py::type_error with the argument, the value found and the one expected.
 control::MethodParameters parametersFrom(const Robot& robot, double period, const py::kwargs& options);
 
 }  // namespace tandem::python

@@ -17,7 +17,7 @@ using client::Snapshot;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kConnectTime = 10.0;  // s
-constexpr double kPoseTime = 2.0;      // s, until control's first pose has come
+constexpr double kPoseTime = 2.0;      // s, until control's first pose is received
 
 double since(std::int64_t ns) { return 1e-9 * static_cast<double>(Clock::now().time_since_epoch().count() - ns); }
 
@@ -31,7 +31,7 @@ LiveRobot::Command::Command(LiveRobot& live, bool lease)
   if (!live_.connected_)
     live_.connect(kConnectTime);
   if (lease) {
-    lease_ = true;  // whatever becomes of the request
+    lease_ = true;  // even if the request fails
     try {
       live_.client_->acquireLease();
     } catch (...) {

@@ -16,33 +16,33 @@
 
 namespace tandem::python {
 
-/** Commands take the control lease and give it back; they come one at a time. stop() and looking need neither. All
- * calls wait, none of them holds the interpreter's lock, and all throw client::Failure with the reason. */
+/** Commands acquire the control lease and release it; one at a time. stop() and read access need neither. All calls
+ * block without the GIL, and throw client::Failure with the reason. */
 class LiveRobot {
  public:
-  /// Joins; waits for nobody. @throw config::Error, std::invalid_argument
+  /// Joins the DDS domain; does not wait for other processes. @throw config::Error, std::invalid_argument
   explicit LiveRobot(const std::string& deployment);
 
   const config::Deployment& deployment() const { return deployment_; }
   const config::Robot& robot() const { return robot_; }
 
-  /// Until sim (or hal), control and planning are received and receive us.
+  /// Waits until sim (or hal), control and planning are discovered in both directions.
   void connect(double seconds);
-  /// What they said last. @throw client::Failure where control has fallen silent
+  /// Latest samples. @throw client::Failure if control's have stopped
   client::Snapshot snapshot();
   std::uint64_t id() const { return client_->id(); }
-  /// Tip pose that control computes of the measured joints.
+  /// Tip pose, computed by control from the measured joints.
   dds::PoseStamped measuredTip(std::size_t arm);
 
   /// "enable", "disable", "pause", "resume" for all arms; `disable` clears faults.
   void stateCommand(const std::string& command);
   void setMethod(control::Method method);
   void setParameter(const std::string& name, const std::string& value);
-  /// Returns when the arm is there, to safety::kAtRest.
+  /// Returns when the arm has reached the joints, within safety::kAtRest.
   void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
-  /// All arms to the home of the robot file.
+  /// Moves all arms to the home configuration of the robot file.
   void home();
-  /// Enables, follows a trajectory (YAML text), disables. @param news  called from here while it runs
+  /// Enables, follows a trajectory (YAML text), disables. @param progress  called on this thread during the run
   client::RunState run(const std::string& trajectory,
                        std::optional<control::Method> method,
                        bool keep_enabled,
@@ -50,11 +50,11 @@ class LiveRobot {
   /// Stops all arms and waits until the drives report it; needs no connection and interrupts no command.
   void stop(const std::string& reason);
 
-  /// Ends what waits, if true: motions are paused, their command fails.
+  /// True: ends blocking calls; motions are paused, and their command fails.
   void interrupt(bool wanted) { interrupted_ = wanted; }
 
  private:
-  /// One command: nobody else's, with the lease if it needs it.
+  /// One command at a time, with the lease if it needs it.
   class Command {
    public:
     Command(LiveRobot& live, bool lease);
@@ -76,9 +76,9 @@ class LiveRobot {
 
   config::Deployment deployment_;
   config::Robot robot_;
-  double timeout_;  ///< s of control's silence
+  double timeout_;  ///< s without a sample from control
   std::atomic<bool> interrupted_{false}, uninterruptible_{false};
-  std::atomic<std::int64_t> received_{0};  ///< when control was received last, ns
+  std::atomic<std::int64_t> received_{0};  ///< time of the last sample from control, ns
   std::atomic<bool> connected_{false};
   std::mutex command_;
   std::vector<std::unique_ptr<Pose>> poses_;

@@ -11,7 +11,7 @@
 namespace tandem::python {
 namespace {
 
-/** Demands and search, for all questions to one planner. */
+/** Requirements and search options of one planner, for all its computations. */
 class Planner {
  public:
   Planner(const Robot& robot,

@@ -9,7 +9,7 @@
 namespace tandem::python {
 namespace {
 
-/// Values of a column: one an entry, a matrix for arrays (short rows end in zeros), a list of texts.
+/// Values of a column: a vector of scalars, a matrix for arrays (short rows are padded with zeros), a list of texts.
 template <class T>
 py::object values(const recording::Column& column, const std::vector<T>& all, std::size_t rows) {
   if (!column.is_array && column.width == 1 && all.size() == rows)

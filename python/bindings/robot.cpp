@@ -34,7 +34,7 @@ class Arm {
   const std::string& modelName() const { return name_of_model_; }
   int joints() const { return file().limits.jointCount(); }
 
-  /// What the tip at each row is written as; `shape` of one answer.
+  /// Tip results for each row of q, filled in by `write`; `shape` is that of one result.
   template <class Write>
   Array tips(const Array& q,
              const py::object& wrench,
@@ -54,7 +54,7 @@ class Arm {
     });
   }
 
-  /// What each backbone point is written as; `of_point` is the shape of one.
+  /// Results for each backbone point, filled in by `write`; `of_point` is the shape of one.
   template <class Write>
   Array shapes(const Array& q,
                int points,
@@ -85,7 +85,7 @@ class Arm {
     return inside;
   }
 
-  /// NaN, which compares as outside, where a joint is not finite.
+  /// NaN, which compares as outside, if a joint is not finite.
   double violation(const Eigen::Ref<const Eigen::VectorXd>& q) const {
     return q.allFinite() ? safety::largestViolation(file().limits, q) : kNan;
   }
@@ -126,7 +126,7 @@ class Arm {
                            [](std::size_t all, py::ssize_t n) { return all * static_cast<std::size_t>(n); });
   }
 
-  /// One answer of this shape a row; NaN where `answer(row, out)` returns another status than kOk.
+  /// One result of this shape per row; NaN if `answer(row, out)` returns another status than kOk.
   template <class Answer>
   Array answers(const Array& q,
                 const std::string& errors,

@@ -18,15 +18,15 @@ struct Robot {
       : file(std::make_shared<const config::Robot>(
             config::loadAnyRobot(config::findFile(name_or_path, config::robotKinds())))) {}
 
-  /// Of any kind, already loaded.
+  /// A robot of any type, already loaded.
   explicit Robot(std::shared_ptr<const config::Robot> loaded) : file(std::move(loaded)) {}
 
-  /// The file. @throw py::value_error without robots::Capability::kTips
+  /// The file, for robots with independent tips. @throw py::value_error without robots::Capability::kTips
   const config::Robot& tubes() const;
-  /// Index of an arm by its name, or by what stands behind "arm_" in it. @throw py::key_error
+  /// Index of an arm by its name, with or without "arm_". @throw py::key_error
   int indexOf(const std::string& arm) const;
   int jointCount() const;
-  /// Joints of all arms from one vector of all, or from one vector an arm. @throw py::value_error
+  /// Joints of all arms from one stacked vector, or from one vector per arm. @throw py::value_error
   safety::RobotVector stack(const py::object& joints, const std::string& name) const;
   std::vector<Eigen::VectorXd> split(const safety::RobotVector& joints) const;
   safety::RobotVector home() const;

@@ -10,7 +10,7 @@
 namespace tandem::python {
 namespace {
 
-constexpr std::size_t kBlock = 64;  // rows that a thread takes at a time
+constexpr std::size_t kBlock = 64;  // rows per work item of a thread
 
 std::string shapeOf(const Array& array) {
   std::string text = "(";
@@ -19,7 +19,7 @@ std::string shapeOf(const Array& array) {
   return array.ndim() == 0 ? "()" : text;
 }
 
-/// The first row that failed, and why; the first exception.
+/// The first failed row with its status, and the first exception.
 struct RowError {
   std::mutex mutex;
   std::size_t row = std::numeric_limits<std::size_t>::max();

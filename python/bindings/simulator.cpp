@@ -9,7 +9,7 @@
 namespace tandem::python {
 namespace {
 
-/** The simulated robot, with what it refers to. */
+/** The simulated robot, with the objects that it refers to. */
 class Simulator {
  public:
   Simulator(const Robot& robot, const py::object& start, const std::string& model, double period)
@@ -50,7 +50,7 @@ class Simulator {
   experiments::SimulatedRobot plant_;
 };
 
-/** One run, by name to numpy arrays. */
+/** Record of one run, as numpy arrays by name. */
 py::dict arraysOf(const experiments::RunRecord& record, const Robot& robot) {
   const std::vector<experiments::Row>& rows = record.rows();
   const auto count = static_cast<Eigen::Index>(rows.size());

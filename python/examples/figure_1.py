@@ -28,7 +28,7 @@ for place, configuration in enumerate(TABLE_2):
         q = np.concatenate([1e-3 * np.array(row[:3]), np.deg2rad(row[3:])])
         points = arm.shape(q, 200)
         along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-        ends = along[-1] - (q[0] - arm.lower[0]) + (q[:3] - arm.lower[:3])  # arc lengths: a tube is as long as it can be drawn back
+        ends = along[-1] - (q[0] - arm.lower[0]) + (q[:3] - arm.lower[:3])  # arc lengths: the length of a tube is its greatest retraction
         for tube, (end, width) in enumerate(zip(ends, (1.5, 3.0, 4.5))):
             x, y, z = 1e3 * points[along <= end + 1e-9].T
             axis.plot(x, y, z, color=colour, linewidth=width, alpha=0.5, label=f"{name}, tube {tube + 1}" if place == 0 else None)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fig. 7 of Norouzi-Ghazbi et al.: target-assist and co-manipulative catheters before and after a motion, by the program `tandem`
-(docs/cooperative.md), which has to be in PATH.
+"""Fig. 7 of Norouzi-Ghazbi et al.: target-assist and co-manipulative catheters before and after a motion, computed by the program
+`tandem` (docs/cooperative.md), which must be in PATH.
 
     PATH=build/release/bin:$PATH python3 python/examples/figure_7.py [FIGURE.png]"""
 import pathlib

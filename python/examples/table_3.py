@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What Table 3 of Alsaka et al. 2024 sums up: errors of both tasks over the points of a path, for every method, from the start
-configuration 2 of Table 2. With numbers: `tandem experiment table3`.
+"""Data summarised in Table 3 of Alsaka et al. 2024: errors of both tasks over the points of a path, for every method, from start
+configuration 2 of Table 2. As numbers: `tandem experiment table3`.
 
     PYTHONPATH=build/release/python python3 python/examples/table_3.py [FIGURE.png]"""
 import sys

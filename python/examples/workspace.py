@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where both arms of Alsaka et al. 2024 reach inside equation (1), and how near to elastic instability they are there, which the paper
-leaves open: tips of random joints by the compliant model.
+"""Workspace of both arms of Alsaka et al. 2024 inside equation (1), and the margin to elastic instability in it, which the paper does
+not cover: tips of random joints by the compliant model.
 
     PYTHONPATH=build/release/python python3 python/examples/workspace.py [FIGURE.png [SAMPLES]]"""
 import sys
