@@ -2,7 +2,7 @@
 /** @file Batch forward kinematics in C++: baseline for bench/batch.py, which measures the Python module.
  *
  *     bench_batch FILE MODEL THREADS REPETITIONS    rows of six doubles of arm a of ark2024; prints the best time, s,
- * and the sum of all answers' numbers */
+ * and the sum of all results */
 #include <chrono>
 #include <cstdlib>
 #include <fstream>

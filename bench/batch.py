@@ -45,7 +45,7 @@ def main():
                         answer = subprocess.run(list(map(str, words)), check=True, capture_output=True, text=True).stdout.split()
                         cpp = min(cpp, float(answer[0]))
                         for _ in range(repetitions):
-                            poses = None  # its memory goes back before the next answer, as in C++
+                            poses = None  # frees the memory before the next result, as in C++
                             begin, before = time.perf_counter(), time.thread_time()
                             poses = arm.forward(joints, threads=threads)
                             python = min(python, time.perf_counter() - begin)

@@ -46,7 +46,7 @@ control::QuadraticProgram anyProgram(std::uint32_t seed, int rows) {
   return qp;
 }
 
-/// @param call call(k) answers case k and says whether it could
+/// @param call call(k) solves case k and returns whether it succeeded
 void pass(benchmark::State& state,
           int count,
           const std::function<void(int)>& before,
@@ -80,7 +80,7 @@ void timeProgram(benchmark::State& state, Backend backend, int rows, bool warm, 
       return;
     }
     solver->solve(programs[static_cast<std::size_t>(k)], solution);
-    programs[static_cast<std::size_t>(k)].g *= 1.01;  // the next control step asks for a little more
+    programs[static_cast<std::size_t>(k)].g *= 1.01;  // the next control step requests slightly more
   };
   pass(state, count, prepare, [&](int k) {
     solver->solve(programs[static_cast<std::size_t>(k)], solution);
@@ -89,7 +89,7 @@ void timeProgram(benchmark::State& state, Backend backend, int rows, bool warm, 
   });
 }
 
-/// One step of the two arms: limits as bounds, the method, its outcome; without the models.
+/// One control step of two arms without the models: limits as bounds, the method, its result.
 void timeStep(benchmark::State& state, Method method, Backend backend, int count) {
   const std::vector<control::StepProblem> problems = randomSteps(count, kSeed);
   control::MethodParameters parameters;
@@ -108,7 +108,7 @@ void timeStep(benchmark::State& state, Method method, Backend backend, int count
 }  // namespace
 
 void enrollAll() {
-  constexpr int kMany = 2000, kFew = 60;  // Ipopt takes its time
+  constexpr int kMany = 2000, kFew = 60;  // Ipopt is slow
   for (const int rows : {5, 8}) {
     const std::string name = "qp/12 variables 3 equalities " + std::to_string(rows) + " rows/";
     for (const bool warm : {false, true}) {

@@ -32,8 +32,8 @@ kinematics::catheter::ElasticArm catheter() {
   return arm;
 }
 
-/// Cases one by one, or along paths of small steps: `call(x, first)` answers for the numbers x in [-1, 1], `first` at
-/// the beginning of a path or where nothing is to be known from before.
+/// Cases one by one, or along paths of small steps: `call(x, first)` solves for the inputs x in [-1, 1]; `first` at the
+/// start of a path, or for a cold start.
 template <int kNumbers, class Call>
 void pass(benchmark::State& state, bool tracking, const Call& call) {
   std::mt19937 engine(kSeed);
@@ -86,7 +86,7 @@ void timeRod(benchmark::State& state, bool loaded, bool tracking) {
   });
 }
 
-/// One rod with four tendons, a force at its tip and its weight: answer with all derivatives.
+/// One rod with four tendons, a force at its tip and its weight: solution with all derivatives.
 void timeTendons(benchmark::State& state, bool tracking) {
   namespace cosserat = kinematics::cosserat;
   cosserat::Rod rod;
@@ -121,7 +121,7 @@ void timeChain(benchmark::State& state, kinematics::grasp::ContactType type, boo
   pair.pushes_only = false;
   assist::Joints rest;
   rest << 0.12, 0.0, 0.5, 0.05, 0.0, 0.3;
-  // From the side, so that its free tip is at the base of bending and points into it.
+  // The assist arm comes from the side, its free tip at the start of the bending section and pointing into it.
   const Isometry3d place =
       Eigen::Translation3d(0.0, 0.0, rest[0]) * Eigen::Isometry3d(Eigen::AngleAxisd(1.2, Vector3d::UnitY()));
   pair.assist.arm.base =
@@ -141,7 +141,7 @@ void timeChain(benchmark::State& state, kinematics::grasp::ContactType type, boo
   });
 }
 
-/// Two catheters that grip one object: everything of GraspState.
+/// Two catheters that grasp one object: all of GraspState.
 void timeGrasp(benchmark::State& state, kinematics::grasp::ContactType type) {
   using kinematics::grasp::Contact;
   const kinematics::catheter::Arm arm = catheter().arm;

@@ -4,7 +4,7 @@
 
 namespace tandem::bench {
 
-/// Registers them beside the arm models of the same program.
+/// Registers them in the program of the arm models.
 void enrollCooperative();
 
 }  // namespace tandem::bench

@@ -24,7 +24,7 @@ constexpr std::uint32_t kSeed = 20240607;
 constexpr double kPeriod = 0.1;   // s
 constexpr int kPathLength = 100;  // cycles from one start
 
-/** Arms side by side with models and limits. */
+/** Arms in a row, with models and limits. */
 struct Robot {
   Robot(int arms, const std::string& model) {
     for (int k = 0; k < arms; ++k) {
@@ -61,13 +61,13 @@ planning::Reference tasksOf(int arms, const planning::TrackResult& at, const Eig
   return reference;
 }
 
-/** Cycles of a closed loop, to be timed again and again. */
+/** Cycles of a closed loop, recorded for repeated timing. */
 struct Loop {
   std::vector<safety::RobotVector> joints;
   std::vector<planning::Reference> references;
 };
 
-/// The tips go round circles of 5 mm radius at 2 mm/s from random starts, within the limits; the same for all methods.
+/// Tips follow circles of 5 mm radius at 2 mm/s from random starts, within the limits; the same for all methods.
 Loop record(const Robot& robot, int paths, int length) {
   const int arms = static_cast<int>(robot.models.size());
   control::MethodParameters parameters;
@@ -95,7 +95,7 @@ Loop record(const Robot& robot, int paths, int length) {
       q += kPeriod * result.solution.velocity;
     }
     if (path.joints.size() != static_cast<std::size_t>(length) || result.status != planning::TrackStatus::kOk)
-      continue;  // a model or the method gave up on the way
+      continue;  // a model or the method failed on the path
     loop.joints.insert(loop.joints.end(), path.joints.begin(), path.joints.end());
     loop.references.insert(loop.references.end(), path.references.begin(), path.references.end());
   }
@@ -103,7 +103,7 @@ Loop record(const Robot& robot, int paths, int length) {
 }
 
 void timeCycle(benchmark::State& state, int arms, const std::string& model, Method method, Backend backend, bool warm) {
-  const bool few = backend == Backend::kIpopt;  // it takes its time
+  const bool few = backend == Backend::kIpopt;  // slow
   const int length = few ? 10 : kPathLength;
   const Robot robot(arms, model);
   control::MethodParameters parameters;
@@ -132,7 +132,7 @@ void timeCycle(benchmark::State& state, int arms, const std::string& model, Meth
   state.counters["failed"] = failed;
 }
 
-/// Tip and Jacobian of an arm of so many tubes, cold, curved parts side by side.
+/// Tip and Jacobian of an arm with `tubes` tubes, cold start, with overlapping curved parts.
 void timeTubes(benchmark::State& state, int tubes, const std::string& name) {
   const auto model = kinematics::makeArmModel(name, arkArm(tubes));
   const auto joints = randomJoints(model->arm(), true, 2000, kSeed);

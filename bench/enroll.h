@@ -9,10 +9,10 @@
 
 namespace tandem::bench {
 
-/// Registers every benchmark of this program. Each file of benchmarks defines it once.
+/// Registers every benchmark of this program. Defined once per program.
 void enrollAll();
 
-/// Registers one benchmark. The function times its calls itself; five passes over the same work, for Percentiles.
+/// Registers one benchmark. The function measures its calls itself, in five passes over the same work, for Percentiles.
 void enroll(const std::string& name, const std::function<void(benchmark::State&)>& function);
 
 }  // namespace tandem::bench

@@ -25,7 +25,7 @@ using safety::OperatingState;
 constexpr std::int64_t kMillisecond = 1'000'000;
 constexpr double kControlPeriod = 0.1;  // s
 
-/// The drives and encoders of one bus, geared as the hardware file says.
+/// The drives and encoders of one bus, with the gears of the hardware file.
 sim::drives::BusSpec specOf(const hal::HardwareConfig& hardware, int bus) {
   sim::drives::BusSpec spec;
   for (const hal::AxisConfig& axis : hardware.axes) {
@@ -43,7 +43,7 @@ sim::drives::BusSpec specOf(const hal::HardwareConfig& hardware, int bus) {
   return spec;
 }
 
-/** One wire with its drives, and the HAL's end of it. */
+/** One bus with its drives and the HAL. */
 struct Wire {
   Wire(const hal::HardwareConfig& hardware, int index, std::int64_t now)
       : master(bus.join("hal")), slaves(bus.join("drives")) {
@@ -70,7 +70,7 @@ class Robot {
     robot_ = std::make_unique<hal::RobotHardware>(hardware_, buses, options);
   }
 
-  /// Boots, and enables both arms. @return whether they are.
+  /// Boots, and enables both arms. @return whether they are enabled.
   bool enable() {
     robot_->start(now_);
     const auto homed = [this] { return robot_->arm(0).homed() && robot_->arm(1).homed(); };
@@ -84,7 +84,7 @@ class Robot {
   bool enabled() const {
     return robot_->state(0) == OperatingState::kEnabled && robot_->state(1) == OperatingState::kEnabled;
   }
-  /// Everything but the HAL: the drives, and the command where one is due.
+  /// Everything but the HAL: the drives, and the command if one is due.
   void prepare() {
     for (auto left = std::lround(1e3 * hardware_.period); left > 0; --left) {
       now_ += kMillisecond;
@@ -99,7 +99,7 @@ class Robot {
   void step() { robot_->step(now_); }
   void setMoving(bool moving) { moving_ = moving; }
   double firstJoint() const { return robot_->position(0)[0]; }
-  /// Frames that the HAL has received and sent so far.
+  /// Frames received and sent by the HAL so far.
   double received() const { return static_cast<double>(counters(0).received + counters(1).received); }
   double sent() const { return static_cast<double>(counters(0).sent + counters(1).sent); }
 
@@ -113,7 +113,7 @@ class Robot {
     }
     return condition();
   }
-  /// To and fro, all joints of an arm alike, so that the tubes keep their distances.
+  /// Back and forth, all joints of an arm alike, so that the distances between tubes remain constant.
   void sendCommand() {
     last_command_ = now_;
     command_.header.session = 7;
@@ -174,7 +174,7 @@ void timeCycle(benchmark::State& state, bool moving, int count) {
   state.counters["failed"] = failed;
   state.counters["received"] = received / count;
   state.counters["sent"] = sent / count;
-  // The buses work side by side: one of them is what a cycle waits for.
+  // The buses work in parallel: a cycle takes the time of one of them.
   const hal::BusLoad load = hal::computeLoad(hardware.planOf(0, safety::Budgets{}.drive_heartbeat));
   const double wire = 1e6 * load.cycle_time;
   state.counters["wire"] = wire;

@@ -12,7 +12,7 @@
 #include "control/resolver.h"
 #include "kinematics/tube_model.h"
 
-/// Callgrind counts inside of this function only (--toggle-collect).
+/// Callgrind counts inside this function only (--toggle-collect).
 // NOLINTNEXTLINE(readability-identifier-naming): a name of C
 extern "C" [[gnu::noipa]] void tandem_measured(const std::function<void()>& call) { call(); }
 
@@ -21,10 +21,10 @@ namespace {
 
 constexpr std::uint32_t kSeed = 20240607;
 
-/// Makes what is measured; answers the call number k, without anything around it.
+/// Constructs one workload; its result executes call number k and nothing else.
 using Case = std::function<std::function<void(int)>()>;
 
-/// Forward kinematics with its exact Jacobian. @param warm  along a path at 1 kHz, from the equilibrium before
+/// Forward kinematics with its exact Jacobian. @param warm  along a path at 1 kHz, from the previous equilibrium
 Case tip(const std::string& model_name, const kinematics::ConcentricTubeArm& arm, bool overlap, bool warm) {
   return [=]() -> std::function<void(int)> {
     constexpr int kMost = 1000;
@@ -40,7 +40,7 @@ Case tip(const std::string& model_name, const kinematics::ConcentricTubeArm& arm
   };
 }
 
-/// One step of two arms without the models, active-set solver, nothing known from before.
+/// One step of two arms without the models, active-set solver, cold start.
 Case step(control::Method method) {
   return [=]() -> std::function<void(int)> {
     constexpr int kMost = 200;

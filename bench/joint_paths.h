@@ -16,7 +16,7 @@ kinematics::ConcentricTubeArm timcArm();
 /// arkArm() with two, three or four tubes: without the outermost, or with a shorter, wider one around it.
 kinematics::ConcentricTubeArm arkArm(int tubes);
 
-/// Whether curved parts of two tubes stand side by side in front of the entry point, so that torsion couples them.
+/// Whether curved parts of two tubes overlap beyond the entry point, so that torsion couples them.
 bool overlapping(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q);
 
 /// `count` random joint vectors with or without such an overlap.

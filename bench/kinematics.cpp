@@ -23,10 +23,10 @@ using kinematics::Branch;
 using kinematics::ModelStatus;
 using kinematics::Tip;
 
-/// How joints come to a model.
+/// Sequence of the joint vectors.
 enum class Use {
-  kCold,         ///< random ones, nothing known from before
-  kWarm,         ///< the same again
+  kCold,         ///< random, cold start
+  kWarm,         ///< the same joint vector again
   kTracking10,   ///< along a path, 10 Hz
   kTracking1000  ///< along a path, 1 kHz
 };
@@ -38,7 +38,7 @@ std::vector<Eigen::VectorXd> jointsFor(const kinematics::ConcentricTubeArm& arm,
   switch (use) {
     case Use::kTracking10:
     case Use::kTracking1000: {
-      // Several paths, one after another: one alone would speak for its place only.
+      // Several paths in sequence: a single one is not representative.
       std::vector<Eigen::VectorXd> all;
       for (std::uint32_t path = 0; path < 50; ++path) {
         const auto part =
@@ -52,7 +52,7 @@ std::vector<Eigen::VectorXd> jointsFor(const kinematics::ConcentricTubeArm& arm,
   }
 }
 
-/// One pass over all joints; `call(q, first)` answers, `first` at the beginning of a path.
+/// One pass over all joints; `call(q, first)` solves, `first` at the start of a path.
 template <class Call>
 void pass(benchmark::State& state, const std::vector<Eigen::VectorXd>& joints, Use use, const Call& call) {
   Percentiles percentiles(joints.size());
@@ -63,7 +63,7 @@ void pass(benchmark::State& state, const std::vector<Eigen::VectorXd>& joints, U
     for (std::size_t k = 0; k < joints.size(); ++k) {
       const bool tracking = use == Use::kTracking10 || use == Use::kTracking1000;
       if (use == Use::kWarm || (tracking && k % kPathLength == 0)) {
-        call(joints[k], true);  // where the arm already is
+        call(joints[k], true);  // starts from its equilibrium
         if (tracking)
           continue;
       }
@@ -94,7 +94,7 @@ void timeModel(benchmark::State& state,
   });
 }
 
-/// The compliant model under 50 mN across the tip, with its compliance.
+/// The compliant model with 50 mN perpendicular to the tip, and its compliance.
 void timeLoaded(benchmark::State& state, const kinematics::ConcentricTubeArm& arm, Use use, bool over) {
   const auto model = kinematics::makeArmModel("compliant", arm);
   kinematics::Wrench wrench = kinematics::Wrench::Zero();

@@ -33,14 +33,14 @@ inline double processorTime() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Times every call by itself. Passes repeat the same work, so of each call the best time counts: it is what the code
-/// takes, without what the machine did in between. Percentiles are over the calls, us.
+/// Times every call separately. Passes repeat the same work, and the best time of each call counts, which excludes
+/// other load of the machine. Percentiles are over the calls, us.
 class Percentiles {
  public:
   explicit Percentiles(std::size_t calls) : times_(calls, std::numeric_limits<double>::infinity()) {}
 
-  /// A call that computes and waits for nothing: where another process had the processor in between, the processor time
-  /// counts. @return seconds
+  /// Times a call that computes without waiting: processor time counts if another process was scheduled in between.
+  /// @return seconds
   template <class Call>
   double time(std::size_t index, const Call& call) {
     const double before = processorTime();
@@ -50,7 +50,7 @@ class Percentiles {
     return seconds;
   }
 
-  /// A call that waits for others. @return seconds
+  /// Times a call that waits for other processes. @return seconds
   template <class Call>
   double timeElapsed(std::size_t index, const Call& call) {
     const auto begin = std::chrono::steady_clock::now();
@@ -61,7 +61,7 @@ class Percentiles {
   }
 
   void report(benchmark::State& state) {
-    std::erase_if(times_, [](double time) { return !std::isfinite(time); });  // beginnings of paths
+    std::erase_if(times_, [](double time) { return !std::isfinite(time); });  // starts of paths
     reportPercentiles(state, times_);
   }
 

@@ -31,7 +31,7 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
-/** So many bytes. */
+/** Data type of a fixed number of bytes. */
 class Bytes final : public fast::TopicDataType {
  public:
   explicit Bytes(std::size_t size) : size_(size) {
@@ -62,7 +62,7 @@ class Bytes final : public fast::TopicDataType {
   std::size_t size_;
 };
 
-/** One side: writes one topic and listens to the other. */
+/** One side: writes one topic and reads the other. */
 class Side final : public fast::DataReaderListener {
  public:
   Side(int domain, const char* writes, std::size_t size_out, const char* reads, std::size_t size_in)
@@ -160,7 +160,7 @@ std::vector<double> pingPong(int domain, std::size_t there, std::size_t back, in
       return answered;
     };
     bool answered = false;
-    for (int i = 0; i < 100 && !answered; ++i)  // until both have found each other
+    for (int i = 0; i < 100 && !answered; ++i)  // until both sides are matched
       answered = once(0.1);
     times.clear();
     for (int i = 0; i < trips && answered; ++i)

@@ -7,9 +7,9 @@
 
 namespace tandem::bench {
 
-/** Sends `there` bytes to a process of its own that answers with `back` bytes, over what services/dds uses in
+/** Sends `there` bytes to a separate process that answers with `back` bytes, with the transport of services/dds in
  * lock-step: UDP on loopback, reliable, in order, no shared memory. Each side answers on the thread of the listener.
- * @return times of the round trips, us, in order. @throw std::runtime_error where no answer comes. */
+ * @return times of the round trips, us, in order. @throw std::runtime_error without an answer. */
 std::vector<double> pingPong(int domain, std::size_t there, std::size_t back, int trips);
 
 }  // namespace tandem::bench

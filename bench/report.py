@@ -22,7 +22,7 @@ def machine():
 
 
 class Results:
-    """What lies in the folder; absent files are empty."""
+    """Result files of a folder; absent files are empty."""
 
     def __init__(self, folder):
         self.files = {}
@@ -31,7 +31,7 @@ class Results:
                 self.files[file.stem] = json.loads(file.read_text(encoding="utf-8"))
 
     def runs(self, name, *kinds):
-        """(parts of the name, run) of a Google Benchmark; only those of these kinds."""
+        """(parts of the name, run) of a Google Benchmark; with `kinds`, only those."""
         found = [(run["name"].split("/iterations")[0].split("/"), run) for run in self.files.get(name, {}).get("benchmarks", [])]
         return [(parts, run) for parts, run in found if not kinds or parts[0] in kinds]
 

@@ -29,7 +29,7 @@ constexpr int kTrips = 5000, kWarm = 200;
 constexpr std::uint64_t kClient = 7;
 const int kDomain = 20 + getpid() % 80;
 
-/** A program of ours, ended with this object. */
+/** A process of this project, ended by the destructor. */
 class Program {
  public:
   Program(const std::string& path, const std::string& deployment) {
@@ -49,7 +49,7 @@ class Program {
   pid_t pid_ = 0;
 };
 
-/** The preset lockstep with a domain of its own, as a file. */
+/** The preset lockstep with an unused domain, as a file. */
 class DeploymentFile {
  public:
   DeploymentFile()
@@ -72,7 +72,7 @@ class DeploymentFile {
   std::filesystem::path path_;
 };
 
-/** Everything but control. */
+/** All services except control. */
 class Robot {
  public:
   explicit Robot(const runtime::Setup& setup)
@@ -85,7 +85,7 @@ class Robot {
     readers_.push_back(bus_.reader(dds::kControlStatus, put));
   }
 
-  /// Lease, enable, a trajectory that lasts.
+  /// Lease, enable, a trajectory longer than the measurement.
   void begin() {
     until([this] { return status_.sequence > 0; }, [] {});
     until([this] { return status_.lease_holder == kClient; }, [this] { ask(dds::ControlKind::kAcquireLease); });
@@ -149,7 +149,7 @@ class Robot {
     planning_.onStatus(status);
   }
 
-  /// Shows the state again and again, as an idle simulator does.
+  /// Repeats the state, like an idle simulator.
   template <class Condition, class Do>
   void until(Condition condition, Do act) {
     sim_.state(runtime::monotonicNow(), state_);
@@ -222,7 +222,7 @@ void enrollAll() {
         ->Unit(benchmark::kMillisecond)
         ->Iterations(1);
   };
-  // The bare one first: it forks, which no process with DDS threads may.
+  // The baseline first: it forks, which is not allowed in a process with DDS threads.
   add("round_trip/ping_pong",
       [] { return pingPong(kDomain, sizeof(dds::ActuationState), sizeof(dds::ActuationCommand), kTrips); });
   add("round_trip/control", throughControl);

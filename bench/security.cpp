@@ -23,7 +23,7 @@ constexpr std::size_t kTrips = 2000;
 constexpr int kDomain = 101;
 constexpr const char* kPrefix = "bench_security";
 
-/** Credentials for the run, made by `tandem security`. */
+/** Credentials for the run, issued by `tandem security`. */
 class Folder {
  public:
   Folder() {
@@ -50,13 +50,13 @@ dds::BusOptions optionsFor(dds::Role role, const Folder* folder) {
   dds::BusOptions options;
   options.domain = kDomain;
   options.prefix = kPrefix;
-  options.command_age = 10.0;  // as long as a busy machine may need
+  options.command_age = 10.0;  // enough for a busy machine
   if (folder != nullptr)
     options.credentials = dds::credentialsOf(folder->credentials(), role);
   return options;
 }
 
-/** Both ends. */
+/** Both participants. */
 class Loop {
  public:
   explicit Loop(const Folder* folder)
@@ -81,7 +81,7 @@ class Loop {
       throw std::runtime_error("the ends do not meet");
   }
 
-  /// @return whether the answer came within so many s.
+  /// @return whether the answer came within `seconds`.
   bool once(double seconds) {
     dds::ActuationState state;
     state.sequence = ++sequence_;

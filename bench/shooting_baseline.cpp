@@ -56,8 +56,8 @@ const kinematics::TubeSection* sectionAt(const kinematics::Tube& tube, double be
 
 }  // namespace
 
-/// @return u_iz at the tubes' ends, which the solution makes zero. Sections of a tube have one torsional stiffness
-/// here.
+/// @return u_iz at the tubes' ends, which is zero in the solution. Assumes one torsional stiffness for all sections of
+/// a tube.
 Eigen::VectorXd ShootingBaseline::shoot(const Eigen::VectorXd& q,
                                         const Eigen::VectorXd& twist_rate,
                                         Eigen::Isometry3d& pose) const {
@@ -123,7 +123,7 @@ bool ShootingBaseline::tip(const Eigen::VectorXd& q, Eigen::VectorXd& twist_rate
   for (Eigen::Index j = 0; j < q.size(); ++j) {
     const double h = 1e-5;
     Eigen::VectorXd moved = q, rate = twist_rate;
-    moved[j] -= h;  // a translation forward might protrude
+    moved[j] -= h;  // a forward step of a translation might leave the valid range
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     if (!solve(moved, rate, pose))
       return false;

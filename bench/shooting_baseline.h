@@ -6,14 +6,14 @@
 
 namespace tandem::bench {
 
-/** Rucker et al. 2010 by adaptive integration (Boost.odeint, Dormand and Prince, 1e-9), shooting with Newton's method,
- * and differences for every derivative: how public codes of the field do it. Unloaded arms only. */
+/** Model of Rucker et al. 2010 with adaptive integration (Boost.odeint, Dormand and Prince, 1e-9), Newton shooting,
+ * and finite differences for every derivative, like public codes of the field. Unloaded arms only. */
 class ShootingBaseline {
  public:
   explicit ShootingBaseline(const kinematics::ConcentricTubeArm& arm) : arm_(arm) {}
 
-  /// Pose and Jacobian. @param twist_rate u_iz at the entry point, 1/m: guess in, solution out. @return false if the
-  /// bounded number of iterations did not suffice.
+  /// Pose and Jacobian. @param twist_rate u_iz at the entry point, 1/m: initial guess in, solution out. @return false
+  /// if the maximum number of iterations is reached.
   bool tip(const Eigen::VectorXd& q, Eigen::VectorXd& twist_rate, kinematics::Tip& tip) const;
 
  private:

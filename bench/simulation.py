@@ -23,10 +23,10 @@ PRESETS = pathlib.Path(__file__).resolve().parents[1] / "config" / "presets"
 
 
 def run(program, experiment, *options):
-    """Rows of the summary, and seconds."""
+    """Rows of the summary, and the time in seconds."""
     with tempfile.TemporaryDirectory(prefix="tandem-simulation-") as folder:
         begin = time.perf_counter()
-        # Ends with 1 where a method leaves points undone or limits broken: that is what it is asked about.
+        # Exit code 1 (points not reached, or limits violated) is a result of the method, not an error.
         subprocess.run([program, "experiment", experiment, "--csv", folder, *options], check=False, capture_output=True)
         seconds = time.perf_counter() - begin
         with open(pathlib.Path(folder, "summary.csv"), encoding="utf-8") as file:
@@ -45,7 +45,7 @@ def all_methods(program):
 
 
 def montecarlo(program, method, jobs, tasks=TASKS, times=TIMES):
-    """The same random tasks for every method; making them is part of the time."""
+    """The same random tasks for every method; the time includes their generation."""
     best = math.inf
     for _ in range(times):
         begin = time.perf_counter()
@@ -59,7 +59,7 @@ def montecarlo(program, method, jobs, tasks=TASKS, times=TIMES):
 
 
 def quality(program):
-    """Table 3's runs with every method that there is."""
+    """Table 3's runs with all methods."""
     methods = all_methods(program)
     text = (PRESETS / "experiments/table3.yaml").read_text(encoding="utf-8")
     text = re.sub(r"(?m)^methods:.*$", f"methods: [{', '.join(methods)}]", text)

@@ -14,7 +14,7 @@ namespace tandem::bench {
 safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm);
 
 /// Steps of the two arms of Alsaka et al. 2024 at random joints inside equation (1): the relative position first, then
-/// tip A, both asked for millimetres a second.
+/// tip A, with desired velocities of a few mm/s.
 std::vector<control::StepProblem> randomSteps(int count, std::uint32_t seed);
 
 }  // namespace tandem::bench
