@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Where the time of a build goes, and whether compilation has become dearer; see --help. The work is in build_times.py and build_log.py.
+# Report of build times, and check of the cost of compilation; see --help. Implemented in build_times.py and build_log.py.
 set -euo pipefail
 # shellcheck source=deploy/lib.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"

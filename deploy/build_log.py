@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What ninja's log tells of a build: seconds by target, slowest objects, slowest links. For build_times.py."""
+"""Evaluation of ninja's log: seconds by target, slowest objects, slowest links. For build_times.py."""
 
 import collections
 import pathlib
@@ -8,12 +8,12 @@ import re
 TOP = 20
 QUICK = 0.1  # seconds; hardly a C++ source compiles in less, ccache copies an object in less
 
-# Something that a rule of build.ninja has made: kind is `compile`, `link` or `other`.
+# One run of a rule of build.ninja: kind is `compile`, `link` or `other`.
 Run = collections.namedtuple("Run", "output kind target seconds")
 
 
 class Problem(Exception):
-    """What the user can do something about; the text says what."""
+    """An error that the user can correct; the text names the correction."""
 
 
 def how_to_build(preset):
@@ -37,7 +37,7 @@ def read(path, preset):
 
 
 def log_entry(line):
-    """(output, (start, end, hash)) of a line, None where it is broken."""
+    """(output, (start, end, hash)) of a line, None if it is malformed."""
     fields = line.split("\t")
     if len(fields) != 5 or not (fields[0].isdigit() and fields[1].isdigit()):
         return None
@@ -51,7 +51,7 @@ def read_log(path, preset):
     again = f"Remove it and make a cold build:\n{cold_build(preset)}"
     if not re.fullmatch(r"# ninja log v[567]", head):
         raise Problem(f"{path}: not a log of ninja, version 5 to 7. {again}")
-    complete = body[:body.rfind("\n") + 1]  # a killed ninja leaves half a line
+    complete = body[:body.rfind("\n") + 1]  # a killed ninja leaves an incomplete line
     entries = {}
     for number, line in enumerate(complete.splitlines(), 2):
         entry = log_entry(line)
@@ -64,7 +64,7 @@ def read_log(path, preset):
 
 
 def read_rules(text):
-    """Output -> (name of its rule, the rule's first output), of the text of build.ninja."""
+    """Output -> (name of its rule, the rule's first output), from the text of build.ninja."""
     rules = {}
     for line in text.splitlines():
         match = re.match(r"build ((?:[^:$]|\$.)+): (\S+)", line)
@@ -76,7 +76,7 @@ def read_rules(text):
 
 
 def kind_and_target(output, rule):
-    """What a rule does, and for which target."""
+    """Kind of a rule, and its target."""
     if "_COMPILER__" in rule:
         match = re.search(r"CMakeFiles/(.+?)\.dir/", output)
         return "compile", match.group(1) if match else output
@@ -104,7 +104,7 @@ def seconds_of(runs):
 
 
 def by_target(runs):
-    """(target, seconds of compilations, seconds of links, objects), the dearest first."""
+    """(target, seconds of compilations, seconds of links, objects), the most expensive first."""
     rows = {}
     for run in runs:
         if run.kind != "other":
@@ -115,7 +115,7 @@ def by_target(runs):
 
 
 def note_of_cache(compilations, preset):
-    """What to know where more than a tenth of the C++ objects came from ccache, else empty; a Problem where most did."""
+    """Note for the user if more than a tenth of the C++ objects came from ccache, else empty; a Problem if most did."""
     objects = [run for run in compilations if not run.output.endswith(".c.o")]
     hits = sum(run.seconds < QUICK for run in objects)
     text = (f"{hits} of {len(objects)} C++ objects took under {QUICK} s: they came from ccache, and their times say nothing. "
@@ -126,7 +126,7 @@ def note_of_cache(compilations, preset):
 
 
 def sources_in(source):
-    """The sources that are compiled in a file: those that a unity file includes, or the file itself."""
+    """The sources compiled in a file: those that a unity file includes, or the file itself."""
     if not re.fullmatch(r"unity_\d+_\w+\.\w+", source.name):
         return [source]
     return [pathlib.Path(name) for name in re.findall(r'^#include "(.+)"', source.read_text(encoding="utf-8"), re.MULTILINE)]

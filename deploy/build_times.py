@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the time of a build goes, and a check that compilation has not become twice as dear; run as deploy/build-times.sh."""
+"""Report of build times, and a check that the cost of compilation has not doubled; run as deploy/build-times.sh."""
 
 import argparse
 import collections
@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 RECORD = ROOT / "deploy/build-times.json"
 LIMIT = 2.0  # times the recorded value
 SAMPLE = 9  # objects
-BETWEEN = 3  # objects from one run of the yardstick to the next
+BETWEEN = 3  # objects between two runs of the yardstick
 LAUNCHERS = {"ccache", "sccache", "distcc"}
 NOT_PRODUCT = {"tests", "bench", "python", "idl"}
 SOURCES = {".c", ".cc", ".cpp", ".cxx"}
@@ -85,7 +85,7 @@ def progress(text=""):
 
 
 def bare(arguments):
-    """(command, output): a compiler's command without launcher, -c, -o and what writes dependencies."""
+    """(command, output): a compiler's command without launcher, -c, -o and dependency options."""
     while pathlib.PurePath(arguments[0]).name in LAUNCHERS:
         arguments = arguments[1:]
     command, output, rest = [], "", iter(arguments)
@@ -123,7 +123,7 @@ def run_compiler(command, directory, what, preset):
 
 
 def lines_by_file(text):
-    """(own, inclusive): lines with something on them, in a preprocessed source, of each file, and of it and what it includes."""
+    """(own, inclusive): non-empty lines of each file in a preprocessed source, and of each file with its includes."""
     own, inclusive, stack, position = collections.Counter(), collections.Counter(), [""], 0
     markers = re.finditer(rb'^# \d+ "((?:[^"\\\n]|\\.)*)"([ \d]*)$', text, re.MULTILINE)
     for match in [*markers, None]:
@@ -148,7 +148,7 @@ def is_header(name):
 
 
 def sum_of_headers(counts):
-    """Header -> [inclusive lines, own lines, objects], summed over pairs as lines_by_file gives them."""
+    """Header -> [inclusive lines, own lines, objects], summed over results of lines_by_file."""
     rows = {}
     for own, inclusive in counts:
         for name in filter(is_header, inclusive):
@@ -200,7 +200,7 @@ def print_headers(build, preset):
 
 
 def pick_sample(objects):
-    """Objects of the product, by the checksum of their names: where one comes or goes, the others stay in the sample."""
+    """Objects of the product, sorted by the checksum of their names: added or removed objects leave the rest of the sample unchanged."""
     product = [entry for entry in objects if pathlib.PurePath(entry.output).parts[0] not in NOT_PRODUCT]
     return sorted(product, key=lambda entry: (zlib.crc32(entry.output.encode()), entry.output))[:SAMPLE]
 
@@ -211,7 +211,7 @@ def thousand_lines(sample):
 
 
 def processor_seconds(command, directory, what, preset):
-    """User and system time of a compiler and all that it starts."""
+    """User and system time of a compiler and its child processes."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     run_compiler(command, directory, what, preset)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -219,7 +219,7 @@ def processor_seconds(command, directory, what, preset):
 
 
 def yardstick_command(sample, folder):
-    """Compiles the yardstick with the sample's compiler, in a way that does not depend on the project's flags."""
+    """Command that compiles the yardstick with the sample's compiler, independently of the project's flags."""
     source = pathlib.Path(folder, "yardstick.cpp")
     source.write_text(YARDSTICK, encoding="utf-8")
     arguments = [argument.removeprefix("-I") for entry in sample for argument in entry.command]
@@ -252,7 +252,7 @@ def figure_of(seconds, kilolines, yardsticks):
 
 
 def verdict(figure, recorded):
-    """(whether it passes, what to say of it)."""
+    """(whether it passes, message)."""
     ratio = figure / recorded
     said = f"{figure:.2f} yardsticks for a thousand lines, recorded are {recorded:.2f}: {ratio:.2f} times that, {LIMIT:g} are allowed"
     if ratio > LIMIT:
@@ -265,7 +265,7 @@ def verdict(figure, recorded):
 
 
 def read_record(path, preset):
-    """The recorded figure."""
+    """The recorded value."""
     record_it = f"Record a value: deploy/build-times.sh --record --preset {preset}"
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
@@ -287,7 +287,7 @@ def write_record(path, preset, figure, compiler):
 
 
 def check_or_record(build, preset, recording):
-    """Measures, and writes the figure down or holds it against the recorded one; a Problem where it has doubled."""
+    """Measures, and records the value or compares it with the recorded one; a Problem if it has doubled."""
     recorded = None if recording else read_record(RECORD, preset)
     sample = pick_sample(read_objects(build / "compile_commands.json", preset))
     if not sample:

@@ -56,14 +56,14 @@ to renew the facts:
 
 COMPONENT = {"name", "version", "reads", "mitigations"}
 CVE = {"id", "effect", "upstream", "debian"}
-STATE = re.compile(r"(yes|no|not found)\b")  # how `debian` of a CVE begins: whether Debian 12 carries the fix
+STATE = re.compile(r"(yes|no|not found)\b")  # start of a CVE's `debian`: whether Debian 12 has the fix
 
 
 # ---- data
 
 
 def keys_of(entry, needed, more, where):
-    """A Problem unless an entry is a mapping with the keys that are needed and no others than those and `more`."""
+    """A Problem unless an entry is a mapping with all keys of `needed` and no others than those and `more`."""
     if not isinstance(entry, dict):
         raise Problem(f"{DATA}: {where}: expected a mapping")
     missing, unknown = needed - entry.keys(), entry.keys() - needed - more
@@ -86,7 +86,7 @@ def ids_of(cve):
 
 
 def checked(data):
-    """The data, or a Problem that names the place of the first error."""
+    """The data, or a Problem with the place of the first error."""
     keys_of(data, {"looked_up", "mitigations", "components", "without", "through"}, set(), "the file")
     if not isinstance(data["looked_up"], datetime.date):
         raise Problem(f"{DATA}: looked_up: expected a date, e.g. 2026-01-31")
@@ -116,7 +116,7 @@ def load(path):
         raise Problem(f"{path}: {error}") from None
 
 
-# ---- what is linked against what is known
+# ---- linked components compared with the data
 
 
 def describes(described, version):
@@ -133,7 +133,7 @@ def where_linked(linked):
 
 
 def problems(found, data):
-    """What is wrong, a text for each component."""
+    """Errors, one text per component."""
     entries, without = data["components"], data["without"]
     through = {source for group in data["through"] for source in group["packages"]}
     wrong = []
@@ -165,7 +165,7 @@ def cell(text):
 
 
 def sentence(text):
-    """A cell that begins with a capital letter and ends with a full stop, to be joined with others."""
+    """A cell in the form of a sentence (capital letter, full stop), for joining with others."""
     text = cell(text)
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?")) else ".")
 
@@ -175,7 +175,7 @@ def table(head, rows):
 
 
 def place_of(source, linked, programs):
-    """Where a component is linked, in few words. The Python module links what `tandem` does, and is not built everywhere."""
+    """Short description of where a component is linked. The Python module links the same as `tandem`, and is not built everywhere."""
     if source.startswith("npm:"):
         return "the page"
     by = [name for name in linked.programs if name != MODULE]
@@ -241,7 +241,7 @@ def written(page, found, data):
 
 
 def difference(page, wanted):
-    """The first line in which the page differs from the wanted one; nothing where it does not."""
+    """The first line in which the page differs from the wanted one; empty if there is none."""
     have, want = page.splitlines(), wanted.splitlines()
     for number, (one, other) in enumerate(zip(have, want), 1):
         if one != other:
@@ -255,7 +255,7 @@ def difference(page, wanted):
 
 
 def lacking(found, data):
-    """Fixes of Debian that this PC lacks: its version of a component is older than the one that an entry names."""
+    """Debian's fixes that this PC lacks: its version of a component is older than the one in an entry."""
     for source, entry in data["components"].items():
         for cve in entry.get("cves", []):
             fixed = re.match(r"yes, (\d\S*)$", cve["debian"])

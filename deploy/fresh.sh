@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What a new user sees: the README's commands in a Debian 12 that has nothing, with what they cost.
+# Test of a new installation: the README's commands in an empty Debian 12, with their cost in time and packages.
 set -euo pipefail
 # shellcheck source=deploy/lib.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
@@ -59,7 +59,7 @@ chmod 755 "$house/usr/sbin/policy-rc.d"
 mkdir "$house/root/tandem"
 git -C "$root" archive HEAD | tar -x -C "$house/root/tandem"
 
-# inside COMMAND...: in there, with processes and mounts of its own.
+# inside COMMAND...: runs a command in the new system, with separate processes and mounts.
 inside() {
   # shellcheck disable=SC2016
   unshare --mount --pid --fork --kill-child bash -c '
@@ -68,7 +68,7 @@ inside() {
     "$house" "$@"
 }
 
-# Sum of what dpkg says that is installed, MB.
+# Total size of the installed packages according to dpkg, MB.
 # shellcheck disable=SC2016
 installed() { inside dpkg-query -W -f='${Installed-Size}\n' | awk '{ sum += $1 } END { printf "%d", sum / 1024 }'; }
 

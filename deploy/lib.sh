@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the scripts of this folder share; sourced, with `set -euo pipefail` in force. Sets `root`, the source tree.
+# Functions shared by the scripts of this folder; sourced under `set -euo pipefail`. Sets `root`, the source tree.
 # shellcheck shell=bash
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -11,7 +11,7 @@ die() {
   exit 1
 }
 
-# The purposes of packages.txt, a line each.
+# The purposes of packages.txt, one per line.
 purposes() { sed -n 's/^\[\(.*\)\]$/\1/p' "$root/deploy/packages.txt"; }
 
 # packages PURPOSE...: the lines of packages.txt under these headings.
@@ -22,7 +22,7 @@ packages() {
     take && NF && !seen[$0]++' "$root/deploy/packages.txt"
 }
 
-# missing_packages PURPOSE...: those of them that dpkg does not have installed.
+# missing_packages PURPOSE...: those of them that are not installed according to dpkg.
 missing_packages() {
   local package unless command
   while read -r package unless command; do
@@ -46,7 +46,7 @@ then run this script with --no-install."
   [[ $version == 12 ]] || say "this is $name; Tandem is developed on Debian 12, other versions may fail to build"
 }
 
-# Runs a command as root: as it is, or through sudo.
+# Runs a command as root, through sudo if necessary.
 as_root() {
   if ((EUID == 0)); then
     "$@"
@@ -58,7 +58,7 @@ as_root() {
   fi
 }
 
-# install_packages PURPOSE...: installs what is missing; without network and without apt where nothing is.
+# install_packages PURPOSE...: installs the missing packages; needs neither network nor apt if there are none.
 install_packages() {
   local missing
   require_debian
@@ -76,8 +76,8 @@ install_packages() {
   ((${#missing[@]} == 0)) || die "still missing after the installation: ${missing[*]}"
 }
 
-# report_packages PURPOSE...: with --no-install, says what a build may fail for. Not an error, the libraries may come from
-# elsewhere.
+# report_packages PURPOSE...: with --no-install, reports packages without which a build may fail. Not an error, since the libraries may come
+# from elsewhere.
 report_packages() {
   command -v dpkg-query >/dev/null || return 0
   local missing
@@ -92,7 +92,7 @@ prepare() {
   if $install; then install_packages "$@"; else report_packages "$@"; fi
 }
 
-# Compilations at a time: one a core, and 1.5 GB of memory for each.
+# Number of parallel compilations: one per core, with 1.5 GB of memory for each.
 build_jobs() {
   local cores memory
   cores=$(nproc)
@@ -101,8 +101,8 @@ build_jobs() {
   printf '%d' $((memory < 1 ? 1 : memory < cores ? memory : cores))
 }
 
-# configure PRESET [OPTION...]: a new build folder has neither tests nor Python module nor page, unless an option says so; one
-# that is there keeps what it has.
+# configure PRESET [OPTION...]: a new build folder excludes tests, Python module and page unless an option includes them; an existing one
+# keeps its options.
 configure() {
   local preset=$1 tool
   shift
@@ -115,12 +115,12 @@ configure() {
   mkdir -p "$root/build" 2>/dev/null || true
   [[ -w $root/build ]] || die "$root/build: not writable for $(id -un); change its owner, or use a copy of the sources"
   say "configuring preset $preset in $root/build/$preset"
-  # Debian's Python has the packages of packages.txt; another one in PATH need not.
+  # Debian's Python has the packages of packages.txt; another one in PATH may lack them.
   (cd "$root" && cmake --preset "$preset" -DPython3_EXECUTABLE=/usr/bin/python3 "$@" --log-level=NOTICE) ||
     die "cmake could not configure preset $preset"
 }
 
-# build PRESET [TARGET...]: what is configured; without targets all of it.
+# build PRESET [TARGET...]: builds the targets; without targets, everything that is configured.
 build() {
   local preset=$1
   shift

@@ -13,13 +13,13 @@ import sysconfig
 
 from build_log import Problem
 
-# Folders whose sources are part of no program.
+# Folders whose sources are not part of any program.
 NOT_PRODUCT = {"tests", "bench", "build"}
 CODE = {".h", ".hpp", ".c", ".cc", ".cpp"}
 
-# One linked component. `version` is the project's, `debian` the whole version of the source package. `programs` link one of its libraries
-# themselves, `rooms` include its headers, `through` are the components that link one of its libraries; a component with neither programs
-# nor rooms is linked indirectly.
+# One linked component. `version` is the upstream version, `debian` the complete version of the source package. `programs` link one of its
+# libraries directly, `rooms` include its headers, `through` are the components that link one of its libraries; a component with neither
+# programs nor rooms is linked indirectly.
 Linked = collections.namedtuple("Linked", "version programs rooms through debian", defaults=((), (), (), ""))
 
 
@@ -46,7 +46,7 @@ def programs_of(cmake):
 
 
 def binaries_of(root, build):
-    """name -> file of every program, and of the Python module where it is built."""
+    """name -> file of every program, and of the Python module if it is built."""
     binaries = {name: build / "bin" / name for name in programs_of((root / "CMakeLists.txt").read_text(encoding="utf-8"))}
     missing = [name for name, path in binaries.items() if not path.is_file()]
     if missing:
@@ -56,7 +56,7 @@ def binaries_of(root, build):
 
 
 def read_ldd(text):
-    """library name -> file, of what ldd prints."""
+    """library name -> file, from the output of ldd."""
     files = {}
     for line in text.splitlines():
         match = re.match(r"\s+(\S+) => (not found|/\S+)", line) or re.match(r"\s+((/\S+)) \(0x", line)
@@ -69,7 +69,7 @@ def read_ldd(text):
 
 
 def read_needed(text):
-    """file -> names of the libraries that it asks for, of what `readelf -d` prints about several files."""
+    """file -> names of the libraries that it needs, from the output of `readelf -d` for several files."""
     needed, path = collections.defaultdict(list), None
     for line in text.splitlines():
         if line.startswith("File: "):
@@ -80,7 +80,7 @@ def read_needed(text):
 
 
 def reach(names, needed, files):
-    """All library names that are reached from some."""
+    """All library names reachable from the given ones."""
     seen, open_ = set(names), list(names)
     for name in open_:
         for other in needed.get(files.get(name), ()):
@@ -94,13 +94,13 @@ def reach(names, needed, files):
 
 
 def spellings(path):
-    """A file as dpkg may list it: /usr/lib is also /lib, and links point elsewhere."""
+    """Paths under which dpkg may list a file: /usr/lib is also /lib, and symbolic links point elsewhere."""
     names = {str(path), os.path.realpath(path)}
     return names | {name.removeprefix("/usr") for name in names} | {f"/usr{name}" for name in names if not name.startswith("/usr")}
 
 
 def read_owners(text):
-    """file -> package, of what `dpkg -S` prints."""
+    """file -> package, from the output of `dpkg -S`."""
     owners = {}
     for line in text.splitlines():
         packages, _, path = line.partition(": ")
@@ -110,7 +110,7 @@ def read_owners(text):
 
 
 def upstream(version):
-    """The project's version in a Debian version: 2.9.1 of 1:2.9.1+ds-1."""
+    """The upstream version in a Debian version: 2.9.1 of 1:2.9.1+ds-1."""
     match = re.match(r"(?:\d+:)?(\d+(?:\.\d+)*)", version)
     return match.group(1) if match else version
 
@@ -121,7 +121,7 @@ def older(one, other):
 
 
 def sources_of(paths):
-    """file -> (source package, its version); a Problem for a file of no package."""
+    """file -> (source package, its version); a Problem for a file without a package."""
     asked = sorted(set().union(*(spellings(path) for path in paths)))
     owners = read_owners(run(["dpkg", "-S", *asked], bad=(1,)))
     packages = sorted(set(owners.values()))
@@ -178,13 +178,13 @@ def included(root):
 
 
 def include_folders(root, build):
-    """Folders outside the tree in which the compiler looks for headers; those of the compiler itself are left out."""
+    """Folders outside the tree in which the compiler searches for headers, without the compiler's own."""
     try:
         commands = (build / "compile_commands.json").read_text(encoding="utf-8")
     except OSError as error:
         raise Problem(f"{build}/compile_commands.json: {error.strerror}. Configure first: cmake --preset {build.name}") from None
     given = {folder for folder in re.findall(r"(?:-isystem\s*|-I)(/[^\s\"\\]+)", commands) if not pathlib.Path(folder).is_relative_to(root)}
-    machine = sysconfig.get_config_var("MULTIARCH")  # x86_64-linux-gnu; only Debian's Python has it
+    machine = sysconfig.get_config_var("MULTIARCH")  # x86_64-linux-gnu; only Debian's Python defines it
     return [*sorted(given), "/usr/include", *([f"/usr/include/{machine}"] if machine else [])]
 
 
@@ -207,7 +207,7 @@ def headers(root, build):
 
 
 def page_packages(lock):
-    """component -> Linked, of the packages that reach the browser: dependencies, and not those of the development."""
+    """component -> Linked, of the packages that reach the browser: dependencies without development dependencies."""
     found = {}
     for place, entry in json.loads(lock)["packages"].items():
         if place and not entry.get("dev"):
@@ -216,7 +216,7 @@ def page_packages(lock):
 
 
 def find(root, build):
-    """component -> Linked, of everything."""
+    """component -> Linked, of all kinds."""
     found = libraries(binaries_of(root, build))
     for source, linked in headers(root, build).items():
         before = found.get(source, linked)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# How the sources are written, checked without running them; see --help.
+# Static checks of the sources; see --help.
 set -euo pipefail
 # shellcheck source=deploy/lib.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
@@ -64,10 +64,10 @@ if $all; then most=${most:-1000000}; else most=${most:-12}; fi
 
 cd "$root"
 repository() { git -c safe.directory="$root" "$@"; }
-# Sources from an archive have no repository: what .gitignore names is left out there as well.
+# Without a repository (sources from an archive), the patterns of .gitignore apply as well.
 where=(--no-index --exclude-standard)
 ! repository rev-parse --verify -q HEAD >/dev/null 2>&1 || where=(--untracked)
-# files PATTERN...: the sources of these names, those included that are not added yet.
+# files PATTERN...: sources with these names, including untracked ones.
 files() { repository grep -I -l "${where[@]}" -e '' -- "$@"; }
 
 format() {
@@ -83,7 +83,7 @@ shell() {
 
 python() { files '*.py' '*.pyi' | xargs -d '\n' flake8; }
 
-# eslint wants the packages beside the sources, where none are: it reads a copy in the page's build folder, which has them.
+# eslint needs the packages beside the sources: it reads a copy of them in the page's build folder, which has the packages.
 page() {
   local folder=$root/build/release/console status=0
   local copy=$folder/lint npm=$folder/node_modules/.bin check=(--check) fixes=()
@@ -102,7 +102,7 @@ page() {
   return "$status"
 }
 
-# changed REV: C++ files that differ from it, and those that are not added yet.
+# changed REV: C++ files that differ from it, and untracked ones.
 changed() {
   repository diff --name-only --diff-filter=d "$1" -- '*.cpp' '*.h'
   repository ls-files --others --exclude-standard -- '*.cpp' '*.h'

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds, and runs the tests.
+# Installs missing packages, builds, and runs the tests.
 set -euo pipefail
 # shellcheck source=deploy/lib.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
@@ -54,7 +54,7 @@ while (($# > 0)); do
       shift
       ;;
     -LE | --label-exclude)
-      # Several -LE of ctest exclude what matches all of them; here they are joined into one that excludes each.
+      # Several -LE of ctest exclude tests that match all of them; here they are joined into one that excludes tests that match any.
       (($# > 1)) || die "$1: expected a regular expression"
       exclude+="|$2"
       shift
@@ -71,7 +71,7 @@ $long || exclude+='|^long$'
 
 mapfile -t all < <(purposes)
 prepare "$install" "${all[@]}"
-# With sanitizers g++ warns of what they put in.
+# With sanitizers, g++ warns about the inserted code.
 sanitized=false more=ON
 [[ $preset != asan && $preset != tsan ]] || sanitized=true more=OFF
 [[ $preset == release ]] || exclude+='|^lint$'
@@ -81,19 +81,18 @@ results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 cd "$root/build/$preset"
 
-# Debian's Fast DDS, Ipopt, fmt ... are built without the sanitizer: it has not seen their locks, so what happens in them is left out.
-# It frees, at the end of a process, objects under another size than they were made with, which is Debian's affair as well. There
-# are no other suppressions.
+# Debian's Fast DDS, Ipopt, fmt ... are built without the sanitizer, which therefore cannot observe their locks: races inside them are
+# ignored. Debian's libraries also free objects at process exit with another size than allocated. There are no other suppressions.
 [[ $preset != asan ]] || export ASAN_OPTIONS="new_delete_type_mismatch=0 ${ASAN_OPTIONS:-}"
 [[ $preset != tsan ]] || export TSAN_OPTIONS="ignore_noninstrumented_modules=1 ${TSAN_OPTIONS:-}"
 
-# Processor time that the host took away (steal) and all that was asked for, in ticks since boot.
+# Processor time taken by the host (steal) and total demanded time, in ticks since boot.
 ticks() { awk '$1 == "cpu" { print $9, $2 + $3 + $4 + $7 + $8 + $9 }' /proc/stat; }
-# stolen BEFORE: percent of what was asked for since then that the host took away.
+# stolen BEFORE: percentage of the time demanded since then that the host took.
 stolen() { printf '%s %s\n' "$1" "$(ticks)" | awk '{ print(($4 > $2) ? int(100 * ($3 - $1) / ($4 - $2)) : 0) }'; }
 
 ran=false status=0
-# run NAME JOBS SELECTION...: those of the tests asked for that SELECTION holds; nothing where there are none.
+# run NAME JOBS SELECTION...: runs the requested tests that match SELECTION; does nothing if there are none.
 run() {
   local name=$1 jobs=$2 count before share code=0
   shift 2
@@ -111,7 +110,7 @@ run() {
   fi
   ((status != 0)) || status=$code
 }
-# Names what failed at last, with the end of what it printed: a log of thousands of lines does not show it.
+# Lists the failed tests at the end, each with the end of its output, which would be lost in a log of thousands of lines.
 failures() {
   local name
   for name in lint unit other; do
@@ -140,7 +139,7 @@ if ((${#arguments[@]} == 0)); then
   grep -ho '<testcase name="[^"]*"[^>]* time="[^"]*"' "$results"/*.xml |
     sed -E 's/.* name="([^"]*)".* time="([^"]*)"/\2 \1/' | sort -rn | awk 'NR <= 10 { printf "%8.1f  %s\n", $1, $2 }'
 fi
-# Part of the tests shows part of the hazards.
+# A part of the tests covers only a part of the hazards.
 if ((${#arguments[@]} == 0)) && [[ $preset == release && $exclude == '|^long$' ]]; then
   /usr/bin/python3 "$root/tests/hazards/trace.py" --results "$results"/*.xml || status=1
   say "is compiling as cheap as it was?"

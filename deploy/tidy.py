@@ -18,7 +18,7 @@ import tempfile
 from build_log import Problem, sources_in
 from build_times import read_objects
 
-# g++ knows the first ones, clang does not. The last two are about macros of the kernel, and branches of templates that are not taken.
+# g++ knows the first ones, clang does not. The last two are about kernel macros, and untaken branches of templates.
 EXTRA = ["--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-ignored-optimization-argument",
          "--extra-arg=-Wno-unused-command-line-argument", "--extra-arg=-Wno-format-security",
          "--extra-arg=-Wno-unknown-attributes", "--extra-arg=-Wno-sign-compare",
@@ -26,10 +26,10 @@ EXTRA = ["--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-ignored-op
 
 
 def commands(build, tree):
-    """source, relative to the tree -> its entry of compile_commands.json."""
+    """source, relative to the tree -> its entry in compile_commands.json."""
     found = {}
     for item in read_objects(build / "compile_commands.json", build.name):
-        if not item.source.is_file():  # a unity file of a later configuration
+        if not item.source.is_file():  # a unity file of an earlier configuration
             continue
         for source in sources_in(item.source):
             arguments = [str(source) if part == str(item.source) else part for part in item.command]
@@ -39,7 +39,7 @@ def commands(build, tree):
 
 
 def includers(tree, sources):
-    """header -> files that include it, for all that the sources of the tree reach."""
+    """header -> files that include it, for all headers reachable from the sources of the tree."""
     found, open_ = collections.defaultdict(list), list(sources)
     seen = set(open_)
     for name in open_:
@@ -56,7 +56,7 @@ def includers(tree, sources):
 
 
 def source_of(name, known, including):
-    """The source in which a file is checked: itself, the one of its name, or the nearest that includes it; None: there is none."""
+    """The source in which a file is checked: itself, the one of its name, or the nearest that includes it; None if there is none."""
     twin = os.path.splitext(name)[0] + ".cpp"
     level, seen = [name], {name}
     while level:
@@ -69,7 +69,7 @@ def source_of(name, known, including):
 
 
 def check(source, names, folder, tree):
-    """What clang-tidy prints about these files where it compiles the source."""
+    """Output of clang-tidy about these files when it compiles the source."""
     lines = json.dumps([{"name": str(tree / name)} for name in names])
     command = ["clang-tidy", "-p", folder, "--quiet", "--header-filter=.*", f"--line-filter={lines}", *EXTRA, str(tree / source)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
