@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Catheters over DDS: in lock-step what one process computes, in real time what an operator asks for."""
+"""Catheters over DDS: lock-step runs equal to those in one process, and operator commands in real time."""
 import csv
 import json
 import math
@@ -14,7 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
 COOPERATIVE = system.PRESETS / "cooperative"
-SAME = 1e-9  # m, rad: what the rests of two processes may differ by, which come there by different ways
+SAME = 1e-9  # m, rad: permitted difference between the equilibria of two processes, which reach them along different iterations
 
 
 class Test(system.SystemTest):
@@ -25,7 +25,7 @@ class Test(system.SystemTest):
         return file
 
     def record(self, deployment):
-        """Begins a recording. @return its file, and what ends it"""
+        """Starts a recording. @return its file, and a function that ends it"""
         file = self.folder / "run.mcap"
         process = subprocess.Popen([system.executable(), "record", str(deployment), "-o", str(file)],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -41,7 +41,7 @@ class Test(system.SystemTest):
 
 class LockStep(Test):
     def run_both(self, command, *options):
-        """One run by processes and one in a process. @return of each its exit code, its JSON and its rows"""
+        """One run over DDS and one in a single process. @return exit code, JSON and rows of each"""
         found = []
         for offline in ([], ["--offline"]):
             rows = self.folder / f"{command}{len(found)}.csv"
@@ -111,7 +111,7 @@ class RealTime(Test):
         return self.start("ablation-pair", robot=COOPERATIVE / "ablation-pair.yaml", budgets=system.WIDE_BUDGETS)
 
     def rise(self, robot):
-        """How far both insertions are beyond those of home, m."""
+        """Difference of both insertions from those of home, m."""
         return [joints[0] - home for joints, home in zip(robot.joints(), (0.060, 0.066))]
 
     def test_a_path_is_followed_or_refused(self):
@@ -182,7 +182,7 @@ class RealTime(Test):
             self.assertEqual([names[f"name[{j}]"] for j in range(3)],
                              [f"{arm}_{joint}" for joint in ("insertion", "roll", "bend")])
         tips = self.tips("target")
-        for axis in (0, 1):  # where a machine is late, references lead a little too far
+        for axis in (0, 1):  # on a slow machine, references lead too far
             self.assertAlmostEqual(max(p[axis] for p in tips) - min(p[axis] for p in tips), 4e-3, delta=7e-4)
         self.assert_ok(system.run("plot", file, "--figures", self.folder / "figures"))
         self.assertGreater((self.folder / "figures" / "joints.png").stat().st_size, 10000)

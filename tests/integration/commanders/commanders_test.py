@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which robot is meant: processes that know another robot or deployment than the running ones, and a second system in the same place."""
+"""Identification of the robot: processes with another robot or deployment than the running ones, and a second system with the same
+domain."""
 import filecmp
 import os
 import pathlib
@@ -20,7 +21,7 @@ class Commanders(system.SystemTest):
         self.home = self.system.joints()
 
     def changed(self, name, old, new):
-        """The running deployment once more, with other words."""
+        """A copy of the running deployment with some text replaced."""
         text = self.system.path.read_text()
         self.assertIn(old, text)
         path = self.folder / f"{name}.yaml"
@@ -34,7 +35,7 @@ class Commanders(system.SystemTest):
         self.assertEqual(self.system.joints(), self.home)
 
     def mover(self, program, path):
-        """A further process of Tandem, in the place of the running ones."""
+        """A further service with the domain and prefix of the running ones."""
         process = subprocess.Popen([system.executable(program), "--deployment", path], stderr=subprocess.PIPE, text=True)
         self.addCleanup(system.reap, process)
         return process
@@ -46,7 +47,7 @@ class Commanders(system.SystemTest):
         for words in (["enable"], ["home"], ["jog", "a", "beta_1", "1"], ["run", "rectangle"]):
             answer = system.run(*(words if words[0] == "jog" else ["robot", *words]), "--deployment", self.quicker())
             self.assert_refused(answer, "uses another robot or deployment", "control_period: 0.05 here, 0.1 there")
-        # Nor does who knows other tubes of the same name.
+        # Nor do other tubes of the same name.
         robot = self.folder / "robot.yaml"
         text = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
         robot.write_text(text.replace("straight_length_mm: 387", "straight_length_mm: 388", 1))
@@ -55,7 +56,7 @@ class Commanders(system.SystemTest):
         self.assert_refused(system.run("robot", "--deployment", other, "enable"), "robot.arms[0].tubes[")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
         self.assert_still_home()
-        # But anybody stops it, and another name, comment or order of keys is the same robot.
+        # Every client may stop it, and another name, comment or order of keys is the same robot.
         self.assert_ok(self.system.robot("enable"))
         self.assert_ok(system.run("robot", "--deployment", self.quicker(), "stop"))
         self.assertEqual(self.system.states(), ["FAULT", "FAULT"])
@@ -75,12 +76,12 @@ class Commanders(system.SystemTest):
         self.assertIn("control_period: 0.1 here, 0.05 there", self.mismatches()[0])
         self.assertIn(f"pid {other.pid}", self.mismatches()[0])
         self.assertEqual(run.wait(20), 1)
-        self.system.robot("disable")  # DDS may give the drives the commands of the other control alone; they have no power
+        self.system.robot("disable")  # DDS may deliver only the commands of the other control to the drives, which have no power
         self.assert_refused(self.system.robot("enable"), "uses another robot or deployment", f"pid {other.pid}", "control_period")
         self.system.assert_still(self)
         other.send_signal(signal.SIGINT)
         self.assertIn(": ignored: ", other.communicate(timeout=20)[1])
-        # Once it is gone, the robot is ours again.
+        # After it has ended, the robot accepts commands again.
         system.until(lambda: self.system.robot("disable").returncode == 0, 20, "disable is obeyed")
         system.until(lambda: self.system.robot("enable").returncode == 0, 10, "enable is accepted")
         self.assert_ok(self.system.robot("disable"))
@@ -98,7 +99,7 @@ class Commanders(system.SystemTest):
                             "--domain or --prefix")
         self.assertNotIn("ready", answer.stdout)
         self.assert_refused(system.run("up", self.quicker()), "in use by ")
-        # An experiment takes a place of its own, and none that is taken.
+        # An experiment uses an unused domain and prefix.
         experiment = system.short_experiment(self.folder, "nspqp")
         before = self.system.joints()
         self.assert_ok(system.run("experiment", experiment, "--only", "rectangle"))
@@ -138,7 +139,7 @@ class Ends(system.SystemTest):
 
 
 class LockStep(system.SystemTest):
-    """Nobody is judged by the clock, but by one bound."""
+    """In lock-step, lock_step_s is the only time limit."""
 
     def experiment(self, *words, **keys):
         path = system.deployment(self.folder, "lockstep", **keys)
@@ -148,7 +149,7 @@ class LockStep(system.SystemTest):
         return process
 
     def freeze_planning(self, process):
-        """In the middle of a run. @return its id"""
+        """Freezes planning during a run. @return its pid"""
         for line in process.stderr:
             if "'rectangle'" in line:
                 break
@@ -162,7 +163,7 @@ class LockStep(system.SystemTest):
         self.assertEqual(self.experiment("--csv", self.folder / "a").wait(60), 0)
         process = self.experiment("--csv", self.folder / "b")
         planning = self.freeze_planning(process)
-        time.sleep(8)  # longer than any of the budgets of real time
+        time.sleep(8)  # longer than all real-time budgets
         self.assertIsNone(process.poll())
         os.kill(planning, signal.SIGCONT)
         self.assertEqual(process.wait(60), 0, process.stderr.read())

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Who may talk to tandem-console: TLS, tokens, roles, and DDS Security behind it."""
+"""Access to tandem-console: TLS, tokens, roles, and DDS Security behind it."""
 import os
 import socket
 import ssl
@@ -17,7 +17,7 @@ from credentials import Authority  # noqa: E402
 
 
 class Secured(ConsoleTest):
-    """DDS Security: the console has a role of its own, and asks for tokens everywhere."""
+    """DDS Security: the console has a role of its own, and requires tokens for every request."""
 
     def test_console_acts_for_clients_with_a_token(self):
         self.port, self.prefix, domain = system.free_port(), f"t{os.getpid()}", system.free_domain()
@@ -57,7 +57,7 @@ class Secured(ConsoleTest):
 
 
 class Tokens(ConsoleTest):
-    """The console alone, on a secured port: what it carries it carries for those who may."""
+    """The console without other services, on a TLS port: access to its endpoints by role."""
 
     def setUp(self):
         super().setUp()
@@ -96,7 +96,7 @@ class Tokens(ConsoleTest):
         self.crowd()
 
     def crowd(self):
-        """Those who have shown no token lock nobody out, however many they are and whatever they keep open."""
+        """Connections without a token do not lock others out, whatever their number and behaviour."""
         silent = [wire.connect(self.port) for _ in range(110)]
         asked = [wire.connect(self.port, self.tls) for _ in range(10)]
         for connection in asked:

@@ -15,7 +15,7 @@ CALM = {"control_period_s": "0.05", "sim_period_ms": "2"}
 
 class ConsoleTest(system.SystemTest):
     def start_robot(self):
-        """Robot and console; who serves whom without tokens."""
+        """Robot and console without tokens."""
         self.port = system.free_port()
         self.prefix = f"t{os.getpid()}"
         robot = self.start("laptop", prefix=self.prefix, console=f"{{port: {self.port}}}", **CALM)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tandem-console before friends and enemies: Foxglove's own client, a crowd, and whatever comes."""
+"""tandem-console with correct and faulty clients: Foxglove's own client, many clients, and invalid requests."""
 import json
 import os
 import select
@@ -17,7 +17,7 @@ import wire
 
 
 class Peer(ConsoleTest):
-    """Needs npm's packages: NODE_PATH says where they are."""
+    """Needs npm's packages in NODE_PATH."""
 
     def run_peer(self, subprotocol, task):
         answer = subprocess.run(["node", HERE / "foxglove_peer.js", f"ws://127.0.0.1:{self.port}", subprotocol, self.prefix,
@@ -50,7 +50,7 @@ class Crowd(ConsoleTest):
                 for ready in select.select(list(by_socket), [], [], 0.2)[0]:
                     index, peer = by_socket[ready]
                     peer.buffer += ready.recv(1 << 20)
-                    while len(peer.buffer) > 14:  # whole frames alone
+                    while len(peer.buffer) > 14:  # complete frames only
                         size = peer.buffer[1] & 0x7F
                         head = 2 + {126: 2, 127: 8}.get(size, 0)
                         if size > 125:
@@ -81,7 +81,7 @@ class Crowd(ConsoleTest):
         print("left out:", dropped, flush=True)
 
     def rates(self):
-        """Ten samples a second of what comes 500 times; all of what is reliable."""
+        """At ?rate=10, ten samples per second of a 500 Hz best-effort topic; all samples of a reliable one."""
         peer = self.client("actuation/state", "arm_a/measured_js", query="?rate=10")
         times = {self.channel(peer, name): [] for name in ("actuation/state", "arm_a/measured_js")}
         while min(map(len, times.values())) < 15:
@@ -120,7 +120,7 @@ class Hostile(ConsoleTest):
         self.assertIn(self.robot.pids["console"], system.processes_of("tandem-console"))
 
     def test_invalid_requests_do_no_harm(self):
-        """One robot for all of it: starting it costs most of the time."""
+        """One robot for all cases: starting it takes most of the time."""
         slow = self.begin_slow()
         self.origins_and_hosts()
         self.paths()
@@ -129,7 +129,7 @@ class Hostile(ConsoleTest):
         self.oversized()
         self.slow_ones_are_cut_off(slow)
         self.assert_unharmed()
-        # It still serves who is right.
+        # Valid clients are still served.
         peer = self.client("control/status", "control/reply")
         request = wire.cdr_control_request(wire.fingerprint(self.port), 7, 1)
         peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", request)
@@ -202,7 +202,7 @@ class Hostile(ConsoleTest):
                     for _ in range(self.random.randrange(6)):
                         text[self.random.randrange(len(text))] = self.random.randrange(256)
                     peer.send(bytes(text), 1)
-                elif kind == 1:  # the topic is never advertised: nothing of it may pass
+                elif kind == 1:  # the topic is never advertised: no sample of it may pass
                     peer.send(self.random.randbytes(self.random.randrange(60)), 2)
                 elif kind == 2:
                     peer.send(self.random.randbytes(self.random.randrange(200)), self.random.randrange(16),
@@ -210,7 +210,7 @@ class Hostile(ConsoleTest):
                 else:
                     wire.send_rest(peer.socket, self.random.randbytes(self.random.randrange(40)))
             peer.close()
-        # Topics that there are not, that nobody but control may write, of other types and encodings.
+        # Topics that do not exist, that only control may write, of other types and encodings.
         peer = self.client()
         for topic, schema, encoding in ((f"/{self.prefix}/actuation/command", "tandem_msgs/msg/ActuationCommand", "cdr"),
                                         (f"/{self.prefix}/control/status", "tandem_msgs/msg/ControlStatus", "cdr"),
@@ -233,7 +233,7 @@ class Hostile(ConsoleTest):
             pass
 
     def begin_slow(self):
-        """A request that never ends, silence, a WebSocket whose other end is gone without a word."""
+        """An incomplete request, silent connections, a WebSocket whose peer is gone without a close frame."""
         slow = [wire.connect(self.port) for _ in range(3)]
         slow[0].sendall(b"GET / HTTP/1.1\r\nHost: ")
         half = self.client()
@@ -244,13 +244,13 @@ class Hostile(ConsoleTest):
         slow, half, began = begun
         while slow:
             for connection in slow:
-                wire.send_rest(connection, b"a")  # a byte now and then keeps nothing open
+                wire.send_rest(connection, b"a")  # single bytes do not keep a connection open
             for connection in select.select(slow, [], [], 0.3)[0]:
                 self.assertEqual(wire.read_all(connection), b"")
                 connection.close()
                 slow.remove(connection)
             self.assertLess(time.monotonic() - began, 40, "the server waits for ever")
-        # Its pings are not answered: frames are read here without doing so.
+        # Pings remain unanswered: the frames are read here without replies.
         wire.read_all(half.socket)
         self.assertLess(time.monotonic() - began, 40)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Foxglove's own client before our server: all channels, decoded; a request that is obeyed; what a viewer may not.
+// Foxglove's own client connected to tandem-console: all channels, decoded; an accepted request; operations that a viewer may not use.
 //     node foxglove_peer.js URL SUBPROTOCOL PREFIX watch|command   prints one JSON object
 "use strict";
 const assert = require("node:assert");
@@ -10,7 +10,7 @@ const WebSocket = require("ws");
 
 const [url, subprotocol, prefix, task] = process.argv.slice(2);
 const PATIENCE = 40000; // ms
-// What flows while nobody moves the robot; `rosout` is asked for with a request that planning refuses.
+// Topics that are published while the robot is not commanded; `rosout` is triggered by a request that planning refuses.
 const FLOWING = [
   "actuation/state",
   "actuation/command",
@@ -35,7 +35,7 @@ const definitions = new Map(); // by topic
 const subscribed = new Map(); // channel by subscription
 const last = new Map(); // decoded message by topic
 const counts = new Map();
-const services = new Set(); // that tell of their health
+const services = new Set(); // services that publish diagnostics
 const statuses = [];
 let info;
 let wake = () => {};
@@ -98,13 +98,13 @@ async function request(name, publish, message) {
   const mine = ++number;
   const topic = `/${prefix}/${name}/reply`;
   last.delete(topic);
-  const { fingerprint } = last.get(`/${prefix}/actuation/state`); // of the robot that is meant
+  const { fingerprint } = last.get(`/${prefix}/actuation/state`); // of the running robot
   publish({ fingerprint, client: ME, request: mine, ...message });
   await until(() => last.get(topic)?.client === ME && last.get(topic)?.request === mine, `${topic} to request ${mine}`);
   return last.get(topic);
 }
 
-// A service that logs without end does not fill the wire: 50 lines at once and 20 a second pass, and the next one tells.
+// The log rate on the wire is limited: 50 lines at once and 20 per second pass, and the next line reports the dropped ones.
 async function flood(planning) {
   const began = Date.now(),
     before = counts.get("/rosout");
@@ -113,7 +113,7 @@ async function flood(planning) {
   const passed = counts.get("/rosout") - before,
     seconds = (Date.now() - began) / 1000;
   assert.ok(passed >= Math.min(40, 20 * seconds) && passed <= 60 + 25 * seconds, `${passed} lines within ${seconds} s`);
-  if (seconds > 2) return; // too slow a machine for a flood
+  if (seconds > 2) return; // too slow a machine for the limit
   const reported = () => /earlier lines were dropped/.test(last.get("/rosout").msg);
   const end = Date.now() + PATIENCE;
   while (!reported() && Date.now() < end)
@@ -146,7 +146,7 @@ async function command() {
   await flood(planning);
   publisher("stop")({ client: ME, sequence: 1n, reason: "test" });
   await until(() => last.get(`/${prefix}/arm_a/operating_state`).state === "FAULT", "stop is obeyed");
-  // What clients may not publish, not even operators.
+  // Topics that no client may publish, not even operators.
   client.advertise({
     topic: `/${prefix}/actuation/command`,
     encoding: "cdr",

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every topic and field that the ready-made layouts show is there."""
+"""All topics and fields of the shipped layouts exist."""
 import json
 import pathlib
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests and WebSockets by hand, so that they can also be wrong."""
+"""Hand-made requests and WebSockets, which can also be invalid."""
 import base64
 import json
 import os
@@ -17,7 +17,7 @@ def connect(port, tls=None, timeout=20):
 
 
 def send_rest(connection, data):
-    """Sends as much as the other end takes; it may hang up in between."""
+    """Sends as much as the peer accepts; it may close the connection meanwhile."""
     try:
         connection.sendall(data)
     except (BrokenPipeError, ConnectionResetError, ssl.SSLError):
@@ -25,7 +25,7 @@ def send_rest(connection, data):
 
 
 def read_all(connection):
-    """Everything until the other end closes."""
+    """Everything until the peer closes."""
     data = b""
     try:
         while True:
@@ -57,7 +57,7 @@ def api(port, name, tls=None, **headers):
 
 
 class Refused(Exception):
-    """The server wants no WebSocket with us."""
+    """The server refuses the WebSocket."""
 
     def __init__(self, status, body):
         super().__init__(f"{status}: {body}")
@@ -126,7 +126,7 @@ class WebSocket:
         self.send(json.dumps({"op": op, **members}).encode(), 1)
 
     def text(self, op):
-        """The next text with this op; samples before it are left out."""
+        """The next text message with this op; samples before it are dropped."""
         while True:
             opcode, payload = self.frame()
             if opcode == 8:
@@ -137,7 +137,7 @@ class WebSocket:
                     return message
 
     def greet(self):
-        """Reads what every client is reported first; channels by topic."""
+        """Reads the first messages to every client; stores channels by topic."""
         info = self.text("serverInfo")
         self.channels = {channel["topic"]: channel["id"] for channel in self.text("advertise")["channels"]}
         return info
@@ -157,12 +157,12 @@ def cdr_stop(client, reason):
 
 
 def fingerprint(port, tls=None, **headers):
-    """Of the robot that the console knows."""
+    """Fingerprint of the console's robot."""
     return int(api(port, "robot", tls, **headers)["fingerprint"], 16)
 
 
 def cdr_control_request(robot, client, kind):
-    """tandem_msgs/msg/ControlRequest without words, of a client that has seen nothing. `robot`: a fingerprint."""
+    """tandem_msgs/msg/ControlRequest without text, of a client that has received nothing. `robot`: a fingerprint."""
     body = struct.pack("<QQQBB2xI", robot, client, 1, kind, 255, 1) + b"\0" + b"\0" * 3 + struct.pack("<I", 1) + b"\0" + b"\0"
     body += b"\0" * (-len(body) % 8) + b"\0" * 64 + struct.pack("<QQ", 0, 0)
     return b"\0\1\0\0" + body

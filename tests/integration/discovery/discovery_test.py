@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How processes find one another: two robots in one domain, and a discovery server in place of peers."""
+"""Discovery: two robots in one domain, and a discovery server in place of peers."""
 import os
 import pathlib
 import signal
@@ -9,7 +9,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
-# On any machine, however busy.
+# For a loaded machine.
 CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 
 
@@ -40,7 +40,7 @@ class Discovery(system.SystemTest):
         self.assertEqual(set(running.pids), {"discovery", "sim", "control", "planning", "recorder"})
         self.assert_ok(running.robot("enable"))
         self.assert_ok(running.robot("run", self.trajectory("short", [0, 2, 0], points=2)))
-        running.status()  # has met everybody
+        running.status()  # all processes are discovered
         os.kill(running.pids["discovery"], signal.SIGSTOP)
         try:
             running.assert_still(self, looks=3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`tandem doctor`: looks at everything, says what to do, and its exit code is its verdict."""
+"""`tandem doctor`: checks everything, gives advice, and its exit code is the worst level."""
 import json
 import pathlib
 import sys

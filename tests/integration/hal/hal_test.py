@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem-hal in front of two buses of simulated drives, driven by the command line; and `tandem can` on such a bus."""
+"""tandem-hal with two buses of simulated drives, controlled by the command line; and `tandem can` on such a bus."""
 import json
 import os
 import pathlib
@@ -12,7 +12,7 @@ from hardware import HalTest, system  # noqa: E402
 
 
 class Can(HalTest):
-    """`tandem can` where no master is."""
+    """`tandem can` without a master."""
 
     def setUp(self):
         super().setUp()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two buses of simulated drives with tandem-hal in front of them, for tests.
+"""Two buses of simulated drives with tandem-hal, for tests.
 
-The buses are sockets, or the CAN interfaces that TANDEM_CAN names ("vcan0,vcan1")."""
+The buses are sockets, or the CAN interfaces in TANDEM_CAN ("vcan0,vcan1")."""
 import json
 import math
 import os
@@ -14,23 +14,23 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
-# Function is tested here, on any machine, however busy; the time budgets have tests of their own in simulated time.
-# A virtual machine stands still whenever its host is busy elsewhere, so it gets three times as long.
+# Function is tested here, on a loaded machine, too; the time budgets have separate tests in simulated time.
+# A virtual machine pauses while its host is busy, so its budgets are three times as long.
 SLOWNESS = 3 if os.environ.get("TANDEM_CAN") else 1
 BUDGETS = (f"{{minimum_age_ms: {500 * SLOWNESS}, planning_reference_ms: {1000 * SLOWNESS}, lease_ms: {2000 * SLOWNESS}, "
            f"drive_heartbeat_ms: {1000 * SLOWNESS}}}")
-# Of the preset's drives: counts per m and per rad.
+# Counts per m and per rad of the preset's drives.
 COUNTS_PER_M = 4096 * 10 / 2e-3
 COUNTS_PER_RAD = 4096 * 100 / (2 * math.pi)
-# What the hardware file allows: m/s, rad/s.
+# Velocity limits of the hardware file: m/s, rad/s.
 VELOCITY = [0.01] * 3 + [2.0] * 3
 
 
 def favour(process):
-    """Drives do not wait for compilers: what plays them goes first, where this user may say so."""
+    """Gives the simulated drives priority over compilers, if this user may set priorities."""
     try:
         os.setpriority(os.PRIO_PROCESS, process.pid, -15)
-        # Sessions share the processor before processes do.
+        # Autogroups (sessions) share the processor before processes do.
         pathlib.Path(f"/proc/{process.pid}/autogroup").write_text("-15")
     except OSError:
         pass
@@ -38,7 +38,7 @@ def favour(process):
 
 
 class Port:
-    """A party of a bus for tests: raw frames, on a socket or a CAN interface."""
+    """A participant of a bus for tests: raw frames, on a socket or a CAN interface."""
 
     _FRAME = struct.Struct("=IB3x8s")
 
@@ -55,7 +55,7 @@ class Port:
         self._socket.send(self._FRAME.pack(identifier, len(data), data))
 
     def receive(self, seconds):
-        """The identifier of the next frame; None where none comes within that time."""
+        """The identifier of the next frame; None if none is received within that time."""
         self._socket.settimeout(seconds)
         try:
             return self._FRAME.unpack(self._socket.recv(self._FRAME.size))[0]
@@ -67,7 +67,7 @@ class Port:
 
 
 class HalTest(system.SystemTest):
-    """Hardware and deployment of one's own; drives started by the test or by the deployment."""
+    """Separate hardware and deployment; drives started by the test or by the deployment."""
 
     budgets = BUDGETS
     feedback_budget_ms = 900
@@ -80,9 +80,9 @@ class HalTest(system.SystemTest):
         preset = preset.replace("../robots/ark2024.yaml", str(system.PRESETS / "robots" / "ark2024.yaml"))
         self.hardware = self.folder / "hardware.yaml"
         preset = preset.replace("feedback_budget_ms: 300", f"feedback_budget_ms: {self.feedback_budget_ms}")
-        if os.environ.get("TANDEM_CAN"):  # a virtual machine with one slow CPU has no time for 250 cycles a second
+        if os.environ.get("TANDEM_CAN"):  # a virtual machine with one slow CPU cannot run 250 cycles per second
             preset = preset.replace("period_ms: 4", "period_ms: 10")
-            # Drives that the guest's scheduler leaves waiting for 0.3 s are 3 mm behind.
+            # Drives that the guest's scheduler delays by 0.3 s lag by 3 mm.
             preset = preset.replace("following_error_mm: 1", "following_error_mm: 4")
             preset = preset.replace("following_error_deg: 5", "following_error_deg: 45")
         self.hardware.write_text(preset)
@@ -96,7 +96,7 @@ class HalTest(system.SystemTest):
         return self.folder / f"control-{bus}"
 
     def drive_sim(self, bus, *more):
-        """Simulated drives of one bus, started by the test; ready when its control socket answers."""
+        """Simulated drives of one bus, started by the test; returns when their control socket answers."""
         process = favour(subprocess.Popen([system.executable("tandem-drive-sim"), "--hardware", str(self.hardware),
                                            "--hardware-bus", f"bus_{bus}", "--control", str(self.control(bus)), "--log",
                                            "warn", *more], start_new_session=True))
@@ -118,7 +118,7 @@ class HalTest(system.SystemTest):
         return port
 
     def tell(self, bus, line):
-        """A line to the simulated drives; their answer."""
+        """Sends a line to the simulated drives and returns their answer."""
         with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as connection:
             connection.settimeout(10)
             connection.connect(str(self.control(bus)))
@@ -131,8 +131,8 @@ class HalTest(system.SystemTest):
         return json.loads(self.tell(bus, "state"))["drives"]
 
     def deployment(self, with_drives=False, **changes):
-        """Deployment file with this hardware; with all of the preset, or without the drives, which the test starts, and the
-        recorder, for which a virtual machine with one CPU has no time."""
+        """Deployment file with this hardware; with all processes of the preset, or without the drives, which the test starts, and the
+        recorder, which a virtual machine with one CPU cannot run in addition."""
         path = system.deployment(self.folder, "drives", hardware=self.hardware, budgets=self.budgets, **changes)
         text = path.read_text().replace("[--hardware, ark2024-two-buses,", f"[--hardware, {self.hardware},")
         if not with_drives:
@@ -163,11 +163,11 @@ class HalTest(system.SystemTest):
                             30, "all axes know where they are")
 
     def assert_limits_kept(self):
-        """What the drives saw: no target outside of their limits, no joint faster than the hardware file allows.
+        """Counters of the drives: no target outside their limits, no joint faster than the hardware file allows.
 
-        A HAL that comes a cycle late on an ordinary scheduler sends two targets in one interval, which a drive goes
-        after with twice the speed, up to its maximum motor speed (6080: the double of the file's). In a virtual machine
-        with one slow CPU that happens often enough to reach it."""
+        A HAL that is one cycle late on an ordinary scheduler sends two targets in one interval, which a drive follows with twice the
+        speed, up to its maximum motor speed (6080: the double of the file's). In a virtual machine with one slow CPU that happens often
+        enough to reach it."""
         haste = 2.01 if os.environ.get("TANDEM_CAN") else 1.5
         for bus in "ab":
             for drive, velocity in zip(self.drives(bus), VELOCITY):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two masters on one bus: real processes, and a third party that sends what only a master may."""
+"""Two masters on one bus: real processes, and a third node that sends frames of a master."""
 import pathlib
 import sys
 import threading
@@ -12,7 +12,7 @@ OCCUPIED = 3  # exit code
 
 
 class Master(threading.Thread):
-    """Sends SYNC every 10 ms, and listens to all others."""
+    """Sends SYNC every 10 ms, and receives all other frames."""
 
     def __init__(self, port):
         super().__init__(daemon=True)
@@ -70,7 +70,7 @@ class OtherMaster(HalTest):
             self.assertIn(words, answer.stdout + answer.stderr)
         of_a_hal = {NMT, HEARTBEAT} | {base + node for base in (COMMAND, SDO_REQUEST) for node in range(1, 23)}
         self.assertEqual(master.received & of_a_hal, set(), "it has spoken")
-        # With the other one gone it begins.
+        # Without the other master it starts.
         running = self.start_hal()
         self.await_ready(running)
 
@@ -87,7 +87,7 @@ class OtherMaster(HalTest):
         system.until(lambda: all(drive["state"] != "operation enabled" and abs(drive["velocity"]) < 1
                                  for drive in self.drives("a")), 5, "arm_a stands, without torque")
         client.wait(30)
-        # Silent for as long as a HAL listens at its start, it is gone: `disable` brings the arm back.
+        # After as long without its frames as a HAL listens at start, the other master counts as gone: `disable` clears the fault.
         system.until(lambda: running.robot("disable").returncode == 0, 20, "the fault is cleared")
         self.await_ready(running)
         self.assert_ok(running.robot("enable"))

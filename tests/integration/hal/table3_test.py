@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Table 3 with tandem-hal and two buses of simulated drives in the simulator's place.
+"""Table 3 with tandem-hal and two buses of simulated drives instead of the simulator.
 
-Configuration 2 with both trajectories and every method: the paper's shapes and distances between points, a twelfth of
-their length. TANDEM_ONLY=rectangle-1 (or any part of a run's name) runs the whole experiment's runs of that name."""
+Configuration 2 with both trajectories and every method: the paper's shapes and distances between points, a twelfth of their length.
+TANDEM_ONLY=rectangle-1 (or any part of a run's name) runs the whole experiment's runs of that name."""
 import collections
 import csv
 import json
@@ -29,8 +29,8 @@ class Table3(HalTest):
 
     def run_experiment(self, name, *options, timeout):
         words = [system.executable(), "experiment", *map(str, options), "--csv", str(self.folder / name), "--json"]
-        # A virtual machine may stand still for seconds when its host is busy, and lose the sample that a point was judged by: one
-        # more try there, and only for that.
+        # A virtual machine may pause for seconds while its host is busy, and lose the sample that decides on a point: one repetition there,
+        # and only for that error.
         tries = 2 if os.environ.get("TANDEM_CAN") else 1
         for left in reversed(range(tries)):
             process = favour(subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -64,8 +64,8 @@ class Table3(HalTest):
         for name, row in found.items():
             self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], "0"), name)
             self.assertLessEqual(max(float(row["max_ab"]), float(row["max_a"])), TOLERANCE_MM, name)
-            # In real time a point is judged while the step behind it is still under way: with tandem-sim, too, it takes
-            # up to one iteration more a point than in lock-step. A virtual machine that falls behind says nothing here.
+            # In real time a point is evaluated during the following step: with tandem-sim, too, it takes up to one iteration more per point
+            # than in lock-step. The numbers of a delayed virtual machine are not compared.
             steps = int(wanted[name]["iterations"])
             if not os.environ.get("TANDEM_CAN"):
                 self.assertLessEqual(int(row["iterations"]), steps + int(row["points"]), name)
@@ -92,7 +92,7 @@ class Table3(HalTest):
         wanted, mean = budget[0]["frames_per_cycle"], (marks[-1] - marks[0]) / (len(marks) - 1)
         print(f"{mean:.3f} frames a cycle in {len(marks) - 1} cycles; the calculator says {wanted}", flush=True)
         self.assertEqual(cycles.most_common(1)[0][0], wanted, cycles)
-        # Two SYNCs that find simulated drives late are answered together; the first cycle may lend frames to the last.
+        # Two SYNCs that reach delayed simulated drives are answered together; frames may move from the last cycle to the first.
         self.assertLessEqual(mean, wanted * (1 + 1 / (len(marks) - 1)))
         self.assertGreaterEqual(mean, 0.9 * wanted)
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# npm.sh PACKAGE_JSON FOLDER -- COMMAND...: installs the npm packages that PACKAGE_JSON names into FOLDER, once, and runs
-# a command that finds them; a package-lock.json beside it says which versions exactly. Exit code 77: they cannot be had here.
+# npm.sh PACKAGE_JSON FOLDER -- COMMAND...: installs the npm packages of PACKAGE_JSON into FOLDER, once, and runs a command with them; a
+# package-lock.json beside it gives the exact versions. Exit code 77: the packages are unavailable.
 set -euo pipefail
 
 if (($# < 4)) || [[ $3 != -- ]]; then

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts and watches the real executables: deployments of one's own, `tandem up`, clients, and waiting for events.
+"""Control of the real executables: test deployments, `tandem up`, clients, and waiting for events.
 
-The folder of the executables is TANDEM_BIN, or the first argument of the test program.
-"""
+The folder of the executables is TANDEM_BIN, or the first argument of the test program."""
 import fcntl
 import json
 import os
@@ -25,7 +24,7 @@ _locks = []
 
 
 def main():
-    """Runs the tests of the calling program; a folder as first argument says where the executables are."""
+    """Runs the tests of the calling program; a folder as first argument is that of the executables."""
     global _bin
     if len(sys.argv) > 1 and os.path.isdir(sys.argv[1]):
         _bin = sys.argv.pop(1)
@@ -46,7 +45,7 @@ def seeded(test):
 
 
 def run(*arguments, text=None, timeout=60, program="tandem", inside=(), environment=None):
-    """Runs a command to its end; stdout and stderr are texts. `inside`: words in front of it, of another host."""
+    """Runs a command to its end; stdout and stderr are texts. `inside`: command prefix that selects another host."""
     return subprocess.run([*inside, executable(program), *map(str, arguments)], input=text, capture_output=True, text=True,
                           timeout=timeout, check=False, env={**os.environ, **(environment or {})})
 
@@ -69,7 +68,7 @@ def reap(process):
 
 def free_domain():
     """A DDS domain that no other test process on this machine uses while this one lives."""
-    numbers = list(range(20, 101))  # higher ones share ports with outgoing connections
+    numbers = list(range(20, 101))  # higher domains share ports with outgoing connections
     random.SystemRandom().shuffle(numbers)
     for number in numbers:
         path = os.path.join(tempfile.gettempdir(), f"tandem-test-domain-{number}")
@@ -85,15 +84,15 @@ def free_domain():
 
 
 def free_port(kind=socket.SOCK_STREAM):
-    """A port of 127.0.0.1 that nobody has at present."""
+    """An unused port of 127.0.0.1."""
     with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
 
 
 def deployment(folder, preset, **changes):
-    """A copy of a preset in `folder`, with a domain and a prefix of its own and other keys changed or appended. There is
-    a console with the key `console` alone: its port is the machine's."""
+    """A copy of a preset in `folder`, with an unused domain and prefix, and other keys changed or appended. A console exists only with
+    the key `console`, since its port is shared by the machine."""
     changes = {"robot": PRESETS / "robots" / "ark2024.yaml", "domain": free_domain(),
                "prefix": f"t{os.getpid()}", "black_box": f"{{directory: {folder}/black-box, memory_mb: 20}}",
                **changes}
@@ -134,13 +133,13 @@ trajectories:
 
 
 def black_box(folder):
-    """What all files of a black box say led to them."""
+    """Fault metadata of all files of a black box."""
     files = [json.loads(run("info", file, "--json").stdout) for file in sorted(folder.glob("*.mcap"))]
     return "\n".join(words for file in files for words in file["metadata"]["fault"].values())
 
 
 def until(condition, seconds, what):
-    """Asks again and again until `condition` answers truthfully; every answer takes a look at the running system."""
+    """Evaluates `condition` repeatedly until it is true; every evaluation reads the running system."""
     deadline = time.monotonic() + seconds
     while True:
         answer = condition()
@@ -151,7 +150,7 @@ def until(condition, seconds, what):
 
 
 def processes_of(text):
-    """Ids of living processes whose command line holds `text`."""
+    """Ids of running processes whose command line contains `text`."""
     found = []
     for folder in pathlib.Path("/proc").iterdir():
         if not folder.name.isdigit():
@@ -160,14 +159,14 @@ def processes_of(text):
             words = (folder / "cmdline").read_bytes()
             state = (folder / "stat").read_text().rsplit(")", 1)[1].split()[0]
         except OSError:
-            continue  # it ended meanwhile
+            continue  # it has ended meanwhile
         if text.encode() in words and state != "Z":
             found.append(int(folder.name))
     return found
 
 
 class Watcher:
-    """`tandem status --follow`: what a system says of itself, line by line."""
+    """`tandem status --follow`: status of a system, line by line."""
 
     def __init__(self, path, inside=()):
         self._changed = threading.Condition()
@@ -187,7 +186,7 @@ class Watcher:
             self._changed.notify_all()
 
     def status(self, seconds=30, parts=None):
-        """A status of which every part, or these ones, was published after this call."""
+        """A status in which all parts, or the given ones, were published after this call."""
         called = time.monotonic_ns()
 
         def fresh():
@@ -207,7 +206,7 @@ class Watcher:
         self._process.stdout.close()
 
 
-WIDE_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"  # function, on any machine
+WIDE_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000}"  # for functional tests on a loaded machine
 
 
 def may_have_priorities():
@@ -215,10 +214,10 @@ def may_have_priorities():
 
 
 class System:
-    """`tandem up` of one deployment, and commands to it. Use as a context manager: nothing is left behind.
+    """`tandem up` of one deployment, and commands to it. Use as a context manager, which ends all processes.
 
-    Logs go to `stderr`, to this one's where that is None. `inside`: words that run a command on the host that this is, of several;
-    `parts`: what status() waits for."""
+    Logs go to `stderr`, to that of the test if it is None. `inside`: command prefix that runs a command on this system's host, with
+    several hosts; `parts`: the parts that status() waits for."""
 
     stderr = None
 
@@ -253,7 +252,7 @@ class System:
         self._incoming.put((time.monotonic(), ""))
 
     def event(self, name, seconds):
-        """The next event of that name; the moment at which it came is in it as `at`, s."""
+        """The next event of that name, with its time of arrival as `at`, s."""
         deadline = time.monotonic() + seconds
         while True:
             try:
@@ -294,7 +293,7 @@ class System:
         return run("robot", "--deployment", self.path, *arguments, timeout=timeout, inside=self.inside)
 
     def status(self):
-        """As it is after this call."""
+        """Status published after this call."""
         if not self._watcher:
             self._watcher = Watcher(self.path, self.inside)
         return self._watcher.status(parts=self.parts)
@@ -318,7 +317,7 @@ class System:
         until(moving, seconds, "the arms move")
 
     def assert_still(self, test, looks=2):
-        """Joints are the same to the last bit in `looks` looks, each of which sees new samples."""
+        """Asserts bitwise equal joints in `looks` statuses, each with new samples."""
         first = self.joints()
         for _ in range(looks - 1):
             test.assertEqual(first, self.joints(), "a joint moves")
@@ -326,7 +325,7 @@ class System:
 
 
 class SystemTest(unittest.TestCase):
-    """A test with a temporary folder and trajectories of its own."""
+    """A test with a temporary folder and trajectories in it."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="tandem-test-")
@@ -340,7 +339,7 @@ class SystemTest(unittest.TestCase):
         return path
 
     def long_line(self):
-        """Keeps the arms moving for about 20 s."""
+        """A motion of the arms for about 20 s."""
         return self.trajectory("long", [0, 20, 0], following="timed", speed_mm_per_s=1, acceleration_mm_per_s2=5)
 
     def start(self, preset, **changes):
@@ -349,7 +348,7 @@ class SystemTest(unittest.TestCase):
         return system
 
     def start_run(self, system, trajectory):
-        """A `tandem robot run` that is ended with the test."""
+        """Starts a `tandem robot run` that ends with the test."""
         process = client(system.path, "run", trajectory, inside=system.inside)
         self.addCleanup(reap, process)
         return process

@@ -49,7 +49,7 @@ def exponential(matrix):
     scaled = [[x / 2**halvings for x in row] for row in matrix]
     result = [[float(i == j) for j in range(size)] for i in range(size)]
     term = result
-    for k in range(1, 11):  # the scaled matrix is below 1 / 16
+    for k in range(1, 11):  # the norm of the scaled matrix is below 1 / 16
         term = [[x / k for x in row] for row in multiply(term, scaled)]
         result = [[x + y for x, y in zip(r, t)] for r, t in zip(result, term)]
     for _ in range(halvings):
@@ -58,7 +58,7 @@ def exponential(matrix):
 
 
 def boundaries(q):
-    """Arc lengths where a curved part begins or a tube ends, in front of the entry point, sorted."""
+    """Arc lengths beyond the entry point where a curved part begins or a tube ends, sorted."""
     found = {0.0}
     for i in range(3):
         for s in (q[i] + STRAIGHT[i], q[i] + LENGTH[i]):
@@ -69,7 +69,7 @@ def boundaries(q):
 
 
 def transform(q, arm="a", length=None):
-    """4 x 4 pose of the backbone at arc length `length` (the tip without one) in the robot base frame."""
+    """4 x 4 pose of the backbone at arc length `length` (by default the tip) in the robot base frame."""
     edges = boundaries(q)
     length = edges[-1] if length is None else length
     pose = [[1.0, 0, 0, 0], [0, 1.0, 0, BASE_Y[arm]], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
@@ -106,7 +106,7 @@ def rotation_of_quaternion(x, y, z, w):
 
 
 def excess(q):
-    """Largest amount by which the translations leave equation (1), m; not above zero inside."""
+    """Largest violation of equation (1) by the translations, m; not above zero inside."""
     amounts = [q[0], q[1], q[2]] + [-LENGTH[i] - q[i] for i in range(3)]
     for i in (1, 2):
         amounts.append(q[i - 1] - q[i])  # carriages in order
@@ -115,7 +115,7 @@ def excess(q):
 
 
 def random_joints(rng, margin=0.0):
-    """A joint vector inside equation (1), at least `margin` from its edges, tube 1 extended by at least 10 mm."""
+    """A joint vector inside equation (1), at least `margin` from its limits, tube 1 extended by at least 10 mm."""
     beta = [rng.uniform(-LENGTH[0] + 0.010, -3 * margin)]
     for i in (1, 2):
         lower = max(-LENGTH[i], beta[i - 1]) + margin

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A method outside the tree: the library of docs/own-method.md, built against an installation alone, gives the digits of the built-in
-method and moves a running system; libraries that are wrong are refused with what was found and what was expected."""
+"""A method outside the tree: the library of docs/own-method.md, built against an installation only, gives the same numbers as the
+built-in method and moves a running system; invalid libraries are refused with the values found and expected."""
 import os
 import pathlib
 import subprocess

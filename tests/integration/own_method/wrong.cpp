@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Libraries that are refused: one for each value of WRONG.
+// Invalid libraries: one for each value of WRONG.
 #include <chrono>
 #include <cstdlib>
 #include <limits>
@@ -13,7 +13,7 @@ namespace {
 
 enum Wrong { kThrows, kNotFinite, kAllocates, kSlow, kIgnoresJacobian, kCrashes, kOtherLayout, kBeyondBounds };
 
-/// J^T (J J^T)^-1 v of the first task for three rows, without anything wrong.
+/// J^T (J J^T)^-1 v of the first task for three rows: a correct method.
 class WrongMethod final : public Resolver {
  public:
   explicit WrongMethod(const MethodParameters& parameters) : Resolver(parameters) {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What planning computes for clients while it runs a robot: the same answers as in process, beside control."""
+"""Computations by planning for clients while it runs a robot: the same results as in process, without effect on control."""
 import json
 import pathlib
 import signal
@@ -14,7 +14,7 @@ import tubes  # noqa: E402
 
 
 class Live:
-    """A `tandem plan` of a running system, left running; its progress is read as it comes."""
+    """A `tandem plan` of a running system in the background; its progress is read as it arrives."""
 
     def __init__(self, test, path, *words):
         self.process = subprocess.Popen([system.executable(), "plan", *map(str, words), "--deployment", str(path)],
@@ -35,7 +35,7 @@ class Live:
             raise AssertionError("no progress")
 
     def interrupt(self, seconds=20):
-        """Ctrl-C. @return seconds until it has ended"""
+        """Ctrl-C. @return seconds until the process has ended"""
         begin = time.monotonic()
         self.process.send_signal(signal.SIGINT)
         self.process.wait(seconds)
@@ -51,8 +51,8 @@ class Live:
 
 
 class Computations(system.SystemTest):
-    # Function is tested here, on any machine, however busy. A computation of seconds on the thread that publishes
-    # references, or at its priority on a lock of it, would break these budgets, too.
+    # Function is tested here, on a loaded machine, too. A computation of seconds on the thread that publishes references, or at its
+    # priority with one of its locks, would still exceed these budgets.
     budgets = system.WIDE_BUDGETS
 
     def setUp(self):
@@ -69,7 +69,7 @@ class Computations(system.SystemTest):
         return Live(self, self.path, "start", "circle", "--tries", 10000)
 
     def test_the_running_system_answers_what_is_computed_in_process(self):
-        # Measured joints in decimals that read back as the same doubles.
+        # Measured joints as decimals that convert back to the same doubles.
         here = ",".join(repr(x) for arm in self.system.joints() for x in arm)
         far = self.trajectory("far", [0, 0, 200], points=8)
         for words, code in ((("check", "circle"), 0), (("check", far), 1), (("ik", "--tip", "a=0.02,0.01,0.3"), 0),
@@ -115,7 +115,7 @@ class Computations(system.SystemTest):
         first = self.endless()
         first.await_progress()
         self.assertIn("planning is busy with another computation", self.plan("check", "circle", code=1).stderr)
-        # A client that is killed says nothing more.
+        # A killed client sends no cancellation.
         first.process.kill()
         self.assertIn("feasible", system.until(self.accepted, 30, "planning is free again").stdout)
 
@@ -140,7 +140,7 @@ class Clearance(system.SystemTest):
     def test_control_publishes_how_near_the_bodies_are(self):
         running = self.start("laptop", budgets=Computations.budgets, port="{radius_mm: 15, depth_mm: 5}")
 
-        # At home the bodies touch: somewhere else.
+        # At home the bodies touch: move to other joints.
         asked = system.run("plan", "ik", "--tip", "a=0.02,0.01,0.3", "--clearance-mm", 2, "--json", timeout=120)
         joints = json.loads(self.assert_ok(asked).stdout)["joints"]
         self.assert_ok(running.robot("enable"))
@@ -155,7 +155,7 @@ class Clearance(system.SystemTest):
 
         status = system.until(current, 20, "clearances")
         reported = {(body["arm"], body["other"]): body for body in status["clearance"]}
-        # Where the tips are: the joints of these poses next to the present ones are the present ones.
+        # Inverse kinematics of the tip poses, with the present joints as reference, gives the present joints.
         here = ",".join(repr(x) for arm in status["arms"] for x in arm["joints"])
         tips = [tubes.position(tubes.transform(arm["joints"], name)) for arm, name in zip(status["arms"], "ab")]
         words = [f"--tip={name}={','.join(repr(float(x)) for x in tip)}" for name, tip in zip("ab", tips)]
@@ -168,7 +168,7 @@ class Clearance(system.SystemTest):
             port = reported[arm, "port"]
             place = port["place_m"]
             self.assertLess(place[2], 0.3)
-            # The rim's radius less the way from the axis, less the tube's radius of at most 2 mm.
+            # The rim's radius less the distance from the axis, less the tube's radius of at most 2 mm.
             self.assertLess(port["distance_m"], 0.015 - abs(base) + 1e-3)
             self.assertGreater(port["distance_m"], 0.015 - abs(base) - 4e-3)
         text = system.run("status", "--deployment", running.path)

@@ -16,13 +16,13 @@ REACHED = 1e-6
 
 
 class RealTime:
-    """What holds at every rate."""
+    """Tests for every rate."""
 
     preset, period, steps = "", 0.0, ()
 
     def setUp(self):
         super().setUp()
-        # Function is tested here, on any machine, however busy; the time budgets have tests of their own.
+        # Function is tested here, on a loaded machine, too; the time budgets have separate tests.
         self.system = self.start(self.preset, budgets=system.WIDE_BUDGETS)
 
     def status(self):
@@ -36,20 +36,20 @@ class RealTime:
             self.assertAlmostEqual(got, want, delta=REACHED)
 
     def short_line(self, name="short", **keys):
-        # Iterations a point: 10 s, whatever the rate.
+        # Iterations per point: 10 s, whatever the rate.
         return self.trajectory(name, [0, 3, 0], points=4, max_iterations=round(10 / self.period), **keys)
 
     def tips(self):
         return [tubes.position(tubes.transform(q, arm)) for q, arm in zip(self.system.joints(), "ab")]
 
     def assert_moved(self, before, after, by):
-        """Tip A went `by`, m, and the relative position was held, both within the paper's tolerance."""
+        """Tip A has moved `by`, m, and the relative position is constant, both within the paper's tolerance."""
         self.assertLess(tubes.norm(tubes.minus(tubes.minus(after[0], before[0]), by)), 0.88e-3)
         relative = tubes.minus(tubes.minus(after[0], after[1]), tubes.minus(before[0], before[1]))
         self.assertLess(tubes.norm(relative), 0.88e-3)
 
     def test_a_session(self):
-        # One life of a deployment, in order: every step leaves the arms as the next one finds them.
+        # One session of a deployment, in order: every step starts from the state that the previous one leaves.
         for step in self.steps:
             print(f"  {step}", flush=True)
             getattr(self, step)()
@@ -115,7 +115,7 @@ class RealTime:
         self.assertEqual(self.system.states(), ["ENABLED", "ENABLED"])
 
     def refusals(self):
-        # A refused command must leave the control lease to the next one.
+        # A refused command must release the control lease.
         inside = self.system.joints()[0]
         before = self.system.assert_still(self, looks=2)
         outside = {"in front of the entry point": [0.001] + inside[1:],
@@ -144,7 +144,7 @@ class RealTime:
         self.assertEqual(self.system.assert_still(self), before)
         self.assert_ok(self.system.robot("disable"))
         self.assert_refused(self.system.robot("resume"), "'resume' is not allowed in DISABLED")
-        # Who enables for a run that is refused takes the power again.
+        # A run that is refused switches the power off that it switched on.
         self.assert_refused(self.system.robot("run", "lift"), "planning/request")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
 
@@ -188,10 +188,10 @@ class RealTime:
         status = self.status()
         acted = {name for name, count in status["guards"].items() if count}
         if status["control"]["overruns"] > 0:
-            # A busy machine: control may approach a limit without having received where the drives are by now.
+            # A loaded machine: control may approach a limit without recent positions of the drives.
             acted -= {"fresh", "position", "coupled_row"}
         if status["guards"].get("fresh", 0) <= 3:
-            # A command that was delivered late now and then has been refused, which is what the guard is for.
+            # A command that is occasionally delivered late is refused, which is the function of the guard.
             acted -= {"fresh"}
         self.assertEqual(acted, set())
 
@@ -207,7 +207,7 @@ class RealTime:
         self.assert_nothing_left()
 
     def await_words(self, run, words):
-        """Reads what a run prints, up to the line that holds `words`."""
+        """Reads the output of a run up to the line that contains `words`."""
         watch = threading.Timer(20, run.kill)
         watch.start()
         try:
@@ -228,7 +228,7 @@ class RealTime:
         status = self.status()
         self.assertEqual((status["lease_holder"], status["trajectory"]["phase"], status["method"]),
                          (held, "running", method))
-        # Anybody may take power away, and who runs says how it goes on.
+        # Any client may remove power, and the run reports how to continue.
         self.assert_ok(self.system.robot("pause"))
         self.await_words(run, "paused by cli (pid ")
         system.until(lambda: "; paused by cli (pid " in self.status()["diagnostics"]["tandem-control"]["message"], 10,

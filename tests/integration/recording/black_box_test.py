@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The black box of a running robot: faults are on disk with what was before, files are few, a bad disk is reported, and the
-robot never notices."""
+"""The black box of a running robot: faults are on disk with the time before them, the number of files is limited, a disk error is
+reported, and the robot is not affected."""
 import json
 import os
 import pathlib
@@ -17,11 +17,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
 BEFORE, AFTER, FILES = 5.0, 0.5, 3
-LIMIT = 60_000  # bytes that a file may have on the full disk
+LIMIT = 60_000  # bytes per file on the full disk
 
 
 class Recorder:
-    """A tandem-recorder of one's own, and its log."""
+    """A tandem-recorder of the test, and its log."""
 
     def __init__(self, path, preexec=None):
         self.process = subprocess.Popen([system.executable("tandem-recorder"), "--deployment", str(path)],
@@ -67,7 +67,7 @@ class BlackBox(system.SystemTest):
         return answer.returncode, json.loads(answer.stdout)
 
     def await_file(self, known):
-        """The next finished file besides those known."""
+        """The next complete file that is not in `known`."""
 
         def finished():
             fresh = [file for file in self.files() if file not in known]
@@ -99,7 +99,7 @@ class BlackBox(system.SystemTest):
         self.ended_by("sim")
 
     def held(self):
-        """How much the black box holds, s."""
+        """Duration of the data in the black box, s."""
         recorder = self.system.status()["diagnostics"].get("tandem-recorder")
         return float(recorder["values"]["held_s"]) if recorder else 0.0
 
@@ -124,7 +124,7 @@ class BlackBox(system.SystemTest):
         for topic in ("actuation/state", "actuation/command", "actuation/limits", "planning/reference",
                       "control/status", "hal/status", "diagnostics", "arm_a/measured_js"):
             self.assertGreater(info["topics"][topic]["messages"], 1, topic)
-        self.assertGreater(info["topics"]["actuation/state"]["rate_hz"], 100)  # each of a busy machine, not those for people
+        self.assertGreater(info["topics"]["actuation/state"]["rate_hz"], 100)  # all samples, not the decimated ones
         run = info["metadata"]["tandem"]
         self.assertEqual((run["arms"], run["deployment"], run["host"]),
                          ("arm_a,arm_b", "laptop", os.uname().nodename))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random messages of every topic, through `tandem export`: the values that were written."""
+"""Random messages of every topic through `tandem export`: the exported values are the written ones."""
 import csv
 import json
 import pathlib
@@ -13,7 +13,7 @@ OWN = ("time_s", "log_time_ns", "publish_time_ns", "sequence_of_writer")
 
 
 def same_text(value):
-    """Numbers as one text, whichever of them wrote it."""
+    """Canonical text of a number, independent of its writer."""
     if isinstance(value, bool):
         return str(int(value))
     return repr(float(value)) if isinstance(value, float) else str(value)
@@ -21,7 +21,7 @@ def same_text(value):
 
 class ExportedValues(system.SystemTest):
     def exported(self, folder):
-        """Values of each row by topic, in any order; the two parts of a time as one."""
+        """Values of each row by topic, unordered; the two parts of a time as one."""
         found = {}
         for file in folder.iterdir():
             with open(file, newline="", encoding="utf-8") as stream:
@@ -43,14 +43,14 @@ class ExportedValues(system.SystemTest):
         self.assertEqual(sorted(found), list(range(1, len(lines) + 1)))
         for time, line in enumerate(lines, 1):
             kind, *expected = json.loads(line)
-            # Empty texts and cells that a shorter list leaves empty are one and the same in CSV.
+            # In CSV, empty texts and the cells of missing list elements are the same.
             wanted = sorted(same_text(value) for value in expected if value != "")
             got = sorted(same_text(float(text)) if self.is_real(text, wanted) else text for text in found[time] if text)
             self.assertEqual(got, wanted, kind)
 
     @staticmethod
     def is_real(text, wanted):
-        """Whether a cell holds a real number: it is written otherwise there than here."""
+        """Whether a cell contains a real number, whose text differs between the writers."""
         if text in wanted:
             return False
         try:

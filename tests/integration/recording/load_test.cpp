@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The recorder at 20 topics of 1 kHz, with nothing of the processor to spare.
+// The recorder with 20 topics of 1 kHz on fully loaded cores.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -20,9 +20,9 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr int kTopics = 20;
-constexpr int kSamples = 3000;  // of each topic, one a millisecond
+constexpr int kSamples = 3000;  // of each topic, one per ms
 
-/** Threads that take what the processor has left. */
+/** Threads that load all cores. */
 class BusyCores {
  public:
   BusyCores() {
@@ -50,7 +50,8 @@ struct File {
   ~File() { std::filesystem::remove(path); }
 };
 
-/// Records `kTopics` topics of this quality of service while they are written; what is lost in the file is counted.
+/// Records `kTopics` topics of this quality of service while they are written. @return number of samples missing in the
+/// file
 std::uint64_t lostAtFullLoad(dds::Profile profile) {
   dds::BusOptions options;
   options.domain = 101 + static_cast<int>(getpid() % 100);
@@ -90,7 +91,7 @@ std::uint64_t lostAtFullLoad(dds::Profile profile) {
       for (dds::RawWriter& writer : writers)
         sent += writer.write(bytes);
     }
-    // What is under way arrives; what is not asked for again is lost.
+    // Waits for samples on their way; samples that are not repeated are lost.
     const auto end = Clock::now() + std::chrono::seconds(profile == dds::Profile::kReliable ? 10 : 1);
     while (capture.received() < sent && Clock::now() < end)
       std::this_thread::sleep_for(milliseconds(10));
@@ -117,15 +118,15 @@ std::uint64_t lostAtFullLoad(dds::Profile profile) {
   EXPECT_EQ(totals.lost, gaps.lost());
   EXPECT_EQ(sent, static_cast<std::uint64_t>(kTopics) * kSamples);
   EXPECT_EQ(reader.statistics().messages, totals.messages);
-  // Every sample is there, or its number is missing, or the recording ended before it came.
+  // Every sample is in the file, or its number is missing, or the recording ended before it arrived.
   EXPECT_EQ(sent - totals.messages, gaps.lost() + heads + tails);
   std::cout << dds::name(profile) << ": " << totals.messages << " messages, " << gaps.lost() << " lost" << std::endl;
   return sent - totals.messages;
 }
 
 TEST(RecorderLoad, ReliableTopicsLoseNothing) {
-  // A writer keeps 64 samples: a machine that gives this process no time for longer than these 64 ms may lose some, and
-  // then the count must be right all the same.
+  // A writer keeps 64 samples: a machine that suspends this process for longer than these 64 ms may lose some, and then
+  // the count must still be correct.
   std::uint64_t lost = 1;
   for (int attempt = 0; attempt < 3 && lost > 0; ++attempt)
     lost = lostAtFullLoad(dds::Profile::kReliable);
@@ -133,7 +134,7 @@ TEST(RecorderLoad, ReliableTopicsLoseNothing) {
 }
 
 TEST(RecorderLoad, PeriodicTopicsSayWhatTheyLose) {
-  // Best effort: what the kernel drops is gone, and the numbers tell.
+  // Best effort: samples dropped by the kernel are lost, and the sequence numbers show it.
   lostAtFullLoad(dds::Profile::kPeriodic);
 }
 

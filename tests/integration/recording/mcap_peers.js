@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our MCAP files before @mcap/core, whole and cut anywhere; its files before our reader.
+// MCAP files of this project read by @mcap/core, complete and truncated anywhere; its files read by this project's reader.
 //     node mcap_peers.js MCAP_SAMPLE
 "use strict";
 const assert = require("node:assert");
@@ -15,9 +15,9 @@ const { loadDecompressHandlers } = require("@mcap/support");
 
 const sample = process.argv[2];
 const ROUNDS = 5;
-const CUTS = 20; // of each round
+const CUTS = 20; // per round
 
-// A generator that a seed repeats (mulberry32).
+// Seeded random number generator (mulberry32).
 const seed = Number(process.env.TANDEM_SEED ?? crypto.randomInt(2 ** 32));
 console.log(`TANDEM_SEED=${seed}`);
 let state = seed;
@@ -61,7 +61,7 @@ function streamed(bytes, decompressHandlers) {
   const found = { messages: [], attachments: {}, notes: {} };
   const topics = new Map();
   let dataCrc;
-  reader.append(Uint8Array.from(bytes)); // it writes into what it is given
+  reader.append(Uint8Array.from(bytes)); // a copy, since the reader writes into its input
   for (let record; (record = reader.nextRecord());) {
     if (record.type === "Channel") topics.set(record.id, record.topic);
     if (record.type === "Message") found.messages.push(describe(topics.get(record.channelId), record));
@@ -72,7 +72,7 @@ function streamed(bytes, decompressHandlers) {
   return { found, done: reader.done(), dataCrc };
 }
 
-// Where the DataEnd record (13 bytes) of a whole file begins: the footer says where the summary does.
+// Start of the DataEnd record (13 bytes) of a complete file, computed from the start of the summary in the footer.
 const dataEnd = (bytes) => Number(bytes.readBigUInt64LE(bytes.length - 28)) - 13;
 
 async function foreign(file, options) {

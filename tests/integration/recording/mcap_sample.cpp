@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Command-line MCAP writer and reader for interoperability tests.
  *
- *     mcap_sample write FILE SEED    writes a random file, prints what is in it
- *     mcap_sample read FILE          prints what is in a file
+ *     mcap_sample write FILE SEED    writes a random file, prints its contents
+ *     mcap_sample read FILE          prints the contents of a file
  */
 #include <iomanip>
 #include <iostream>

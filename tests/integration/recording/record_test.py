@@ -20,7 +20,7 @@ import system  # noqa: E402
 
 
 class Record:
-    """A `tandem record` under way, and what it says."""
+    """A running `tandem record`, and its output."""
 
     def __init__(self, path, file, *options, preexec=None):
         self.file = file
@@ -41,7 +41,7 @@ class Record:
             self.event()
 
     def end(self, sign=signal.SIGINT):
-        """@param sign None: it ends by itself @return exit code, the last event, stderr."""
+        """@param sign None: waits for its end @return exit code, the last event, stderr."""
         if sign is not None and self.process.poll() is None:
             self.process.send_signal(sign)
         code = self.process.wait(30)
@@ -81,7 +81,7 @@ class Recording(system.SystemTest):
 class LockStep(Recording):
     def test_a_run_is_simulated_again_to_the_last_bit(self):
         path = system.deployment(self.folder, "lockstep")
-        # A second recording, of somebody who believes in another control period.
+        # A second recording, by a process with another control period.
         (self.folder / "wrong").mkdir()
         wrong = self.folder / "wrong" / "lockstep.yaml"
         wrong.write_text(path.read_text().replace("control_period_s: 0.1", "control_period_s: 0.2"))
@@ -125,7 +125,7 @@ class RealTime(Recording):
         self.assertEqual(sum(topic["lost"] for topic in info["topics"].values()), last["lost"])
         names = {attachment["name"] for attachment in info["attachments"]}
         self.assertEqual(names, {"deployment.yaml", "robot.yaml"})
-        # The robot's own numbers count what was computed, the writer's what was published: never more than that.
+        # The robot's sequence numbers count computed states, the writer's count published ones: never more.
         state = self.table(self.whole, "actuation/state")
         inner, outer = (numpy.diff([int(number) for number in state[name]]) for name in
                         ("sequence", "sequence_of_writer"))
@@ -139,7 +139,7 @@ class RealTime(Recording):
         record = self.record(self.system.path, "killed.mcap")
         record.await_messages(1500)
         reported = record.last["messages"]
-        record.event()  # a second later
+        record.event()  # 1 s later
         code, _, _ = record.end(signal.SIGKILL)
         self.assertEqual(code, -signal.SIGKILL)
         answer = system.run("info", record.file, "--json")
@@ -185,7 +185,7 @@ class RealTime(Recording):
             self.assertFalse((self.folder / "x").exists())
 
     def replay(self):
-        """Into another domain, where nobody is: all topics arrive, with the same values."""
+        """Replay into another, empty domain: all topics arrive, with the same values."""
         (self.folder / "other").mkdir()
         path = system.deployment(self.folder / "other", "laptop")
         record = self.record(path, "again.mcap")
@@ -201,10 +201,10 @@ class RealTime(Recording):
         same = [name for name in was if name.startswith(("header", "name", "position", "velocity"))]
         self.assertGreater(len(same), 10)
         stamps = list(zip(was["header.stamp.sec"], was["header.stamp.nanosec"]))
-        again = []  # in order, and none twice; a busy robot may have reported one state twice
+        again = []  # ascending, without duplicates; a busy robot may have reported one state twice
         for stamp in zip(now["header.stamp.sec"], now["header.stamp.nanosec"]):
             again.append(stamps.index(stamp, again[-1] + 1 if again else 0))
-        self.assertGreater(len(again), len(stamps) // 2)  # a busy machine may find the replay late
+        self.assertGreater(len(again), len(stamps) // 2)  # a busy machine may receive the replay late
         for name in same:
             self.assertEqual(now[name], [was[name][k] for k in again], name)
         self.assertNotIn("arm_b/measured_js", self.info(record.file)["topics"])
@@ -226,13 +226,13 @@ class RealTime(Recording):
                 self.assertEqual(position.shape[1], 64)
                 for i in (0, 7, 8, 63):
                     numpy.testing.assert_array_equal(position[:, i], numpy.array(state[f"position[{i}]"], float))
-                # All 64 bits of a session are there.
+                # All 64 bits of a session are preserved.
                 self.assertEqual([int(number) for number in column("session")], [int(n) for n in state["session"]])
             names = file["arm_a_measured_js/name"][0]
             self.assertEqual(names[0].decode(), self.table(self.whole, "arm_a/measured_js")["name[0]"][0])
             time_s = file["aligned/time_s"][:]
             numpy.testing.assert_allclose(numpy.diff(time_s), 0.01, atol=1e-8)
-            # The aligned table says what was said last.
+            # The aligned table contains the latest values.
             aligned = file["aligned/actuation_state_position_0"][:]
             rows = numpy.searchsorted(group["log_time_ns"][:], file["aligned/log_time_ns"][:], side="right") - 1
             numpy.testing.assert_array_equal(aligned[rows >= 0], group["position"][:, 0][rows[rows >= 0]])
@@ -250,7 +250,7 @@ class RealTime(Recording):
 
 class Hardware(Recording):
     def test_commands_are_refused_where_a_hal_is(self):
-        """Simulated drives on simulated buses: to everybody else a HAL with hardware."""
+        """Simulated drives on simulated buses: to all other processes a HAL with hardware."""
         path = system.deployment(self.folder, "drives",
                                  hardware=system.PRESETS / "hardware" / "ark2024-two-buses.yaml",
                                  black_box=f"{{directory: {self.folder / 'box'}, memory_mb: 20}}")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages of every topic, decoded by ROS 2's JavaScript decoder with the definitions in the file: the same values.
+// Messages of every topic, decoded by ROS 2's JavaScript decoder with the definitions in the file, have the written values.
 //     node values_peer.js MESSAGE_SAMPLE
 "use strict";
 const assert = require("node:assert");

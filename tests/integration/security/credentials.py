@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An authority and its credentials, for tests."""
+"""A certificate authority and its credentials, for tests."""
 import datetime
 import pathlib
 import sys
@@ -9,12 +9,12 @@ import system  # noqa: E402
 
 
 def day(ago):
-    """So many days ago."""
+    """Date `ago` days ago."""
     return (datetime.datetime.now(datetime.timezone.utc) - datetime.timedelta(days=ago)).strftime("%Y-%m-%d")
 
 
 class Authority:
-    """`tandem security init` in a folder, and what it issues for a prefix and a domain."""
+    """`tandem security init` in a folder, and credentials for a prefix and a domain."""
 
     def __init__(self, folder, prefix="tandem", domain=0):
         self.folder, self.prefix, self.domain = pathlib.Path(folder), prefix, domain

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Credentials: what each role may, and what is said about bad ones."""
+"""Credentials: permissions of each role, and error messages for invalid ones."""
 import fnmatch
 import json
 import os
@@ -25,7 +25,7 @@ class Credentials(system.SystemTest):
         return system.run("security", "verify", folder or self.good, *words)
 
     def allowed(self, role, kind):
-        """Topics that the signed permissions of a role name."""
+        """Topics in the signed permissions of a role."""
         text = (self.good / role / "permissions.p7s").read_text()
         part = re.search(f"<{kind}>(.*?)</{kind}>", text, re.DOTALL)
         return re.findall("<topic>(.*?)</topic>", part.group(1)) if part else []

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/* A participant that does all it can to read a robot and to move it. Ends when its standard input closes, and then
- * prints one line of JSON: what it got.
+/* A participant that tries by all means to read a robot and to move it. Ends when its standard input closes, and
+ * then prints one line of JSON: what it received.
  *
  *   hostile_peer DOMAIN PREFIX [--credentials FOLDER ROLE] [--days-back N] [--patched]
  *
- * --days-back N: its clock is wrong, so that it takes an expired certificate of its own for good.
- * --patched: it skips the checks of its own permissions, as an attacker does who builds his own middleware.
- */
+ * --days-back N: its clock is wrong, so that an expired certificate of its own is valid.
+ * --patched: it skips the checks of its own permissions, like an attacker with modified middleware. */
 #include <dlfcn.h>
 #include <poll.h>
 #include <unistd.h>
@@ -29,7 +28,7 @@ std::time_t clock_error = 0;  // s
 bool patched = false;
 }  // namespace
 
-// What OpenSSL takes for the time.
+// Replaces the clock of OpenSSL.
 extern "C" std::time_t time(std::time_t* at) {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
@@ -39,7 +38,7 @@ extern "C" std::time_t time(std::time_t* at) {
   return answer;
 }
 
-// Takes the place of the functions of the same names in Fast DDS.
+// Replaces the functions of the same names in Fast DDS.
 namespace eprosima::fastrtps::rtps::security {
 class Handle;
 class SecurityException;
@@ -67,9 +66,9 @@ using Check = bool (*)(Permissions*,
                        const std::vector<std::string>&,
                        SecurityException&);
 
-std::atomic<int> skipped{0};  // checks: shows that the patch is in force
+std::atomic<int> skipped{0};  // number of checks: shows that the patch is effective
 
-/// What a check is without the patch; names as the compiler mangles them.
+/// The original check; names as mangled by the compiler.
 Check original(const std::string& name) {
   void* found = dlsym(RTLD_NEXT, name.c_str());
   if (found == nullptr)
@@ -111,7 +110,7 @@ const std::vector<std::string> kArms{"arm_a", "arm_b"};
 constexpr std::uint64_t kClient = 0xbadc0de;
 constexpr const char* kFrame = "hostile";
 
-/// What it has written itself, which its own readers receive.
+/// Whether a message is its own, which its readers also receive.
 template <class M>
 bool isOwn(const M& message) {
   if constexpr (requires { message.client; })
@@ -123,7 +122,7 @@ bool isOwn(const M& message) {
   return false;
 }
 
-/** Everything that can be read, and everything that moves a robot. */
+/** Readers and writers of everything that can be read or moves a robot. */
 class Hostile {
  public:
   explicit Hostile(const BusOptions& options) : bus_(options) {
@@ -142,7 +141,7 @@ class Hostile {
       states_.push_back(writer(kStateCommand, arm));
   }
 
-  /// One round of everything.
+  /// One round of all attempts.
   void attack() {
     for (ControlKind kind : {ControlKind::kAcquireLease, ControlKind::kKeepLease})
       request(kind, "");
@@ -207,7 +206,7 @@ class Hostile {
     }
   }
 
-  /// What the robot itself goes by, as far as it can be received.
+  /// Fingerprint of the robot, if it can be received.
   std::uint64_t fingerprint() {
     const std::lock_guard lock(mutex_);
     return last_.fingerprint;

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A secured system, and strangers on its network: they get nothing and move nothing.
+"""A secured system with hostile processes on its network: they receive nothing and move nothing.
 
-`hostile_peer` (beside this file) tries everything; with the credentials of an operator it succeeds, which shows that it
-tries."""
+`hostile_peer` (in this folder) tries everything; with the credentials of an operator it succeeds, which shows that the attempts are
+effective."""
 import json
 import os
 import pathlib
@@ -19,9 +19,9 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from credentials import Authority, day, system  # noqa: E402
 
-# On any machine, however busy.
+# For a loaded machine.
 CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
-ATTACK = 4.0  # s: handshakes whose first message is lost are tried again every second
+ATTACK = 4.0  # s: handshakes whose first message is lost are repeated every second
 
 
 class Hostile:
@@ -34,14 +34,14 @@ class Hostile:
         self.started = self._process.stdout.readline()
 
     def kill(self):
-        """For clean-ups: whatever became of it."""
+        """For clean-ups, in any state."""
         self._process.kill()
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             stream.close()
 
     def end(self):
-        """What it got."""
+        """Its result."""
         output, errors = self._process.communicate(timeout=60)
         if self._process.returncode != 0 or not self.started:
             raise AssertionError(f"hostile_peer ended with {self._process.returncode}: {errors}")
@@ -49,7 +49,7 @@ class Hostile:
 
 
 class Listener(threading.Thread):
-    """Every UDP datagram to the ports of a DDS domain that crosses the loopback interface."""
+    """Receives all UDP datagrams on the loopback interface to the ports of a DDS domain."""
 
     def __init__(self, domain):
         super().__init__(daemon=True)
@@ -126,7 +126,7 @@ class Strangers(system.SystemTest):
         }
         viewers = {role: self.hostile("--credentials", self.authority.folder, role, "--patched")
                    for role in ("console-viewer", "recorder")}
-        time.sleep(ATTACK)  # nothing signals that nothing happens
+        time.sleep(ATTACK)  # there is no event to wait for
         self.assertEqual(running.states(), ["DISABLED"] * 2)
         self.assertEqual(running.joints(), stood)
         self.assertEqual(running.status()["lease_holder"], 0)
@@ -139,7 +139,7 @@ class Strangers(system.SystemTest):
             print(f"patched {name}: {got}", flush=True)
             self.assertGreater(got["checks_skipped"], 0, "the patch is not in force")
             self.assertGreater(got["samples"], 0, f"a {name} sees: {got}")
-        # The same with an operator's credentials: it takes the lease and gives power.
+        # The same with an operator's credentials: it acquires the lease and switches power on.
         operator = self.hostile("--credentials", self.authority.folder, "console-operator")
         system.until(lambda: running.status()["lease_holder"] == 0xbadc0de, 30, "an operator gets the lease")
         self.assertGreater(operator.end()["samples"], 0)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Secured participant with more endpoints than fit into one discovery message.
  *
- * Fast DDS 2.9.1 fills a message before it encrypts it as a whole (rtps_protection_kind), and aborts where the result
- * no longer fits: the governance must not ask for that. */
+ * Fast DDS 2.9.1 fills a message before it encrypts the complete message (rtps_protection_kind), and aborts if the
+ * result no longer fits: the governance must not require it. */
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -17,7 +17,7 @@
 namespace tandem::dds {
 namespace {
 
-constexpr int kEnds = 400;  // some 600 bytes each, of the 64 KiB of a message
+constexpr int kEnds = 400;  // about 600 bytes each, of the 64 KiB of a message
 constexpr int kRounds = 2, kComing = 3;
 
 class ManyEnds : public ::testing::Test {

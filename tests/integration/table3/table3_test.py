@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Table 3 over DDS in lock-step, twice, and in one process: the same bytes.
 
-What they say is judged by kinematics of the tests' own."""
+The results are verified with the kinematics of the tests."""
 import csv
 import filecmp
 import math
@@ -49,7 +49,7 @@ class Run:
         with open(path, newline="", encoding="utf-8") as file:
             self.rows = list(csv.DictReader(file))
         start_a, start_b = (si(q) for q in CONFIGURATIONS[configuration])
-        self.relative = tubes.minus(tip(start_a, "a"), tip(start_b, "b"))  # held from the start
+        self.relative = tubes.minus(tip(start_a, "a"), tip(start_b, "b"))  # constant from the start
         self.joints, self.errors = [], []
         for row in self.rows:
             q = [[float(row[f"{kind}_{arm}{i}"]) for kind in ("beta", "alpha") for i in (1, 2, 3)] for arm in "ab"]
@@ -133,7 +133,7 @@ class Table3(unittest.TestCase):
                 self.assertLessEqual(max(run.errors[i]), TOLERANCE + SAME, (key, run.points[i]))
 
     def test_targets_are_the_trajectories(self):
-        # Rectangles close; the Lissajous figure is symmetric about its start. Both keep to their planes and sizes.
+        # Rectangles close; the Lissajous figure is symmetric about its start. Both stay in their planes and sizes.
         for (shape, configuration, method), run in self.runs.items():
             start = tip(si(CONFIGURATIONS[configuration][0]), "a")
             targets = [[float(run.rows[i][f"target_{axis}"]) for axis in "xyz"] for i in run.last]
@@ -155,7 +155,7 @@ class Table3(unittest.TestCase):
             self.assertEqual(int(line["gate_actions"]), sum(int(row["gate_actions"]) for row in run.rows))
             for column, which in (("ab", 0), ("a", 1)):
                 for name, value in zip(("rms", "std", "max"), statistics([run.errors[i][which] for i in run.last])):
-                    # A deviation comes from a difference of squares: rounding shows in its root.
+                    # A standard deviation is the root of a difference of squares, which amplifies rounding errors.
                     self.assertAlmostEqual(float(line[f"{name}_{column}"]), 1e3 * value, delta=1e-5, msg=str(line))
 
     def test_qp_methods_need_no_gate(self):
@@ -189,7 +189,7 @@ class OtherPlants(unittest.TestCase):
         cls.folder = pathlib.Path(folder.name)
 
     def both_ways(self, name, run, only=None, experiment="table3", **changes):
-        """Runs those whose names hold `only`; larger error of one of them when each of its points is left."""
+        """Runs those whose names contain `only`; returns the larger error of one of them at the end of each of its points."""
         preset = changes.pop("preset", "lockstep")
         (self.folder / name).mkdir()
         deployment = system.deployment(self.folder / name, preset, **changes)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Operators and CRTK clients in front of the real processes: `tandem up`, `tandem teleop` with recorded motion, and a client
-on Cyclone DDS."""
+"""Operators and CRTK clients with the real processes: `tandem up`, `tandem teleop` with recorded motion, and a client on Cyclone DDS."""
 import json
 import os
 import pathlib
@@ -17,7 +16,7 @@ CYCLONE = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
 <MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer Address="127.0.0.1"/></Peers></Discovery>
 <Internal><GenerateKeyhash>true</GenerateKeyhash></Internal></Domain></CycloneDDS>"""
-# Function is tested here, on any machine, however busy; the budgets are tested on a clock of the tests' own (Operator.*).
+# Function is tested here, on a loaded machine, too; the budgets are tested with a simulated clock (Operator.*).
 BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, teleoperation_ms: 400, lease_ms: 3000}"
 MEASURED_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 3000}"
 
@@ -58,7 +57,7 @@ class Teleoperation(system.SystemTest):
         system.until(moving, 20, "the arms move")
 
     def standstill(self, since_ns):
-        """s from then to the first state after which no joint moved; stamps are of the same clock."""
+        """s from `since_ns` to the first state after which no joint has moved; stamps are of the same clock."""
         last, at = self.system.status(), None
         still = 0
         while still < 10:
@@ -86,12 +85,12 @@ class Teleoperation(system.SystemTest):
         self.assertEqual(process.returncode, 0, reported)
         self.assertIn("following: pair of arm_a", reported[0])
         moved = tubes.minus(self.tips()[0], before[0])
-        # 8 mm/s less the deadband, halved, for 2 s.
+        # 8 mm/s minus the deadband, halved, for 2 s.
         self.assertAlmostEqual(moved[1], 7.5e-3, delta=1.2e-3)
         self.assertLess(tubes.norm([moved[0], moved[2]]), 0.5e-3)
         self.assertLess(worst, 0.5e-3, "the relative position is kept")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
-        # Planning goes on from here.
+        # Planning continues from the new position.
         self.assert_ok(self.system.robot("run", self.trajectory("after", [0, -2, 0], points=3, max_iterations=500)))
 
     def test_a_device_that_dies_or_hangs_stops_the_robot(self):
@@ -105,10 +104,10 @@ class Teleoperation(system.SystemTest):
             os.killpg(process.pid, how)
             seconds = self.standstill(sent)
             print(f"  {how.name}: the robot stood {1e3 * seconds:.0f} ms after it", flush=True)
-            # 100 ms, two control periods, the ramp of 50 ms, a look every 50 ms, and a machine that others use.
+            # 100 ms, two control periods, the ramp of 50 ms, a polling period of 50 ms, and a margin for a shared machine.
             self.assertLess(seconds, 0.1 + 0.04 + 0.05 + 0.05 + 0.25)
             if how == signal.SIGSTOP:
-                os.killpg(process.pid, signal.SIGCONT)  # it wakes up: nothing moves without the lease or a new grip
+                os.killpg(process.pid, signal.SIGCONT)  # it resumes: nothing moves without the lease or a new press of the dead-man switch
                 self.system.assert_still(self, looks=5)
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
@@ -173,14 +172,14 @@ class Teleoperation(system.SystemTest):
         self.begin("{scale: 0.5, max_speed_mm_per_s: 10, leash_mm: 1, crtk: {clients: [crtk_peer]}}")
         before = self.tips()
         answer = self.crtk_peer()
-        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)  # it saw that stale commands give no power
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)  # it verifies that stale commands give no power
         reported = json.loads(answer.stdout)
         self.assertAlmostEqual(reported["asked"], 5e-3, delta=1e-9)
         self.assertAlmostEqual(reported["moved"], 5e-3, delta=0.6e-3)
         self.assertEqual(reported["joint_count"], 6)
         self.assertGreater(reported["cycles_by_crtk"], 50)
         self.assertGreater(reported["status"], 0)
-        # measured_cp is what an independent model says of the joints.
+        # measured_cp equals the tip of an independent model at the joints.
         self.assertAlmostEqual(self.tips()[0][1] - before[0][1], reported["moved"], delta=0.3e-3)
         self.assertEqual(self.system.status()["lease_holder"], 0)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Announcements of participants: how often they come, and that those who are there answer a newcomer at once.
+// Participant announcements: their period, and immediate answers to the announcement of a newcomer.
 #include <linux/sockios.h>
 #include <netinet/in.h>
 #include <sys/ioctl.h>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPeriod = 1.0;  // s, between two announcements of a participant
 
-/** Receives the announcements to the last one of the ports that participants of a domain may have. */
+/** Receives the announcements to the last port that participants of a domain may have. */
 class Listener {
  public:
   explicit Listener(int domain) : socket_(::socket(AF_INET, SOCK_DGRAM, 0)) {
@@ -33,7 +33,8 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
-  /// Waits for an announcement. @return when the kernel received it, s since 1970; below zero: none within `seconds`
+  /// Waits for an announcement. @return its time of reception in the kernel, s since 1970; below zero: none within
+  /// `seconds`
   double next(double seconds) const {
     const auto whole = static_cast<std::time_t>(seconds);
     const timeval limit{whole, static_cast<suseconds_t>(1e6 * (seconds - static_cast<double>(whole)))};
@@ -56,7 +57,8 @@ BusOptions named(std::uint64_t session) {
   return options;
 }
 
-// Each announcement goes to 32 ports of each peer: four a second were half of the system calls of an idle service.
+// Each announcement is sent to 32 ports of each peer: at four per second they made half of the system calls of an idle
+// service.
 TEST(Announcements, ComeOnceASecond) {
   constexpr int kInitial = 5, kPeriods = 3;
   const BusOptions options = testOptions();
@@ -70,8 +72,8 @@ TEST(Announcements, ComeOnceASecond) {
   EXPECT_GT(at.back() - at[kInitial], 0.8 * kPeriods * kPeriod);
 }
 
-// A newcomer that announces itself before it receives loses the answers, and knows the others only after their next
-// periodic announcements.
+// A newcomer that announces itself before it can receive loses the answers, and discovers the others only with their
+// next periodic announcements.
 TEST(Announcements, OfANewcomerAreAnsweredAtOnce) {
   constexpr int kThere = 6, kNewcomers = 12;
   const Listener listener(testOptions().domain);
@@ -80,7 +82,7 @@ TEST(Announcements, OfANewcomerAreAnsweredAtOnce) {
     there.emplace_back(named(k));
   int answered = 0;
   for (std::uint64_t k = 0; k < kNewcomers; ++k) {
-    // The periodic announcements have just come: the next ones are most of a period away.
+    // The periodic announcements have just been sent: the next ones follow after most of a period.
     ASSERT_GT(listener.next(20.0), 0.0);
     while (listener.next(0.2 * kPeriod) > 0.0) {
     }

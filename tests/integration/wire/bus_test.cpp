@@ -113,7 +113,7 @@ TEST(Bus, DifferentQualityOfServiceIsReportedOnBothEnds) {
 TEST(Bus, ADeepReaderMatchesWhateverTheWriterOffers) {
   BusOptions slow = testOptions(), quick = testOptions();
   slow.command_age = 3.0;
-  quick.command_age = 0.03;  // asks for a deadline and a liveliness that the slow writer does not offer
+  quick.command_age = 0.03;  // requests a deadline and a liveliness that the slow writer does not offer
   Bus commander(slow), observer(quick);
   auto writer = commander.writer(kActuationCommand);
   std::atomic<int> wrong{0}, seen{0};
@@ -151,8 +151,8 @@ TEST(Bus, OwnershipPassesOnWhenTheCommanderTimesOut) {
   received.change([](auto& counts) { counts.clear(); });
   ASSERT_TRUE(repeatUntil([&] { return count(1) > 50 || count(2) > 50; }, both));
   const std::uint64_t owner = count(1) > count(2) ? 1 : 2;
-  // A hiccup of the machine longer than the 30 ms of grace may change the owner; receiving both throughout may not
-  // happen.
+  // A pause of the machine longer than the 30 ms of grace may change the owner; but both must not be received
+  // throughout.
   EXPECT_LT(count(3 - owner), 25);
   ASSERT_TRUE(repeatUntil([&] { return count(3 - owner) > 50; },
                           [&] { owner == 1 ? two.write(from_two) : one.write(from_one); }));
@@ -206,7 +206,7 @@ TEST(Bus, ReadersMayGoWhileSamplesCome) {
     auto* raw = counter.get();
     Reader reader = here->reader(kHalStatus, [raw](const HalStatus&) { ++*raw; });
     EXPECT_TRUE(repeatUntil([&] { return *raw > 0; }, [] {}));
-    reader = Reader();  // from here on the callback must not touch the counter
+    reader = Reader();  // from here on the callback must not use the counter
     counter.reset();
   }
   Reader survivor = here->reader(kHalStatus, [](const HalStatus&) {});

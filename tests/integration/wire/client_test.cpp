@@ -20,8 +20,8 @@ config::Deployment testDeployment() {
   return deployment;
 }
 
-// Control as a client sees it. Its answer comes after statuses that wake the client, so that a client that looks for
-// interruptions while it waits sees one.
+// Simulated control for a client. Its answer follows statuses that wake the client, so that a client that checks for
+// interruptions while it waits detects one.
 class SlowControl {
  public:
   static constexpr std::uint32_t kValue = 42;
@@ -98,7 +98,7 @@ TEST(Interruption, BeforeARequestIsReportedAsSuch) {
   expectInterrupted([&] { client.connect(20.0); });
 }
 
-// The client that has paused may have left before its own identity arrived.
+// The pausing client may have left before its own identity arrived.
 TEST(Pauser, IsNamedByControl) {
   constexpr std::uint64_t kPauser = 77;
   dds::Bus control(dds::testOptions());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process that ends: no writer hangs because somebody has not yet acknowledged what it wrote.
+// Process end: no writer blocks on samples that a reader has not acknowledged.
 #include <cstdio>
 #include <cstdlib>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -12,7 +12,7 @@
 namespace tandem::dds {
 namespace {
 
-/// Makes and deletes writers that send a heartbeat every 20 us while a reader owes them its acknowledgement.
+/// Creates and deletes writers that send a heartbeat every 20 us while a reader has unacknowledged samples.
 void makeAndDelete(const BusOptions& options, int times) {
   detail::Participant participant(options);
   const detail::fast::TypeSupport type(new GuardedSupport<ControlRequest>);

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Control messages of RTPS, forged by hand by somebody without credentials: GAPs without an end, and noise.
+"""RTPS control messages forged without credentials: GAPs without an end, and noise.
 
-Fast DDS 2.9.1 has no mends for them (docs/security.md), so a process that is hit may end. It ends alone and early: the arms stand
-before it does, and nobody else is ended with it."""
+Fast DDS 2.9.1 has no fix for them (docs/security.md), so an attacked process may end. It ends alone and early: the arms are at
+standstill before it ends, and no other process ends with it."""
 import os
 import pathlib
 import socket
@@ -14,14 +14,14 @@ import threading
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
-LIMIT_MB = 1100  # of addresses that can be written: stacks and arenas of threads count before they are used
+LIMIT_MB = 1100  # of writable addresses: stacks and arenas of threads count before they are used
 BUDGETS = {"budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 5000}", "sim_period_ms": 5,
            "control_period_s": 0.02}
 DATA, GAP, HEARTBEAT, ACKNACK, DATA_FRAG, NACK_FRAG, INFO_TS, INFO_SRC, INFO_DST = 0x15, 8, 7, 6, 0x16, 0x12, 9, 0xc, 0xe
 
 
 def udp_ports(pid):
-    """Ports that a process reads."""
+    """UDP ports that a process has open."""
     inodes = set()
     for entry in pathlib.Path(f"/proc/{pid}/fd").iterdir():
         try:
@@ -43,12 +43,12 @@ def submessage(kind, body, flags=1, length=None):
 
 
 def endless_gap(writer):
-    """From 1000 to 2^62, to whoever reads this writer."""
+    """GAP from 1000 to 2^62, to all readers of this writer."""
     return submessage(GAP, bytes(4) + writer + struct.pack("<iIiII", 0, 1000, 1 << 30, 0, 0))
 
 
 class Memory(threading.Thread):
-    """The most that a process took, MB, as long as it lives."""
+    """Maximum memory of a process during its life, MB."""
 
     def __init__(self, pid):
         super().__init__(daemon=True)
@@ -87,11 +87,12 @@ class Floods(system.SystemTest):
         self.assert_ok(running.robot("enable"))
         client = self.start_run(running, self.long_line())
         running.await_motion(client)
-        running.parts = ("state", "status")  # planning may fall silent
+        running.parts = ("state", "status")  # planning may stop publishing
         return running
 
     def hit(self, running, pid, text):
-        """Sends it again and again to all ports of a process, which takes nothing before it has met the sender, until one dies."""
+        """Sends the text repeatedly to all ports of a process, which ignores it until it has discovered the sender, until a process
+        dies."""
         ports = udp_ports(pid)
         ending = threading.Event()
 
@@ -134,12 +135,12 @@ class Floods(system.SystemTest):
         self.assertEqual(others, ["control"], "somebody else was ended with it")
         log = self.log.read_text()
         print(log, flush=True)
-        # Without reception it had stopped the arms long before.
+        # While control received nothing, it stopped the arms, long before it died.
         self.assertRegex(log, r"\[control\].* FAULT of arm_a: state_timeout[^\n]*\n(.*\n)*.*\[sim\].* stop: tandem up: control")
         self.assertIn(f"tandem up: control (pid {control}) was killed by signal 6", system.black_box(self.folder / "black-box"))
 
     def test_noise(self):
-        """Everything that the grammar of RTPS has, with fields that are wrong."""
+        """All submessages of RTPS, with invalid fields."""
         running = self.moving()
         noise = system.seeded(self)
         prefix, writer = self.peer("planning/request", 1)
@@ -151,7 +152,7 @@ class Floods(system.SystemTest):
                 text[noise.randrange(len(text))] = noise.randrange(256)
             self.sender.sendto(text[:noise.randrange(8, 65000)], ("127.0.0.1", noise.choice(list(ports))))
         if not self.died(running):
-            # All live, though some may receive nothing: whoever commands either is received, or has lost the arms.
+            # All processes run, though some may receive nothing: either the client is received, or the arms are in FAULT.
             if running.robot("disable").returncode != 0:
                 system.until(lambda: running.states() == ["FAULT"] * 2, 20, "the arms stop")
             running.assert_still(self, looks=3)
@@ -178,7 +179,7 @@ class Floods(system.SystemTest):
                 DATA_FRAG: struct.pack("<HH", 0, 28) + ids + number
                 + struct.pack("<IHHI", noise.choice([0, 1, 1 << 31]), noise.choice([0, 1, 65535]), noise.choice([0, 1024, 65535]),
                               noise.choice([0, 100, (1 << 32) - 1])) + noise.randbytes(64),
-                # A GAP of a few hundred numbers: the one without an end has a test of its own.
+                # A GAP of a few hundred numbers: the one without an end has a separate test.
                 GAP: ids + struct.pack("<iIiII", 0, 5, 0, noise.randrange(600), noise.choice([0, 256, (1 << 32) - 1]))
                 + noise.randbytes(32)}.get(kind, ids + number + noise.randbytes(noise.randrange(64)))
         return submessage(kind, body, noise.randrange(256) if noise.random() < 0.3 else 1,

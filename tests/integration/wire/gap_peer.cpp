@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/* A participant without credentials, and a reliable writer on one topic, which readers take for theirs. Prints its GUID
- * prefix and its entity id in hexadecimal digits once it has readers: what it takes to forge control messages of RTPS
- * by hand. Ends when its standard input closes.
+/* A participant without credentials, with a reliable writer on one topic that readers accept. Prints its GUID prefix
+ * and its entity id in hexadecimal digits once it has readers: the data needed to forge RTPS control messages. Ends
+ * when its standard input closes.
  *
  *   gap_peer DOMAIN PREFIX TOPIC READERS
  */
@@ -21,7 +21,7 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-/// The topic of that name. @return null: there is none
+/// Creates a writer of the topic of that name. @return null if there is no such topic
 fast::DataWriter* writerOf(detail::Participant& participant, const std::string& name) {
   fast::DataWriter* writer = nullptr;
   forEachTopic([&]<class M>(const Topic<M>& topic) {

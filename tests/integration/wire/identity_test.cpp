@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whose messages count: those of who knows the same robot, whatever the clock of its host says.
+// Accepted messages: those of processes with the same robot, whatever the clock of their host.
 #include <atomic>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 
@@ -32,7 +32,7 @@ TEST(Identity, OnlyMessagesOfTheSameRobotCount) {
   ControlRequest request;
   request.client = 5;
   request.request = 6;
-  request.fingerprint = 1;  // what it says of itself does not count: the bus knows
+  request.fingerprint = 1;  // the message's own value has no effect: the bus sets it
   const auto reported = [&](auto holds) {
     const auto all = met.get();
     return std::any_of(all.begin(), all.end(), holds);
@@ -90,7 +90,7 @@ TEST(Identity, OnlySendersThatAreAdmittedCount) {
   EXPECT_NE(some.lastProblem().find("not in teleoperation.crtk.clients"), std::string::npos) << some.lastProblem();
 }
 
-/// What a writer on a host says whose wall clock is ten minutes behind: Fast DDS stamps samples with it.
+/// Samples from a host whose wall clock is ten minutes behind: Fast DDS stamps samples with it.
 TEST(Clocks, CommandsOfAHostWhoseClockIsBehindArrive) {
   BusOptions options = testOptions();
   options.command_age = 0.3;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A raw writer on every topic of a running system: nothing crashes, nothing moves, and what was dropped is counted by name.
+"""A raw writer on every topic of a running system: nothing crashes, nothing moves, and dropped samples are counted by topic.
 
-TANDEM_ROUNDS says how many rounds over all topics (default 25)."""
+TANDEM_ROUNDS is the number of rounds over all topics (default 25)."""
 import json
 import os
 import pathlib
@@ -13,7 +13,7 @@ import system  # noqa: E402
 
 ROUNDS = int(os.environ.get("TANDEM_ROUNDS", "25"))
 CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
-# Who has to drop what.
+# Topics that each service must drop samples of.
 READ_BY = {
     "tandem-sim": ["actuation/command", "sim/request", "stop"],
     "tandem-control": ["actuation/state", "planning/reference", "control/request", "stop", "arm_a/state_command",
@@ -51,8 +51,7 @@ class Malformed(system.SystemTest):
                        if f"rt/{prefix}/{topic}" not in dropped.get(who, {})]
             return not missing
 
-        # What is oversized, and what comes faster than a reader takes it, Fast DDS drops itself: there is chance in who has what
-        # to count.
+        # Fast DDS itself drops oversized samples, and those faster than a reader takes them: which process has some to count is random.
         for turn in range(6):
             bombard([f"rt/{prefix}/{topic}" for _, topic in missing] if turn > 1 else [])
             try:
@@ -62,7 +61,7 @@ class Malformed(system.SystemTest):
                 print(f"once more for {missing}", flush=True)
         self.assertTrue(all_named(), f"missing: {missing}; there are: {dropped}")
         print(dropped, flush=True)
-        # It goes on as if nothing had been.
+        # The system continues normally.
         self.assert_ok(running.robot("disable"))
         system.until(lambda: running.status()["lease_holder"] == 0, 10, "a lease that was taken runs out")
         self.assert_ok(running.robot("run", self.trajectory("short", [0, 2, 0], points=2)))

@@ -2,7 +2,7 @@
 /** @file Random messages of every topic in an MCAP file with their expected values, for tests of independent
  * decoders.
  *
- *     message_sample FILE SEED    prints one JSON array a message: type, then all values in the order of the definition
+ *     message_sample FILE SEED    prints one JSON array per message: type, all values in the order of the definition
  */
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ namespace {
 
 using namespace tandem;
 
-/// Calls f with every number and text of a message, in order; f.size() with every list before.
+/// Calls f with every number and text of a message, in order; f.size() with every list before its elements.
 template <class T, class F>
 void forEachValue(T& value, F& f) {
   if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
@@ -55,7 +55,7 @@ struct Print {
   template <class T>
   void operator()(T& value) {
     if constexpr (std::is_integral_v<T> && sizeof(T) == 8)
-      out.push_back(std::to_string(value));  // more than a double holds
+      out.push_back(std::to_string(value));  // exceeds the precision of a double
     else
       out.push_back(value);
   }

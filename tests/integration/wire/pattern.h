@@ -34,7 +34,7 @@ inline ActuationState patternState(unsigned seed, std::uint64_t sequence) {
   return state;
 }
 
-/// The stamp is the number.
+/// The stamp follows from the sequence number.
 inline JointState patternJoints(unsigned seed, std::uint64_t sequence) {
   std::mt19937_64 random(seed + sequence);
   std::uniform_real_distribution<double> number(-1.0, 1.0);
@@ -46,10 +46,10 @@ inline JointState patternJoints(unsigned seed, std::uint64_t sequence) {
     joints.position.push_back(number(random));
     joints.velocity.push_back(number(random));
   }
-  return joints;  // effort stays empty: not measured
+  return joints;  // effort remains empty: not measured
 }
 
-/// Appends "%a " of every number: exact.
+/// Appends every number as "%a ", which is exact.
 template <class List>
 void appendNumbers(const List& list, std::string& text) {
   char buffer[40];
@@ -59,7 +59,7 @@ void appendNumbers(const List& list, std::string& text) {
   }
 }
 
-/// As cyclone_peer prints it.
+/// Text as printed by cyclone_peer.
 inline std::string textOf(const ActuationState& s) {
   std::string text = "state " + std::to_string(s.session) + " " + std::to_string(s.sequence) + " " +
                      std::to_string(s.stamp) + " " + std::to_string(s.answers_command) + " " +
@@ -74,7 +74,7 @@ inline std::string textOf(const ActuationState& s) {
   return text;
 }
 
-/// As cyclone_peer prints it.
+/// Text as printed by cyclone_peer.
 inline std::string textOf(const JointState& j) {
   std::string text = "joints " + std::to_string(j.stamp / 1'000'000'000) + " " +
                      std::to_string(j.stamp % 1'000'000'000) + " " + j.frame + " ";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Writes on every topic what no process of ours would: bytes that do not decode, wrong lengths, counts beyond capacity,
- * numbers that are none, sequences that jump, stamps of long ago, enormous texts, and samples of other types. Ends
- * after so many rounds, or when its standard input closes; then prints one line of JSON.
+/* Writes invalid samples to every topic: bytes that cannot be decoded, wrong lengths, counts beyond capacity,
+ * non-finite numbers, jumping sequences, old stamps, very long texts, and samples of other types. Ends after ROUNDS
+ * rounds, or when its standard input closes; then prints one line of JSON.
  *
  *   raw_peer DOMAIN PREFIX SEED ROUNDS ARM...
  */
@@ -55,7 +55,7 @@ class RawType final : public fast::TopicDataType {
   bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
 };
 
-/** Fills a message with values that are well-formed and wrong. */
+/** Fills a message with well-formed invalid values. */
 class Poison {
  public:
   explicit Poison(std::mt19937_64& random) : random_(random) {
@@ -64,7 +64,7 @@ class Poison {
     number_ = numbers[random_() % std::size(numbers)];
   }
 
-  /// As the member lists call it: ours, and the generated one, which does not matter.
+  /// Operator of the member lists: first this message, then the generated one, which is not used.
   template <class T, class W>
   void operator()(T& value, W&) {
     set(value);
@@ -131,17 +131,17 @@ Bytes encoded(const M& message) {
   return {payload.data, payload.data + payload.length};
 }
 
-/** What is written on one topic. */
+/** Writer and sample generators of one topic. */
 struct Target {
-  std::string name;  ///< as DDS knows the topic
+  std::string name;  ///< name of the DDS topic
   fast::DataWriter* writer = nullptr;
-  bool is_stop = false;  ///< whatever decodes is obeyed, and rightly
+  bool is_stop = false;  ///< a stop that can be decoded is valid and takes effect
   std::function<Bytes()> good, poisoned;
 };
 
 Bytes header(std::uint8_t second = 1) { return {0, second, 0, 0}; }
 
-/// Bytes that no sample of ours is.
+/// Bytes that are not a valid sample.
 Bytes mangled(const Target& target, std::mt19937_64& random) {
   Bytes bytes = target.good();
   switch (random() % 8) {
@@ -149,16 +149,16 @@ Bytes mangled(const Target& target, std::mt19937_64& random) {
       return header();
     case 1:
       bytes.resize(4 + random() % std::max<std::size_t>(1, bytes.size() - 4));
-      return bytes;  // cut short
+      return bytes;  // truncated
     case 2:
       bytes.resize(bytes.size() + 1 + random() % 4096, 0xa5);
       bytes[1] = 0;  // of the other byte order
       return bytes;
     case 3:
       bytes[1] = static_cast<std::uint8_t>(2 + random() % 250);
-      return bytes;  // of an encoding that there is not
+      return bytes;  // of an undefined encoding
     case 4: {
-      bytes.assign(4 + random() % (random() % 2 == 0 ? 16 : 8192), 0xff);  // what fits a small type, too
+      bytes.assign(4 + random() % (random() % 2 == 0 ? 16 : 8192), 0xff);  // small types, too
       bytes[0] = 0;
       bytes[1] = 1;
       return bytes;  // counts and lengths of 2^32 - 1
@@ -187,7 +187,7 @@ Target target(detail::Participant& participant,
   auto* dds_topic = participant.topic(result.name, type);
   auto qos = detail::writerQos(topic.profile, participant.options(), false);
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-  qos.ownership_strength().value = 1000;                      // commands are taken from the strongest writer alone
+  qos.ownership_strength().value = 1000;                      // commands are received only from the strongest writer
   qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;  // fragments
   result.writer = participant.publisher()->create_datawriter(dds_topic, qos);
   result.is_stop = std::is_same_v<M, Stop>;
@@ -200,7 +200,7 @@ Target target(detail::Participant& participant,
   return result;
 }
 
-/// Samples of one type on topics of another. @return readers that took them for theirs.
+/// Samples of one type on topics of another. @return readers that matched them.
 int writeMistyped(const BusOptions& options, const std::vector<std::string>& arms) {
   detail::Participant participant(options);
   const std::vector<TopicInfo> topics = allTopics(arms);
@@ -225,7 +225,7 @@ int writeMistyped(const BusOptions& options, const std::vector<std::string>& arm
       writer->get_publication_matched_status(status);
       matched += status.total_count;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));  // the rate, not a wait
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));  // limits the rate, not a wait for an event
   }
   return matched;
 }
@@ -240,10 +240,10 @@ int readersOf(const std::vector<Target>& targets) {
   return readers;
 }
 
-/// Until no further reader was found for a second: those of a process with many readers are found one by one.
+/// Waits until no further reader was found for 1 s: readers of a process with many of them are found one by one.
 void awaitReaders(const std::vector<Target>& targets) {
   constexpr auto kLook = std::chrono::milliseconds(50);
-  constexpr int kQuiet = 20, kMost = 400;  // looks
+  constexpr int kQuiet = 20, kMost = 400;  // polls
   int before = 0;
   for (int look = 0, quiet = 0; look < kMost && quiet < kQuiet; ++look) {
     std::this_thread::sleep_for(kLook);
@@ -273,7 +273,7 @@ int run(int argc, char** argv) {
     for (const std::string& arm : topic.per_arm ? arms : std::vector<std::string>{})
       targets.push_back(target(participant, topic, arm, random));
   });
-  // Some topics alone, where the crowd of all of them drowns a sample.
+  // Selected topics only: the load of all topics may hide a sample.
   if (const char* only = std::getenv("TANDEM_RAW_TOPICS")) {
     const std::string wanted = "," + std::string(only) + ",";
     std::erase_if(targets, [&](const Target& to) { return wanted.find("," + to.name + ",") == std::string::npos; });
@@ -281,7 +281,7 @@ int run(int argc, char** argv) {
   awaitReaders(targets);
   std::uint64_t written = 0;
   for (long round = 0; round < rounds; ++round) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // the rate, not a wait
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // limits the rate, not a wait for an event
     for (Target& to : targets) {
       const bool poison = !to.is_stop && random() % 3 == 0;
       Bytes bytes = poison ? to.poisoned() : mangled(to, random);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Topics as bytes beside topics as messages, over loopback.
+// Topics as bytes together with topics as messages, over loopback.
 #include "services/dds/raw.h"
 
 #include <stdexcept>
@@ -43,7 +43,7 @@ TEST(RawTopics, BytesAreThoseOfTheMessagesInOrder) {
   for (std::size_t i = 0; i < all.bytes.size(); ++i) {
     const auto message = decode<ActuationState>(all.bytes[i]);
     ASSERT_TRUE(message);
-    // A writer numbers its samples as the pattern does: a gap in one is a gap in the other.
+    // A writer's sample numbers equal those of the pattern: a gap in one is a gap in the other.
     EXPECT_EQ(message->sequence, all.samples[i].sequence);
     EXPECT_EQ(encode(*message), encode(patternState(7, message->sequence)));
     EXPECT_EQ(all.samples[i].writer, all.samples[0].writer);

@@ -23,10 +23,10 @@
 
 namespace tandem::dds {
 
-/// Discovery may take its time on a busy machine.
+/// Discovery is slow on a loaded machine.
 inline constexpr std::chrono::seconds kDeadline{20};
 
-/// A domain and a prefix of this test process: tests that run side by side never meet.
+/// A separate domain and prefix of this test process, so that parallel tests do not receive each other.
 inline BusOptions testOptions() {
   BusOptions options;
   options.domain = 1 + static_cast<int>(getpid() % 100);
@@ -34,7 +34,7 @@ inline BusOptions testOptions() {
   return options;
 }
 
-/** A value under a lock, and waiting until it is as wanted. */
+/** A value under a lock, with a wait for a condition on it. */
 template <class T>
 class Watched {
  public:
@@ -44,7 +44,7 @@ class Watched {
     change(value_);
     changed_.notify_all();
   }
-  /// @return whether it became true in time.
+  /// @return whether the condition was met in time.
   template <class Condition>
   bool waitUntil(Condition condition, std::chrono::milliseconds limit = kDeadline) {
     std::unique_lock lock(mutex_);
@@ -61,7 +61,7 @@ class Watched {
   T value_{};
 };
 
-/// Calls `act` every few milliseconds until `done`, for events that nobody signals. @return whether it was in time.
+/// Calls `act` every few milliseconds until `done`, for conditions without an event. @return whether it was in time.
 template <class Done, class Act>
 bool repeatUntil(Done done, Act act) {
   std::mutex mutex;
@@ -75,7 +75,7 @@ bool repeatUntil(Done done, Act act) {
   return done();
 }
 
-/** A child process; ends when its standard input closes, at the latest with this object. */
+/** A child process; ends when its standard input closes, at the latest in the destructor. */
 class Child {
  public:
   explicit Child(std::vector<std::string> arguments) {
@@ -110,7 +110,7 @@ class Child {
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
 
-  /// One line of its output without the newline; empty at its end.
+  /// One line of its output without the newline; empty at the end of the output.
   std::string line() {
     char* buffer = nullptr;
     std::size_t size = 0;
@@ -120,7 +120,7 @@ class Child {
     return text;
   }
 
-  /// Closes its input and waits. @return its exit status; what it still writes is thrown away.
+  /// Closes its input and waits. @return its exit status; discards the remaining output.
   int end() {
     if (pid_ > 0) {
       close(input_);
@@ -130,7 +130,7 @@ class Child {
     }
     return status_;
   }
-  /// Ends it by SIGKILL, as a crash would.
+  /// Ends it by SIGKILL, like a crash.
   void crash() {
     kill(pid_, SIGKILL);
     end();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Processes over loopback: ours, and Cyclone DDS as an oracle.
+// Processes over loopback: Tandem's, and Cyclone DDS as an oracle.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
@@ -41,7 +41,7 @@ TEST_F(WireTest, CycloneReadsOurMessagesValueForValue) {
   Child reader(peer(CYCLONE_PEER, "read"));
   Child writer(peer(WIRE_PEER, "publish", std::to_string(seed)));
   int states = 0, joints = 0, lines = 0;
-  // Both streams come every 2 ms; far more lines than needed mean that one of them does not come at all.
+  // Both streams have a period of 2 ms; many more lines than needed mean that one of them is missing.
   for (; (states < 100 || joints < 100) && lines < 5000; ++lines) {
     const std::string line = reader.line();
     ASSERT_FALSE(line.empty()) << "the reader ended";
@@ -92,7 +92,7 @@ TEST_F(WireTest, AReaderFindsTheNextWriterAfterACrash) {
   EXPECT_EQ(wrong, 0);
 }
 
-/// Runs so many rounds of state -> reference -> command through two other processes. @return s per round, sorted.
+/// Runs `rounds` rounds of state -> reference -> command through two other processes. @return s per round, sorted.
 std::vector<double> runChain(Bus& bus, std::uint64_t rounds) {
   Watched<std::uint64_t> answered;
   Reader reader = bus.reader(kActuationCommand, [&](const ActuationCommand& m) {
@@ -101,7 +101,7 @@ std::vector<double> runChain(Bus& bus, std::uint64_t rounds) {
   auto writer = bus.writer(kActuationState);
   ActuationState state;
   state.sequence = 1;
-  // Until the chain stands; from then on nothing may be lost.
+  // Until the chain is matched; after that no sample may be lost.
   EXPECT_TRUE(repeatUntil([&] { return answered.get() == 1; }, [&] { writer.write(state); }));
   std::vector<double> times;
   while (state.sequence < rounds && !testing::Test::HasFailure()) {
@@ -128,7 +128,8 @@ TEST_F(WireTest, LockStepLosesNothingAndIsFast) {
   const double high = times[times.size() * 99 / 100];
   std::cout << "three hops: median " << median * 1e6 << " us, 99 % " << high * 1e6 << " us, max " << times.back() * 1e6
             << " us\n";
-  // About 200 us on an idle machine; the bound tells a tuned wire from one that waits for heartbeats (20 ms).
+  // About 200 us on an idle machine; the bound distinguishes tuned transport from one that waits for heartbeats (20
+  // ms).
   EXPECT_LT(median, 3e-3);
 }
 
