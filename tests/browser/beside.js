@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// beside.js SETTING: the page stays open until standard input ends; then says what it and its server took, as one line of JSON.
+// beside.js SETTING: the page remains open until standard input ends; then prints the resources used by it and its server, as one line of
+// JSON.
 "use strict";
 const assert = require("node:assert");
 const { Operator, Server } = require("./harness.js");

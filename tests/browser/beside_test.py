@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Control at 1 kHz, moving, with the operator's page open on the same machine.
+"""Control at 1 kHz in motion, with the operator's page open on the same machine.
 
-Simulator and control have the real-time priorities that systemd gives them (docs/deployment.md), and the default budgets.
-Without the right to priorities both are as on any desktop: default scheduling, wide budgets. A browser without graphics
-hardware takes every processor that it gets, so it runs at idle priority: a page is what may wait. TANDEM_BESIDE says for
-how long, s (default 60); a third of that comes first without a page. The machine is anybody's: late cycles of both are
-reported side by side, not judged."""
+Simulator and control have the real-time priorities that systemd gives them (docs/deployment.md), and the default budgets. Without the
+right to priorities both run as on any desktop: default scheduling, wide budgets. A browser without graphics hardware loads all
+processors, so it runs at idle priority: the page may wait. TANDEM_BESIDE is the duration, s (default 60); a third of that precedes it
+without a page. Since the machine is shared, late cycles of both are reported, not asserted."""
 import json
 import os
 import pathlib
@@ -19,7 +18,7 @@ sys.path.insert(0, str(HERE.parent / "integration" / "harness"))
 import system  # noqa: E402  pylint: disable=wrong-import-position
 
 SECONDS = float(os.environ.get("TANDEM_BESIDE", "60"))
-# Processes of one session share what the kernel gives to the session: both have to be modest.
+# The kernel divides processor time by session first: both priorities must be low.
 IDLE = """#!/bin/sh
 echo 19 > /proc/self/autogroup 2> /dev/null
 exec chrt --idle 0 "$TANDEM_REAL_BROWSER" "$@"
@@ -41,7 +40,7 @@ class Beside(system.SystemTest):
         return page
 
     def move(self, running, ways, seconds, name):
-        """To and fro; tells what control missed meanwhile. @return the last status"""
+        """Back and forth; prints the cycles that control missed. @return the last status"""
         before = running.status()["control"]
         began, runs = time.monotonic(), 0
         while time.monotonic() - began < seconds or runs % 2:

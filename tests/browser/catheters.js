@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// catheters.js SETTING: the page before catheters that hold an object, made by page_test.py.
+// catheters.js SETTING: the page for catheters that grasp an object, called by page_test.py.
 "use strict";
 const assert = require("node:assert");
 const path = require("node:path");

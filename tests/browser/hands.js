@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of teleoperation: the page's keys and pointer move the robot while they are held, and not a moment longer.
+// Scenes of teleoperation: the page's keys and pointer move the robot while they are held, and no longer.
 "use strict";
 const assert = require("node:assert");
 const { monotonic } = require("./harness.js");
 
-const kMost = 1500; // ms from letting go to standstill, as seen through `tandem status` on a busy machine
+const kMost = 1500; // ms from release to standstill, as seen through `tandem status` on a busy machine
 
 module.exports = ({ robot, me, enable, shot }) => {
   const page = () => me().page;
@@ -13,7 +13,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     await me().tab("teleoperate");
     if ((await page().getAttribute("#teleop-on", "aria-pressed")) !== "true") await me().press("#teleop-on");
     await me().text("#teleop-held", /^○ (ready|released)/);
-    await me().text("#teleop-state", /^released/); // control has to see the switch released before it counts
+    await me().text("#teleop-state", /^released/); // control must first receive the released switch
     await page().focus("#view");
   }
   async function hold(key) {
@@ -28,10 +28,10 @@ module.exports = ({ robot, me, enable, shot }) => {
     console.log(`    ${how}: the last joint moved ${took.toFixed(0)} ms later, as seen every 100 ms`);
     assert.ok(took < kMost, `${how}: joints moved for ${took} ms`);
   }
-  /** What was cut off does not go on when its cause is gone, although the key is still down. */
+  /** After a cut-off, motion does not resume when the cause is removed while the key is still down. */
   async function staysReleased(key) {
     await page().focus("#view");
-    await page().keyboard.down(key); // a key that is down repeats
+    await page().keyboard.down(key); // a held key repeats
     await robot().stands("while the key is down from before", monotonic());
     assert.doesNotMatch(await page().textContent("#teleop-held"), /held:/);
     await page().keyboard.up(key);
@@ -67,7 +67,7 @@ module.exports = ({ robot, me, enable, shot }) => {
 
     async "a gamepad moves the tip, and stops it when it is pulled out"() {
       await ready();
-      // Neither Chromium nor this kernel need have a gamepad: the page gets the event that browsers send.
+      // Neither Chromium nor this kernel may have a gamepad: the page receives the event that browsers send.
       await page().evaluate(() => {
         const buttons = Array.from({ length: 17 }, () => ({ pressed: false, touched: false, value: 0 }));
         window.pad = { index: 0, id: "test", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons };
@@ -110,7 +110,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     async "a hidden tab stops teleoperation"() {
       await hold("ArrowUp");
       const since = monotonic();
-      // Headless Chromium never hides a tab: the page gets the event that a hidden tab gets.
+      // Headless Chromium never hides a tab: the page receives the event of a hidden tab.
       await page().evaluate(() => {
         Object.defineProperty(document, "visibilityState", { configurable: true, get: () => "hidden" });
         document.dispatchEvent(new Event("visibilitychange"));
@@ -141,7 +141,7 @@ module.exports = ({ robot, me, enable, shot }) => {
     async "a page that hangs stops teleoperation"() {
       await hold("ArrowUp");
       const since = monotonic();
-      // Nothing runs in the page for two seconds: control receives nothing, and needs no word of it.
+      // The page executes nothing for 2 s: control receives no input, and must stop without a message.
       const hang = page().evaluate(() => {
         const end = performance.now() + 2000;
         while (performance.now() < end);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the operator of page.js works with: the console's process, the browser, and the robot seen past the page.
+// Test equipment of page.js: the console's process, the browser, and the robot observed independently of the page.
 "use strict";
 const assert = require("node:assert");
 const { spawn, spawnSync } = require("node:child_process");
@@ -8,11 +8,11 @@ const readline = require("node:readline");
 const { chromium } = require("playwright-core");
 
 const kStill = 1e-6; // m or rad
-const kPatience = 60000; // ms, for anything that is to happen; a busy machine takes its time
+const kPatience = 60000; // ms, for any event on a busy machine
 
 const monotonic = () => Number(process.hrtime.bigint()) / 1e6; // ms, the clock of the robot's stamps
 
-/** tandem-console: started, killed, started again at the same port. */
+/** tandem-console, which can be started, killed, and restarted at the same port. */
 class Server {
   constructor(setting) {
     this.setting = setting;
@@ -41,7 +41,7 @@ class Server {
   }
 }
 
-/** The robot as `tandem status --follow` tells it: the page's word is not taken for what the robot does. */
+/** The robot according to `tandem status --follow`, independently of the page. */
 class Robot {
   constructor({ bin, deployment }) {
     this.tandem = path.join(bin, "tandem");
@@ -50,13 +50,13 @@ class Robot {
       stdio: ["ignore", "pipe", "inherit"],
     });
     this.last = null;
-    this.changed = 0; // ms: stamp of the state in which a joint was last elsewhere than before
+    this.changed = 0; // ms: stamp of the last state with a changed joint
     this.waiting = new Set();
     readline.createInterface({ input: this.process.stdout }).on("line", (line) => this.received(JSON.parse(line)));
   }
   received(status) {
     const joints = status.arms.flatMap((arm) => arm.joints);
-    // Where a loop holds a point its joints go on changing by rounding.
+    // A loop that holds a point changes its joints by rounding errors.
     if (!this.joints?.every((q, k) => Math.abs(q - joints[k]) < kStill)) {
       this.changed = status.stamps_ns.state / 1e6;
       this.joints = joints;
@@ -67,7 +67,7 @@ class Robot {
   close() {
     this.process.kill("SIGKILL");
   }
-  /** The first status, published after the call, for which `condition` holds. */
+  /** The first status published after the call that meets `condition`. */
   until(what, condition, patience = kPatience) {
     const called = monotonic();
     return new Promise((resolve, reject) => {
@@ -92,12 +92,12 @@ class Robot {
     const far = (s) => Math.max(...s.arms.flatMap((arm, k) => arm.joints.map((q, j) => Math.abs(q - from[k][j]))));
     return this.until(`move: ${what}`, (s) => far(s) > 1e-4);
   }
-  /** Waits until no joint has moved for a while. @returns ms from `since` (of monotonic()) to the last change seen. */
+  /** Waits until no joint has moved for `quiet` ms. @returns ms from `since` (of monotonic()) to the last observed change. */
   async stands(what, since, quiet = 700) {
     await this.until(`stand: ${what}`, (s) => s.stamps_ns.state / 1e6 - Math.max(this.changed, since) > quiet);
     return Math.max(0, this.changed - since);
   }
-  /** A command by `tandem robot`, as somebody else would give it. */
+  /** A command by `tandem robot`, as another client. */
   command(...words) {
     return spawnSync(this.tandem, ["robot", "--deployment", this.deployment, ...words], {
       encoding: "utf8",
@@ -106,7 +106,7 @@ class Robot {
   }
 }
 
-/** One page in a browser window of its own. */
+/** One page in a separate browser window. */
 class Operator {
   static async launch(setting) {
     return chromium.launch({
@@ -126,7 +126,7 @@ class Operator {
     page.setDefaultTimeout(kPatience);
     page.on("pageerror", (error) => this.complaints.push(`error: ${error.stack}`));
     page.on("console", (message) => {
-      // A browser reports by itself that a socket could not be opened: that is what the page is tested to bear.
+      // Browsers log failed socket connections; the page is tested to handle them.
       if (
         ["error", "warning"].includes(message.type()) &&
         !/WebSocket connection|GPU stall|GL Driver/.test(message.text())
@@ -153,7 +153,7 @@ class Operator {
     );
     return this.page.textContent(selector);
   }
-  /** Clicks what can be used; waits until it can. */
+  /** Waits until the element is enabled, and clicks it. */
   async press(selector) {
     await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
     await this.page.click(selector);
@@ -164,7 +164,8 @@ class Operator {
   async said(pattern) {
     await this.text(".messages", pattern);
   }
-  /** How many pixels of the scene are bluish (arm A), orange (arm B) and green (what they hold), and a coarse image to compare. */
+  /** Numbers of pixels in the scene that are bluish (arm A), orange (arm B) and green (grasped object), and a coarse image for
+   * comparison. */
   scene() {
     return this.page.evaluate(() => {
       const canvas = document.querySelector("#view canvas");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// page.js SETTING [SCENE...]: an operator before the page, scene by scene; SETTING is JSON, made by page_test.py.
+// page.js SETTING [SCENE...]: scenes of an operator at the page; SETTING is JSON, passed by page_test.py.
 "use strict";
 const assert = require("node:assert");
 const path = require("node:path");
@@ -10,7 +10,7 @@ const only = process.argv.slice(3);
 const server = new Server(setting);
 let robot;
 let browser;
-/** The operator, and somebody else at another desk. */
+/** The operator, and a second one at another page. */
 let me;
 
 const shot = (name, whose = me) => whose.page.screenshot({ path: path.join(setting.artifacts, `${name}.png`) });
@@ -161,7 +161,7 @@ const scenes = {
       await me.page.keyboard.press("Tab");
       const at = await me.page.evaluate(() => {
         const e = document.activeElement;
-        if (e === document.body) return null; // the browser's own controls would come now
+        if (e === document.body) return null; // the focus would leave the page for the browser's own controls
         const style = getComputedStyle(e);
         const name = e.getAttribute("aria-label") || e.textContent?.trim() || e.labels?.[0]?.textContent || "";
         return {
@@ -226,7 +226,7 @@ const scenes = {
     await me.text("#lease", /Control: free/);
     await robot.stands("after the server is back", monotonic());
     assert.ok(robot.changed < back, "a joint moved after the link was back");
-    await enable(); // and the operator goes on from there
+    await enable(); // the operator continues from there
   },
 };
 
@@ -259,7 +259,7 @@ async function main() {
         console.log(`      page ${k + 1} says: ${await page.textContent(".messages").catch(() => "nothing")}`);
         await page.screenshot({ path: path.join(setting.artifacts, `bad-${k + 1}.png`) }).catch(() => {});
       }
-      break; // what comes after builds upon it
+      break; // later scenes depend on this one
     }
   }
   const [least, median, most] = [0, 0.5, 1].map(

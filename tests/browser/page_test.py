@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The operator's page in headless Chromium, against `tandem up` and tandem-console: page.js is the operator, and catheters.js.
+"""The operator's page in headless Chromium, with `tandem up` and tandem-console: page.js and catheters.js simulate the operator.
 
-TANDEM_PAGE is the folder of the built page, TANDEM_ARTIFACTS the one that screenshots go to."""
+TANDEM_PAGE is the folder of the built page, TANDEM_ARTIFACTS the folder for screenshots."""
 import json
 import os
 import pathlib
@@ -15,13 +15,13 @@ import system  # noqa: E402  pylint: disable=wrong-import-position
 
 
 class Operated(system.SystemTest):
-    """The page is alone with sim, control and planning; the console is started, and killed, by the operator."""
+    """Only sim, control and planning run; the script starts and kills the console."""
 
     def operate(self, script, preset, *words, **changes):
         artifacts = pathlib.Path(os.environ.get("TANDEM_ARTIFACTS", self.folder / "artifacts"))
         artifacts.mkdir(parents=True, exist_ok=True)
-        # Software rendering takes both cores of a small machine for itself. Watchdogs have tests of their own, at their
-        # default budgets; here the page is what is tested.
+        # Software rendering occupies both cores of a small machine. Watchdogs have separate tests with default budgets; here only the page
+        # is tested.
         path = system.deployment(self.folder, preset, budgets="{minimum_age_ms: 1000, lease_ms: 3000, "
                                  "planning_reference_ms: 1000, teleoperation_ms: 500}", **changes)
         others = ("executable: tandem-recorder", "executable: tandem-console")

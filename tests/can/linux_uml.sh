@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# linux_uml.sh FOLDER [ARGUMENT]...: linux.uml (Debian package user-mode-linux), on processors with AMX as well: there with
-# uml_registers.cpp, compiled into FOLDER, which has to stay as long as it runs. It runs on one processor: each system call of
-# what runs in it goes from one process to another and back, and to wake another processor costs several times as much.
+# linux_uml.sh FOLDER [ARGUMENT]...: runs linux.uml (Debian package user-mode-linux), on processors with AMX together with
+# uml_registers.cpp, compiled into FOLDER, which must exist as long as it runs. It runs on one processor: each system call of a guest
+# process switches from one host process to another and back, and waking another processor costs several times as much.
 set -euo pipefail
 
 folder=$1

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file SocketCAN bus on virtual interfaces: vcan0, and vcan1 with a transmit queue of four frames and 1 s delay.
  *
- * Run through uml.sh where the kernel has no CAN; see CMakeLists.txt beside. */
+ * Runs in uml.sh if the kernel has no CAN; see CMakeLists.txt in this folder. */
 #include "hal/can/detail/socketcan.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace {
 
 const std::string kInterface = "vcan0";
 
-/// Everything that comes within `seconds`, or the first `count` frames.
+/// All frames received within `seconds`, or the first `count`.
 std::vector<CanFrame> collect(Bus& bus, std::size_t count, double seconds = 10.0) {
   std::vector<CanFrame> all;
   std::array<CanFrame, 100> batch;
@@ -68,7 +68,7 @@ TEST(SocketCan, EveryKindOfFrameArrivesUnchanged) {
 }
 
 TEST(SocketCan, NobodyHearsItself) {
-  // Else a HAL would take its own frames for another master's.
+  // Otherwise a HAL would attribute its own frames to another master.
   SocketCanBus a(kInterface), b(kInterface);
   const std::array<CanFrame, 2> frames{makeFrame(0x080, {}), makeFrame(0x77F, std::array<std::uint8_t, 1>{5})};
   ASSERT_EQ(a.send(frames), frames.size());
@@ -81,7 +81,7 @@ TEST(SocketCan, OneLockPerInterface) {
   const BusLock lock(address);
   EXPECT_THROW(BusLock{address}, BusTaken);
   const BusLock other("can:vcan1");
-  SocketCanBus listener(kInterface);  // takes none
+  SocketCanBus listener(kInterface);  // takes no lock
 }
 
 TEST(SocketCan, FiltersWorkInTheKernel) {
@@ -128,7 +128,7 @@ TEST(SocketCan, OverflowsAreCounted) {
   ASSERT_EQ(sender.send(frames), kSent);
   std::size_t got = collect(bus, kSent, 0.5).size();
   EXPECT_LT(got, kSent);
-  // The kernel tells the losses with the next frame that comes.
+  // The kernel reports losses with the next received frame.
   ASSERT_EQ(sender.send({frames.data(), 1}), 1u);
   got += collect(bus, 1).size();
   EXPECT_EQ(got + bus.counters().rx_overflow, kSent + 1);

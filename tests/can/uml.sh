@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs a command where CAN is: in user-mode Linux, on this host's file system, with virtual CAN interfaces.
+# Runs a command in an environment with CAN: user-mode Linux, on this host's file system, with virtual CAN interfaces.
 set -euo pipefail
 
 usage() {
@@ -52,12 +52,12 @@ kernel=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)/linux_uml.sh
 modules=$(find /usr/lib/uml/modules -mindepth 1 -maxdepth 1 -type d | sort -V | tail -1)
 [[ -n $modules ]] || die "no modules below /usr/lib/uml/modules"
 
-# Everything that the guest needs lies in one folder, which it sees under the same name.
+# All files of the guest are in one folder, with the same path in the guest.
 work=$(mktemp -d "${TMPDIR:-/tmp}/tandem-uml.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 {
   printf '#!/bin/bash\n'
-  # The environment of the caller; what the guest's shell does not let be set is left out.
+  # The environment of the caller, except for variables that are read-only in the guest's shell.
   export -p | grep -v -E '^declare -[a-z]*r' || true
   printf 'work=%q modules=%q memory=%q\n' "$work" "$modules" "$memory"
   printf 'interfaces=(%s)\n' "$(printf '%q ' "${interfaces[@]}")"
@@ -92,15 +92,15 @@ GUEST
 } >"$work/init"
 chmod +x "$work/init"
 : >"$work/code"
-# A guest cannot open the host's pipes: its output goes through a file that is followed here.
+# A guest cannot open the host's pipes: its output goes through a file that is read here.
 : >"$work/output"
 
-# In the background, so that a signal reaches this shell, which ends the guest.
+# In the background, so that a signal reaches this shell, which then ends the guest.
 timeout --kill-after=10 "$limit" "$kernel" "$work" mem="$memory" rootfstype=hostfs rootflags=/ rw init="$work/init" \
   con=null con0=null,null quiet umid="tandem$$" uml_dir="$work/" </dev/null >"$work/console" 2>&1 &
 guest=$!
-# What the guest runs has deadlines: it goes before compilers and other tests, where this user may say so. Sessions share
-# the processor before processes do; the kernel begins one of its own.
+# Gives the guest, whose programs have deadlines, priority over compilers and other tests, if this user may set priorities. Sessions share
+# the processor before processes do; the kernel starts a session of its own.
 favour() {
   local end=$((SECONDS + 5)) child
   while ((SECONDS < end)); do

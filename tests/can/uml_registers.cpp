@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file LD_PRELOAD library that lets user-mode Linux run on processors with larger register sets than it supports.
  *
- * User-mode Linux saves and restores the registers of its processes by ptrace, in a buffer that ends with AVX-512 and
- * the protection keys. The host's kernel takes the whole state or none, and with AMX there is more of it: the first
- * process of the guest ends with "ptrace set fp regs failed". Here the buffer is made as large as the host's; what lies
- * beyond the guest's is zero. Nothing is lost: AMX has to be asked for, and the guest has no system call for it. */
+ * User-mode Linux saves and restores the registers of its processes by ptrace, in a buffer that ends with AVX-512
+ * and the protection keys. The host's kernel transfers the complete state or nothing, and with AMX the state is
+ * larger: the first process of the guest ends with "ptrace set fp regs failed". This library enlarges the buffer to
+ * the host's state; the part beyond the guest's is zero. Nothing is lost: AMX must be requested, and the guest has
+ * no system call for it. */
 #include <cpuid.h>
 #include <dlfcn.h>
 #include <elf.h>
@@ -22,12 +23,12 @@ namespace {
 using Ptrace = long (*)(int, ...);
 
 constexpr std::size_t kRoom = 64 * 1024;
-constexpr std::size_t kPresent = 512;          // where the state says which parts of it there are
+constexpr std::size_t kPresent = 512;          // offset of the bit mask of present components
 constexpr std::uint64_t kKept = 0b1011100111;  // x87, SSE, AVX, three parts of AVX-512, protection keys
 
 alignas(64) std::array<unsigned char, kRoom> room;
 
-/// Bytes of the processor's whole state, as the kernel has enabled it.
+/// Size of the complete processor state that the kernel has enabled, bytes.
 std::size_t wholeState() {
   unsigned enabled = 0, other = 0;
   __get_cpuid_count(0xd, 0, &other, &enabled, &other, &other);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The image from the packages, and console and robot as two containers of it, under a real engine.
+"""The image built from the packages, and console and robot as two containers of it, in a real engine.
 
-The first argument is the folder of the executables of a build tree; its packages lie in PARENT/packages."""
+The first argument is the folder of the executables of a build tree; its packages are in PARENT/packages."""
 import json
 import pathlib
 import re
@@ -19,7 +19,7 @@ import system  # noqa: E402
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
 COMPOSE = SOURCE / "deploy" / "docker"
-# On any machine, however busy.
+# For a loaded machine.
 BUDGETS = "budgets: {minimum_age_ms: 1000, planning_reference_ms: 2000, lease_ms: 5000}\n"
 
 
@@ -39,7 +39,7 @@ class Containers(unittest.TestCase):
                "speed_mm_per_s: 1\nacceleration_mm_per_s2: 5\n"
         (self.config / "trajectories").mkdir()
         (self.config / "trajectories/long.yaml").write_text(line)
-        # The engine's own folder is root's; what is mounted from it has to be read by the user of the image.
+        # The engine's folder belongs to root; the user of the image must be able to read what is mounted from it.
         self.engine.folder.chmod(0o755)
 
     def test_the_image_and_the_system_of_two_containers(self):
@@ -54,7 +54,7 @@ class Containers(unittest.TestCase):
                                    TANDEM_HEALTH_INTERVAL="2s", **more)
 
     def build(self):
-        """With the machine's network; all that follows has none."""
+        """Uses the machine's network; the following steps have none."""
         shared = BUILD.parent / "container"
         self.engine.start()
         self.engine.load(roots.base(shared), "debian:bookworm-slim")
@@ -64,7 +64,7 @@ class Containers(unittest.TestCase):
         self.engine.start(private=True)
 
     def hardening(self):
-        """Every compose file is valid, and the image needs no right at all."""
+        """Every compose file is valid, and the image needs no capability."""
         for files in (["compose.yaml"], ["compose.yaml", "compose.ci.yaml"], ["compose.host.yaml"]):
             self.compose("config", "-q", files=files)
         self.assertEqual(self.engine.docker("run", "--rm", "--network", "none", "--entrypoint", "id", "tandem", "-un").strip(),
@@ -83,11 +83,11 @@ class Containers(unittest.TestCase):
         return json.loads(self.engine.docker("inspect", self.container(service)))[0]
 
     def inside(self, service, *words, check=True):
-        """A command in a running container."""
+        """Runs a command in a running container."""
         return self.compose("exec", "-T", service, "tandem", *words, check=check)
 
     def status(self, service="console"):
-        text = self.inside(service, "status", "containers", "--json").stdout  # between what others say on stderr
+        text = self.inside(service, "status", "containers", "--json").stdout  # among the stderr output of others
         return json.JSONDecoder().raw_decode(text, text.index("{"))[0]
 
     def states(self):
@@ -115,7 +115,7 @@ class Containers(unittest.TestCase):
         self.assertAlmostEqual(self.status()["arms"][0]["joints"][3], joints[3], places=3)
 
     def a_process_that_dies(self):
-        """Control is killed: its container ends and comes back, and no arm moves for that."""
+        """Control is killed: its container ends and restarts, and no arm moves."""
         self.assertEqual(self.states(), ["ENABLED", "ENABLED"])
         began = self.inspect("robot")["State"]["StartedAt"]
         self.compose("exec", "-T", "robot", "sh", "-c",
@@ -128,14 +128,14 @@ class Containers(unittest.TestCase):
         self.compose("down", "-t", "10")
 
     def secured(self):
-        """The same system with credentials in its configuration: it moves, and a client without any is not answered."""
+        """The same system with credentials in its configuration: it moves, and a client without credentials receives no answer."""
         deployments = self.config / "deployments"
         credentials = self.config / "credentials"
         roots.run([BUILD / "bin" / "tandem", "security", "init", credentials], 60)
         roots.run([BUILD / "bin" / "tandem", "security", "issue", credentials, "--prefix", "tandem", "--domain", "0"], 60)
         user = int(self.engine.docker("run", "--rm", "--network", "none", "--entrypoint", "id", "tandem", "-u"))
         for path in (credentials, *credentials.rglob("*")):
-            shutil.chown(path, user)  # keys are for their owner alone
+            shutil.chown(path, user)  # keys are readable only by their owner
         bare = (deployments / "containers.yaml").read_text()
         (deployments / "bare.yaml").write_text(bare)
         (deployments / "containers.yaml").write_text(bare + "security: ../credentials\n")
@@ -153,7 +153,7 @@ class Containers(unittest.TestCase):
         (deployments / "containers.yaml").write_text(bare)
 
     def experiment(self):
-        """As CI runs it: the exit code is that of the experiment."""
+        """As in CI: the exit code is that of the experiment."""
         answer = self.compose("up", "--no-color", "--exit-code-from", "console", files=("compose.yaml", "compose.ci.yaml"),
                               timeout=240)
         self.assertEqual(len(re.findall(r"\b8/8 points", answer.stdout)), 2, answer.stdout[-4000:])

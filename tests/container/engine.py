@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A container engine of one's own: no registry, no service of this machine, nothing left behind."""
+"""A separate container engine: without registry and services of this machine, and removed completely."""
 import os
 import pathlib
 import shutil
@@ -15,7 +15,7 @@ NEEDS = {**roots.NEEDS, "dockerd": "docker.io", "docker": "docker.io", "docker-c
 
 
 class Engine:
-    """dockerd on a folder of its own. start() within this machine's network, or within a network namespace."""
+    """dockerd on a separate folder. start() in this machine's network, or in a network namespace."""
 
     def __init__(self):
         self.sweep()
@@ -27,7 +27,7 @@ class Engine:
 
     @staticmethod
     def sweep():
-        """A test that was killed could not clean up: its engine ended with it, its folder and its network did not."""
+        """Removes remains of killed tests: their engines ended with them, their folders and network namespaces did not."""
         def dead(name):
             pid = name.removeprefix("tandem-docker-").split("-")[0]
             return pid.isdigit() and not pathlib.Path("/proc", pid).exists()
@@ -40,7 +40,7 @@ class Engine:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def start(self, private=False):
-        """A private network has nothing but its loopback and what the engine makes."""
+        """A private network has only its loopback and what the engine creates."""
         command = ["dockerd", "-H", f"unix://{self.folder}/socket", "--data-root", f"{self.folder}/data", "--exec-root",
                    f"{self.folder}/exec", "-p", f"{self.folder}/pid", "--bridge=none", "--iptables=false",
                    "--ip6tables=false", "--ip-forward=false", "--ip-masq=false", "--oom-score-adjust=0"]
@@ -48,7 +48,7 @@ class Engine:
             self.namespace = f"tandem-docker-{os.getpid()}"
             roots.run(["ip", "netns", "add", self.namespace], 20)
             roots.run(["ip", "-n", self.namespace, "link", "set", "lo", "up"], 20)
-            # Not `ip netns exec`: it mounts /sys anew, and the control groups are gone.
+            # Not `ip netns exec`: it mounts /sys anew, without the control groups.
             command = ["nsenter", f"--net=/run/netns/{self.namespace}", *command]
         self.log = open(self.folder / "log", "ab")
         self.daemon = roots.start(command, self.log)
@@ -59,7 +59,7 @@ class Engine:
             time.sleep(0.2)
 
     def stop(self):
-        """An orderly end: containers, containerd and their mounts go with it."""
+        """Orderly shutdown, including containers, containerd and their mounts."""
         if self.daemon is None:
             return
         if self.daemon.poll() is None:
@@ -93,7 +93,7 @@ class Engine:
         return roots.run(["docker", *words], timeout, env=self.environment, **more)
 
     def load(self, tarball, name):
-        """What another machine would take from a registry."""
+        """Imports an image that another machine would pull from a registry."""
         with open(tarball, "rb") as stream:
             answer = subprocess.run(["docker", "import", "-", name], stdin=stream, env=self.environment, capture_output=True,
                                     text=True, timeout=300, check=False)
@@ -101,7 +101,7 @@ class Engine:
             raise AssertionError(answer.stderr)
 
     def compose(self, folder, *words, timeout=300, check=True, **variables):
-        """docker-compose in a folder; its exit code and its output."""
+        """docker-compose in a folder; returns its exit code and output."""
         answer = subprocess.run(["docker-compose", *words], cwd=folder, env={**self.environment, **variables},
                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                 timeout=timeout, check=False)

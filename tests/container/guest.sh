@@ -1,18 +1,18 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs in the booted machine; writes KEY=VALUE lines for machine.py, which judges them.
+# Runs in the booted machine; writes KEY=VALUE lines, which machine.py checks.
 # shellcheck source=guest_common.sh
 source /trial/guest_common.sh
 deployment=boot
 show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }
 status() { tandem status $deployment --json --wait 120 | tr -d '\n'; }
-# As the system is now. Discovery takes a client up to 30 s here, and begins anew with each try.
+# Present status. Discovery takes a client up to 30 s here, and restarts with each try.
 receive() {
   received=''
   said() { received=$(status) && [[ $received == *operating_state* ]]; }
   until_true 240 said
 }
-# What a service is and what it may do, from outside.
+# Properties and permissions of running services.
 look() {
   local name pid folder answer
   for name in "$@"; do
@@ -52,12 +52,12 @@ note cleared "$received"
 for name in sim control planning; do note ${name}_restarts "$(show $name NRestarts)"; done
 journalctl -u tandem-control@boot.service | grep -q 'Watchdog timeout' && note watchdog_said yes
 
-# A file that is wrong ends the start, and is not tried again.
+# An invalid file ends the start, without a restart.
 systemctl start tandem-control@wrong.service
 note wrong_file "$(systemctl show --value -p ExecMainStatus tandem-control@wrong.service) $(
   systemctl show --value -p NRestarts tandem-control@wrong.service)"
 
-# The target is gone at once, its services go in the order of their dependence.
+# The target stops at once, its services in the order of their dependencies.
 systemctl stop tandem@boot.target
 gone() { [[ $(systemctl list-units --no-legend --state=active,deactivating 'tandem-*@boot.service') == '' ]]; }
 until_true 80 gone

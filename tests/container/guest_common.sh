@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the scripts of booted machines share (uml.py); they source it.
+# Functions shared by the scripts of booted machines (uml.py), which source this file.
 # shellcheck shell=bash
 results=/trial/results
-# What it did when, for the case that it fails: seconds in front.
+# Trace for failure analysis, with the time in s.
 exec {BASH_XTRACEFD}>/trial/trace
 PS4='$SECONDS '
 set -x
-# note KEY VALUE: one line for the host, which judges it.
+# note KEY VALUE: one line for the host, which checks it.
 note() { printf '%s=%s\n' "$1" "$2" >>$results; }
 # until_true SECONDS COMMAND...
 until_true() {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the packages do on a machine of their own: its systemd starts them, a script looks, and this judges."""
+"""Test of the packages on a separate machine: its systemd starts the services, a script records their state, and this module checks it."""
 import json
 import re
 
@@ -7,12 +7,12 @@ import uml
 
 LIMIT = 900  # s, from power on to power off
 PRIORITY = 70  # of the periodic thread; above those of the units
-# A virtual machine with one slow processor: `tests/integration/hal/hardware.py` gives the same reasons.
+# For a virtual machine with one slow processor, as in `tests/integration/hal/hardware.py`.
 SLOW_BUDGETS = "{minimum_age_ms: 1500, planning_reference_ms: 3000, lease_ms: 6000, drive_heartbeat_ms: 3000}"
 
 
 def leave_out(target, name, times):
-    """Processes that are no part of the deployment here."""
+    """Removes processes from a deployment."""
     text, count = re.subn(rf"  - (?:\{{name: {name},.*\n|name: {name}\n(?:    .*\n)+)", "", target.read_text())
     assert count == times, f"{target}: {name}"
     target.write_text(text)
@@ -38,13 +38,13 @@ def bench(share, etc, more):
     target = etc / "deployments/bench.yaml"
     edit(share / "deployments/drives.yaml", target,
          {"name": "bench", "robot": "ark2024", "hardware": "bench", "budgets": SLOW_BUDGETS}, more)
-    # Here the drives are no processes of the deployment.
+    # Here the drives are not processes of the deployment.
     leave_out(target, "drives-[ab]", 2)
     leave_out(target, "console", 1)
 
 
 class Boot:
-    """Boots, has guest.sh write down what it sees, powers off; then looks at it."""
+    """Boots, runs guest.sh, which records the state, powers off; then checks the record."""
 
     def __init__(self, test, root):
         self.test, self.root = test, root.path
@@ -63,7 +63,7 @@ class Boot:
         self.machine.prepare_modules()
         share, etc = self.root / "usr/share/tandem", self.root / "etc/tandem"
         realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\n"
-        # User-mode Linux has one processor, and a system call of it costs as much as sixteen elsewhere.
+        # User-mode Linux has one processor, and a system call costs as much there as sixteen elsewhere.
         edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
              {"name": "boot", "robot": "ark2024", "sim_period_ms": "50", "status_period_ms": "500",
               "teleoperation": "{crtk: {commands: false}}"}, f"{realtime}budgets: {SLOW_BUDGETS}\n")
@@ -109,7 +109,7 @@ class Boot:
         self.judge_drives(seen, same)
 
     def judge_watchdog(self, seen, same):
-        """A control that hangs is ended and started again, and no arm moves for that."""
+        """A control process that hangs is killed and restarted, and no arm moves."""
         before, after, cleared = (json.loads(seen[key]) for key in ("enabled", "restarted", "cleared"))
         states = [[arm["operating_state"] for arm in status["arms"]] for status in (before, after, cleared)]
         self.test.assertEqual(states[0], ["ENABLED", "ENABLED"])
@@ -122,7 +122,7 @@ class Boot:
         same("yes", "watchdog_said")
 
     def judge_drives(self, seen, same):
-        """The HAL speaks to drives, with no more rights than its unit grants."""
+        """The HAL communicates with drives, with no more rights than its unit grants."""
         same("active", "hal_active")
         same("0000000000001000", "hal_capabilities")  # CAP_NET_ADMIN
         same("tandem", "hal_user")
@@ -133,7 +133,7 @@ class Boot:
         self.test.assertGreater(int(seen["frames"]), 500, "on each bus")
 
     def clean(self):
-        """What this added to the file system, or what a booted machine leaves there; the packages' own test goes on."""
+        """Removes the files that this test and the booted machine have created; the packages' test continues."""
         self.machine.clean()
         for path in ("deployments/boot.yaml", "deployments/wrong.yaml", "deployments/bench.yaml", "hardware/bench.yaml"):
             (self.root / "etc/tandem" / path).unlink(missing_ok=True)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The packages, where nothing of ours is: installed, run under systemd, removed without a trace.
+"""The packages on a system without Tandem: installed, run under systemd, removed completely.
 
-The first argument is the folder of the executables of a build tree; its packages lie in PARENT/packages."""
+The first argument is the folder of the executables of a build tree; its packages are in PARENT/packages."""
 import pathlib
 import re
 import sys
@@ -13,12 +13,12 @@ import roots
 import uml
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
-# Of 100, as systemd-analyze rates what a unit could still do. The HAL has CAN, and may restart a controller.
+# Exposure levels of systemd-analyze, of 100. The HAL has CAN, and may restart a controller.
 EXPOSURE = {"discovery": 18, "hal": 23, "sim": 18, "control": 18, "planning": 18, "recorder": 18, "console": 18}
 
 
 class Packages(unittest.TestCase):
-    """One file system, from the first package to the last trace."""
+    """One file system, from the first installation to the check of the removal."""
 
     def test_installed_run_and_purged(self):
         roots.require({**roots.NEEDS, **uml.NEEDS})
@@ -40,7 +40,7 @@ class Packages(unittest.TestCase):
         return [(self.root.path / "etc" / name).read_text() for name in ("passwd", "group", "shadow", "gshadow")]
 
     def install(self):
-        """All but the libraries for other programs: what those need (Ipopt's MPI: ssh, rdma) leaves users of its own behind."""
+        """All but the libraries for developers, whose dependencies (Ipopt's MPI: ssh, rdma) leave system users behind."""
         packages = roots.packages(BUILD)
         developers = [package for package in packages if package.name.startswith("libtandem-dev")]
         self.assertEqual(len(developers), 1)
@@ -49,20 +49,20 @@ class Packages(unittest.TestCase):
         self.assertIn("tandem:", (self.root.path / "etc/passwd").read_text())
 
     def experiment(self):
-        """The paper's table, as the user of the services, with presets, schemas and libraries from packages alone."""
+        """The paper's table, as the user of the services, with presets, schemas and libraries from packages only."""
         output = self.root.inside("setpriv", "--reuid=tandem", "--regid=tandem", "--init-groups", "--no-new-privs", "tandem",
                                   "experiment", "table3")
         for method in ("nspwln", "nspwln-joint", "nspqp", "snsqp"):
             self.assertRegex(output, rf"\b{method}\b.*\b300/300\b")
 
     def module(self):
-        """The Python module answers with presets and library from packages alone."""
+        """The Python module works with presets and library from packages only."""
         output = self.root.inside("python3", "-c", "import tandem; arm = tandem.Robot.load('ark2024').arm('a', model='compliant'); "
                                   "print(arm.forward(arm.sample(10)).shape)")
         self.assertEqual(output.strip(), "(10, 4, 4)")
 
     def units(self):
-        """Nothing that systemd would complain about, and nothing of the machine that the services do not need."""
+        """systemd has no complaints, and the services have no rights that they do not need."""
         self.assertEqual(self.root.inside("tandem", "units", "laptop").split(),
                          [f"tandem-{name}@laptop.service" for name in ("sim", "control", "planning", "recorder", "console")])
         names = [f"tandem-{name}@laptop.service" for name in EXPOSURE]
@@ -83,7 +83,7 @@ class Packages(unittest.TestCase):
         mine.unlink()
         mine.parent.rmdir()
         mine.parent.parent.rmdir()
-        # What others merely recommend or suggest (iproute2: python3) was not there before.
+        # Packages that others only recommend or suggest (iproute2: python3) were not installed before.
         self.root.inside("apt-get", "-q", "-y", "-o", "APT::AutoRemove::RecommendsImportant=false", "-o",
                          "APT::AutoRemove::SuggestsImportant=false", "autoremove", "--purge")
         self.assertNotIn("tandem", self.root.inside("dpkg", "--get-selections"))

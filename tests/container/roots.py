@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""File systems to install packages into: a small Debian 12 made from this machine's own package sources."""
+"""File systems for package installations: a small Debian 12 from this machine's package sources."""
 import ctypes
 import os
 import pathlib
@@ -11,17 +11,17 @@ import tempfile
 import time
 
 SOURCES = pathlib.Path("/etc/apt/sources.list.d/debian.sources")
-MOST_AGE = 7 * 24 * 3600  # s, of a base that is taken again
+MOST_AGE = 7 * 24 * 3600  # s, of a base that is reused
 PR_SET_PDEATHSIG = 1
 NEEDS = {"mmdebstrap": "mmdebstrap", "unshare": "util-linux", "dpkg": "dpkg"}
 
 
-# A test that is asked to end cleans up before it does.
+# A test that receives SIGTERM cleans up first.
 signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
 
 
 def start(command, output):
-    """Starts what outlives no test: it is asked to end when this process is gone, however that came about."""
+    """Starts a process that ends with the test: it receives SIGTERM when this process ends, for whatever reason."""
     def bind():
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGTERM))
 
@@ -30,7 +30,7 @@ def start(command, output):
 
 
 def require(tools):
-    """Says what is missing, all at once, as a failure: these tests are never skipped."""
+    """Fails with all missing tools: these tests are never skipped."""
     if os.geteuid() != 0:
         raise AssertionError("these tests make file systems and namespaces: run them as root")
     missing = [f"{tool} (package {package})" for tool, package in tools.items() if not shutil.which(tool)]
@@ -39,7 +39,7 @@ def require(tools):
 
 
 def run(command, timeout, **more):
-    """Runs a command to its end; an exit code other than 0 is a failure that shows its output."""
+    """Runs a command to its end; fails with its output if the exit code is not 0."""
     answer = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                             stdin=subprocess.DEVNULL, timeout=timeout, check=False, **more)
     if answer.returncode != 0:
@@ -48,7 +48,7 @@ def run(command, timeout, **more):
 
 
 def packages(build):
-    """The packages that this build tree has made."""
+    """The packages built by this build tree."""
     found = sorted(pathlib.Path(build, "packages").glob("*.deb"))
     if not found:
         raise AssertionError(f"no package in {build}/packages; `cpack` in {build} makes them")
@@ -56,7 +56,7 @@ def packages(build):
 
 
 def base(folder):
-    """A tarball with the smallest Debian 12 that has apt; made once a week."""
+    """A tarball with the smallest Debian 12 that has apt; renewed once a week."""
     tarball = pathlib.Path(folder) / "base.tar"
     if tarball.exists() and time.time() - tarball.stat().st_mtime < MOST_AGE:
         return tarball
@@ -72,7 +72,7 @@ def base(folder):
 
 
 class Root:
-    """A file system of its own below a temporary folder; commands in it have their own mounts and processes."""
+    """A separate file system in a temporary folder; commands in it have separate mounts and processes."""
 
     def __init__(self, tarball, archives):
         self.path = pathlib.Path(tempfile.mkdtemp(prefix="tandem-root-"))
@@ -80,12 +80,12 @@ class Root:
         self.archives.mkdir(parents=True, exist_ok=True)
         run(["tar", "-C", self.path, "-xf", tarball], 120)
         shutil.copy("/etc/resolv.conf", self.path / "etc/resolv.conf")
-        # Nothing is started in here by a package.
+        # Prevents packages from starting services.
         (self.path / "usr/sbin/policy-rc.d").write_text("#!/bin/sh\nexit 101\n")
         (self.path / "usr/sbin/policy-rc.d").chmod(0o755)
 
     def inside(self, *words, timeout=120):
-        """What a command prints that runs in here as root."""
+        """Output of a command that runs in this file system as root."""
         script = (f"mount --bind {self.archives} {self.path}/var/cache/apt/archives && "
                   f"mount -t proc proc {self.path}/proc && mount -t tmpfs tmpfs {self.path}/run && "
                   f'exec chroot {self.path} /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 '
@@ -93,8 +93,8 @@ class Root:
         return run(["unshare", "--mount", "--pid", "--fork", "--kill-child", "bash", "-c", script, "-", *words], timeout)
 
     def install(self, *what, simulate=False):
-        """Installs packages by name or as files, with what they depend on and nothing they merely recommend; or says what
-        it would do."""
+        """Installs packages by name or as files, with their dependencies and without recommended packages; or prints the planned
+        actions."""
         names = []
         for item in what:
             if isinstance(item, pathlib.Path):
@@ -111,7 +111,7 @@ class Root:
         return output
 
     def files(self):
-        """Every path, without what package tools and systemd note down for themselves."""
+        """All paths except the records of package tools and systemd."""
         own = ("/var/lib/dpkg", "/var/lib/apt", "/var/lib/systemd", "/var/cache", "/var/log", "/proc", "/run", "/tmp")
         found = set()
         for folder, folders, names in os.walk(self.path):
@@ -121,5 +121,5 @@ class Root:
         return found
 
     def close(self):
-        """What is mounted went with the processes."""
+        """The mounts have ended with the processes."""
         subprocess.run(["rm", "-rf", "--one-file-system", str(self.path)], check=False)

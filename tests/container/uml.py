@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Boots real systemd from a file system, in user-mode Linux, and has a script look around in there."""
+"""Boots real systemd from a file system, in user-mode Linux, and runs a script in it."""
 import os
 import pathlib
 import shutil
@@ -12,7 +12,7 @@ NEEDS = {"linux.uml": "user-mode-linux"}
 HERE = pathlib.Path(__file__).resolve().parent
 KERNEL = HERE.parent / "can" / "linux_uml.sh"
 MODULES = ("can-dev", "can", "can-raw", "vcan", "veth")  # in the order of their dependence
-# What a machine does when it is started, and what has nothing to do with ours.
+# Units of a normal boot that are irrelevant here.
 MASKED = ("apt-daily.timer", "apt-daily-upgrade.timer", "e2scrub_all.timer", "fstrim.timer", "getty.target",
           "systemd-logind.service", "e2scrub_reap.service")
 
@@ -30,7 +30,7 @@ ExecStopPost=/bin/systemctl poweroff -ff
 
 
 class Machine:
-    """One boot; the script and what it writes are in folder /trial of the file system."""
+    """One boot; the script and its output are in folder /trial of the file system."""
 
     def __init__(self, root, script, memory):
         self.root, self.script, self.memory = pathlib.Path(root), script, memory
@@ -52,7 +52,7 @@ class Machine:
                 shutil.copy(file, self.trial / f"{name}.ko")
 
     def boot(self, limit):
-        """From power on to power off, which is awaited for `limit` seconds: then its log tells how far it came."""
+        """Boots, and waits up to `limit` seconds for power-off; after that the log shows how far it came."""
         with tempfile.TemporaryDirectory(prefix="tandem-uml-") as work:
             command = [KERNEL, work, f"mem={self.memory}", "rootfstype=hostfs", f"rootflags={self.root}", "rw",
                        "init=/lib/systemd/systemd", "con=null", "con0=null,fd:1", "quiet", f"umid=tandem{os.getpid()}",
@@ -71,7 +71,7 @@ class Machine:
 
     @staticmethod
     def end(guest):
-        """User-mode Linux is many processes, of sessions of their own."""
+        """User-mode Linux consists of many processes, in sessions of their own."""
         if guest.poll() is None:
             guest.terminate()
             try:
@@ -82,7 +82,7 @@ class Machine:
 
     @staticmethod
     def favour(pid):
-        """What runs in there has deadlines: it goes before compilers, where this user may say so."""
+        """Gives the machine, whose programs have deadlines, priority over compilers, if this user may set priorities."""
         try:
             os.setpriority(os.PRIO_PGRP, pid, -15)
             pathlib.Path(f"/proc/{pid}/autogroup").write_text("-15")
@@ -95,7 +95,7 @@ class Machine:
         return dict(line.split("=", 1) for line in file.read_text().splitlines()) if file.exists() else {}
 
     def story(self):
-        """What it did, for the case that something is wrong."""
+        """Trace and logs, for failure analysis."""
         files = [self.trial / "trace", self.trial / "log"]
         text = "".join(f.read_text(errors="replace")[-8000:] if f.exists() else f"no {f.name}\n" for f in files)
         return text + self.console[-2000:]

@@ -1,13 +1,13 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs in the booted machine: what its systemd says of every unit, and what a running process of each really has. Writes
-# KEY=VALUE lines and files for units_test.py, which judges them.
+# Runs in the booted machine: properties of every unit according to its systemd, and of a running process of each according to the kernel.
+# Writes KEY=VALUE lines and files, which units_test.py checks.
 # shellcheck source=guest_common.sh
 source /trial/guest_common.sh
 show() { systemctl show --value -p "$2" "$1"; }
-# ask NAME UNIT: of a unit that has been started; before that, systemd does not tell its watchdog.
+# ask NAME UNIT: properties of a unit that has been started; before that, systemd does not show its watchdog.
 ask() { systemctl show -p "$(</trial/properties)" "$2" >"/trial/show-$1"; }
-# look NAME UNIT: of a service that runs.
+# look NAME UNIT: properties of a running service.
 look() {
   local pid group
   pid=$(show "$2" MainPID)
@@ -32,7 +32,7 @@ while read -r name deployment; do
   [[ $name == console ]] || systemctl stop "$unit"
 done </trial/units
 
-# Killed: it comes back.
+# Killed: it restarts.
 console=tandem-console@units.service
 back() { [[ $(show $console NRestarts) == 1 && $(show $console ActiveState) == active ]]; }
 kill -KILL "$(show $console MainPID)"
@@ -40,11 +40,11 @@ until_true 240 back
 note killed "$(show $console NRestarts) $(show $console ActiveState)"
 survivor=$(show $console MainPID)
 
-# A file that is wrong ends the start, and is not tried again.
+# An invalid file ends the start, without a restart.
 systemctl start tandem-recorder@wrong.service
 note wrong_file "$(show tandem-recorder@wrong.service ExecMainStatus) $(show tandem-recorder@wrong.service NRestarts)"
 
-# A process that needs more memory than its unit grants ends each time, five times, and no other does.
+# A process that needs more memory than its unit grants ends each time, five times, and no other process ends.
 greedy=tandem-recorder@greedy.service
 dead() { [[ $(show $greedy ActiveState) == failed ]]; }
 systemctl start --no-block $greedy
@@ -54,7 +54,7 @@ note greedy "$(show $greedy Result) $(show $greedy ActiveState)"
 note greedy_started "$(journalctl -u $greedy -o cat | grep -c '^Starting ')"
 [[ $(show $console MainPID) == "$survivor" ]] && note survivor "$(show $console ActiveState)"
 
-# Whom a service receives: all, and after `tandem units --restrict` nobody but the deployment's hosts.
+# Packet filter of a service: it receives from everywhere, and after `tandem units --restrict` only from the deployment's hosts.
 insmod /trial/veth.ko
 ip netns add stranger
 ip link add wire type veth peer name wire netns stranger
@@ -64,7 +64,7 @@ ip link set wire up
 ip -n stranger link set wire up
 ip -n stranger link set lo up
 guarded=tandem-sim@guarded.service
-# receives DEPLOYMENT COMMAND...: whether a client that COMMAND starts somewhere receives the service.
+# receives DEPLOYMENT COMMAND...: whether a client started by COMMAND receives the service.
 receives() { "${@:2}" tandem status "$1" --check >/dev/null 2>&1 && echo yes || echo no; }
 elsewhere() { receives stranger ip netns exec stranger; }
 systemctl start $guarded

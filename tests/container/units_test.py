@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The settings of all units as a booted systemd has them, and as the processes that it starts have them.
+"""Settings of all units in a booted systemd, and of the processes that it starts.
 
-What a file says is not what holds: systemd reads drop-ins after the unit's own file. The first argument is the folder of the
+Settings in a file may be overridden: systemd reads drop-ins after the unit's own file. The first argument is the folder of the
 executables of a build tree."""
 import pathlib
 import re
@@ -19,12 +19,12 @@ BUILD = pathlib.Path(sys.argv.pop(1)).resolve().parent
 UNITS = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "systemd"
 LIMIT = 600  # s, from power on to power off
 MB = 1 << 20
-GREEDY = 40  # MB, of a recorder that wants more
+GREEDY = 40  # MB, of a recorder that needs more
 GUARDED, STRANGER = "10.66.0.1", "10.66.0.2"
 PRIORITY = 70  # of the periodic thread; above those of the units
 FIFO, OTHER = "1", "0"
 
-# What `systemctl show` says of every unit.
+# Properties in `systemctl show` of every unit.
 SHARED = {
     "Type": "notify", "NotifyAccess": "main", "TimeoutStartUSec": "1min", "TimeoutStopUSec": "5s", "TimeoutAbortUSec": "2s",
     "Restart": "on-failure", "RestartUSec": "1s", "RestartPreventExitStatus": "2 3", "StartLimitIntervalUSec": "1min",
@@ -49,7 +49,7 @@ def realtime(priority):
     return {"CPUSchedulingPolicy": FIFO, "CPUSchedulingPriority": str(priority)}
 
 
-# What differs, or is added, by unit.
+# Properties that differ or are added by unit.
 OWN = {
     "discovery": unit(256, -900, "10s"),
     "hal": unit(1536, -900, "2s", **realtime(30), CapabilityBoundingSet="cap_net_admin", AmbientCapabilities="cap_net_admin",
@@ -60,7 +60,7 @@ OWN = {
     "recorder": unit(1024, 0, "10s", Nice="5", StateDirectory="tandem"),
     "console": unit(1536, 0, "10s", Nice="5"),
 }
-# Other units, among those that systemd adds by itself.
+# Relations to other units, among those that systemd adds automatically.
 RELATIONS = {name: {"PartOf": {"tandem@{}.target"}, "Wants": {"network-online.target"}, "After": {"network-online.target"},
                     "Before": set(), "Conflicts": set()} for name in OWN}
 RELATIONS["hal"]["Conflicts"] = {"tandem-sim@{}.service"}
@@ -68,9 +68,9 @@ RELATIONS["sim"]["Conflicts"] = {"tandem-hal@{}.service"}
 RELATIONS["control"]["After"] |= {"tandem-hal@{}.service", "tandem-sim@{}.service"}
 RELATIONS["planning"]["After"] |= {"tandem-control@{}.service"}
 RELATIONS["discovery"]["Before"] |= {f"tandem-{name}@{{}}.service" for name in ("hal", "sim", "control", "planning")}
-# Some of what the filter lets through, and of what it does not.
+# Some permitted and some forbidden system calls of the filter.
 CALLS, FORBIDDEN = {"read", "mlockall", "sched_setscheduler", "sendmmsg"}, {"mount", "ptrace", "setuid", "bpf", "add_key", "reboot"}
-# The deployment that each is started with.
+# The deployment with which each is started.
 DEPLOYMENTS = {**{name: "units" for name in OWN}, "discovery": "met", "hal": "bench"}
 
 
@@ -81,7 +81,7 @@ def files_of(name):
 
 
 def named_in(name):
-    """Properties that those files set, whatever the value."""
+    """Properties set in those files, for any value."""
     keys = re.findall(r"(?m)^(\w+)=", "\n".join(re.sub(r"(?ms)^\[Install\].*", "", f.read_text()) for f in files_of(name)))
     return {re.sub("Sec$", "USec", key) for key in keys} - {"Description"}
 
@@ -115,7 +115,7 @@ class Units(unittest.TestCase):
         print(f"run: {time.monotonic() - began:.1f} s", flush=True)
 
     def install(self):
-        """As package tandem-robot has it, without the packages that it needs: their libraries are those of this machine."""
+        """Installs as package tandem-robot does, without the packages that it depends on: their libraries are copied from this machine."""
         roots.run(["cmake", "--install", BUILD, "--prefix", self.root.path / "usr", "--component", "robot"], 120)
         programs = sorted((self.root.path / "usr/bin").glob("tandem*"))
         output = subprocess.run(["ldd", *programs], stdout=subprocess.PIPE, text=True, check=True).stdout
@@ -140,7 +140,7 @@ class Units(unittest.TestCase):
         write("units", f"{realtime}budgets: {machine.SLOW_BUDGETS}\n")
         write("met", "discovery: {server: 127.0.0.1}\n")
         write("greedy", "")
-        # One system, and a stranger who knows all of it but comes from an address that is none of its hosts'.
+        # One system, and a stranger with its complete configuration at an address of none of its hosts.
         for name, address, peers in (("guarded", GUARDED, [GUARDED]), ("stranger", STRANGER, [GUARDED, STRANGER])):
             target = etc / f"deployments/{name}.yaml"
             machine.edit(share / "deployments/laptop.yaml", target,
@@ -148,7 +148,7 @@ class Units(unittest.TestCase):
                           "peers": f"[{', '.join(peers)}]", "domain": "66"})
             for process in ("control", "planning", "recorder", "console"):
                 machine.leave_out(target, process, 1)
-        # What `systemctl edit` writes; with the unit's own limit it takes half a minute to get there.
+        # Drop-in as written by `systemctl edit`; with the unit's own limit it takes half a minute to reach it.
         folder = self.root.path / "etc/systemd/system/tandem-recorder@greedy.service.d"
         folder.mkdir(parents=True)
         (folder / "override.conf").write_text(f"[Service]\nMemoryMax={GREEDY * MB}\n")
@@ -192,7 +192,7 @@ class Units(unittest.TestCase):
         self.assertEqual((CALLS - calls, FORBIDDEN & calls), (set(), set()))
 
     def judge_process(self, name, seen):
-        """The same, from what the kernel says of a process that this systemd has started."""
+        """The same properties, according to the kernel, of a process started by this systemd."""
         wanted = {**SHARED, **OWN[name]}
         expected = {"active": "active", "program": f"/usr/bin/tandem-{name}", "user": "tandem", "oom": wanted["OOMScoreAdjust"],
                     "nice": wanted["Nice"], "memory": wanted["MemoryMax"], "swap": "0"}
@@ -200,7 +200,7 @@ class Units(unittest.TestCase):
         self.assertEqual(differences(found, expected), [])
         threads = set(seen[f"{name}_threads"].strip(",").split(","))
         if wanted["CPUSchedulingPolicy"] == FIFO:
-            own = "SCHED_BATCH 0" if name == "planning" else f"SCHED_FIFO {PRIORITY}"  # that computes, or is periodic
+            own = "SCHED_BATCH 0" if name == "planning" else f"SCHED_FIFO {PRIORITY}"  # the thread that computes, or is periodic
             self.assertEqual(threads, {f"SCHED_FIFO {wanted['CPUSchedulingPriority']}", own})
         else:
             self.assertEqual(threads, {"SCHED_OTHER 0"})
@@ -214,7 +214,7 @@ class Units(unittest.TestCase):
         self.assertGreaterEqual(int(seen["greedy_started"]), 5)
 
     def judge_addresses(self, seen):
-        """Whom a service receives before `tandem units --restrict`, and after it."""
+        """Addresses from which a service receives before `tandem units --restrict`, and after it."""
         expected = {"open_guarded": "yes", "open_stranger": "yes", "shut_guarded": "yes", "shut_stranger": "no"}
         self.assertEqual(differences(seen, expected), [])
         self.assertEqual(set(seen["shut_deny"].split()), {"::/0", "0.0.0.0/0"})

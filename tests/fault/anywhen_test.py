@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Any process is killed, frozen or ended at a random moment of a motion, and started again by itself while the others go on:
-the robot stands in time, nothing moves by itself afterwards, and the next run works.
+"""Random processes are killed, frozen or ended at a random time of a motion, and restarted individually while the others continue: the
+robot stops in time, nothing moves without a command afterwards, and the next run works.
 
-TANDEM_DEEDS says how often (default 20); TANDEM_SEED repeats a run."""
+TANDEM_DEEDS is the number of repetitions (default 20); TANDEM_SEED repeats a run."""
 import collections
 import os
 import pathlib
@@ -16,11 +16,11 @@ import system  # noqa: E402
 
 PERIOD = 0.05             # s, of control
 RAMP = 5e-3 / 0.1         # s: V_max over the deceleration of a stop
-MACHINE = 0.75            # s: how late a busy machine, and the looks at it, may be
-# Twice the default, so that a busy machine is none of the deeds.
+MACHINE = 0.75            # s: greatest delay by a busy machine and the polling of it
+# Twice the default, so that a busy machine causes no faults.
 DEPLOYMENT_BUDGETS = "{minimum_age_ms: 300, planning_reference_ms: 500, lease_ms: 2000}"
 PROGRAMS = ("sim", "control", "planning")
-# s, from the deed to the begin of the stop ramp: silence of a command, a reference, a commander. The simulated arms themselves end
+# s, from the fault to the start of the stop ramp: age of a command, a reference, a client's heartbeat. The simulated arms themselves end
 # with their process.
 BUDGETS = {"control": 0.3, "planning": 0.5 + 2 * PERIOD, "client": 2.0 + PERIOD, "sim": 0.0}
 
@@ -30,7 +30,7 @@ def shared_memory():
 
 
 class Parts:
-    """The processes of a deployment, each started by itself, as a service manager does."""
+    """The processes of a deployment, started individually as by a service manager."""
 
     def __init__(self, path):
         self.path, self.inside = path, ()
@@ -85,7 +85,7 @@ class Anywhen(system.SystemTest):
             self.fail(f"the run ended early: {self.client.communicate()}")
 
     def assert_stands(self, name, since):
-        """Within the budget the joints are where they stay."""
+        """Within the budget the joints reach their final positions."""
         last = self.parts.joints()
         for _ in range(60):
             looked = time.monotonic()
@@ -116,12 +116,12 @@ class Anywhen(system.SystemTest):
             self.parts.start(name)
 
     def assert_recovers(self):
-        """Everybody talks again, no arm is ENABLED, nothing moves; `disable` clears what is latched."""
+        """All processes communicate again, no arm is ENABLED, nothing moves; `disable` clears latched faults."""
         def at_rest():
             try:
                 arms = self.parts.status()["arms"]
             except AssertionError:
-                return False  # whoever was started anew is not received yet
+                return False  # a restarted process is not received yet
             return len(arms) == 2 and all(arm["operating_state"] in ("FAULT", "DISABLED", "PAUSED") for arm in arms)
 
         system.until(at_rest, 30, "no arm is ENABLED")
@@ -138,7 +138,7 @@ class Anywhen(system.SystemTest):
             deed = self.random.choice(("kill", "freeze", "end"))
             try:
                 self.begin_run()
-                time.sleep(self.random.uniform(0.0, 0.5))  # anywhere in the motion
+                time.sleep(self.random.uniform(0.0, 0.5))  # at any time of the motion
                 self.do(name, deed)
                 self.assert_recovers()
             except BaseException:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dead, frozen and silent processes during a run in real time.
+"""Killed, frozen and silent processes during a run in real time.
 
-The robot stands in time, says why, and moves again only when commanded to."""
+The robot stops in time, reports the reason, and moves again only after a command."""
 import os
 import pathlib
 import signal
@@ -12,12 +12,12 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "integratio
 import system  # noqa: E402
 
 PERIOD = 0.05            # s, of control
-COMMAND_AGE = 0.30       # s without a command; wider than by default, so that a busy machine is no fault of its own
+COMMAND_AGE = 0.30       # s without a command; wider than the default, so that a busy machine causes no faults
 REFERENCE_AGE = 0.50     # s without a reference
 BUDGETS = f"{{minimum_age_ms: {1e3 * COMMAND_AGE:.0f}, planning_reference_ms: {1e3 * REFERENCE_AGE:.0f}}}"
-LEASE = 1.0              # s of silence of a commander
+LEASE = 1.0              # s without a heartbeat of the lease owner
 RAMP = 5e-3 / 0.1        # s: V_max over the deceleration of a stop
-MACHINE = 0.25           # s: how late a busy machine may be
+MACHINE = 0.25           # s: greatest delay by a busy machine
 
 
 class Fault(system.SystemTest):
@@ -33,7 +33,7 @@ class Fault(system.SystemTest):
         return self.trajectory("short", [0, 2, 0], points=2)
 
     def end_of_run(self, *reasons):
-        """The client notices by itself, and says why."""
+        """The client detects the fault itself, and reports the reason."""
         _, errors = self.run_process.communicate(timeout=20)
         self.assertEqual(self.run_process.returncode, 1)
         for reason in reasons:
@@ -43,7 +43,7 @@ class Fault(system.SystemTest):
         return [arm["faults"] for arm in self.system.status()["arms"]]
 
     def assert_fault(self, *alternatives):
-        """Both arms are in FAULT for one of these reasons and stand still."""
+        """Both arms are in FAULT for one of these reasons and at standstill."""
         status = self.system.status()
         for arm in status["arms"]:
             self.assertEqual(arm["operating_state"], "FAULT", arm)
@@ -51,7 +51,7 @@ class Fault(system.SystemTest):
         return self.system.assert_still(self)
 
     def assert_recovers(self):
-        """`disable` clears the fault, and `enable` moves nothing. That a new run works, the next one shows."""
+        """`disable` clears the fault, and `enable` moves nothing. The next test shows that a new run works."""
         stood = self.system.joints()
         self.assert_ok(self.system.robot("disable"))
         arms = self.system.status()["arms"]
@@ -66,7 +66,7 @@ class Fault(system.SystemTest):
         self.assertNotEqual(self.system.joints(), stood)
 
     def death(self, name, budget):
-        """kill -9: `up` says who died and how long the robot took to stand, ends everything and exits 1."""
+        """kill -9: `up` reports which process died and the time to standstill, ends everything and exits 1."""
         self.begin_run()
         victim = self.system.pids[name]
         killed = time.monotonic()
@@ -88,7 +88,7 @@ class Fault(system.SystemTest):
         self.starts_anew()
 
     def starts_anew(self):
-        """On the same domain, at once: everything is there, and nothing moves by itself. The next run shows the rest."""
+        """Restart on the same domain, at once: all processes run, and nothing moves without a command. The next run tests the rest."""
         again = system.System(self.system.path)
         self.addCleanup(again.close)
         self.assertEqual(again.states(), ["DISABLED", "DISABLED"])
@@ -98,10 +98,10 @@ class Fault(system.SystemTest):
 
 
 class Death(Fault):
-    """What was started anew after one death is what dies next."""
+    """The system restarted after one death is the subject of the next."""
 
     def test_one_after_the_other(self):
-        # Control learns of planning's death at its next cycle; the drives end the setpoint that they have.
+        # Control detects planning's death in its next cycle; the drives complete their present setpoint.
         for name, budget in (("control", COMMAND_AGE), ("planning", REFERENCE_AGE + 2 * PERIOD), ("sim", None)):
             print(f"  {name}", flush=True)
             self.death(name, budget)
@@ -109,7 +109,7 @@ class Death(Fault):
 
 
 class Latched(Fault):
-    """Faults that the processes survive, one after the other in one life."""
+    """Faults that the processes survive, in sequence in one session."""
 
     def test_one_after_the_other(self):
         for step in ("frozen_control", "frozen_planning", "dead_commander", "stop_during_a_run",
@@ -118,12 +118,12 @@ class Latched(Fault):
             getattr(self, step)()
             self.assert_recovers()
             self.assertIsNone(self.system.up.poll())
-        self.frozen_for_longer_than_dds_waits()  # the last one: the system may be given up
+        self.frozen_for_longer_than_dds_waits()  # the last step, since it may end the system
 
     def frozen_control(self):
         self.begin_run()
         os.kill(self.system.pids["control"], signal.SIGSTOP)
-        time.sleep(2.5 * COMMAND_AGE)  # beyond the budget of a command, within the time in which DDS gives a process up
+        time.sleep(2.5 * COMMAND_AGE)  # longer than the budget of a command, shorter than DDS's liveliness lease
         os.kill(self.system.pids["control"], signal.SIGCONT)
         self.end_of_run("FAULT")
         self.assert_fault("command_timeout", "state_timeout", "stale_command")
@@ -160,16 +160,16 @@ class Latched(Fault):
         self.assertEqual(self.system.states(), ["ENABLED", "ENABLED"])
         os.kill(self.system.pids["planning"], signal.SIGSTOP)
         try:
-            self.assert_ok(self.system.robot("stop"))  # waits for nobody whom it does not need
+            self.assert_ok(self.system.robot("stop"))  # does not wait for processes that it does not need
         finally:
             os.kill(self.system.pids["planning"], signal.SIGCONT)
         self.assert_fault("stop_requested")
 
     def frozen_for_longer_than_dds_waits(self):
-        """Either control comes back in FAULT, or it is given up for dead: nothing in between, and no motion."""
+        """Either control resumes in FAULT, or it is considered dead: no other state, and no motion."""
         self.begin_run()
         os.kill(self.system.pids["control"], signal.SIGSTOP)
-        self.end_of_run("control")  # its silence of more than 2 s
+        self.end_of_run("control")  # more than 2 s without samples
         os.kill(self.system.pids["control"], signal.SIGCONT)
 
         def decided():
@@ -177,7 +177,7 @@ class Latched(Fault):
 
         system.until(decided, 10, "control is back, or `tandem up` has ended")
         if self.system.up.poll() is None:
-            self.system.end_watch()  # it may have lost control, too
+            self.system.end_watch()  # its client may also have lost control
             self.assert_fault("command_timeout", "state_timeout", "stale_command")
             self.assert_recovers()
             self.assert_runs()

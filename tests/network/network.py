@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hosts and a network between them, on one machine: network namespaces, and a wire that can be cut, slow and lossy.
+"""Two simulated hosts on one machine: network namespaces, and a link that can be cut, slow and lossy.
 
-Each host has a tap device; the wire is a thread that carries frames from one to the other. It needs root and nothing of
-the kernel but namespaces and tun."""
+Each host has a tap device; the link is a thread that transfers frames from one to the other. It requires root and only namespaces and
+tun from the kernel."""
 import contextlib
 import ctypes
 import fcntl
@@ -22,7 +22,7 @@ _numbers = itertools.count()
 
 
 def missing():
-    """What keeps this machine from playing networks; None if nothing does."""
+    """Reason why this machine cannot simulate networks; None if it can."""
     if os.geteuid() != 0:
         return "network namespaces need root"
     if not os.access("/dev/net/tun", os.R_OK | os.W_OK):
@@ -35,7 +35,7 @@ def missing():
 
 
 class Host:
-    """A network namespace with one interface. `inside` is put in front of a command that runs there."""
+    """A network namespace with one interface. `inside` is the prefix of commands that run in it."""
 
     def __init__(self, name, address):
         self.address = address
@@ -46,7 +46,7 @@ class Host:
             self.tap = self._open_tap()
             for words in ("link set lo up", f"addr add {address}/24 dev tap0", "link set tap0 up"):
                 subprocess.run([*self.inside, "ip", *words.split()], check=True)
-            # As docs/two-hosts.md has it: datagrams that lost a part shall not wait 30 s for it and fill the kernel's memory.
+            # As in docs/two-hosts.md: incomplete datagrams must not wait 30 s for lost fragments and fill the kernel's memory.
             subprocess.run([*self.inside, "sh", "-c", "echo 1 > /proc/sys/net/ipv4/ipfrag_time"], check=True)
         except BaseException:
             self.close()
@@ -74,8 +74,8 @@ class Host:
 
 
 class Wire(threading.Thread):
-    """Carries frames between two hosts, each with `delay` s and up to `jitter` s more (which reorders them); a share
-    `loss` of them never arrives, a share `duplicates` twice. While `cut` is set nothing passes."""
+    """Transfers frames between two hosts, each with `delay` s and up to `jitter` s more (which reorders them); loses a share `loss` of
+    them, duplicates a share `duplicates`. While `cut` is set, no frame passes."""
 
     def __init__(self, one, other, seed=0):
         super().__init__(daemon=True)
@@ -88,7 +88,7 @@ class Wire(threading.Thread):
         self.start()
 
     def run(self):
-        # A wire needs no processor: what carries its frames waits for none of those that have one.
+        # A real link needs no processor: its thread has priority over processes that load the processors.
         with contextlib.suppress(PermissionError):
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(40))
         selector = selectors.DefaultSelector()
@@ -124,7 +124,7 @@ class Wire(threading.Thread):
             os.write(to, frame)
             self.carried += 1
         except OSError:
-            self.dropped += 1  # its queue is full
+            self.dropped += 1  # the queue is full
 
     def close(self):
         self._ended = True

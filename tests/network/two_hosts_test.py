@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Console PC and robot PC: planning and clients on one host, simulator and control on the other.
 
-TANDEM_CUTS says how often the link is cut (default 10)."""
+TANDEM_CUTS is the number of link cuts (default 10)."""
 import json
 import os
 import pathlib
@@ -14,11 +14,11 @@ from credentials import Authority, system  # noqa: E402
 import network  # noqa: E402
 
 PRESET = "two-hosts"
-# On any machine, however busy: two hosts share its processors here, and drives and control go first.
+# For a loaded machine: two hosts share its processors, and drives and control have priority.
 BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 4000}"
 REFERENCE_AGE = 1.0   # s without a reference
 RAMP = 5e-3 / 0.1     # s: V_max over the deceleration of a stop
-MACHINE = 1.0         # s: how late a busy machine, its wire and the look at it may be
+MACHINE = 1.0         # s: greatest delay by a busy machine, its link and the polling
 POOR = {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}
 LACK = network.missing()
 
@@ -37,7 +37,7 @@ class TwoHosts(system.SystemTest):
         self.path = system.deployment(self.folder, PRESET, budgets=BUDGETS)
 
     def start_robot(self, path=None):
-        """It waits for the console."""
+        """Starts the robot host, which waits for the console."""
         self.robot = system.System(path or self.path, self.robot_host.inside, await_ready=False, parts=("state", "status"))
         self.addCleanup(self.robot.close)
         self.assertEqual(set(self.robot.pids), {"sim", "control", "recorder"})
@@ -67,7 +67,7 @@ class TwoHosts(system.SystemTest):
                 self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], 0), runs[name])
 
     def test_secured_hosts_work_together_over_a_poor_wire(self):
-        """Each host has the keys of its own processes and no others; a client without any gets nothing."""
+        """Each host has only the keys of its own processes; a client without keys receives nothing."""
         self.trouble(POOR)
         domain, prefix = system.free_domain(), f"t{os.getpid()}"
         authority = Authority(self.folder / "authority", prefix, domain)
@@ -92,7 +92,7 @@ class TwoHosts(system.SystemTest):
             setattr(self.wire, key, value)
 
     def standing(self):
-        """The joints, if two looks see the same: an arm in FAULT still slows down for a moment."""
+        """The joints, if two statuses are equal: an arm in FAULT first decelerates."""
         first = self.robot.joints()
         return first if first == self.robot.joints() else None
 
@@ -101,13 +101,13 @@ class TwoHosts(system.SystemTest):
         clocks = system.until(lambda: (lambda found: len(found) == 2 and found)(self.console.status()["clocks"]), 10,
                               "both hosts tell the time")
         self.assertEqual({clock["host"] for clock in clocks}, {"robot", "console"})
-        for clock in clocks:  # one machine plays both: its clock is the same
+        for clock in clocks:  # both hosts share one machine and its clock
             self.assertLess(abs(clock["offset_s"]), clock["within_s"] + 1e-4)
         for cut in range(int(os.environ.get("TANDEM_CUTS", "10"))):
             self.assert_ok(self.console.robot("enable"))
             run = self.start_run(self.console, self.long_line())
             self.robot.await_motion(run)
-            time.sleep(self.random.uniform(0.0, 1.0))  # anywhere in the motion
+            time.sleep(self.random.uniform(0.0, 1.0))  # at any time of the motion
             self.wire.cut = True
             began = time.monotonic()
             states = system.until(lambda: (lambda s: s == ["FAULT"] * 2 and s)(self.robot.states()), 5, "both arms are in FAULT")
@@ -119,7 +119,7 @@ class TwoHosts(system.SystemTest):
             self.wire.cut = False
             _, errors = run.communicate(timeout=30)
             self.assertEqual(run.returncode, 1, errors)
-            # The link is back, the console receives the robot, and nothing moves.
+            # The link is restored, the console receives the robot, and nothing moves.
             self.assertEqual(self.console.status()["arms"][0]["operating_state"], "FAULT")
             self.assertEqual(self.robot.assert_still(self, looks=3), stood, "the arms moved after the link was restored")
             self.assert_ok(self.console.robot("disable"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""candump's logs as packet captures, and what tshark's CANopen dissector makes of them."""
+"""Conversion of candump logs to packet captures, and their check by tshark's CANopen dissector."""
 import collections
 import pathlib
 import struct
@@ -21,7 +21,7 @@ def frames(log):
 
 
 def write_capture(log, capture):
-    """Returns how many frames there are."""
+    """Writes the capture. Returns the number of frames."""
     count = 0
     with open(capture, "wb") as file:
         file.write(struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 0x40000, LINKTYPE_CAN_SOCKETCAN))
@@ -33,7 +33,7 @@ def write_capture(log, capture):
 
 
 def dissect(log):
-    """The dissector's word on each frame: (counts by kind, complaints)."""
+    """Result of the dissector for all frames: (counts by kind, complaints)."""
     capture = pathlib.Path(log).with_suffix(".pcap")
     count = write_capture(log, capture)
     fields = ("frame.protocols", "_ws.malformed", "_ws.expert.severity", "_ws.col.Info", "can.id")
@@ -46,7 +46,7 @@ def dissect(log):
     lines = answer.stdout.splitlines()
     for number, line in enumerate(lines, 1):
         protocols, malformed, severity, info, identifier = line.split("|")
-        # Wireshark shows a SYNC without counter, which has no bytes, as CAN alone.
+        # Wireshark shows a SYNC without counter, which has no data bytes, only as CAN.
         canopen = "canopen" in protocols or int(identifier) == 0x80
         if malformed or severity or not canopen or "nknown" in info or "eserved" in info:
             complaints.append(f"frame {number}: {line}")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two buses of simulated drives under tandem-hal, recorded from before the boot to after the end: every frame is what
-Wireshark calls CANopen."""
+"""Two buses of simulated drives with tandem-hal, recorded from before the boot to after the end: Wireshark dissects every frame as
+CANopen."""
 import pathlib
 import signal
 import subprocess
@@ -26,7 +26,7 @@ class Dissection(HalTest):
                                    stderr=subprocess.DEVNULL, start_new_session=True)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
-        system.until(log.exists, 10, "the recorder is on the bus")  # which it joins before it opens the file
+        system.until(log.exists, 10, "the recorder is on the bus")  # it joins the bus before it opens the file
         return process, log
 
     def test_every_frame_of_a_run_is_canopen(self):
@@ -37,7 +37,7 @@ class Dissection(HalTest):
         self.await_ready(running)
         self.assert_ok(running.robot("enable"))
         self.assert_ok(running.robot("run", self.trajectory("short", [0, 3, 0], points=4)))
-        self.assert_ok(running.robot("enable"))  # a run ends disabled
+        self.assert_ok(running.robot("enable"))  # a run ends in DISABLED
         self.tell("a", "inject 2 over_current")  # an emergency message
         system.until(lambda: running.states()[0] == "FAULT", 10, "arm_a is in FAULT")
         self.tell("a", "clear 2")

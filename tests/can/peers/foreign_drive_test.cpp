@@ -14,7 +14,7 @@
 namespace tandem::hal {
 namespace {
 
-/** The first axis of the preset, alone on its bus, in real time. */
+/** The first axis of the preset, on its own bus, in real time. */
 class ForeignDrive : public testing::Test {
  protected:
   ForeignDrive() : hardware_(preset()), bus_("vcan0"), network_(bus_, options()) {
@@ -26,7 +26,7 @@ class ForeignDrive : public testing::Test {
   static HardwareConfig preset() {
     HardwareConfig hardware =
         config::loadHardware(std::filesystem::path(TANDEM_SOURCE) / "config/presets/hardware/ark2024-two-buses.yaml");
-    // A virtual machine with one slow processor, and an interpreter beside: budgets are tested elsewhere.
+    // A virtual machine with one slow processor, shared with an interpreter: budgets are tested elsewhere.
     hardware.period = 10e-3;
     hardware.feedback_budget = 1.0;
     hardware.axes[0].following_error = 5e-3;

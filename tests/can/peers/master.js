@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A master made of npm's canopen leads one drive of tandem-drive-sim from its boot-up to a motion, and checks what it
-// answers.
+// A CANopen master from the npm package canopen commands one drive of tandem-drive-sim from its boot-up to a motion, and checks
+// its answers.
 //
 //   node master.js INTERFACE NODE SERIAL
 //
-// Prints what was found as one JSON object; exit code 1 with the reason where something is not as CiA 301 says.
+// Prints the results as one JSON object; exit code 1 with the reason if something differs from CiA 301.
 "use strict";
 const assert = require("assert");
 const { Device, DataType } = require("canopen");
@@ -41,7 +41,7 @@ const read = (index, subIndex, dataType) =>
 const write = (index, subIndex, data, dataType) =>
   device.sdo.download({ deviceId: node, index, subIndex, data, dataType, timeout: TIMEOUT });
 
-// The abort code with which a transfer ends.
+// The abort code of a transfer.
 async function aborted(transfer) {
   try {
     await transfer;
@@ -74,7 +74,7 @@ async function objects() {
   assert([0x06070010, 0x06070012].includes(codes.tooLong), `too long: ${codes.tooLong}`);
   assert([0x06070010, 0x06070013].includes(codes.tooShort), `too short: ${codes.tooShort}`);
   assert((codes.range & 0xffffff00) === 0x06090000, `range: ${codes.range}`);
-  // Block transfers are no part of what the drives have: the answer is an abort, not silence.
+  // The drives do not support block transfers: the answer is an abort, not silence.
   const block = await aborted(
     device.sdo.upload({ deviceId: node, index: 0x1008, timeout: TIMEOUT, blockTransfer: true }),
   );
@@ -82,7 +82,7 @@ async function objects() {
   return { name: text, codes };
 }
 
-// The PDOs as they are by default; the master's own objects 2000 and following mirror the drive's.
+// The default PDOs; the master's own objects from 2000 mirror the drive's.
 function mirrors() {
   const add = (index, parameterName, dataType) => device.eds.addEntry(index, { parameterName, dataType });
   const statusword = add(0x2000, "statusword", DataType.UNSIGNED16);
@@ -115,7 +115,7 @@ async function motion(mirror) {
   await until("the mode is shown", async () => (await read(0x6061, 0, DataType.INTEGER8)) === 8);
   device.nmt.startNode(node);
   await until("the node is operational", () => seen.states.has(5));
-  device.nmt.startNode(); // ourselves
+  device.nmt.startNode(); // this node
   const start = await read(0x6064, 0, DataType.INTEGER32);
   mirror.target.value = start;
   device.pdo.on("pdo", () => ++seen.pdos);

@@ -32,7 +32,7 @@ def until(condition, seconds, what):
 
 
 class PeersTest(unittest.TestCase):
-    """Records everything on the bus, and has it dissected in the end."""
+    """Records everything on the bus, and dissects it at the end."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -44,7 +44,7 @@ class PeersTest(unittest.TestCase):
         self.wait_for_recorder()
 
     def wait_for_recorder(self):
-        """candump says nothing when it listens: frames that no node minds are sent until one is received."""
+        """candump does not report its start: frames without effect are sent until one is received."""
         def received():
             subprocess.run(["cansend", INTERFACE, "77E#05"], check=True)
             return self.log.stat().st_size > 0
@@ -57,7 +57,7 @@ class PeersTest(unittest.TestCase):
         return process
 
     def start_ready(self, command, word):
-        """Waits for a word in what the process says."""
+        """Starts a process and waits for a word in its output."""
         output = self.folder / f"{pathlib.Path(command[0]).name}.out"
         with output.open("w") as file:
             process = self.start(command, stdout=file, stderr=subprocess.STDOUT)
@@ -73,7 +73,7 @@ class PeersTest(unittest.TestCase):
                                  "--encoder", "17=1", "--log", "info"], "ready")
 
     def assert_dissected(self, *wanted):
-        """Every frame is CANopen, as Wireshark reads it; and these kinds are there."""
+        """Wireshark dissects every frame as CANopen, and these kinds are among them."""
         self.recorder.send_signal(signal.SIGINT)
         self.recorder.wait(10)
         kinds, complaints = dissection.dissect(self.log)
@@ -104,13 +104,13 @@ class Slave(PeersTest):
 
 
 class CanUtils(PeersTest):
-    """Frames by hand, byte for byte."""
+    """Hand-made frames, byte by byte."""
 
     def received(self):
         return re.findall(r" (\w+#\w*)", self.log.read_text())
 
     def exchange(self, sent, answer, seconds=20):
-        """Sends a frame; this answer (a regular expression) comes after it."""
+        """Sends a frame and waits for this answer (a regular expression)."""
         before = len(self.received())
         subprocess.run(["cansend", INTERFACE, sent], check=True)
 
@@ -120,7 +120,7 @@ class CanUtils(PeersTest):
 
     def test_cansend_and_candump_see_a_canopen_node(self):
         drive = self.drive_sim()
-        until(lambda: "701#00" in self.received(), 20, "it boots")  # before: a second boot-up is that of the reset
+        until(lambda: "701#00" in self.received(), 20, "it boots")  # first, since a second boot-up is that of the reset
         self.exchange("000#8201", "701#00")  # reset communication: boot-up
         self.exchange("601#4000100000000000", "581#4300100092010200")  # device type
         self.exchange("601#4018100400000000", "581#4318100467120000")  # serial number 4711
@@ -151,7 +151,7 @@ class CanUtils(PeersTest):
         self.assertFalse(any(frame.startswith("581") for frame in self.received()[before:]), "no SDO where stopped")
         self.exchange("000#8001", "701#7F")
         self.exchange("000#8101", "701#00")  # reset node
-        # Neither of these may move anything or end anything.
+        # None of these may move or end anything.
         for noise in ("601#", "601#40", "000#01", "601#R", "00000601#4000100000000000", "201#0F",
                       "7FF#0102030405060708"):
             subprocess.run(["cansend", INTERFACE, noise], check=True)

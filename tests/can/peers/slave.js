@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drive (CiA 402) and its encoder (CiA 406), made of npm's canopen: an implementation that shares nothing with ours
-// but the data sheets, which it reads itself.
+// A drive (CiA 402) and its encoder (CiA 406), built with npm's canopen: an implementation that shares only the data sheets with
+// Tandem, and parses them itself.
 //
 //   node slave.js INTERFACE EDS_FOLDER DRIVE_ID ENCODER_ID
 //
-// What the package leaves to the application is done here: the boot-up message, $NODEID in data sheets, and the drive
-// itself, which follows its target by a third of the way a SYNC.
+// This file adds what the package leaves to the application: the boot-up message, $NODEID in data sheets, and the
+// drive itself, which reduces the distance to its target by a third per SYNC.
 "use strict";
 const fs = require("fs");
 const os = require("os");
@@ -57,7 +57,7 @@ function show() {
   encoder.setValue(0x6004, Math.round(encoderStart + (position * ENCODER_COUNTS) / COUNTS));
 }
 
-// One transition a SYNC.
+// One transition per SYNC.
 function follow() {
   const control = drive.getValue(0x6040);
   const voltage = (control & 0x02) !== 0,

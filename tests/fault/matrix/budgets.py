@@ -1,31 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The budgets that the fault matrix is judged by; times in ms, from the fault on."""
+"""Time budgets of the fault matrix, in ms after the fault."""
 import dataclasses
 
 PERIOD_MS = 4
 RAMP_MM_PER_S2 = 100     # stop_deceleration of a translation
 STAND_MS = 80            # from FAULT to standstill: 4 mm/s over the ramp is 40 ms, then the drives' position loops converge, with torque
-COAST_MS = 50            # more where a motor coasts: its drive cannot brake, or does not know where it is
+COAST_MS = 50            # additional time of a coasting motor, whose drive cannot brake, or has lost its position
 FOLLOWING_MM, FOLLOWING_MS, TOLERANCE_MM, SPEED_MM_PER_S = 0.5, 20, 0.2, 4
 FOLLOWING_DEG, SPEED_DEG_PER_S = 2.865, 17.19
-MARGIN_MS = 3 * PERIOD_MS  # frames of one cycle are judged in the next; the motor's own lag
+MARGIN_MS = 3 * PERIOD_MS  # frames of one cycle are evaluated in the next; the motor's own lag
 
 
 @dataclasses.dataclass
 class Device:
-    noticed: object  # None: ridden through
+    noticed: object  # None: tolerated
     reason: str
-    lag_mm: float = 0.1   # an axis that is lost may be so far from where it was commanded to be, in addition
-    coasts: bool = False  # one motor has no brake any more
-    everywhere: bool = False  # the other arm stops, too
-    late_ms: float = 0.0  # more, until it stands: where a motor is slower to stop
+    lag_mm: float = 0.1   # additional distance of a lost axis from its commanded position
+    coasts: bool = False  # one motor has lost its brake
+    everywhere: bool = False  # the other arm also stops
+    late_ms: float = 0.0  # additional time to standstill of slowly stopping motors
 
     def standing(self):
-        """From the fault to the last axis' standstill, ms."""
+        """Time from the fault to the standstill of the last axis, ms."""
         return self.noticed + STAND_MS + (COAST_MS if self.coasts else 0) + self.late_ms
 
     def travel(self, speed_mm_per_s):
-        """Longest way of a joint, mm: on at full speed until it is noticed, then the ramp."""
+        """Greatest travel of a joint, mm: full speed until the detection, then the ramp."""
         seconds = 1e-3 * (self.noticed + MARGIN_MS)
         return speed_mm_per_s * seconds + speed_mm_per_s**2 / (2 * RAMP_MM_PER_S2) + self.lag_mm
 
@@ -56,12 +56,12 @@ def foreign(reason="1 period: a frame that is not ours", coasts=False):
 
 
 def slow(device):
-    """In velocity mode the HAL closes the position loop, with a gain of 20 per second."""
+    """In velocity mode the HAL closes the position loop, with a gain of 20 1/s."""
     return dataclasses.replace(device, late_ms=40)
 
 
 def falls(device):
-    """Without torque it falls, 0.5 m/s^2, until its brake holds, 50 ms: 0.63 mm."""
+    """Without torque the axis falls, 0.5 m/s^2, until its brake engages after 50 ms: 0.63 mm."""
     return dataclasses.replace(device, lag_mm=0.7)
 
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Fault matrix of devices: every fault of tandem-drive-sim on a drive, an encoder and a bus of a moving arm;
- * detection time, reaction and standstill of each axis, as JSON. Prints JSON; tests/fault/matrix/matrix_test.py
- * judges it.
+ * detection time, reaction and standstill of each axis. Prints JSON, which tests/fault/matrix/matrix_test.py
+ * evaluates.
  *
- * Two arms on two simulated buses in simulated time: what is measured is the HAL's answer, not this machine's load. */
+ * Two arms on two simulated buses in simulated time: the results show the HAL's reaction, independently of this
+ * machine's load. */
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -15,11 +16,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Speeds of the arm that is hurt, m/s and rad/s, and of the other one.
+/// Speeds of the arm with the fault, m/s and rad/s, and share of them for the other one.
 constexpr double kTranslation = 4e-3, kRotation = 0.3, kShare = 0.25;
-/// Slower than this counts as standing, m/s and rad/s.
+/// Thresholds of standstill, m/s and rad/s.
 constexpr double kStill = 2e-5, kStillRotation = 2e-3;
-constexpr int kRuns = 5;  ///< each fault, at different moments of a control period
+constexpr int kRuns = 5;  ///< of each fault, at different times of a control period
 constexpr int kDrive = 2, kRotationDrive = 5, kEncoder = 18, kBus = 0;
 
 struct Case {
@@ -29,11 +30,11 @@ struct Case {
   double value;
 };
 
-/// Rows of drives whose torque is watched; the guard is off by default.
+/// Rows of drives with a torque limit; the guard is off by default.
 constexpr const char* kWithTorqueLimit = "drive, torque_limit";
 constexpr TorqueLimit kTorqueLimit{0x6077, 0.8, 0.05};
 
-/// Rows whose arm moves otherwise than all joints at once, or has other drives.
+/// Rows with another motion than all joints at once, or with other drives.
 constexpr const char *kOneAxis = "one axis moves", *kVelocityMode = "velocity mode", *kBraked = "braked, falls without",
                      *kHoming = "homing", *kWithdrawal = "withdrawal";
 
@@ -92,7 +93,7 @@ constexpr Case kCases[] = {
     {"bus", kBus, FaultKind::kEmergencyStop, 0},
 };
 
-/// One frame that only a master sends, by somebody else on arm_a's bus.
+/// One frame that only a master sends, from another node on arm_a's bus.
 struct ForeignCase {
   const char* name;
   can::CanFrame frame;
@@ -129,12 +130,12 @@ struct Motors {
 
 double milliseconds(std::int64_t time) { return time < 0 ? -1.0 : 1e-6 * static_cast<double>(time); }
 
-/// What happens after the injection, until 2 s later.
+/// Events from the injection to 2 s later.
 struct Story {
   std::int64_t begin = 0;
-  std::int64_t noticed = -1, standing = -1;  ///< ns after the beginning
+  std::int64_t noticed = -1, standing = -1;  ///< ns after the injection
   GuardMask guards = 0;
-  double violation = -1.0;  ///< of equation (1) and the boxes by the true joints, m or rad
+  double violation = -1.0;  ///< of equation (1) and the box limits by the true joints, m or rad
 
   void watch(System& system, const Motors& hurt) {
     const std::int64_t passed = system.now - begin;
@@ -183,7 +184,7 @@ HardwareConfig hardwareOf(std::string_view where) {
   return hardware;
 }
 
-/// Both arms move, the first one as the row says.
+/// Starts the motion of both arms, of the first one according to the row.
 void begin(System& system, std::string_view where, int run) {
   const auto require = [&](bool good, const char* what) {
     if (!good)
@@ -221,7 +222,7 @@ void begin(System& system, std::string_view where, int run) {
           "an arm stops by itself");
 }
 
-/// @param hurt_it  does it to the first arm; false: cannot be done.
+/// @param hurt_it  injects the fault into the first arm; false: impossible
 Json measure(const std::function<bool(System&)>& hurt_it, int run, std::string_view where) {
   System system(hardwareOf(where));
   begin(system, where, run);

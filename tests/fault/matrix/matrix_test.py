@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fault matrix: every fault of tandem-drive-sim's vocabulary, dead and frozen processes.
+"""The fault matrix: every fault that tandem-drive-sim can inject, killed and frozen processes.
 
-How long until it is noticed, what comes of it, until when and how far which axes move: measured, and compared with the
-budgets below. `matrix_test.py FOLDER_OF_EXECUTABLES --write` writes docs/fault-matrix.md from what it measures."""
+Detection time, reaction, time to standstill and distance of each axis are measured, and compared with the budgets in budgets.py.
+`matrix_test.py FOLDER_OF_EXECUTABLES --write` writes docs/fault-matrix.md from the measurements."""
 import atexit
 import json
 import os
@@ -21,22 +21,22 @@ from hardware import COUNTS_PER_M, COUNTS_PER_RAD, HalTest, system  # noqa: E402
 DOCUMENT = ROOT / "docs" / "fault-matrix.md"
 CONTROL_PERIOD = 0.05     # s
 DRIVE_HEARTBEAT_MS = 300  # half of it: deadline of the command PDO
-# Who is watched, and what those who watch it say of it, in their own time; the drives watch the HAL.
+# Faults reported by the processes that watch each process, by their own clock; the drives watch the HAL.
 NOTICED_AS = {"planning": "reference_timeout", "control": "command_timeout"}
-STOP_S = 0.2              # of a drive by itself, in its own time: from 5 mm/s by its quick stop, and its lag
-STILL = 1e-3              # mm/s and deg/s that count as standing
+STOP_S = 0.2              # of a drive by itself, by its own clock: from 5 mm/s by its quick stop, and its lag
+STILL = 1e-3              # mm/s and deg/s: threshold of standstill
 POWERED = "operation enabled"
 measured = {"devices": [], "processes": []}
 
 
 def worst(runs, key):
-    """The longest of several runs; None where none of them has one."""
+    """The longest of several runs; None if no run has a value."""
     values = [run[key] for run in runs if run[key] >= 0]
     return max(values) if values else None
 
 
 class Devices(system.SystemTest):
-    """Simulated time: the HAL's answer, whatever this machine does."""
+    """Simulated time: reactions of the HAL, independent of this machine's load."""
 
     @classmethod
     def setUpClass(cls):
@@ -65,7 +65,7 @@ class Devices(system.SystemTest):
         goes_on = not budget.everywhere
         self.assertEqual({run["other_state"] for run in runs}, {"ENABLED" if goes_on else "FAULT"}, "the other arm")
         self.assertEqual({run["other_moving"] for run in runs}, {6 if goes_on else 0}, "the other arm")
-        # Joints lag behind their setpoints: by less than a following error allows.
+        # Joints lag behind their setpoints, by less than the following error limit.
         self.assertLessEqual(max(run["violation_mm"] for run in runs), 0.5)
         for run in runs:
             if run not in stopped:
@@ -80,7 +80,7 @@ class Devices(system.SystemTest):
 
 
 class Sampler(threading.Thread):
-    """Positions and speeds of all drives, in mm and degrees, every few milliseconds."""
+    """Positions and speeds of all drives, in mm and degrees, sampled every few milliseconds."""
 
     def __init__(self, test):
         super().__init__(daemon=True)
@@ -103,8 +103,8 @@ class Sampler(threading.Thread):
 
 
 class Processes(HalTest):
-    """Real processes, sockets and time. What a process notices is judged by its own clock; wall-clock times are measured for
-    the document, and not judged: they are this machine's, too."""
+    """Real processes, sockets and time. Detection times are asserted by the clock of the detecting process; wall-clock times, which
+    depend on this machine, are measured for the document only."""
 
     budgets = ("{minimum_age_ms: 30, planning_reference_ms: 250, lease_ms: 5000, drive_heartbeat_ms: "
                f"{DRIVE_HEARTBEAT_MS}}}")
@@ -128,7 +128,7 @@ class Processes(HalTest):
         return running
 
     def measure(self, running, victim, sign):
-        """Ends or freezes a process of a moving system, and follows the drives until they stand."""
+        """Kills or freezes a process of a moving system, and samples the drives until standstill."""
         sampler = Sampler(self)
         before = sampler.look()
         hurt = time.monotonic()
@@ -166,9 +166,9 @@ class Processes(HalTest):
             self.assert_drives_stopped_by_themselves()
 
     def assert_noticed(self, fault, died):
-        """Whoever watches has latched, at a tick at which the silence was above its budget by its own clock. That no
-        such tick passes without a latch the unit tests show (Budgets.*): here it counts who noticed, and what. Of a
-        process that died `tandem up` may receive sooner, and stop all."""
+        """The watching process has latched a fault, at a tick at which the age was above its budget by its own clock. The unit tests
+        (Budgets.*) show that no such tick passes without a fault: this test covers which process detects what. A death may be reported
+        to `tandem up` sooner, which then stops everything."""
         if died and "stop_requested" in self.log.read_text():
             return
         found = re.findall(rf"{fault}[^:\n]*: ([\d.e-]+) s, allowed ([\d.e-]+) s", self.log.read_text())
@@ -192,7 +192,7 @@ class Processes(HalTest):
                 client = self.start_run(running, self.long_line())
                 running.await_motion(client)
             found = self.measure(running, victim, signal.SIGSTOP)
-            # Longer than any budget, shorter than the time in which others give a process up.
+            # Longer than all budgets, shorter than the liveliness lease of other processes.
             stood = Sampler(self).look()["position"]
             os.kill(running.pids[victim], signal.SIGCONT)
             states = self.torque_goes()
@@ -219,7 +219,7 @@ class Processes(HalTest):
 
 
 class Document(system.SystemTest):
-    """docs/fault-matrix.md speaks of all that is measured here."""
+    """docs/fault-matrix.md covers all measurements."""
 
     def test_rows(self):
         text = DOCUMENT.read_text()
