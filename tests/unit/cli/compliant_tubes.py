@@ -13,7 +13,7 @@ import tubes  # noqa: E402
 
 POISSON = 0.6
 TORSION = [k / (1 + POISSON) for k in tubes.STIFFNESS]  # G J = E I / (1 + nu)
-EXTENDED = [-0.3, -0.18, -0.064]  # curved parts overlap over 48 mm: as much interaction as there can be
+EXTENDED = [-0.3, -0.18, -0.064]  # curved parts overlap over 48 mm, the largest possible interaction
 
 
 def cross(a, b):
@@ -21,7 +21,7 @@ def cross(a, b):
 
 
 def from_ends(beta, theta, arm="a", steps=60):
-    """(alpha, tip position) of the arm whose tubes end at angles theta; `steps` Runge-Kutta steps an interval."""
+    """(alpha, tip position) of the arm whose tubes end at angles theta; `steps` Runge-Kutta steps per interval."""
     q = list(beta) + [0.0] * 3
     edges = tubes.boundaries(q)
     psi, moment = list(theta), [0.0] * 3
@@ -55,14 +55,14 @@ def from_ends(beta, theta, arm="a", steps=60):
         psi, moment = state[:3], state[3:6]
         frame, place = [state[6:9], state[9:12], state[12:15]], state[15:18]
     alpha = [psi[i] + beta[i] * moment[i] / TORSION[i] for i in range(3)]
-    # The end in the frame of the entry point: minus the entry point, seen along its own axes.
+    # Tip in the frame of the entry point: minus the entry point, in the entry frame's axes.
     tip = [-sum(a * b for a, b in zip(axis, place)) for axis in frame]
     return alpha, [tip[0], tip[1] + tubes.BASE_Y[arm], tip[2]]
 
 
 def random_overlap(rng):
-    """A joint vector whose curved parts overlap, over 20 to 49 mm for neighbours, with motors as far behind as that
-    takes. No boundaries are nearer than 1 mm to each other: derivatives jump where they meet."""
+    """A joint vector whose curved parts overlap, over 20 to 49 mm for neighbours, with the motors at the corresponding positions.
+    Boundaries are at least 1 mm apart: derivatives jump where they meet."""
     while True:
         first = rng.uniform(-0.33, -0.26)
         second = first + 0.12 - rng.uniform(0.001, 0.03)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem cooperative, and fk of catheters: against formulas written down here, and what is refused and why."""
+"""tandem cooperative, and fk of catheters: comparison with formulas in this file, and refusals with their reasons."""
 import csv
 import io
 import json
@@ -149,7 +149,7 @@ class Demonstrations(unittest.TestCase):
         self.assertEqual(found["rigid"]["movable"], ["translation along z"])
         self.assertEqual(len(found["rigid"]["missing"]), 5)
         self.assertIn("the object can move although every arm stands still", found["point"]["degenerate"])
-        for row in found.values():  # two arms are stiffer than one, in the direction in which they are softest
+        for row in found.values():  # two arms are stiffer than one, in the direction of the least stiffness
             self.assertGreater(row["stiffness_N_per_m"][0], 0.0)
 
     def test_co_manipulation(self):

@@ -14,7 +14,7 @@ ROBOT = (system.PRESETS / "robots" / "ark2024.yaml").read_text()
 
 
 def subcommands(*words):
-    """All below `tandem WORDS`, as its help lists them, each as its words."""
+    """All subcommands of `tandem WORDS` according to its help, each as a list of words."""
     text = system.run(*words, "--help").stdout
     section = re.search(r"^Subcommands:\n((?:  .*\n)+)", text, re.M)
     names = re.findall(r"^  (\S+)", section.group(1), re.M) if section else []
@@ -22,7 +22,7 @@ def subcommands(*words):
 
 
 def swapped(text):
-    """The first two tubes in the other order."""
+    """The robot file with its first two tubes exchanged."""
     found = re.search(r"(      - \{outer_diameter_mm: 1\.524.*?\}\n)(      - \{outer_diameter_mm: 1\.8,.*?\}\n)",
                       text, re.S)
     return text.replace(found.group(0), found.group(2) + found.group(1), 1)
@@ -35,7 +35,7 @@ class Validate(unittest.TestCase):
         self.file = pathlib.Path(folder.name) / "robot.yaml"
 
     def refused(self, text):
-        """Line, column, and message of a refused robot file, in words and as JSON."""
+        """Line, column, and message of a refused robot file, as text and as JSON."""
         self.assertNotEqual(text, ROBOT, "the substitution did not take")
         self.file.write_text(text)
         answer = system.run("validate", self.file)
@@ -51,7 +51,7 @@ class Validate(unittest.TestCase):
         return line, column, message
 
     def test_refusals_name_the_place_what_was_found_and_what_was_expected(self):
-        cases = [  # from the preset, to the broken file, what stands at the named place, what the message holds
+        cases = [  # text of the preset, its faulty replacement, text at the reported place, parts of the message
             ("name: ark2024\n", "name: ark2024\ncolour: red\n", "colour", ["colour", "expected"]),
             ("straight_length_mm: 387", "straight_length_mm: -387", "-387",
              ["straight_length_mm", "found -387", "expected"]),

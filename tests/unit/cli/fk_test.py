@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem fk against kinematics written from the paper."""
+"""tandem fk compared with kinematics written from the paper."""
 import csv
 import io
 import json
@@ -22,7 +22,7 @@ def text(rows):
 
 
 def fk(rows, *options):
-    """Answers as dictionaries, the header, and the exit code. `rows`: a text or lists of numbers."""
+    """Results as dictionaries, the header, and the exit code. `rows`: a text or lists of numbers."""
     answer = system.run("fk", "--csv", "-", *options, text=rows if isinstance(rows, str) else text(rows))
     table = list(csv.reader(io.StringIO(answer.stdout)))
     assert all(len(line) == len(table[0]) for line in table), answer.stdout
@@ -41,7 +41,7 @@ def turn(matrix):
 
 
 def material(q, arm="a", length=None):
-    """The backbone's pose, turned with tube 1."""
+    """The backbone's pose, rotated with tube 1."""
     c, s = math.cos(q[3]), math.sin(q[3])
     return tubes.multiply(tubes.transform(q, arm, length), [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
@@ -200,13 +200,13 @@ class CompliantTubes(unittest.TestCase):
             self.assertTrue(row["status"].startswith("ok"), row["status"])
             jump = tubes.norm(tubes.minus(numbers(row, POSE[:3]), numbers(answers[max(k - 1, 0)], POSE[:3])))
             self.assertEqual(jump > 0.004, k in snaps, f"row {k + 1} moves by {jump} m: {row['status']}")
-        # Turned back, the arm stays where it fell to: hysteresis.
+        # Turned back, the arm remains on the new branch: hysteresis.
         before = snaps[0] - 1
         back, _ = self.compliant(turn[:snaps[0] + 1] + [turn[before]], "--follow")
         self.assertEqual(back[-1]["status"], "ok")
         self.assertGreater(tubes.norm(tubes.minus(numbers(back[-1], POSE[:3]), numbers(answers[before], POSE[:3]))),
                            0.005)
-        # Rows by themselves are cold starts: none of them tells of a snap.
+        # Separate rows are cold starts: none reports a snap.
         self.assertEqual({row["status"] for row in self.compliant(turn)[0]}, {"ok"})
 
     def test_compliance_is_the_derivative_by_the_wrench(self):
@@ -313,7 +313,7 @@ class BadRows(unittest.TestCase):
             q = [rng.uniform(-length, 0.05) for length in tubes.LENGTH] + [rng.uniform(-3, 3) for _ in range(3)]
             if tubes.excess(q) > 1e-6:
                 rows.append(q)
-        rows.append([-0.1, -0.15, -0.05, 0, 0, 0])  # carriages out of order: tips and sections exist all the same
+        rows.append([-0.1, -0.15, -0.05, 0, 0, 0])  # carriages out of order: tips and sections exist nevertheless
         answers, _, code = fk(rows)
         self.assertEqual(code, 1)
         for q, row in zip(rows, answers):

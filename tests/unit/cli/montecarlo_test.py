@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem montecarlo: the same rows whatever threads and shards are, merging, tables, figures, refusals."""
+"""tandem montecarlo: equal rows for any number of threads and shards, merging, tables, figures, refusals."""
 import csv
 import json
 import pathlib

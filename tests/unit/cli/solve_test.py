@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem solve: what a solution must satisfy, whatever solver found it."""
+"""tandem solve: properties of every solution, whatever the solver."""
 import csv
 import io
 import json
@@ -18,7 +18,7 @@ NSPQP_ZETA = 1e-6
 SNSQP_ROTATION = 0.5
 JOINTS = [f"qd_{j}" for j in range(1, 13)]
 ROUNDING = 1e-9
-EDGES = 1e-3  # m: gaps of this size make the approach to a limit felt
+EDGES = 1e-3  # m: at gaps of this size the approach limit is active
 
 
 def solve(rows, *options):
@@ -31,7 +31,7 @@ def solve(rows, *options):
 
 
 def methods():
-    """The built-in methods, by the message for an unknown one, which also names that of libraries."""
+    """The built-in methods, from the message for an unknown one, which also lists the method of libraries."""
     message = system.run("solve", "--method", "magic", text="").stderr
     *names, foreign = message.split("expected ")[1].strip().split(", ")
     assert foreign == "or foreign with a method_library", message
@@ -59,7 +59,7 @@ def of_tasks(pair):
 
 
 def approach(distance, velocity_limit=tubes.VELOCITY):
-    """Section 2.3 of the paper: stay within the limit after a period, within V_max, and able to brake with A_max."""
+    """Section 2.3 of the paper: after one period still within the limit, below V_max, and able to brake with A_max."""
     distance = max(0.0, distance)
     return min(distance / PERIOD, velocity_limit, math.sqrt(2 * tubes.APPROACH * distance))
 
@@ -77,7 +77,7 @@ class Solve(unittest.TestCase):
         self.rng = system.seeded(self)
 
     def problem(self, speed=2e-3):
-        """Joints inside (1), often within a millimetre of an edge, and velocities of both tasks."""
+        """Joints inside (1), often within a millimetre of a limit, and velocities of both tasks."""
         q = []
         for _ in range(2):
             while True:
@@ -96,7 +96,7 @@ class Solve(unittest.TestCase):
         return q + [self.rng.uniform(-speed, speed) for _ in range(6)]
 
     def solved(self, rows, *options, share=0.3):
-        """Pairs of row and answer of those with a solution; at least a share of them has one."""
+        """Pairs of row and result of those with a solution; at least a given share of them has one."""
         answers, code = solve(rows, *options)
         self.assertEqual(len(answers), len(rows))
         self.assertEqual(code, 0 if all(a["status"] == "ok" for a in answers) else 1)
@@ -105,7 +105,7 @@ class Solve(unittest.TestCase):
             if answer["status"] == "ok":
                 self.assertLess(float(answer["kkt_residual"]), 1e-9)
                 pairs.append((row, answer))
-            elif answer["status"].startswith("infeasible: "):  # with the velocity that comes nearest
+            elif answer["status"].startswith("infeasible: "):  # with the nearest feasible velocity
                 self.assertTrue(all(math.isfinite(float(value)) for name, value in answer.items() if name != "status"))
             else:
                 self.assertEqual([name for name in answer if name != "status" and answer[name] != ""], [])
@@ -172,7 +172,7 @@ class Solve(unittest.TestCase):
                 self.assertAlmostEqual(got, want, delta=1e-8, msg=str(row))
 
     def test_nspqp_is_optimal(self):
-        # Solutions for other tip velocities satisfy the same constraints: none may serve this objective better.
+        # Solutions for other tip velocities satisfy the same constraints: none may have a better objective.
         for _ in range(10):
             base = self.problem()
             rows = [base[:15] + [self.rng.uniform(-4e-3, 4e-3) for _ in range(3)] for _ in range(12)]
@@ -201,7 +201,7 @@ class Solve(unittest.TestCase):
         status = answers[0]["status"]
         self.assertTrue(status.startswith("infeasible: "), status)
         self.assertIn("velocity limit of tube 1 of arm a", status)
-        # What comes nearest is given all the same: a part of the wanted 50 mm/s along z, and nothing else.
+        # The result is the nearest velocity: a part of the wanted 50 mm/s along z, and nothing else.
         qd = velocity(answers[0])
         relative = tubes.times(of_tasks(jacobians([row])[0])[0], qd)
         self.assertGreater(relative[2], 0.002)
@@ -214,8 +214,8 @@ class Solve(unittest.TestCase):
         self.assertLess(scale, 0.5)
 
     def test_active_set_agrees_with_ipopt(self):
-        # Ipopt is an interior point method: where a bound is barely active it stops short of the edge,
-        # and its own residual says so. Ours does not: solved() wants it below 1e-9.
+        # Ipopt is an interior point method: where a bound is barely active it stops short of it, as its residual shows. The active-set
+        # solver does not: solved() requires a residual below 1e-9.
         for method in ("nspqp", "snsqp"):
             rows = [self.problem() for _ in range(60)]
             ours, _ = solve(rows, "--method", method)
@@ -253,7 +253,7 @@ class Solve(unittest.TestCase):
     def test_zero_targets_give_zero_velocity(self):
         rows = [self.problem(speed=0.0) for _ in range(20)]
         for method in methods():
-            if method == "hqp":  # leads tubes away from limits and neighbours that are near
+            if method == "hqp":  # moves tubes away from close limits and neighbours
                 continue
             for _, answer in self.solved(rows, "--method", method, share=1.0):
                 self.assertLess(max(abs(x) for x in velocity(answer)), 1e-9, method)

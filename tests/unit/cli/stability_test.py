@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem stability against tandem fk and against what stability means."""
+"""tandem stability compared with tandem fk and with the definition of stability."""
 import csv
 import io
 import json
@@ -35,7 +35,7 @@ def report(q):
 class Report(unittest.TestCase):
     def test_against_fk(self):
         rng = system.seeded(self)
-        step = 1e-4  # the measure has an error of 1e-7
+        step = 1e-4  # the error of the measure is 1e-7
         compared = 0
         for _ in range(4):
             q = compliant_tubes.random_overlap(rng)
@@ -49,7 +49,7 @@ class Report(unittest.TestCase):
                 path = [q] + [[x + k * step * (i == joint) for i, x in enumerate(q)] for k in (1, -1)]
                 near = fk(path, "--follow", "--branch")[1:]
                 if any(abs(float(row["stability_at"]) - found["stability_at"]) > 5e-3 for row in near):
-                    continue  # the least of the determinant is elsewhere within the step: a corner of the measure
+                    continue  # the minimum of the determinant is elsewhere within the step: a corner of the measure
                 compared += 1
                 plus, minus = (float(row["stability"]) for row in near)
                 slope = (plus - minus) / (2 * step)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem workspace: volumes that must hold whatever the samples are, and samples against tandem fk."""
+"""tandem workspace: volumes that are independent of the samples, and samples compared with tandem fk."""
 import csv
 import io
 import json
@@ -63,11 +63,11 @@ class Workspace(unittest.TestCase):
         self.assertEqual({q[3] for q in joints}, {0.0})
 
         def distance(q, other):
-            """Largest difference, as part of each joint's range."""
+            """Largest difference, as a fraction of each joint's range."""
             parts = [abs(a - b) / length for a, b, length in zip(q, other, tubes.LENGTH)]
             return max(parts + [abs(math.remainder(a - b, math.tau)) / math.tau for a, b in zip(q[3:], other[3:])])
 
-        # Joint vectors inside equation (1), tube 1 turned to zero, all have a sample near them.
+        # Every joint vector inside equation (1), with tube 1 turned to zero, has a sample near it.
         rng = system.seeded(self)
         for _ in range(40):
             wanted = tubes.random_joints(rng)
@@ -92,7 +92,7 @@ class Workspace(unittest.TestCase):
                                delta=0.01 * a["volume_m3"])
 
     def test_volume_is_equal_in_ring_and_cube_cells(self):
-        # With rotations limited to a full turn the same space is counted in cubes instead of rings.
+        # With rotations limited to a full turn, the same space is counted in cubes instead of rings.
         turned = self.robot(("rotation: {lower_deg: unlimited, upper_deg: unlimited,",
                              "rotation: {lower_deg: -180, upper_deg: 180,"),
                             ("alpha_deg: [90, -60, -270]", "alpha_deg: [90, -60, 90]"))

@@ -13,7 +13,7 @@ namespace {
 
 std::filesystem::path preset(const std::string& name) { return presets() / "cooperative" / (name + ".yaml"); }
 
-/// What a call is refused for; empty where it is not.
+/// Reason for which a call is refused; empty if it is not.
 template <class Call>
 std::string refusalOf(Call call) {
   try {

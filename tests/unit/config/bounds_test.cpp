@@ -22,7 +22,7 @@
 namespace tandem::config::test {
 namespace {
 
-/// A number that a file has or may have: its mapping by keys and places in lists, and its field.
+/// A number that a file has or may have: its keys and list indices, and its field.
 struct Place {
   std::vector<std::string> path;
   const Field* field;
@@ -162,7 +162,7 @@ void useHardware(const std::filesystem::path& file) {
     const hal::AxisUnits units(axis.gearing);
     EXPECT_GT(units.toCountMagnitude(axis.quick_stop_deceleration), 0u);
     EXPECT_GT(units.toCountMagnitude(axis.velocity), 0u);
-    EXPECT_GE(std::round(1e3 * axis.following_time), 1.0);  // what the drive is reported, in ms
+    EXPECT_GE(std::round(1e3 * axis.following_time), 1.0);  // following error time of the drive, in ms
     EXPECT_FALSE(hal::driveSetup(hardware, axis, 0.1).steps.empty());
     EXPECT_LT(1e9 * axis.stopBudget(), 0x1p63);
   }
@@ -187,12 +187,12 @@ void usePath(const std::filesystem::path& file) {
 struct Case {
   const char* preset;
   void (*use)(const std::filesystem::path&);
-  const char* more = "";  ///< text that is added
+  const char* more = "";  ///< text to append
 };
 
 class Bounds : public testing::TestWithParam<Case> {};
 
-/// The numbers at an end of a range and beside it: inside and outside, SI.
+/// Values inside and outside one end of a range, SI.
 struct End {
   double inside, outside;
 };
@@ -224,7 +224,7 @@ TEST_P(Bounds, ValuesAtTheirBoundsAreUsable) {
         one.use(folder.write(one.preset, with(good, place, end.inside)));
         ++loaded;
       } catch (const Error& error) {
-        // Another number forbids it, not the table.
+        // Another number causes the refusal, not the table.
         EXPECT_EQ(std::string(error.what()).find(expectation(*place.field, place.field->keys().front().second)),
                   std::string::npos)
             << error.what();

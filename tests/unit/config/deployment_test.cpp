@@ -136,7 +136,7 @@ console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operato
 idle_power_off_s: 45
 emergency_stop_topic_ms: 400
 )";
-  // Those that exclude one another are in the file of another test.
+  // Keys that exclude these are in the file of another test.
   expectEveryKey(text + kHosts + "security: credentials", deploymentTable());
   const Deployment d = loadDeployment(folder.write("d.yaml", text));
   EXPECT_EQ(d.name, "lab");

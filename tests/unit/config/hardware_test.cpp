@@ -14,7 +14,7 @@ constexpr double kDeg = std::numbers::pi / 180.0;
 
 std::filesystem::path hardwarePreset() { return presets() / "hardware/ark2024-two-buses.yaml"; }
 
-/// The preset with its robot named absolutely, so that it loads from anywhere.
+/// The preset with an absolute path to its robot, so that it loads from anywhere.
 std::string good() {
   return replaced(readAll(hardwarePreset()), "../robots/ark2024.yaml", (presets() / "robots/ark2024.yaml").string());
 }
@@ -76,7 +76,7 @@ TEST(Hardware, AnArmHoldsWithoutPowerWhereAllItsAxesAreDeclaredTo) {
   hardware = loadText(replaced(good(), "holds_without_power: self_locking", "holds_without_power: brake"));
   EXPECT_EQ(hardware.axes[0].powerless_hold, hal::HoldingMeans::kBrake);
   EXPECT_TRUE(hal::holdsWithoutPower(hardware, 0));
-  // What nobody has declared does not hold; one such axis is enough.
+  // Holding that is not declared does not count; one such axis is sufficient.
   hardware = loadText(replaced(good(), "      holds_without_power: self_locking\n", ""));
   EXPECT_EQ(hardware.axes[0].powerless_hold, hal::HoldingMeans::kNo);
   EXPECT_EQ(hardware.axes[3].powerless_hold, hal::HoldingMeans::kSelfLocking);
@@ -92,9 +92,9 @@ TEST(Hardware, TheEmergencyStopIsReadWhereTheFileSays) {
   EXPECT_TRUE(preset.emergency_stop[1].active_low);
   EXPECT_TRUE(hal::readsInputs(preset, preset.axes[6]));
   EXPECT_FALSE(hal::readsInputs(preset, preset.axes[7]));
-  // A PDO of its own, which the calculator of the load knows: SYNC, two PDOs of six drives, those of six encoders.
+  // A separate PDO, which the load calculation includes: SYNC, two PDOs of six drives, those of six encoders.
   EXPECT_EQ(hal::computeLoad(preset.planOf(0, 0.1)).frames_per_cycle, 1 + 12 + 6 + 1);
-  // Without a node: every drive of the bus. The statusword comes anyhow.
+  // Without a node: every drive of the bus. The statusword is mapped in any case.
   const hal::HardwareConfig sto = loadText(replaced(good(), "{bus: bus_b, node: 1, input_bit: 16, active: low}",
                                                     "{bus: bus_b, statusword_bit: 14, active: high}"));
   ASSERT_EQ(sto.emergency_stop.size(), 7u);
@@ -105,7 +105,7 @@ TEST(Hardware, TheEmergencyStopIsReadWhereTheFileSays) {
 }
 
 TEST(Hardware, SlewIsLimitedUnlessTheFileSaysOtherwise) {
-  // The robot's own is unlimited: in simulation the paper's commands jump.
+  // The robot's own limit is unlimited: in simulation the paper's commands jump.
   const Robot robot = loadRobot(presets() / "robots/ark2024.yaml");
   EXPECT_EQ(robot.arms[0].limits.joints[0].slew_limit, safety::kUnlimited);
   const hal::HardwareConfig preset = loadHardware(hardwarePreset());
@@ -132,7 +132,7 @@ TEST(Hardware, TorqueIsWatchedWhereTheFileAsksForIt) {
   EXPECT_EQ(hardware.axes[0].torque.limit, 0.8);
   EXPECT_EQ(hardware.axes[0].torque.time, 0.07);
   EXPECT_EQ(hardware.axes[3].torque.object, 0);
-  // Two bytes more in the feedback of three drives.
+  // Two more bytes in the feedback of three drives.
   const hal::HardwareConfig plain = loadHardware(hardwarePreset());
   const double more =
       hal::computeLoad(hardware.planOf(0, 0.1)).cycle_bits - hal::computeLoad(plain.planOf(0, 0.1)).cycle_bits;

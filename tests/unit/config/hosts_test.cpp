@@ -28,7 +28,7 @@ TEST(Deployment, SecurityIsAFolderAndADiscoveryServerAHost) {
   EXPECT_EQ(served.discovery->port, 11811);
   EXPECT_TRUE(served.security.empty());
   const std::filesystem::path file = folder.write("d.yaml", onHosts() + "security: credentials\n");
-  EXPECT_THROW(loadDeployment(file), Error);  // there is no such folder
+  EXPECT_THROW(loadDeployment(file), Error);  // the folder does not exist
   std::filesystem::create_directory(file.parent_path() / "credentials");
   EXPECT_EQ(loadDeployment(file).security, file.parent_path() / "credentials");
 }

@@ -80,7 +80,7 @@ std::string describe(const Path& path) {
 enum class Outcome { kLoads, kRefused };
 
 /// Loads a text as the file in the folder; every refusal must name the file (or another one that it refers to) and a
-/// place inside it.
+/// place in it.
 Outcome outcomeOf(const Folder& folder, const std::string& name, const std::string& text) {
   const std::filesystem::path file = folder.write(name, text);
   try {
@@ -96,7 +96,7 @@ Outcome outcomeOf(const Folder& folder, const std::string& name, const std::stri
   return Outcome::kRefused;
 }
 
-/// A folder that has what the preset refers to.
+/// A folder with the files that the preset refers to.
 void copyRobot(const Folder& folder) {
   folder.write("robots/ark2024.yaml", readAll(presets() / "robots/ark2024.yaml"));
 }
@@ -147,7 +147,7 @@ TEST_P(Mutation, DeletedAndRenamedKeys) {
     });
     EXPECT_EQ(outcomeOf(folder, GetParam(), renamed), Outcome::kRefused);
   }
-  EXPECT_GE(refused, 4);  // at least kind, name, and what the kind cannot do without
+  EXPECT_GE(refused, 4);  // at least type, name, and the required keys of the type
 }
 
 TEST_P(Mutation, RandomBytes) {
@@ -175,7 +175,7 @@ TEST_P(Mutation, RandomBytes) {
           break;
       }
     }
-    // The reference to the robot may break in ways that name the robot's file; that is tested elsewhere.
+    // A broken reference to the robot may name the robot's file; another test covers it.
     if (text.find("robot: ../robots/ark2024.yaml") == std::string::npos && good.find("robot: ") != std::string::npos)
       continue;
     outcomeOf(folder, GetParam(), text);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// Every key of a robot file, each with a value other than its default.
+/// All keys of a robot file, each with another value than its default.
 const char* const kComplete = R"(tandem: robot/1
 name: bench
 hardware: true

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An independent validator accepts every preset under its schema and refuses each of them with one key misspelt or
-repeated in another unit, or one number replaced by a text. Usage: schema_peer.py CONFIG_FOLDER"""
+"""An independent validator accepts every preset under its schema and refuses each of them with one key misspelt or repeated in another
+unit, or one number replaced by a text. Usage: schema_peer.py CONFIG_FOLDER"""
 import copy
 import json
 import pathlib
@@ -22,7 +22,7 @@ def mappings(node):
 
 
 def spoilt(document):
-    """Every copy of a document with one defect, and what the defect is."""
+    """Every copy of a document with one defect, and a description of the defect."""
     for index, mapping in enumerate(mappings(document)):
         for key, value in mapping.items():
             copies = [copy.deepcopy(document) for _ in range(3)]
@@ -38,7 +38,7 @@ def spoilt(document):
 
 
 def sectioned(document):
-    """A copy of a robot file whose tubes are given by sections, and copies that say it in both ways or in neither."""
+    """A copy of a robot file with tubes in sections, and copies with both notations or with neither."""
     good = copy.deepcopy(document)
     bad = []
     for index, mapping in enumerate(mappings(document)):

@@ -23,7 +23,7 @@ inline std::string readAll(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-/** A folder of its own, removed at the end. */
+/** A temporary folder, removed in the destructor. */
 class Folder {
  public:
   Folder() {
@@ -45,19 +45,19 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// The text with its first occurrence of `from` replaced; the test fails where there is none.
+/// The text with its first occurrence of `from` replaced; fails if there is none.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << "no '" << from << "' in the text";
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-/** One refusal: what is done to a good text, and where the complaint has to stand. */
+/** One refusal: a change of a valid text, and the expected place of the error. */
 struct Refusal {
   std::string from;
   std::string to;
-  std::string at;      ///< the complaint stands at the first occurrence of this text in the changed file ...
-  std::size_t offset;  ///< ... and so many characters further
+  std::string at;      ///< the error is at the first occurrence of this text in the changed file ...
+  std::size_t offset;  ///< ... and this number of characters further
   std::string key;
   std::string message;  ///< part of what()
 };
@@ -109,7 +109,7 @@ inline void expectRefusal(const std::string& good,
   }
 }
 
-/// A text that is meant to use every key does: each field of the table stands in it in one of its units.
+/// Checks that a text uses every key: it contains each field of the table in one of its units.
 inline void expectEveryKey(const std::string& text, const Mapping& table) {
   for (const Field& field : table.fields) {
     bool found = false;
@@ -121,7 +121,7 @@ inline void expectEveryKey(const std::string& text, const Mapping& table) {
   }
 }
 
-/// A folder like the presets' one, so that relative paths hold; `load` gets the file under experiments/.
+/// A folder like that of the presets, so that relative paths work; `load` receives the file under experiments/.
 inline void expectRefusalBesideRobot(const std::string& good,
                                      const Refusal& refusal,
                                      const std::function<void(const std::filesystem::path&)>& load) {

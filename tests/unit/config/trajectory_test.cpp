@@ -36,7 +36,7 @@ void expectSame(const planning::Shape& a, const planning::Shape& b) {
   const auto right = vectors(b);
   ASSERT_EQ(left.size(), right.size());
   for (std::size_t i = 0; i < left.size(); ++i) {
-    // The normal of a circle is made perpendicular and of unit length anew, hence not bit by bit.
+    // The normal of a circle is orthogonalised and normalised again, hence not bitwise equal.
     EXPECT_LE((left[i] - right[i]).norm(), 1e-15 * (1.0 + right[i].norm())) << i;
   }
 }
@@ -207,7 +207,7 @@ TEST(Trajectory, CsvBecomesWaypoints) {
   folder.write("data/points.csv", "0.001,0,-1e-3\r\n 0.002 , 0.5e-3,0\n");
   const auto file = folder.write("t.yaml", around("csv: {file: data/points.csv, absolute: true}"));
   expectSame(loadTrajectory(file).shape, planning::Waypoints{{{1e-3, 0, -1e-3}, {2e-3, 5e-4, 0}}, true});
-  // What goes over the wire carries the points, not the file.
+  // The wire carries the points, not the file.
   expectSame(parseTrajectoryText(formatTrajectory(loadTrajectory(file))).shape, loadTrajectory(file).shape);
 }
 

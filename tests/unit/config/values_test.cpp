@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** The presets in a folder of our own, where one file at a time is changed. */
+/** The presets in a temporary folder, where one file at a time is changed. */
 class Values : public ::testing::Test {
  protected:
   void SetUp() override { fs::copy(presets(), folder_.path() / "presets", fs::copy_options::recursive); }
@@ -21,14 +21,14 @@ class Values : public ::testing::Test {
   static void write(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
   static std::string of(const fs::path& deployment) { return loadDeployment(deployment).values; }
 
-  /// The values of the deployment once the file says this.
+  /// The values of the deployment with this text in the file.
   std::string with(const fs::path& deployment, const fs::path& file, const std::string& text) {
     const std::string before = readAll(file);
     write(file, text);
     std::string values;
     try {
       values = of(deployment);
-    } catch (const Error&) {  // a number that the file may not have
+    } catch (const Error&) {  // a number outside its bounds
     }
     write(file, before);
     return values;
@@ -37,7 +37,7 @@ class Values : public ::testing::Test {
   Folder folder_;
 };
 
-/// Keys of a deployment that nothing that moves depends on.
+/// Keys of a deployment that no motion depends on.
 const std::set<std::string> kAside{"domain", "interface_address", "peers",    "status_period_ms", "realtime_priority",
                                    "port",   "memory_mb",         "before_s", "after_s",          "files",
                                    "address"};

@@ -23,7 +23,7 @@ config::Deployment presetOf(const std::string& name) {
 
 Isometry3d anyPose() { return Eigen::Translation3d(Vector3d::Random()) * Eigen::Quaterniond::UnitRandom(); }
 
-/// Two contacts anywhere on an object.
+/// An object with two random contacts.
 config::GraspedObject held(ContactType type) {
   config::GraspedObject object;
   object.size = 0.01;
@@ -38,7 +38,7 @@ config::GraspedObject held(ContactType type) {
   return object;
 }
 
-/// Tips that touch the object, each turned about where it touches.
+/// Tips that touch the object, each rotated about its contact point.
 std::vector<Isometry3d> touching(const config::GraspedObject& object, const Isometry3d& at, bool turned) {
   std::vector<Isometry3d> tips;
   for (const auto& contact : object.contacts) {
@@ -151,7 +151,7 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
   EXPECT_TRUE(describeRobot(assist, config::loadAnyRobot(assist.robot))["object"].is_null());
 }
 
-/// The page's own tests read words.json, made from idl/ beside the C++ that the server answers with.
+/// The tests of the page read words.json, generated from idl/ together with the C++ of the server.
 TEST(ServedNames, MatchTheIdl) {
   std::ifstream file(TANDEM_WORDS);
   const auto expected = nlohmann::json::parse(file);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The console without sockets: protocol, queue, who may connect, files of the page, markers. */
+/** @file The console without sockets: protocol, queue, access control, files of the page, markers. */
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** A folder that is removed with the test. */
+/** A temporary folder, removed with the test. */
 class Folder {
  public:
   Folder() {
@@ -97,7 +97,7 @@ TEST(Protocol, DamagedTextsAndFramesNeverHarm) {
     const ClientText said = parseText(text);
     if (const auto* why = std::get_if<ProtocolError>(&said)) {
       EXPECT_FALSE(why->why.empty());
-      // What is reported back is JSON, whatever came.
+      // The reported text is JSON, for any input.
       EXPECT_TRUE(
           nlohmann::json::parse(statusNote(StatusLevel::kError, why->why + text, "x"), nullptr, false).is_object());
     }

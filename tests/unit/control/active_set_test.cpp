@@ -90,8 +90,8 @@ TEST(ActiveSet, WarmStartChangesStepsNotAnswers) {
   }
 }
 
-/// What real problems come with: a Hessian without full rank, rows that say the same twice or to twelve orders of
-/// magnitude, bounds of no width.
+/// Properties of real problems: a rank-deficient Hessian, dependent rows or rows of twelve orders of magnitude, bounds
+/// of zero width.
 control::QuadraticProgram awkwardProblem(Random& random) {
   auto qp = feasibleProblem(random);
   const int n = qp.variables();
@@ -110,7 +110,7 @@ control::QuadraticProgram awkwardProblem(Random& random) {
     }
   }
   if (random.chance(0.5)) {
-    for (int i = 0; i < n; ++i) {  // other units for every variable
+    for (int i = 0; i < n; ++i) {  // different units for every variable
       const double unit = std::pow(10.0, random.uniform(-3, 3));
       qp.H.row(i) *= unit;
       qp.H.col(i) *= unit;
@@ -157,13 +157,13 @@ TEST(ActiveSet, SolvesDegenerateProblems) {
   EXPECT_GT(unbounded, 10);
 }
 
-/// Problems that contradict themselves by a random certificate, which need not be the one that is found.
+/// Problems made infeasible by a random certificate, which need not be the one that the solver finds.
 control::QuadraticProgram contradiction(Random& random) {
   auto qp = feasibleProblem(random);
   const int n = qp.variables(), last = qp.rows() - 1;
   if (last < 0)
     return qp;
-  // The last row is minus a combination of others, and asks for a little more than they leave.
+  // The last row is minus a combination of others, and requires slightly more than they permit.
   qp.A.row(last).setZero();
   qp.b[last] = 0.0;
   const auto use = [&](const auto& row, double bound, double weight) {

@@ -46,8 +46,8 @@ TEST(Damping, BoundsTheGainAndTouchesNothingAboveTheThreshold) {
   }
 }
 
-/// Straight arms, arms in one plane, arms almost withdrawn: a step moves the tips by no more than it was asked to,
-/// twice (nspwln answers the first task by both arms), and no tube turns by more than rotation_velocity allows.
+/// Straight arms, arms in one plane, arms almost withdrawn: a step moves the tips by at most twice the requested
+/// distance (nspwln assigns the first task to both arms), and no tube turns faster than rotation_velocity.
 TEST(Damping, StepsStayInTheTrustRegionNearSingularPoses) {
   const MethodParameters parameters;
   for (int m = 0; m < control::kMethodCount; ++m) {
@@ -65,7 +65,7 @@ TEST(Damping, StepsStayInTheTrustRegionNearSingularPoses) {
         if (random.chance(0.5))
           q->tail(3).setConstant((*q)[3]);
         if (random.chance(0.5))
-          q->head(3) << -0.431, -0.3125, -0.1965;  // a few mm are out: rotations hardly move the tip
+          q->head(3) << -0.431, -0.3125, -0.1965;  // a few mm are extended: rotations hardly move the tip
         for (int j = 3; j < 6; ++j)
           (*q)[j] += off * random.uniform(-1, 1);
       }
@@ -81,7 +81,7 @@ TEST(Damping, StepsStayInTheTrustRegionNearSingularPoses) {
       resolver->solve(ark.problem, solution);
       ASSERT_TRUE(solution.velocity.allFinite());
       const double asked = speed * (v_ab.norm() + v_a.norm());
-      // (3) puts what it found for the second task alone behind the first, which may turn it about.
+      // (3) projects the solution of the second task alone into the null space of the first, which may reverse it.
       for (int k = 0; k < 2 && method != Method::kNsp; ++k)
         EXPECT_LE((ark.problem.task[k].jacobian * solution.velocity).norm(), 4.0 * asked) << control::name(method);
       for (int j = 0; j < 12; ++j) {

@@ -18,16 +18,16 @@ using control::SolveStatus;
 
 constexpr double kTaskSpeed = 3e-3;  // m/s
 
-/// Least singular value of Jacobians, translations weighed as by hqp, m/rad: how far from singular.
+/// Least singular value of Jacobians, translations weighted as in hqp, m/rad: distance from singularity.
 double leastLever(Eigen::MatrixXd J) {
   for (const int j : {0, 1, 2, 6, 7, 8})
     J.col(j) *= MethodParameters{}.spread_distance;
   return Eigen::JacobiSVD<Eigen::MatrixXd>(J).singularValues().minCoeff();
 }
 
-constexpr double kReserve = 0.02;  ///< what a task leaves to those after it
+constexpr double kReserve = 0.02;  ///< share that a task leaves to lower-priority ones
 
-/// The largest share of the first task, by the interior-point judge.
+/// The largest scale of the first task, computed with the interior-point solver.
 double largestShareOf(const control::StepProblem& problem, const control::VelocityBounds& bounds) {
   control::QpSolution solution;
   const auto judge = control::makeQpBackend(control::Backend::kIpopt);
@@ -70,7 +70,7 @@ TEST(Hqp, ScaleOfTheFirstTaskIsThatOfTheLinearProgramme) {
     const double expected = largestShareOf(ark.problem, solution.bounds);
     ASSERT_TRUE(std::isfinite(expected));
     EXPECT_NEAR(solution.scale[0], (1.0 - kReserve) * expected, 1e-5);
-    // All of that share, in the task's own direction.
+    // Exactly that share, in the task's direction.
     const Eigen::VectorXd done = ark.problem.task[0].jacobian * solution.velocity;
     EXPECT_LT((done - solution.scale[0] * ark.problem.task[0].velocity).norm(), 1e-8);
     ++compared;
@@ -92,7 +92,7 @@ TEST(Hqp, ALowerTaskNeverChangesAHigherOne) {
       continue;
     resolver->solve(ark.problem, with);
     const Eigen::VectorXd first = ark.problem.task[0].jacobian * with.velocity;
-    // Another second task, as far away as can be, must not be felt by the first one.
+    // A very different second task must not affect the first one.
     ark.problem.task[1].velocity *= -20.0;
     resolver->solve(ark.problem, without);
     const Eigen::VectorXd again = ark.problem.task[0].jacobian * without.velocity;
@@ -103,14 +103,14 @@ TEST(Hqp, ALowerTaskNeverChangesAHigherOne) {
   EXPECT_GT(compared, 200);
 }
 
-/// A motion through many switches of active limits: joints and tasks change smoothly with t.
+/// A motion with many changes of the active limits: joints and tasks change smoothly with t.
 bool setAlong(ArkProblem& ark, const Eigen::VectorXd& q, const Eigen::VectorXd& d, const Eigen::Matrix3d& v, double t) {
   const Eigen::VectorXd at = q + t * d;
   const Eigen::Vector3d along = std::sin(3.0 * t) * v.col(0) + std::cos(2.0 * t) * v.col(1);
   return ark.set(at.head(6), at.tail(6), along, v.col(2) * std::cos(t) + v.col(0));
 }
 
-/// A path of problems with the answers to them.
+/// A sequence of problems with their solutions.
 struct Motion {
   ArkProblem ark;
   Eigen::VectorXd q{12}, d{12};
@@ -126,11 +126,11 @@ struct Motion {
 
   struct Answer {
     double t = 0.0;
-    Eigen::MatrixXd jacobian{6, 12};  ///< of both tasks: what the answer is an answer to
+    Eigen::MatrixXd jacobian{6, 12};  ///< of both tasks, for which the velocity is the solution
     Eigen::VectorXd velocity;
     int active = 0;
   };
-  /// False where the model has no answer.
+  /// False if the model has no solution.
   bool at(double t, Answer& answer) {
     if (!setAlong(ark, q, d, v, t))
       return false;
@@ -149,8 +149,8 @@ double jump(const Motion::Answer& a, const Motion::Answer& b) {
   return (a.velocity - b.velocity).cwiseAbs().maxCoeff();
 }
 
-/// Between two answers that differ, the half with the larger difference, again and again: what is continuous, however
-/// steep, comes to nothing, and what jumps keeps its jump.
+/// Bisection between two different solutions, with the larger difference: a continuous change, however steep, converges
+/// to zero, a jump remains.
 void closeIn(Motion& motion, double different, Motion::Answer& low, Motion::Answer& high) {
   constexpr int kHalvings = 36;
   Motion::Answer middle;
@@ -163,7 +163,8 @@ void closeIn(Motion& motion, double different, Motion::Answer& low, Motion::Answ
 
 TEST(Hqp, IsContinuousWhereActiveLimitsSwitch) {
   constexpr int kSteps = 400;
-  // More than what turns planar arms out of their plane, 1e-4 rad a period in either sense (resolver.cpp).
+  // More than the perturbation that moves planar arms out of their plane, 1e-4 rad per period in either direction
+  // (resolver.cpp).
   constexpr double kDifferent = 2.5e-3;
   int switches = 0, followed = 0, singular = 0, jumps_of_the_model = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 24; ++seed) {
@@ -177,7 +178,7 @@ TEST(Hqp, IsContinuousWhereActiveLimitsSwitch) {
       if (known && answered && jump(before, next) > kDifferent) {
         Motion::Answer low = before, high = next;
         closeIn(motion, kDifferent, low, high);
-        // A rigid arm's Jacobian jumps where ends of tubes pass each other: no method can answer that smoothly.
+        // A rigid arm's Jacobian jumps where tube ends pass each other: no method can be continuous there.
         const bool model = jump(low, high) > kDifferent && (low.jacobian - high.jacobian).cwiseAbs().maxCoeff() > 1e-6;
         jumps_of_the_model += model ? 1 : 0;
         EXPECT_TRUE(model || jump(low, high) <= kDifferent)
@@ -210,7 +211,7 @@ TEST(Hqp, KeepsMarginsAheadOfAllTasks) {
     if (!ark.setRandom(random, 0.03))
       continue;
     resolver->solve(ark.problem, free);
-    // One margin that the motion would take away, and one that has to grow.
+    // One margin that the motion would reduce, and one that has to grow.
     ark.problem.barrier_count = 2;
     for (int i = 0; i < 2; ++i) {
       ark.problem.barrier[static_cast<std::size_t>(i)].gradient.resize(12);
@@ -225,7 +226,7 @@ TEST(Hqp, KeepsMarginsAheadOfAllTasks) {
     EXPECT_LT(excess(ark.problem, kept), 1e-9);
     EXPECT_GE(margin.gradient.dot(kept.velocity), margin.rate - 1e-9);
     bound += margin.gradient.dot(free.velocity) < margin.rate ? 1 : 0;
-    // 0.05/s can always be had: six rotations may turn at 2 rad/s.
+    // 0.05/s is always feasible: six rotations may turn at 2 rad/s.
     EXPECT_GE(ark.problem.barrier[1].gradient.dot(kept.velocity), 0.05 - 1e-6);
     ++grown;
   }

@@ -7,8 +7,9 @@
 
 namespace tandem::test {
 
-/** The linear programme max s, J_1 qdot = s v_1, 0 <= s <= most, inside all limits; s stands behind the velocities.
- * @param curvature  of the objective, for a solver that needs some */
+/** The linear programme max s, J_1 qdot = s v_1, 0 <= s <= most, inside all limits; s is the variable after the
+ * velocities.
+ * @param curvature  of the objective, for solvers that require some */
 inline control::QuadraticProgram largestShare(const control::StepProblem& problem,
                                               const control::VelocityBounds& bounds,
                                               double most = 1.0,

@@ -19,7 +19,7 @@ using control::Solution;
 using control::SolveStatus;
 using control::StepProblem;
 
-/// A method as others would write it: answers like a built-in one, then does something to the answer.
+/// A foreign method: solves like a built-in one, then modifies the solution.
 class Foreign final : public control::Resolver {
  public:
   using Change = std::function<void(const StepProblem&, Solution&)>;
@@ -87,7 +87,7 @@ TEST(MethodCheck, RefusesAnswersThatAreNotFiniteOrOfAnotherSize) {
 TEST(MethodCheck, RefusesWhatDoesNotFollowFromTheJacobian) {
   EXPECT_NE(refusalOf([](const StepProblem&, Solution& s) { s.velocity.setConstant(1e-5); }).find("from the Jacobian"),
             std::string::npos);
-  // It stands still and says that it does nothing: honest, and no method.
+  // It does not move and reports scale 0, which is consistent but not a method.
   EXPECT_NE(refusalOf([](const StepProblem&, Solution& s) {
               s.velocity.setZero();
               s.scale.fill(0.0);

@@ -33,7 +33,7 @@ TEST(QpMethods, KeepLimitsAndOptimalityEverywhere) {
       if (!ark.setRandom(random, kSpeed))
         continue;
       resolver->solve(ark.problem, solution);
-      // Level 1 of (8) always has s = 0; (7) may have no answer under limits, and then says so.
+      // Level 1 of (8) is always feasible with s = 0; (7) may be infeasible under limits, and then reports it.
       ASSERT_TRUE(method == Method::kNspqp || solution.status == SolveStatus::kSolved);
       if (solution.status != SolveStatus::kSolved) {
         EXPECT_EQ(solution.status, SolveStatus::kInfeasible);
@@ -76,7 +76,7 @@ TEST(Sns, KeepsLimitsAndOrderAndIsWithinTheOptimum) {
       if (best.status != SolveStatus::kSolved)
         continue;
       ++compared;
-      // The largest scale that there is, is that of the linear programme; the analytic form may stop before it.
+      // The largest feasible scale is that of the linear programme; the analytic form may be smaller.
       EXPECT_LE(solution.scale[0], best.scale[0] + 1e-3);
       reached += solution.scale[0] > 0.99 * best.scale[0] ? 1 : 0;
       full += best.scale[0] > 0.999 ? 1 : 0;
@@ -111,7 +111,7 @@ TEST(Sns, IsThePseudoinverseWithoutActiveLimits) {
     EXPECT_LT((both * solution.velocity - wanted).norm(), 1e-12);
     const Eigen::VectorXd first = ark.problem.task[0].jacobian.completeOrthogonalDecomposition().solve(
         Eigen::VectorXd(ark.problem.task[0].velocity));
-    // Level by level, the least change of the joints: not always the least velocity for both.
+    // The least joint change level by level, which is not always the least velocity for both.
     const Eigen::MatrixXd J = ark.problem.task[0].jacobian;
     const Eigen::MatrixXd free =
         Eigen::MatrixXd::Identity(12, 12) - J.completeOrthogonalDecomposition().pseudoInverse() * J;
@@ -133,7 +133,7 @@ TEST(QpMethods, NextPositionStaysInsideEquationOne) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
     if (!ark.setRandom(random, 0.1))
-      continue;  // far more than the limits allow
+      continue;  // far beyond the limits
     resolver->solve(ark.problem, solution);
     ASSERT_EQ(solution.status, SolveStatus::kSolved);
     for (int arm = 0; arm < 2; ++arm) {
@@ -161,8 +161,7 @@ TEST(QpMethods, BackendsAgree) {
       judge->solve(ark.problem, b);
       if (a.status != SolveStatus::kSolved || b.status != SolveStatus::kSolved)
         continue;
-      // Where levels follow each other, the second one inherits Ipopt's error of the first: rows that are nearly
-      // dependent enlarge it.
+      // In sequential levels, the second one inherits Ipopt's error of the first, which nearly dependent rows enlarge.
       const double tolerance = method == Method::kSnsqp ? 2e-5 : 2e-7;
       EXPECT_LT((ark.problem.task[1].jacobian * (a.velocity - b.velocity)).norm(), tolerance) << control::name(method);
       EXPECT_NEAR(a.scale[1], b.scale[1], 1e-2);
@@ -194,7 +193,7 @@ TEST(VelocityBounds, FrozenIsThePapersFormulaLiterally) {
 }
 
 TEST(Nspwln, IsEquationSixAsPrinted) {
-  // The printed matrices, formed literally and inverted by LU.
+  // The printed matrices, implemented literally and inverted by LU.
   const MethodParameters p;
   const auto resolver = control::makeResolver(Method::kNspwln, p);
   ArkProblem ark;
@@ -206,7 +205,7 @@ TEST(Nspwln, IsEquationSixAsPrinted) {
       continue;
     const auto weights = control::limitWeights(ark.problem, p, control::kAsPrinted);
     if (weights.maxCoeff() > 1e5)
-      continue;  // at a limit the literal matrices lose all digits
+      continue;  // at a limit the literal matrices lose all precision
     const auto inverse = [&](const Eigen::MatrixXd& J, int begin) {
       const Eigen::MatrixXd W = Eigen::VectorXd(weights.segment(begin, 6)).asDiagonal();
       return Eigen::MatrixXd(

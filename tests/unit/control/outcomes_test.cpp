@@ -15,7 +15,7 @@ using control::Method;
 using control::MethodParameters;
 using control::SolveStatus;
 
-/// Joints anywhere: inside, at corners where limits meet, in one plane, now and then outside by some millimetres.
+/// Random joints: inside, at corners of limits, in one plane, sometimes outside by some millimetres.
 Eigen::VectorXd awkwardJoints(const safety::ArmLimits& limits, Random& random) {
   Eigen::VectorXd q = randomInside(limits, random);
   if (random.chance(0.2))
@@ -63,7 +63,7 @@ TEST(Outcomes, EveryProblemHasAnAnswerWithinTheLimits) {
   }
 }
 
-/// No velocity within the limits does more of the forbidden task.
+/// No velocity within the limits achieves more of the infeasible task.
 TEST(Outcomes, TheNearestVelocityIsTheNearest) {
   const auto resolver = control::makeResolver(Method::kNspqp, {});
   ArkProblem ark;
@@ -123,7 +123,7 @@ TEST(Outcomes, AnArmOutsideItsLimitsComesBack) {
       if (before < 1e-6)
         continue;
       for (int step = 0; step < 400 && violation() > 1e-9; ++step) {
-        ark.problem.setPosition(q);  // no model answers everywhere out there; any Jacobian will do
+        ark.problem.setPosition(q);  // no model has solutions everywhere outside the limits; any Jacobian is sufficient
         ark.problem.task_count = 2;
         for (control::Task& task : ark.problem.task) {
           task.jacobian = Eigen::MatrixXd::NullaryExpr(3, 12, [&] { return random.uniform(-1.0, 1.0); });
@@ -142,8 +142,8 @@ TEST(Outcomes, AnArmOutsideItsLimitsComesBack) {
   }
 }
 
-/// The task scale of (8) with a small zeta is the largest there is: that of a linear programme, whose optimum is proven
-/// by its multipliers.
+/// With a small zeta, the task scale of (8) is the largest feasible one: that of a linear programme, whose optimum is
+/// proven by its multipliers.
 TEST(Outcomes, SnsqpTaskScaleIsTheLargestThatTheLimitsAllow) {
   MethodParameters parameters;
   parameters.snsqp_zeta = 1e-6;
@@ -169,13 +169,13 @@ TEST(Outcomes, SnsqpTaskScaleIsTheLargestThatTheLimitsAllow) {
   EXPECT_GT(slowed, 50);
 }
 
-/// All tubes in one plane, and the tip asked for straight towards the axis: where translations cannot go on, turning
-/// the tubes has no first-order effect. At 1 mm/s at most a step moves 0.09 mm; what exceeds the way by far was spent
-/// waiting for rounding to break the symmetry.
+/// All tubes in one plane, with a desired tip velocity straight towards the axis: where translations are blocked,
+/// rotations have no first-order effect. At 1 mm/s a step moves at most 0.09 mm; far more steps than the distance
+/// requires mean that the method waited for rounding errors to break the symmetry.
 TEST(Outcomes, APlanarArmLeavesTheSaddleAtOnce) {
   struct Case {
     int configuration;
-    double part;  ///< of the way to the axis
+    double part;  ///< of the distance to the axis
     int steps;
   };
   for (const auto& [configuration, part, steps] :

@@ -13,7 +13,7 @@ using control::Method;
 using control::MethodParameters;
 using control::TunableParameter;
 
-/// True where some random problem, with a posture or without, has another solution with the parameters changed.
+/// True if the solution of a random problem, with or without a posture, depends on the changed parameters.
 bool matters(Method method, const MethodParameters& changed) {
   const auto plain = control::makeResolver(method, {}), other = control::makeResolver(method, changed);
   ArkProblem ark;
@@ -38,7 +38,7 @@ bool matters(Method method, const MethodParameters& changed) {
   return false;
 }
 
-/// The page and `/api/robot` show of each method the parameters that it reads.
+/// The page and `/api/robot` show the parameters of each method.
 TEST(TunableParameters, MatterToTheirReadersAndToNoOtherMethod) {
   SCOPED_TRACE(trace(baseSeed()));
   for (int m = 0; m < control::kMethodCount; ++m) {
@@ -47,7 +47,7 @@ TEST(TunableParameters, MatterToTheirReadersAndToNoOtherMethod) {
       MethodParameters changed;
       changed.*parameter.member *= 0.1;
       if (parameter.member == &MethodParameters::barrier_gain)
-        continue;  // it makes the rates of margins that hqp, alone, is given with a problem
+        continue;  // used for the rates of margins, which only hqp receives with a problem
       EXPECT_EQ(matters(method, changed), parameter.readBy(method)) << name(method) << ": " << parameter.name;
     }
   }

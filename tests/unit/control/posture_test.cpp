@@ -50,7 +50,7 @@ TEST(Posture, LimitsAndOptimalityHoldAsWithoutOne) {
   }
 }
 
-/// Where no limit is near, a posture changes what the tasks do by nothing that matters.
+/// Away from limits, a posture has no significant effect on the tasks.
 TEST(Posture, DisturbsNoTask) {
   for (int m = 0; m < control::kMethodCount; ++m) {
     const auto method = static_cast<Method>(m);

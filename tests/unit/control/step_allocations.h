@@ -10,7 +10,7 @@
 
 namespace tandem::test {
 
-/// No method allocates in a step. @param set  makes a random problem of `ark`, false where there is none.
+/// No method allocates in a step. @param set  generates a random problem of `ark`, false if there is none.
 template <class Set>
 void expectStepsAllocateNothing(const Set& set) {
   for (int m = 0; m < control::kMethodCount; ++m) {

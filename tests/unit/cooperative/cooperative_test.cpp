@@ -66,7 +66,7 @@ TEST(GraspedObject, RigidContactsMoveAlongTheirCommonAxisAloneAndSayWhatIsMissin
     EXPECT_LT(step.time, 0.0) << "moved along a path that was refused";
 }
 
-/// A pair that squeezes what it holds and carries its weight.
+/// A pair that squeezes its grasped object and carries its weight.
 config::CooperativeRobot pressing(ContactType type) {
   config::CooperativeRobot robot = holding(type);
   robot.object->squeeze = 0.002;
@@ -74,7 +74,7 @@ config::CooperativeRobot pressing(ContactType type) {
   return robot;
 }
 
-/// Presses; grips do so by a bend, as joints bring about no even squeeze of all that they hold.
+/// Joints with squeeze; rigid contacts need a bend, since joints cannot squeeze the object evenly.
 RobotVector pressed(GraspedObjectMechanism& mechanism, const config::CooperativeRobot& robot) {
   RobotVector q = mechanism.home();
   if (robot.object->contacts[0].type == ContactType::kRigid) {
@@ -126,14 +126,14 @@ TEST(GraspedObject, JacobianUnderALoadMatchesTheEquilibria) {
             return difference(rest.pose, there.pose);
           },
           j % 3 == 0 ? 5e-4 : 0.005);
-      // As contacts see it: turns about the line between two points are no one's.
+      // In terms of contacts: rotations about the line between two point contacts are free.
       const Eigen::VectorXd wrong = rest.state.by_object * (slope.value - rest.jacobian.col(j));
       EXPECT_LT(wrong.norm(), 1e-5 * (rest.state.by_object * slope.value).norm()) << nameOf(type);
     }
   }
 }
 
-/// The object along a Lissajous figure in directions that it can be moved in, squeezed and loaded, by several methods.
+/// Motion of the squeezed and loaded object along a Lissajous figure in its movable directions, by several methods.
 TEST(GraspedObject, FollowsALissajousWithoutDriftOrSlip) {
   for (const ContactType type : {ContactType::kPoint, ContactType::kSoftFinger}) {
     for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp, control::Method::kHqp}) {
@@ -172,7 +172,7 @@ TEST(GraspedObject, InsufficientSqueezeIsRefusedBeforeMotion) {
   const std::string refused = refusal_at(1e-5);
   ASSERT_NE(refused.find("expected more than "), std::string::npos) << refused;
   const double least = std::stod(refused.substr(refused.rfind("than ") + 5));
-  // The least squeeze is one: just below it is refused as well, just above it is not.
+  // The least squeeze is exact: slightly below it is refused, slightly above it is not.
   EXPECT_NE(refusal_at(0.98 * least), "");
   EXPECT_EQ(refusal_at(1.02 * least), "");
   robot.object->squeeze = 1e-5;
@@ -184,7 +184,7 @@ TEST(GraspedObject, InsufficientSqueezeIsRefusedBeforeMotion) {
   EXPECT_NE(refusal_at(0.0).find("rely on friction"), std::string::npos);
 }
 
-/// Two soft arms that press a short object harder and harder tip it over, as a column buckles.
+/// Two soft arms that squeeze a short object too hard tilt it, like a buckling column.
 TEST(GraspedObject, UnstableSqueezeIsRefusedBeforeThePath) {
   config::CooperativeRobot robot = pressing(ContactType::kPoint);
   robot.object->squeeze = 0.03;
@@ -203,11 +203,11 @@ TEST(Payload, MatchesEquilibriaAndFriction) {
   ASSERT_EQ(prepare(mechanism, optionsOf(robot), q), "");
   const PayloadStudy study(robot, mechanism);
   ASSERT_EQ(study.holders(), (std::vector<std::string>{"all", "arm_a", "arm_b"}));
-  EXPECT_NE(study.refusal(1), "");  // a point holds nothing alone
+  EXPECT_NE(study.refusal(1), "");  // a single point contact cannot hold it
   const Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();
   const Payload carried = study.carried(0, down, {0.02, 10.0});
   EXPECT_NE(carried.limit, "");
-  // That load is carried, and a little more is not.
+  // That load is carried, and a slightly larger one is not.
   for (const double part : {0.99, 1.01}) {
     kinematics::grasp::GraspEquilibrium equilibrium = mechanism.rest();
     std::string error;
@@ -224,7 +224,7 @@ TEST(Payload, MatchesEquilibriaAndFriction) {
   }
   EXPECT_NEAR(study.carried(0, down, {0.0002, 10.0}).sag, 0.0002, 2e-6);
 
-  // Grips: two arms are stiffer than each of them, and what one gives way by is its compliance.
+  // Rigid contacts: two arms are stiffer than each of them, and the deflection under a load is its compliance.
   config::CooperativeRobot gripping = holding(ContactType::kRigid);
   GraspedObjectMechanism grip(gripping);
   ASSERT_EQ(prepare(grip, optionsOf(gripping), q), "");

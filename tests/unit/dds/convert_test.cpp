@@ -25,7 +25,7 @@ std::vector<unsigned char> encode(const M& message) {
   return {payload.data, payload.data + payload.length};
 }
 
-/// @return whether the bytes decode.
+/// @return whether the bytes can be decoded.
 template <class M>
 bool decode(const std::vector<unsigned char>& bytes, M& message) {
   GuardedSupport<M> support;
@@ -40,8 +40,8 @@ bool decode(const std::vector<unsigned char>& bytes, M& message) {
   return sample->decoded;
 }
 
-/** Messages of fixed size: any bytes are a message, so bytes that survive decoding and encoding prove that no member is
- * left out or mixed up, independently of any list of members. */
+/** Messages of fixed size: any bytes are a message, so equality after decoding and encoding proves that no member is
+ * missing or exchanged, independently of any list of members. */
 template <class M>
 class FixedSize : public testing::Test {};
 using FixedSizeMessages = testing::Types<ActuationState,
@@ -64,7 +64,7 @@ TYPED_TEST(FixedSize, RandomBytesSurviveTheRoundTrip) {
   EXPECT_TRUE(support.is_bounded());
   std::vector<unsigned char> bytes = encode(TypeParam{});
   for (int round = 0; round < 50; ++round) {
-    for (std::size_t i = 4; i < bytes.size(); ++i) {  // behind the encapsulation header
+    for (std::size_t i = 4; i < bytes.size(); ++i) {  // after the encapsulation header
       bytes[i] = static_cast<unsigned char>(random());
     }
     auto message = std::make_unique<TypeParam>();
@@ -72,7 +72,7 @@ TYPED_TEST(FixedSize, RandomBytesSurviveTheRoundTrip) {
     typename Wire<TypeParam>::Generated wire;
     toWire(*message, wire);
     Payload payload(static_cast<std::uint32_t>(bytes.size()));
-    std::memcpy(payload.data, bytes.data(), bytes.size());  // encoding leaves padding as it is
+    std::memcpy(payload.data, bytes.data(), bytes.size());  // encoding leaves padding unchanged
     ASSERT_TRUE(support.serialize(&wire, &payload));
     ASSERT_EQ(payload.length, bytes.size());
     ASSERT_EQ(std::memcmp(payload.data, bytes.data(), bytes.size()), 0);
@@ -131,7 +131,7 @@ TYPED_TEST(AnySize, RandomMessagesSurviveTheRoundTrip) {
   for (int round = 0; round < 100; ++round) {
     TypeParam message, back;
     randomise(message);
-    randomise(back);  // what a reused message held before must not shine through
+    randomise(back);  // previous contents of a reused message must not persist
     ASSERT_TRUE(decode(encode(message), back));
     ASSERT_TRUE(same(message, back)) << "round " << round;
   }
@@ -150,7 +150,7 @@ TYPED_TEST(AnySize, DamagedBytesNeverHarm) {
     }
     bytes.resize(randomise.below(2) == 0 ? bytes.size() : randomise.below(bytes.size()));
     if (decode(bytes, back)) {
-      encode(back);  // what decodes is a message like any other
+      encode(back);  // decoded messages can be encoded
     }
   }
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generator of idl/: what it makes of an IDL file, which changes are another wire, and what it refuses."""
+"""The generator of idl/: its output, changes that alter the wire version, and refused input."""
 
 import json
 import pathlib

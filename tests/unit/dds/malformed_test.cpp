@@ -59,7 +59,7 @@ TEST(Malformed, TextsAndListsBeyondReason) {
   EXPECT_NE(malformed(stop), nullptr);
 
   ComputationRequest computation;
-  computation.trajectory.assign(1024 * 1024 + 1, 'x');  // planning answers that
+  computation.trajectory.assign(1024 * 1024 + 1, 'x');  // planning replies to it
   EXPECT_EQ(malformed(computation), nullptr);
   computation.targets.resize(kMaxList + 1);
   EXPECT_NE(malformed(computation), nullptr);

@@ -22,7 +22,7 @@ class Randomiser {
     if constexpr (std::is_same_v<T, bool>) {
       value = below(2) == 1;
     } else if constexpr (std::is_same_v<T, std::int64_t>) {
-      // Stamps: whatever int32 seconds can hold, before and after zero.
+      // Stamps: the range of int32 seconds, before and after zero.
       value =
           std::uniform_int_distribution<std::int64_t>(-2'000'000'000'000'000'000, 2'000'000'000'000'000'000)(random_);
     } else if constexpr (std::is_integral_v<T>) {

@@ -54,7 +54,7 @@ TEST(BusSpec, SimulatedBusStartsAtEncoderZero) {
       const hal::AxisUnits drive(axis.gearing), encoder(axis.encoder->gearing);
       ASSERT_EQ(bus.encoders()[checked]->id(), axis.encoder->node);
       EXPECT_EQ(bus.encoders()[checked]->position(), 0.0);
-      // One count of the drive moves the encoder by as much of the joint.
+      // One count of the drive moves the encoder by the same joint distance.
       EXPECT_NEAR(spec.encoders[checked].ratio * encoder.scale(), drive.scale(), 1e-15);
       EXPECT_GE(spec.drives[checked].motor.max_velocity, 1.5 * std::abs(drive.toCountSpeed(axis.velocity)));
       ++checked;

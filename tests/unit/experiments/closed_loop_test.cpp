@@ -68,7 +68,7 @@ TEST_F(Table3, SameDigitsEveryTime) {
   }
 }
 
-// 10 nm ended every run at a limit, when models and enabling took readings for exact.
+// Noise of 10 nm ended every run at a limit when models and enabling treated readings as exact.
 TEST_F(Table3, NoiseOfEncodersEndsNoRun) {
   for (const double noise : {1e-8, 1e-6, 1e-5, 1e-4}) {
     options.plant.encoders.noise = {noise, 0.0};
@@ -86,7 +86,7 @@ TEST_F(Table3, NoiseOfEncodersEndsNoRun) {
 }
 
 TEST_F(Table3, ARunThatFailsSaysWhyAndKeepsItsRows) {
-  // The model of the fixture has no tolerance: a reading at a limit is outside equation (1).
+  // The fixture's model has no tolerance: a reading at a limit is outside equation (1).
   options.plant.encoders.noise = {1e-6, 0.0};
   const experiments::RunSummary summary = run(plan("rectangle-1-nspqp")).summary();
   EXPECT_NE(summary.failure, "");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Plant and controller with different models, and what a tip tracker mends. */
+/** @file Plant and controller with different models, and its correction by a tip tracker. */
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -35,7 +35,7 @@ struct CompliantPlant : ::testing::Test {
 };
 
 TEST_F(CompliantPlant, MeasuredTipsCorrectTheErrorOfTheRigidModel) {
-  // Of Table 3's runs this is the one in which curved parts come to overlap at an angle.
+  // The only run of Table 3 in which curved parts begin to overlap at an angle.
   const auto off = run("rectangle-3-nspqp", of("lockstep-compliant-plant"), rigid);
   EXPECT_LE(off.converged, 60);
   EXPECT_GT(off.a.max, 2.5e-3);
@@ -85,7 +85,7 @@ TEST_F(CompliantPlant, AnImperfectRobotConvergesWithTheSensor) {
   options.plant.tube_deviation = {0.05, 0.05, 0.05, 0.0};
   options.plant.tip_forces = {{0, {0.02, 0.0, 0.0}}};
   const auto summary = run("rectangle-2-nspqp", options, rigid);
-  // A point is left when the measured error is within the tolerance; the true one may be off by the noise.
+  // A point is reached when the measured error is within the tolerance; the true error may differ by the noise.
   EXPECT_LE(summary.a.max, 0.88e-3 + 5 * 0.02e-3);
   EXPECT_LE(summary.ab.max, 0.88e-3 + 5 * 0.02e-3);
 }
@@ -94,7 +94,7 @@ TEST_F(CompliantPlant, TooManyDropOutsHoldTheArms) {
   experiments::LoopOptions options = of("lockstep-compliant-sensor");
   options.plant.tracker.drop_out = 1.0;
   const auto record = experiments::runOffline(robot, rigid, plan("rectangle-2-nspqp"), options);
-  // The measurement at the start is used until it is older than three periods; after that nothing moves.
+  // The measurement at the start is used for three periods; after that nothing moves.
   const auto& rows = record.rows();
   ASSERT_GT(rows.size(), 100u);
   EXPECT_NE(rows[0].data.position, rows[1].data.position);

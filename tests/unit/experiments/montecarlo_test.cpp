@@ -57,7 +57,7 @@ TEST_F(Ark2024, FeasibleTasksHaveAJointPathInsideAllLimits) {
     ASSERT_EQ(t.plan.trajectory.point_count, static_cast<int>(t.witness.size()));
     sim::PlantTips tips = robots::makePlantTips(robot, plant.plant);
     Eigen::VectorXd before = model.stack(t.plan.start);
-    // Elastic arms remember how they came: from the start, in small steps.
+    // Elastic arms have hysteresis: from the start, in small steps.
     for (std::size_t k = 0; k < t.witness.size(); ++k) {
       for (int arm = 0; arm < 2; ++arm) {
         const Eigen::VectorXd q = t.witness[k].segment(6 * arm, 6), from = before.segment(6 * arm, 6);
@@ -78,7 +78,7 @@ TEST_F(Ark2024, FeasibleTasksHaveAJointPathInsideAllLimits) {
     EXPECT_GT(count, 0);
 }
 
-/// Targets out of reach stretch the arms straight, where tasks depend on each other and limits meet in corners.
+/// Targets out of reach stretch the arms, where tasks become dependent and limits meet in corners.
 TEST_F(Ark2024, HqpNeedsNoGateIntervention) {
   run = {.seed = 1, .tasks = 10000, .infeasible = 0.1, .methods = {control::Method::kHqp}, .cases = {ErrorSizes{}}};
   for (const int index : {999, 2769, 4169, 4189, 5309, 7269}) {

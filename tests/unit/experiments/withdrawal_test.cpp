@@ -37,10 +37,10 @@ double distanceTo(const Points& line, const Eigen::Vector3d& p) {
   return nearest;
 }
 
-/// One step back; false: nothing more.
+/// One step back; false: no further step is possible.
 using Order = std::function<bool(const safety::ArmLimits&, safety::ArmVector&)>;
 
-/// How far the body comes away from where it lay while an arm goes back by an order, m.
+/// Distance of the body from its original shape while an arm withdraws in a given order, m.
 double sweep(const kinematics::ArmModel& model,
              const safety::ArmLimits& limits,
              safety::ArmVector q,
@@ -63,7 +63,7 @@ bool innermostFirst(const safety::ArmLimits& limits, safety::ArmVector& q) {
   return next.joints != 0;
 }
 
-/// The first of these groups of tubes that can go back.
+/// Moves the first of these groups of tubes that can move back.
 bool inGroups(const safety::ArmLimits& limits, safety::ArmVector& q, const std::vector<std::vector<int>>& groups) {
   for (const std::vector<int>& group : groups) {
     safety::ArmVector next = q;

@@ -15,7 +15,7 @@
 namespace tandem::hal::can {
 namespace {
 
-/// A folder of this test's own, gone with it.
+/// A temporary folder, removed with the test.
 struct Folder {
   Folder() : path(testing::TempDir() + "tandem-lock-" + std::to_string(getpid())) {
     std::filesystem::create_directory(path);
@@ -25,7 +25,7 @@ struct Folder {
   std::string path;
 };
 
-/// Who holds the lock, nothing where it is free.
+/// Owner of the lock; empty if it is free.
 std::optional<int> holder(const std::string& address) {
   try {
     const BusLock lock(address);
@@ -53,7 +53,7 @@ TEST(BusLock, TwoNamesOfOneBusAreOneLock) {
   const BusLock lock(folder.address("a"));
   EXPECT_EQ(holder(folder.address("a", "unix-hub:")), getpid());
   EXPECT_EQ(holder(folder.address("link/a")), getpid());
-  // Not the bus in another folder, and names that differ at their end only.
+  // Neither the bus in another folder, nor names that differ only at their end.
   const std::string longest(70, 'x');
   std::filesystem::create_directory(folder.path + "/other");
   EXPECT_EQ(holder(folder.address("other/a")), std::nullopt);

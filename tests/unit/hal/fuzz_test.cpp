@@ -32,7 +32,7 @@ int frameCount() {
 using test::Attack;
 using test::drain;
 
-/** A wire: a socket of the test's own, or the interface that TANDEM_FUZZ_BUS names. The drives' end comes first. */
+/** A bus: a socket of the test, or the interface in TANDEM_FUZZ_BUS. The drives' end is created first. */
 class Wire {
  public:
   explicit Wire(const char* name) : path_(testing::TempDir() + "tandem-fuzz-" + name + "-" + std::to_string(getpid())) {
@@ -42,7 +42,7 @@ class Wire {
   }
   can::Bus& drives() { return *drives_; }
   can::Bus& join() { return *ends_.emplace_back(can::openBus(interface_.empty() ? "unix:" + path_ : interface_)); }
-  /// Frames that an end lost because nobody fetched them in time; every one is counted somewhere.
+  /// Frames that an end lost because they were not read in time; all are counted.
   std::uint64_t lost() const {
     const auto* hub = dynamic_cast<const can::SeqpacketHub*>(drives_.get());
     std::uint64_t count = hub != nullptr ? hub->undelivered() : drives_->counters().rx_overflow;
@@ -170,7 +170,7 @@ TEST(Fuzz, TheMasterAccountsForEveryFrame) {
   EXPECT_GT(reached, 0) << "nodes get through their configuration between attacks";
 }
 
-/** Drives in operation, led by a master that sends the same cycle again and again, whatever it receives. */
+/** Operational drives with a master that repeats the same cycle, whatever it receives. */
 class Operation {
  public:
   /// Boots, starts and enables all drives.

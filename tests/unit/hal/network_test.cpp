@@ -138,7 +138,7 @@ TEST(Network, LostHeartbeatsFailTheNode) {
   EXPECT_EQ(event.node, 0);
   EXPECT_EQ(event.phase, NodePhase::kFailed);
   EXPECT_EQ(rig.network.node(1).phase(), NodePhase::kOperational);
-  // It comes back by a boot that somebody asks for, not by itself.
+  // It recovers only by a requested boot, not automatically.
   rig.drives.clear(1, std::nullopt);
   rig.run(0.5);
   EXPECT_EQ(rig.network.node(0).phase(), NodePhase::kFailed);
@@ -154,7 +154,7 @@ TEST(Network, AnUnaskedBootIsAFailure) {
   EXPECT_EQ(rig.network.node(0).failure().reason, NodeFailure::Reason::kRebooted);
 }
 
-/// Power comes on just when the master resets: the node boots twice.
+/// Power is switched on during the master's reset: the node boots twice.
 TEST(Network, ANodeThatBootsAgainWhileItIsConfiguredStartsOver) {
   DriveRig rig(test::rigSpec(1));
   rig.network.addNode(test::driveSetup(1));

@@ -85,7 +85,7 @@ TEST(PdoSteps, FollowTheOrderOfCia301AndReadAllBack) {
   EXPECT_EQ(writes[4].value, 2u);
   EXPECT_EQ(writes.back().object, (ObjectAddress{0x1401, 1}));
   EXPECT_EQ(writes.back().value, 0x305u);
-  // Whatever was written last to an object is what is checked.
+  // The last value written to an object is the one that is verified.
   for (std::size_t k = 1; k < writes.size(); ++k) {
     const SetupStep* last = nullptr;
     for (const SetupStep& write : writes)

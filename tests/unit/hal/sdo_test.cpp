@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The SDO client against the server of the simulated devices, with and without losses. */
+/** @file The SDO client with the server of the simulated devices, with and without losses. */
 #include <gtest/gtest.h>
 
 #include <map>
@@ -39,7 +39,7 @@ class Store final : public sim::drives::SdoAccess {
   }
 };
 
-/** Both sides and a lossy wire between. */
+/** Client and server with a lossy link between them. */
 struct Link {
   Store store;
   sim::drives::SdoServer server{kNode, store};
@@ -55,7 +55,7 @@ struct Link {
       EXPECT_TRUE(client.feed(frame, now));
     }
   }
-  /// Until the client is done; false after 10 s of simulated time.
+  /// Runs until the client is done; false after 10 s of simulated time.
   bool run() {
     const std::int64_t end = now + 10'000'000'000;
     for (; now < end; now += kStep) {
@@ -138,7 +138,7 @@ TEST(Sdo, WithLossesATransferIsRightOrFails) {
     } else {
       ++failed;
     }
-    // Whatever happened, the next transfer on a good wire succeeds.
+    // In any case, the next transfer on a good link succeeds.
     link.loss = 0.0;
     link.client.upload(object, link.now);
     ASSERT_TRUE(link.run());

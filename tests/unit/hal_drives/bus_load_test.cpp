@@ -30,7 +30,7 @@ TEST(BusLoad, FrameLengthsOfTheLiterature) {
 }
 
 TEST(BusLoad, CyclesOfKnownBuses) {
-  // Computed by hand: axes, encoders with 4 bytes, PDO of 6 or 8 bytes, ms of a 1 Mbit/s bus.
+  // Computed by hand: drives, encoders with 4 bytes, PDO of 6 or 8 bytes, s on a bus with 1 Mbit/s.
   EXPECT_NEAR(computeLoad(cyclic(6, 0, 6)).cycle_time, 1.435e-3, 1e-9);
   EXPECT_NEAR(computeLoad(cyclic(6, 0, 8)).cycle_time, 1.675e-3, 1e-9);
   EXPECT_NEAR(computeLoad(cyclic(6, 6, 6)).cycle_time, 2.005e-3, 1e-9);
@@ -67,7 +67,7 @@ TEST(BusLoad, ARefusalNamesWhatWouldFit) {
   ASSERT_FALSE(computeLoad(plan).fits);
   const std::string text = explainLoad(plan, traffic);
   EXPECT_NE(text.find("over the limit of 60 %"), std::string::npos) << text;
-  // The number of axes that it names fits, one more does not.
+  // The reported number of axes fits, one more does not.
   const std::size_t at = text.find("at most ");
   ASSERT_NE(at, std::string::npos) << text;
   traffic.drives = traffic.encoders = std::stoi(text.substr(at + 8));

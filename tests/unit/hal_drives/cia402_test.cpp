@@ -12,7 +12,7 @@ namespace {
 
 using test::Random;
 
-/// A drive as the profile has it: one transition per cycle at most, on the controlword of the cycle before.
+/// A drive according to the profile: at most one transition per cycle, on the controlword of the previous cycle.
 class ProfileDrive {
  public:
   DriveState state = DriveState::kSwitchOnDisabled;
@@ -79,7 +79,7 @@ class ProfileDrive {
 };
 
 TEST(Cia402, EveryStatuswordHasOneState) {
-  // Counted from the table of the profile: bits outside the masks never change the state.
+  // According to the table of the profile: bits outside the masks never change the state.
   std::set<DriveState> seen;
   for (int word = 0; word < 0x10000; ++word) {
     const auto value = static_cast<std::uint16_t>(word);
@@ -94,7 +94,7 @@ TEST(Cia402, EveryStatuswordHasOneState) {
 }
 
 TEST(Cia402, ManualStatuswordsAreRead) {
-  // Words as they stand in manuals of drives.
+  // Statuswords from drive manuals.
   EXPECT_EQ(driveState(0x0250), DriveState::kSwitchOnDisabled);
   EXPECT_EQ(driveState(0x0231), DriveState::kReadyToSwitchOn);
   EXPECT_EQ(driveState(0x0233), DriveState::kSwitchedOn);
@@ -122,7 +122,7 @@ TEST(Cia402, FromAnyStateToAnyGoalWithoutSkippingAState) {
       EXPECT_FALSE(sequence.late(now));
       if (sequence.reached())
         break;
-      if (random.chance(0.7))  // some commands are lost or taken late
+      if (random.chance(0.7))  // some commands are lost or delayed
         drive.take(word);
     }
     EXPECT_TRUE(sequence.reached()) << "in state " << name(drive.state);
@@ -163,7 +163,7 @@ TEST(Cia402, NoGoalLeavesAFaultWithoutAReset) {
 TEST(Cia402, AResetWritesZeroBeforeTheEdgeAndEndsWithTheFault) {
   ProfileDrive drive;
   drive.state = DriveState::kFault;
-  drive.take(0x80);  // bit 7 stands high from before: only an edge counts
+  drive.take(0x80);  // bit 7 was already high: only an edge counts
   drive.state = DriveState::kFault;
   PowerSequence sequence(0.1, 0.1);
   sequence.step(drive.statusword(), true, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The emergency stop, read back from drives: it stops all arms, latches, and is recovered from. */
+/** @file Emergency stop signal from drives: it stops all arms, latches, and can be cleared. */
 #include "robot_fixture.h"
 
 namespace tandem::hal::test {
@@ -19,7 +19,7 @@ HardwareConfig without(HardwareConfig config) {
   return config;
 }
 
-/// The STO of every drive of the first bus, by the statusword.
+/// STO of every drive of the first bus, by the statusword.
 HardwareConfig bySto() {
   HardwareConfig config = without(presetHardware());
   for (int axis = 0; axis < 6; ++axis)
@@ -45,12 +45,12 @@ void expectRecord(const System& system) {
   }
 }
 
-/// Neither `disable` nor `enable` does anything while it is pressed; afterwards they do, and nothing has moved.
+/// While it is pressed, `disable` and `enable` have no effect; afterwards they do, and nothing has moved.
 void expectRecovery(System& system) {
   system.hold();
   system.request(DriveRequest::kDisable);
   system.run(4.0);  // a boot of the nodes included
-  system.send();    // not even until the next period
+  system.send();    // but not until the next period
   EXPECT_TRUE(system.all(OperatingState::kFault));
   system.request(DriveRequest::kEnable);
   system.run(1.0);
@@ -83,7 +83,7 @@ TEST(EmergencyStop, OfAllDrivesStopsAllArmsLatchesAndIsRecoveredFrom) {
   EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kPressed);
   expectRecord(system);
   EXPECT_EQ(system.guardCount(HardwareGuard::kEmergencyStop), 1u);
-  // The arm whose drives have their torque stops with the ramp.
+  // The arm whose drives still have torque stops with the ramp.
   ASSERT_TRUE(system.until(1.0, [&] { return system.robot->off(); })) << system.story();
   EXPECT_EQ(system.robot->faults(1), safety::bit(Fault::kStopRequested));
   EXPECT_LE((system.truth(1) - before).head(3).cwiseAbs().maxCoeff(), 1e-3 * 0.05);
@@ -94,7 +94,7 @@ TEST(EmergencyStop, OfAllDrivesStopsAllArmsLatchesAndIsRecoveredFrom) {
 TEST(EmergencyStop, IsReadFromTheStatuswordToo) {
   System system(bySto());
   moveBoth(system);
-  ASSERT_TRUE(system.inject(0, FaultKind::kEmergencyStop, 5));  // one drive's STO is enough
+  ASSERT_TRUE(system.inject(0, FaultKind::kEmergencyStop, 5));  // one drive's STO is sufficient
   ASSERT_TRUE(system.until(0.1, [&] { return system.all(OperatingState::kFault); })) << system.story();
   expectRecord(system);
   ASSERT_TRUE(system.until(1.0, [&] { return system.robot->off(); })) << system.story();
@@ -125,14 +125,14 @@ TEST(EmergencyStop, PressedInDisabledLatchesAndKeepsPowerAway) {
 
 TEST(EmergencyStop, LostInputStopsAllArms) {
   HardwareConfig config = presetHardware();
-  config.emergency_stop.resize(1);  // on the first bus alone
+  config.emergency_stop.resize(1);  // on the first bus only
   System system(config);
   moveBoth(system);
   ASSERT_TRUE(system.inject(0, FaultKind::kOff, 1));
   ASSERT_TRUE(system.until(0.3, [&] { return system.all(OperatingState::kFault); })) << system.story();
   EXPECT_EQ(system.robot->faultRecord(1).cause, FaultCause::kEmergencyStop);
   EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kNotRead);
-  // When the drive is back, so is the reading: the boot that `disable` asks for brings both.
+  // When the drive returns, so does the signal: the boot requested by `disable` restores both.
   system.hold();
   system.wires[0]->drives->clear(0, std::nullopt);
   system.request(DriveRequest::kDisable);

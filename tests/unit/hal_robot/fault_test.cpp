@@ -12,15 +12,15 @@ ArmVector speeds(double translation, double rotation) {
   return v;
 }
 
-/// How far an arm is from where it was: translations, m, and rotations, rad, beyond the one count of their encoders
-/// that a joint at the edge of a count may show.
+/// Distance of an arm from a position: translations, m, and rotations, rad, beyond the one encoder count by which a
+/// joint at the edge of a count may change.
 double moved(const ArmVector& from, const ArmVector& to) {
   constexpr double kCount = 2.0 * M_PI / 65536;
   const ArmVector way = (to - from).cwiseAbs();
   return std::max(way.head(3).maxCoeff(), way.tail(3).maxCoeff() - kCount);
 }
 
-/** A fault on the first arm's bus, and the guards of which one has to notice it. */
+/** A fault on the first arm's bus, and the guards of which one must detect it. */
 struct Case {
   const char* name;
   FaultKind kind;
@@ -86,7 +86,7 @@ TEST_P(HardwareFault, StopsItsArmAndOnlyThatAndComesBackWithoutMoving) {
   EXPECT_TRUE(fault.node == 0 || record.joint == (fault.node - 1) % 16) << safety::describe(record);
   EXPECT_NE(seen & fault.expected, 0u) << describeGuards(seen) << " instead of " << describeGuards(fault.expected);
 
-  // The arm stands within the stop ramp, the drives' own budgets included, and loses its torque; the other one goes on.
+  // The arm stops within the stop ramp, plus the drives' own budgets, and loses its torque; the other one continues.
   EXPECT_TRUE(system.until(1.5, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
   system.run(0.2);
   const ArmVector stopped = system.truth(0);
@@ -95,10 +95,10 @@ TEST_P(HardwareFault, StopsItsArmAndOnlyThatAndComesBackWithoutMoving) {
   EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled) << system.story();
   EXPECT_LE(moved(stopped, system.truth(0)), 2e-6);
   EXPECT_LE(safety::largestViolation(system.config.arms[0].limits, stopped), 0.3e-3);
-  // 4 mm/s for the detection (1 s at most above) and the ramp: in truth far less.
+  // 4 mm/s during the detection (at most 1 s above) and the ramp: the true distance is far less.
   EXPECT_LE((stopped - at_fault).head(3).cwiseAbs().maxCoeff(), 2e-3);
 
-  // Nothing but `disable` leads out, and not while the cause stands.
+  // Only `disable` clears it, and not while the cause is present.
   system.hold();
   system.request(DriveRequest::kEnable);
   system.run(0.3);
@@ -244,7 +244,7 @@ TEST(HardwareWatchdogs, ACommandForAnotherRobotStopsArmsThatHavePower) {
 TEST(Setup, AnAxisWithTheWrongSerialNumberIsNotUsed) {
   HardwareConfig config = presetHardware();
   System reference(config);
-  config.axes[1].encoder->identity.serial = 1;  // the simulated one has another
+  config.axes[1].encoder->identity.serial = 1;  // the simulated one has another serial number
   HardwareConfig honest = presetHardware();
   System system(honest);
   std::vector<can::Bus*> buses{&system.wires[0]->master, &system.wires[1]->master};
@@ -326,7 +326,7 @@ TEST(Recovery, RandomFaultsNeverMoveAStandingArmOrLeaveTheLimits) {
     system.after_period = [&] {
       const ArmVector q = system.truth(0);
       worst = std::max(worst, safety::largestViolation(system.config.arms[0].limits, q));
-      // Off for a while: coasting is over.
+      // Off for a while: the motors have stopped coasting.
       standing = system.robot->arm(0).power() == ArmPower::kOff ? standing + 1 : 0;
       if (standing < 50)
         rest = q;

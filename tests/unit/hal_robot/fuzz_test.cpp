@@ -18,7 +18,7 @@ int frameCount() {
   return text != nullptr ? std::atoi(text) : 60'000;
 }
 
-/** Somebody else on each bus, who pretends to be drives and encoders; what commands drives he spoils. */
+/** A foreign node on each bus that sends frames of drives and encoders; frames that command drives it corrupts. */
 class Intruder {
  public:
   explicit Intruder(System& system) {
@@ -46,11 +46,11 @@ class Intruder {
   std::vector<can::VirtualBus::Port*> ports_;
 };
 
-/** The places where the arms stood; a joint that leaves them fails the test. */
+/** Positions of the arms at standstill; a joint that leaves them fails the test. */
 class Watch {
  public:
   explicit Watch(System& system) : system_(system), stood_{system.truth(0), system.truth(1)} {}
-  /// Largest way of any joint so far, m and rad.
+  /// Largest travel of any joint so far, m and rad.
   void look() {
     for (int a = 0; a < 2; ++a) {
       const ArmVector way = (system_.truth(a) - stood_[static_cast<std::size_t>(a)]).cwiseAbs();
@@ -65,8 +65,8 @@ class Watch {
   std::array<ArmVector, 2> stood_;
 };
 
-/// The intruder gone, the robot comes back as after any fault, and is enabled. What an arm without torque received of
-/// its drives shows as a fault when it is enabled, and goes with that.
+/// Without the intruder, the robot recovers as after any fault, and is enabled. Data that an arm without torque
+/// received from its drives may appear as a fault when it is enabled, which `disable` clears.
 void recover(System& system) {
   for (int attempt = 0; attempt < 2 && !system.all(OperatingState::kEnabled); ++attempt) {
     system.request(DriveRequest::kDisable);

@@ -7,7 +7,7 @@
 namespace tandem::hal::test {
 namespace {
 
-/// Position of a homing axis in truth: the simulated motor stands at counts of the joint's own gearing.
+/// True position of a homing axis: the simulated motor counts with the joint's own gearing.
 double carriage(System& system, int joint) {
   const AxisConfig& axis = system.config.axes[static_cast<std::size_t>(joint)];
   return AxisUnits(axis.gearing).scale() * system.drive(0, joint).motor().position() + axis.gearing.offset;

@@ -12,10 +12,11 @@ namespace {
 
 using canopen::MasterFrame;
 
-/// Of the hardware and its drives: SYNC, and what a HAL of this fixture takes another master's silence for.
+/// SYNC period of the hardware and its drives, and the silence after which this fixture's HAL considers another master
+/// gone.
 constexpr std::int64_t kPeriod = 4 * kMillisecond;
 constexpr double kListening = 0.5;
-/// From the frame on: the cycle that finds it latches.
+/// Periods after the frame: the cycle that reads it latches.
 constexpr int kBudgetPeriods = 1;
 
 ArmVector speeds(double translation, double rotation) {
@@ -24,14 +25,14 @@ ArmVector speeds(double translation, double rotation) {
   return v;
 }
 
-/** Somebody else on each bus of a system, with its own idea of who leads. */
+/** A foreign master on each bus of a system. */
 struct Others {
   explicit Others(System& system) {
     for (auto& wire : system.wires)
       ports.push_back(&wire->bus.join("other"));
   }
   void send(int bus, const can::CanFrame& frame) { ports[static_cast<std::size_t>(bus)]->send({&frame, 1}); }
-  /// Nobody looks at what they receive.
+  /// Discards their received frames.
   void drain() {
     std::array<can::CanFrame, 64> frames;
     for (can::VirtualBus::Port* port : ports) {
@@ -63,7 +64,7 @@ bool received(const RobotHardware& robot) {
   return false;
 }
 
-/// The system goes on while another HAL listens for as long as it has to.
+/// The system continues while another HAL listens for its listening time.
 void listen(System& system, RobotHardware& second) {
   const std::int64_t end = system.now + static_cast<std::int64_t>(1e9 * second.listeningTime());
   while (system.now < end) {
@@ -102,7 +103,7 @@ TEST(ForeignMaster, SecondHalDetectsTheFirstAndSendsNothing) {
 }
 
 TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
-  // Drives that were left alone, with heartbeats, emergencies and PDOs, are no master; nor is a node nobody knows.
+  // Heartbeats, emergencies and PDOs of drives without a master do not indicate one; nor does an unknown node.
   System system;
   ASSERT_TRUE(system.boot());
   system.hal_alive = false;
@@ -120,14 +121,14 @@ TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
   listen(system, second);
   EXPECT_FALSE(received(second)) << second.network(0).masters().describe();
   EXPECT_GT(second.network(0).counters().received, 0u);
-  // Each of what a master alone sends is received, one frame of it.
+  // Every frame that only a master sends is detected, with a single one.
   talk(can::makeFrame(canopen::cob::kSdoRequest + 3, std::array<std::uint8_t, 8>{0x40}));
   second.listen(system.now);
   EXPECT_EQ(second.network(0).masters().describe(), "SDO request (once)");
   EXPECT_FALSE(second.network(0).masters().commands(system.now));
 }
 
-/** What a foreign master may send on the first arm's bus. */
+/** Frame of a foreign master on the first arm's bus. */
 struct Case {
   const char* name;
   MasterFrame kind;
@@ -184,7 +185,7 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
       reported += event.kind == HardwareEvent::Kind::kMaster && event.bus == 0 && event.master == GetParam().kind;
     EXPECT_EQ(reported, 1) << system.story();
 
-    // The whole arm stands within the ramp and the drives' own lag, and loses its torque; the other one goes on.
+    // The whole arm stops within the ramp and the drives' own lag, and loses its torque; the other one continues.
     ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
     const ArmVector stopped = system.truth(0);
     const ArmVector way = (stopped - before).cwiseAbs();
@@ -193,11 +194,11 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     for (int j = 0; j < 6; ++j)
       EXPECT_NE(system.drive(0, j).state(), sim::drives::DriveState::kEnabled) << j;
     EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled) << system.story();
-    // The axes are well: they stop together, on the line of the ramp, unless the frame took them from us.
+    // The axes are intact: they stop together, on the line of the ramp, unless the frame stops or resets drives.
     EXPECT_TRUE(quick_stops == 0 || GetParam().takes_drives) << quick_stops;
     EXPECT_TRUE(GetParam().takes_drives || std::abs(way[0] - way[1]) < 2e-5) << way.transpose();
 
-    // Not before it has been silent for as long as one listens at the start, and then by `disable` alone.
+    // Only after the listening time without its frames, and only by `disable`.
     system.hold();
     system.request(DriveRequest::kDisable);
     const double left = kListening - 1e-9 * static_cast<double>(system.now - begin);
@@ -242,7 +243,7 @@ TEST(ForeignMaster, TwoThatListenAtOnceAndBeginAtOnceStopEachOther) {
     for (int j = 0; j < 6; ++j)
       EXPECT_NE(system.drive(a, j).state(), sim::drives::DriveState::kEnabled);
   }
-  // As long as the other one speaks nothing clears it and nothing is reset; when it is gone, `disable` does.
+  // While the other master sends, nothing clears the fault and nothing is reset; after it is gone, `disable` does.
   system.request(DriveRequest::kDisable);
   system.run(3.0);
   EXPECT_TRUE(system.all(OperatingState::kFault));
@@ -253,7 +254,7 @@ TEST(ForeignMaster, TwoThatListenAtOnceAndBeginAtOnceStopEachOther) {
 }
 
 TEST(ForeignMaster, ASecondHalThatDoesNotListenStopsBothArms) {
-  // As an older one would: it resets all nodes at once. Nothing can save the torque, but all arms end in FAULT.
+  // Like an older version: it resets all nodes at once. The torque is lost, but all arms end in FAULT.
   System system;
   Others others(system);
   ASSERT_TRUE(system.boot());

@@ -53,7 +53,7 @@ TEST(RobotHardware, FollowsItsCommander) {
   EXPECT_LE((system.truth(1) - start_b).cwiseAbs().maxCoeff(), 1e-7);
 }
 
-/// The largest change of a setpoint's speed from one command to the next, per second: m/s^2 and rad/s^2.
+/// The largest change of a setpoint's speed between two commands, per second: m/s^2 and rad/s^2.
 std::pair<double, double> slewOfReversal(const HardwareConfig& config, std::uint64_t& actions) {
   System system(config);
   EXPECT_TRUE(system.boot()) << system.story();
@@ -85,7 +85,7 @@ TEST(RobotHardware, LimitsTheSlewByDefaultAndNotWhereTheFileSaysSo) {
   const auto limited = slewOfReversal(presetHardware(), actions);
   EXPECT_LE(limited.second, 20.0 * (1.0 + 1e-9)) << "rotations turn round from 1.5 rad/s within 20 rad/s^2";
   EXPECT_GT(actions, 0u);
-  // Carriages at the robot's 5 mm/s may do what they like at 10 Hz.
+  // Carriages at the robot's 5 mm/s have no acceleration limit at 10 Hz.
   EXPECT_NEAR(limited.first, 2 * 4e-3 / System::kControlPeriod, 1e-9);
   HardwareConfig config = presetHardware();
   for (ArmConfig& arm : config.arms) {

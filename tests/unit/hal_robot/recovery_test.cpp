@@ -13,7 +13,7 @@ using safety::JointMask;
 
 constexpr double kOutside = 0.9e-3;  ///< m
 
-/// Joint 1 of the first arm starts outside of what its drive allows.
+/// Joint 1 of the first arm starts outside the limits of its drive.
 HardwareConfig outsideHardware(double start) {
   HardwareConfig config = presetHardware();
   config.axes[0].upper = start - kOutside;
@@ -69,7 +69,7 @@ TEST(OutsideItsLimits, AnArmIsRefusedByHowMuchAndRecoveredInwards) {
   EXPECT_FALSE(system.robot->recovering(0));
 }
 
-/// Both arms' translations hang on the first bus, their rotations on the second one.
+/// Both arms' translations are on the first bus, their rotations on the second one.
 HardwareConfig sharedBuses() {
   HardwareConfig config = presetHardware();
   for (AxisConfig& axis : config.axes) {
@@ -80,7 +80,7 @@ HardwareConfig sharedBuses() {
   return config;
 }
 
-/** Withdraws an arm with what it has left, and checks that it ends where it should, within its limits, slowly. */
+/** Withdraws an arm with its remaining joints, and checks the final position, the limits and the speed. */
 void withdraw(System& system, int arm, JointMask expected_lost) {
   const auto k = static_cast<std::size_t>(arm);
   const safety::ArmLimits& limits = system.config.arms[k].limits;
@@ -260,9 +260,9 @@ TEST(Recovery, LeavesOutTheRequestedJoints) {
   EXPECT_NE(system.drive(0, 2).state(), sim::drives::DriveState::kEnabled);
 }
 
-/** Random lives of an arm: nothing ever moves farther in one period than an axis may, least of all after a recovery. */
+/** Random sequences of an arm: no motion in one period exceeds that of an axis, in particular after a recovery. */
 TEST(Recovery, NoRandomSequenceOfEnableJogFaultRecoverDisableJumps) {
-  // Not a rotor that comes free, nor a drive that says it is elsewhere than it holds itself: such a motor jumps
+  // Excludes a rotor that comes loose, and a drive that reports another position than it holds: such motors jump
   // whatever the command.
   constexpr FaultKind kKinds[] = {FaultKind::kOff,          FaultKind::kOverCurrent,     FaultKind::kFrameLoss,
                                   FaultKind::kEncoderAlarm, FaultKind::kOverTemperature, FaultKind::kIntermittent};
@@ -308,7 +308,7 @@ TEST(Recovery, NoRandomSequenceOfEnableJogFaultRecoverDisableJumps) {
       system.run(random.uniform(0.0, 0.6));
     }
   }
-  // A target that is lost is made up for with the next one; the overspeed guard grants as much, and no more.
+  // A lost target is made up for with the next one; the overspeed guard permits exactly that.
   EXPECT_LE(worst, safety::kOverspeedFactor) << "of one period's travel at the fastest that an axis may be";
   RecordProperty("largest_share_of_a_periods_travel", std::to_string(worst));
 }

@@ -38,7 +38,7 @@ inline HardwareConfig presetHardware() {
   return config;
 }
 
-/// Linear stages of arm A search their negative limit switch; all else keeps its absolute encoder.
+/// Linear stages of arm A search their negative limit switch; all other joints keep their absolute encoders.
 inline HardwareConfig homingHardware() {
   HardwareConfig config = presetHardware();
   constexpr double kHome[] = {-0.4, -0.3, -0.19};
@@ -57,7 +57,7 @@ inline HardwareConfig homingHardware() {
   return config;
 }
 
-/** One wire with its drives, and the HAL's port on it. */
+/** One bus with its drives, and the HAL's port on it. */
 struct Wire {
   Wire(const HardwareConfig& hardware, int index, std::int64_t now)
       : master(bus.join("hal")), slaves(bus.join("drives")) {
@@ -72,7 +72,7 @@ struct Wire {
   std::unique_ptr<sim::drives::DriveBus> drives;
 };
 
-/** Drives, HAL and commander in lock-step. */
+/** Drives, HAL and command source in lock-step. */
 class System {
  public:
   static constexpr double kControlPeriod = 0.1;
@@ -90,7 +90,7 @@ class System {
     robot = std::make_unique<RobotHardware>(config, buses, options);
   }
 
-  /// One period of the bus: drives every millisecond, the HAL at the end, the commander every control period.
+  /// One period of the bus: drives every millisecond, the HAL at the end, commands every control period.
   void period() {
     const auto ticks = static_cast<int>(std::lround(1e3 * config.period));
     for (int i = 0; i < ticks; ++i) {
@@ -117,7 +117,7 @@ class System {
     while (now < end)
       period();
   }
-  /// Runs until the condition holds. @return whether it did within so many s.
+  /// Runs until the condition is met. @return whether it was within `seconds`.
   bool until(double seconds, const std::function<bool()>& condition) {
     const std::int64_t end = now + static_cast<std::int64_t>(1e9 * seconds);
     while (!condition()) {
@@ -153,7 +153,7 @@ class System {
     return done;
   }
   void request(DriveRequest what) { command.request.fill(what); }
-  /// From now on all joints of the arm move at these speeds, in every command.
+  /// From now on all joints of the arm move with these velocities, in every command.
   void move(int arm, const ArmVector& speed) { speeds[static_cast<std::size_t>(arm)] = speed; }
   void hold() { speeds = {}; }
 
@@ -187,7 +187,7 @@ class System {
     const AxisConfig& axis = robot->arm(arm).axis(joint).config();
     return *find(wires[static_cast<std::size_t>(axis.bus)]->drives->drives(), axis.node);
   }
-  /// Where the joint really is, m or rad: by the encoder's gearing, whatever drive and HAL believe.
+  /// True joint position, m or rad: by the encoder's gearing, independently of drive and HAL.
   double truth(int arm, int joint) {
     const AxisConfig& axis = robot->arm(arm).axis(joint).config();
     const auto& encoder = *find(wires[static_cast<std::size_t>(axis.bus)]->drives->encoders(), axis.encoder->node);

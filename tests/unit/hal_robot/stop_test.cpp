@@ -7,13 +7,13 @@ namespace tandem::hal::test {
 namespace {
 
 constexpr double kFast = 8e-3;  ///< m/s
-constexpr int kMoving = 1;      ///< the joint that moves alone
+constexpr int kMoving = 1;      ///< the only joint that moves
 constexpr int kNode = 2;        ///< its drive
 
 double scaleOf(System& system, int arm, int joint) {
   return AxisUnits(system.robot->arm(arm).axis(joint).config().gearing).scale();
 }
-/// Of the motor, m/s or rad/s.
+/// Speed of the motor, m/s or rad/s.
 double speedOf(System& system, int arm, int joint) {
   return std::abs(scaleOf(system, arm, joint) * system.drive(arm, joint).motor().velocity());
 }
@@ -23,7 +23,7 @@ bool withoutTorque(sim::drives::DriveState state) {
          state == State::kSwitchedOn;
 }
 
-/** Watches that no drive of an arm loses its torque by command while its motor moves. */
+/** Checks that no drive of an arm loses its torque by command while its motor moves. */
 struct TorqueWatch {
   explicit TorqueWatch(System& watched) : system(watched) {
     system.after_period = [this] {
@@ -35,10 +35,10 @@ struct TorqueWatch {
     };
   }
   System& system;
-  double fastest = 0.0;  ///< as a share of what the axis may
+  double fastest = 0.0;  ///< as a fraction of the axis' limit
 };
 
-/// A joint at rest may be this fast by measurement.
+/// Greatest measured speed of a joint at standstill, as a fraction.
 constexpr double kRestShare = 0.025;
 
 ArmVector oneJoint(double speed) {
@@ -57,7 +57,7 @@ HardwareConfig velocityHardware() {
   return config;
 }
 
-/// The arm's linear stages fall when neither torque nor brake holds them.
+/// The arm's linear stages fall without torque and brake.
 HardwareConfig brakedHardware() {
   HardwareConfig config = presetHardware();
   for (AxisConfig& axis : config.axes) {
@@ -75,7 +75,7 @@ struct StopCase {
   int node;
   double value;
   bool velocity_mode;
-  double noticed = 0.0;  ///< s, beside the periods that every fault takes
+  double noticed = 0.0;  ///< s, in addition to the periods of every fault
 };
 
 class StopOfOneAxis : public testing::TestWithParam<StopCase> {};
@@ -83,7 +83,7 @@ class StopOfOneAxis : public testing::TestWithParam<StopCase> {};
 TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
   const StopCase& stop = GetParam();
   System system(stop.velocity_mode ? velocityHardware() : presetHardware());
-  // As some vendors ship it: a slow ramp wherever the quick stop is not asked for.
+  // As shipped by some vendors: a slow ramp for all stops other than the quick stop.
   for (auto& drive : system.wires[0]->drives->drives())
     drive->dictionary().require(0x6084).value = 20'000;
   ASSERT_TRUE(system.boot()) << system.story();
@@ -96,7 +96,7 @@ TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
   ASSERT_TRUE(system.until(0.3, [&] { return system.robot->state(0) == OperatingState::kFault; })) << system.story();
   EXPECT_TRUE(system.until(0.8, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
   system.run(0.1);
-  // Three periods until it is noticed, the ramp, and the motor's lag; a velocity loop lags by its gain.
+  // Three periods until the detection, the ramp, and the motor's lag; a velocity loop lags by its gain.
   const AxisConfig& axis = system.config.axes[kMoving];
   const double lag = stop.velocity_mode ? 1.0 / axis.velocity_gain : 0.02;
   const double allowed =
@@ -140,7 +140,7 @@ TEST(Stops, ASlowRampIsNotTakenForARunaway) {
   EXPECT_LE(watch.fastest, kRestShare);
 }
 
-/// The arm's linear stages have to home, and stop slowly.
+/// The arm's linear stages require homing, and stop slowly.
 HardwareConfig withHoming(HardwareConfig config) {
   for (AxisConfig& axis : config.axes) {
     if (axis.arm != 0 || !axis.translation)
@@ -152,7 +152,7 @@ HardwareConfig withHoming(HardwareConfig config) {
   return config;
 }
 
-/// Homes at full speed, lets go, and waits for the end.
+/// Homes at full speed, ends the request, and waits for the end.
 void letGoOfHoming(System& system) {
   system.boot();
   const TorqueWatch watch(system);
@@ -177,7 +177,8 @@ TEST(Stops, ARunawayIsNoticedByItsMeasuredSpeed) {
     const double before = system.truth(0, joint);
     ASSERT_TRUE(system.inject(0, FaultKind::kRunaway, node));
     ASSERT_TRUE(system.until(0.04, [&] { return system.robot->state(0) == OperatingState::kFault; }));
-    // Torque is what drives it: it goes as soon as the quick stop does not show.
+    // The joint runs away because the torque itself drives it: torque is removed as soon as the quick stop has no
+    // effect.
     system.run(0.2);
     const double way = std::abs(system.truth(0, joint) - before);
     const double fastest = 2.0 * system.config.axes[static_cast<std::size_t>(joint)].velocity;
@@ -192,7 +193,7 @@ TEST(Stops, ARunawayIsNoticedByItsMeasuredSpeed) {
 }
 
 TEST(Stops, OverspeedStopsEvenWhereTheReferenceIsFast) {
-  // The window of the following error is wide open: only the measured speed is left.
+  // The following error limit is disabled: only the measured speed remains.
   HardwareConfig config = presetHardware();
   for (AxisConfig& axis : config.axes)
     axis.following_error = axis.translation ? 0.05 : 5.0;
@@ -220,7 +221,7 @@ TEST(Brakes, HoldWhatFallsWheneverTorqueGoes) {
     if (choice == 3) {
       system.request(DriveRequest::kDisable);
     } else {
-      // Of an axis whose own drive goes on: it may keep its torque as long as it needs.
+      // The drive of the axis itself still works: it may keep its torque as long as necessary.
       ASSERT_TRUE(system.inject(0, kKinds[choice], choice == 0 ? 5 : 17, choice == 2 ? 50000.0 : 0.0));
     }
     ASSERT_TRUE(system.until(2.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
@@ -265,7 +266,7 @@ TEST(Brakes, DrivesKeepTheirTorqueWhenTheHalDies) {
   EXPECT_NEAR(system.truth(0, 0), stopped, 20e-6);
 }
 
-/// Whatever the process is kept from, and for however long: judged at its own ticks, by its own clock.
+/// For any delay of the process, of any length: asserted at its own ticks, by its own clock.
 TEST(Budgets, NoTickPassesWithASilenceAboveTheBudgetAndNoLatch) {
   for (std::uint32_t run = 0; run < 20; ++run) {
     SCOPED_TRACE(tandem::test::trace(tandem::test::baseSeed() + run));
