@@ -25,7 +25,7 @@ inline kinematics::ConcentricTubeArm timcArm() {
   return arm;
 }
 
-/// The same arm with tubes curved over their last 50 to 150 mm, so that many joints have several equilibria.
+/// The same arm with tubes curved over their last 50 to 150 mm, so that many joint vectors have several equilibria.
 inline kinematics::ConcentricTubeArm longCurved(kinematics::ConcentricTubeArm arm, const std::vector<double>& curved) {
   for (int i = 0; i < arm.tubeCount(); ++i) {
     const double length = arm.tubes[i].length(), curvature = arm.tubes[i].sections.back().curvature;
@@ -49,7 +49,7 @@ inline std::vector<NamedArm> namedArms() {
           {"timc2024 long", longCurved(timcArm(), {0.1, 0.15, 0.05})}};
 }
 
-/// Places along an arm where something of tubes 1..`tubes` begins to differ, m.
+/// Arc lengths where a property of tubes 1..`tubes` changes, m.
 inline std::vector<double> places(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q, int tubes) {
   std::vector<double> result{0.0};
   for (int i = 0; i < tubes; ++i) {
@@ -60,8 +60,8 @@ inline std::vector<double> places(const kinematics::ConcentricTubeArm& arm, cons
   return result;
 }
 
-/// Any joints that a model answers: with a chance of `hard` for each tube, one of its boundaries meets one of another
-/// tube or the entry point, exactly or within a micrometre, or its motor stands at the entry point.
+/// Random joints for which a model has a solution: with probability `hard` for each tube, one of its boundaries meets
+/// one of another tube or the entry point, exactly or within a micrometre, or its motor is at the entry point.
 inline Eigen::VectorXd jointsAnywhere(const kinematics::ConcentricTubeArm& arm, Random& random, double hard = 0.4) {
   const int n = arm.tubeCount();
   Eigen::VectorXd q(2 * n);
@@ -86,13 +86,13 @@ inline Eigen::VectorXd jointsAnywhere(const kinematics::ConcentricTubeArm& arm, 
   return q;
 }
 
-/// Largest angle by which torsion turns a tube's end against its motor, rad.
+/// Largest angle between a tube's end and its motor due to torsion, rad.
 inline double twist(const kinematics::Branch& branch, const Eigen::VectorXd& q) {
   const Eigen::Index n = q.size() / 2;
   return (branch.end_angle.head(n) - q.tail(n)).cwiseAbs().maxCoeff();
 }
 
-/// Distance of two orientations, rad.
+/// Angle between two orientations, rad.
 inline double turned(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   const Eigen::Matrix3d turn = a.transpose() * b;
   const Eigen::Vector3d axis(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));

@@ -18,7 +18,7 @@ constexpr int kTubes = kinematics::kMaxTubes;
 constexpr int kFrame = 3, kAngle = 12, kTheta = 13, kRate = kTheta + kTubes;
 using State = std::array<double, kRate + kTubes>;
 
-/// The section of a tube at s, null behind its end.
+/// The section of a tube at s, null beyond its end.
 const TubeSection* sectionAt(const kinematics::Tube& tube, double beta, double s) {
   double end = beta;
   for (const TubeSection& section : tube.sections) {
@@ -29,7 +29,7 @@ const TubeSection* sectionAt(const kinematics::Tube& tube, double beta, double s
   return nullptr;
 }
 
-/// Twist of a tube between its motor and the entry point by its moment, rad / (N m).
+/// Twist of a tube per moment between its motor and the entry point, rad / (N m).
 double transmissionCompliance(const kinematics::Tube& tube, double beta) {
   double compliance = 0.0, begin = beta;
   for (const TubeSection& section : tube.sections) {
@@ -78,7 +78,7 @@ struct Interval {
 
 std::vector<double> breakpoints(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q) {
   std::vector<double> s{0.0};
-  double last = q[0];  // summed as below, so that rounding leaves no sliver behind it
+  double last = q[0];  // summed as below, so that rounding leaves no tiny interval at its end
   for (const TubeSection& section : arm.tubes[0].sections)
     last += section.length;
   for (int i = 0; i < arm.tubeCount(); ++i) {

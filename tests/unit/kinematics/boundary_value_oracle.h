@@ -8,9 +8,9 @@
 
 namespace tandem::test {
 
-/** Shooting from the motors' side in the frame of tube 1, as Rucker et al. 2010 write the model; nothing in common with
- * kinematics/ but the tubes' data. Boost.odeint integrates from boundary to boundary at a tolerance of 1e-13,
- * Newton's method with differences closes the boundary conditions. */
+/** Shooting from the motors' side in the frame of tube 1, with the model as written by Rucker et al. 2010; shares
+ * only the tubes' data with kinematics/. Boost.odeint integrates from boundary to boundary with a tolerance of
+ * 1e-13, Newton's method with finite differences solves the boundary conditions. */
 class BoundaryValueOracle {
  public:
   struct Solution {
@@ -18,14 +18,14 @@ class BoundaryValueOracle {
     Eigen::Isometry3d tip;      ///< robot base frame <- tool tip frame
     Eigen::VectorXd end_angle;  ///< of each tube in the torsion-free frame, rad
     Eigen::VectorXd moment;     ///< torsional, in each tube at the entry point, N m
-    double residual = 0.0;      ///< largest that is left: twist rate at an end, 1/m; place of the tip, m
+    double residual = 0.0;      ///< largest remaining value: twist rate at an end, 1/m; position of the tip, m
   };
 
   explicit BoundaryValueOracle(const kinematics::ConcentricTubeArm& arm) : arm_(arm) {}
 
   /// @param guess of Solution::moment
   /// @param wrench force and moment at the tool tip, robot base frame
-  /// @param tool_tip guess of its position, robot base frame; without a force it plays no part
+  /// @param tool_tip guess of its position, robot base frame; unused without a force
   Solution solve(const Eigen::VectorXd& q,
                  const Eigen::VectorXd& guess,
                  const Eigen::Matrix<double, 6, 1>& wrench = Eigen::Matrix<double, 6, 1>::Zero(),

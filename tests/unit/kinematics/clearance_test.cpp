@@ -12,7 +12,7 @@ namespace {
 
 using namespace kinematics;
 
-/// Smallest distance by brute force: many points of either backbone with the radius of the outermost tube there.
+/// Smallest distance by brute force: many points on both backbones with the radius of the outermost tube there.
 double bruteForce(const TubeModel& a, const Eigen::VectorXd& qa, const TubeModel& b, const Eigen::VectorXd& qb) {
   std::vector<ShapePoint> sa, sb;
   EXPECT_EQ(a.shape(qa, 1500, sa), ModelStatus::kOk);
@@ -48,7 +48,7 @@ TEST(Backbone, OfARigidArmIsItsShapeAndEndsInItsTip) {
       EXPECT_LT((points[i].position - shape[i].pose.translation()).norm(), 1e-12);
       EXPECT_LT((points[i].tangent - shape[i].pose.linear().col(2)).norm(), 1e-12);
     }
-    Body body;  // its last node travels with the end of tube 1
+    Body body;  // its last node moves with the end of tube 1
     ASSERT_EQ(makeBody(model, q, branch, true, body), ModelStatus::kOk);
     auto bare = arm;
     bare.tool.setIdentity();
@@ -75,7 +75,7 @@ void expectGradient(const Eigen::VectorXd& q, const Gradient& gradient, const Di
         },
         1e-4);
     if (difference.error > 1e-7)
-      continue;  // at a kink: two places tie, or boundaries meet
+      continue;  // at a kink: two pairs have the same distance, or boundaries meet
     ++checked;
     EXPECT_NEAR(gradient[j], difference.value[0], 2e-6) << "joint " << j;
   }

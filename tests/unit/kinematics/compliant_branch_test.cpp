@@ -15,12 +15,12 @@ double energyOf(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd&
   return energy.value(energy.shoot(branch.end_angle.head(arm.tubeCount())));
 }
 
-/// Two tubes whose S-curve folds once: they snap, and only once in a turn.
+/// Two tubes whose S-curve has one fold: they snap, and only once per turn.
 bool snaps(const TwoTubes& tubes) {
   return tubes.oppositeDeterminant() < -0.02 && tubes.w * tubes.length < 1.2 && tubes.snapAngle() < 5.5;
 }
 
-/// A full turn of tube 1 there and back: two tubes snap just where the closed form says that their equilibrium ends.
+/// A full turn of tube 1 back and forth: two tubes snap exactly where their equilibrium ends in closed form.
 TEST(CompliantBranch, FollowsASlowTurnAndSnapsWhereTheDeterminantVanishes) {
   int arms = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 400 && arms < 20; ++seed) {
@@ -55,7 +55,7 @@ TEST(CompliantBranch, FollowsASlowTurnAndSnapsWhereTheDeterminantVanishes) {
       const double expected = forth ? snap : turn - snap;
       EXPECT_LE(std::min(q[2], last[2]), expected + 1e-6);
       EXPECT_GE(std::max(q[2], last[2]), expected - 1e-6);
-      // The branch fallen to existed before, and lay lower.
+      // The new branch existed before, with a lower energy.
       Branch other = branch;
       ASSERT_EQ(model.tip(last, other, tip), ModelStatus::kOk);
       EXPECT_FALSE(other.snapped);
@@ -113,7 +113,7 @@ TEST(CompliantBranch, BigStepsAndSmallStepsArriveOnTheSameBranch) {
   EXPECT_GT(snapped, 10);
 }
 
-/// Along a smooth path the pose does not jump unless the branch says so.
+/// Along a smooth path the pose does not jump unless the branch reports it.
 TEST(CompliantBranch, JumpsOnlyWhereItReportsASnap) {
   int snaps = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 60; ++seed) {

@@ -14,7 +14,7 @@ using kinematics::CompliantModel;
 using kinematics::ModelStatus;
 using kinematics::Tip;
 
-/// Motors at the entry point hold the tubes opposite: a quarter of the pendulum's period fits into the length.
+/// Motors at the entry point keep the tubes opposed: a quarter of the pendulum's period equals the length.
 TEST(TwoTubes, BuckleByTheEllipticIntegral) {
   int buckled = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
@@ -43,12 +43,12 @@ TEST(TwoTubes, TwistFollowsThePendulumEquation) {
     const TwoTubes tubes(random);
     const double apart = random.uniform(0.05, 6.2), turn = random.uniform(-3.0, 3.0);
     if (tubes.motorByEnd(apart) <= 0.02)
-      continue;  // unstable, or about to be
+      continue;  // unstable, or almost
     ++stable;
     several += tubes.oppositeDeterminant() < 0.0 ? 1 : 0;
     const Eigen::VectorXd theta = tubes.ends(apart, turn), q = tubes.joints(apart, turn);
     const CompliantModel model(tubes.arm);
-    // Where there are several equilibria the branch says which one is meant.
+    // With several equilibria, the branch selects one.
     Branch branch = tubes.oppositeDeterminant() > 0.0 ? Branch() : TwoTubes::standingAt(q, theta);
     std::vector<kinematics::ShapePoint> shape;
     ASSERT_EQ(model.shape(q, kinematics::Wrench::Zero(), branch, 51, shape), ModelStatus::kOk);
@@ -59,7 +59,7 @@ TEST(TwoTubes, TwistFollowsThePendulumEquation) {
       const auto expected = tubes.at(apart, turn, tubes.length - point.s);
       EXPECT_NEAR(point.psi[0], expected.psi[0], 1e-8) << "s " << point.s;
       EXPECT_NEAR(point.moment[0], expected.moment, 1e-9) << "s " << point.s;
-      if (!std::isnan(point.psi[1])) {  // rounding may put one tube's end before the other's
+      if (!std::isnan(point.psi[1])) {  // rounding may make one tube end before the other
         EXPECT_NEAR(point.psi[1], expected.psi[1], 1e-8) << "s " << point.s;
         EXPECT_NEAR(point.moment[1], -expected.moment, 1e-9) << "s " << point.s;
       }
@@ -98,7 +98,7 @@ TEST(TwoTubes, OppositeTubesHaveTheKnownDeterminant) {
   EXPECT_GT(buckled, 50);
 }
 
-/// Three tubes alike, ending together, at 120 degrees: no bending, and two directions lose stability at once.
+/// Three equal tubes, ending together, at 120 degrees: no bending, and stability is lost in two directions at once.
 TEST(ThreeTubes, AlikeAt120DegreesLoseStabilityTwiceAtOnce) {
   int stable = 0, lost = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 200; ++seed) {
@@ -123,7 +123,7 @@ TEST(ThreeTubes, AlikeAt120DegreesLoseStabilityTwiceAtOnce) {
     Branch branch;
     const CompliantModel model(arm);
     const double phase = omega * length;
-    // The factor's second zero lies beyond a phase of pi / 2, its first before.
+    // The factor's second zero is beyond a phase of pi / 2, its first before it.
     if (factor > 0.05 && phase < 0.5 * std::numbers::pi) {
       ++stable;
       EXPECT_EQ(track.conjugate_points, 0);

@@ -14,7 +14,7 @@ using kinematics::ConcentricTubeArm;
 using kinematics::ModelStatus;
 using kinematics::Tip;
 
-/// 10,000 starts: each finds a stable equilibrium at the joints asked for, the same after a full turn of one motor.
+/// 10,000 cold starts: each finds a stable equilibrium at the given joints, the same after a full turn of one motor.
 void startCold(const ConcentricTubeArm& arm) {
   const CompliantModel model(arm);
   const int n = arm.tubeCount();
@@ -65,9 +65,9 @@ TEST(CompliantColdStart, FindsAStableEquilibriumOfRandomArms) {
   }
 }
 
-/// What untwisted tubes grow into as they soften.
+/// Continuation from untwisted stiff tubes to the real stiffness.
 struct Grown {
-  bool whole = false;  ///< the equilibrium existed and was stable all the way
+  bool whole = false;  ///< the equilibrium existed and was stable throughout
   Eigen::VectorXd end_angle;
 };
 
@@ -93,7 +93,7 @@ Grown grow(const ConcentricTubeArm& arm, const Eigen::VectorXd& q) {
       const EnergyOracle::Vector fix = energy.baseByEnd().partialPivLu().solve(q.tail(n) - energy.motors());
       correction = fix.cwiseAbs().maxCoeff();
       if (!(correction < 0.1))
-        return result;  // the equilibrium ended, or is about to
+        return result;  // the equilibrium ends here, or almost
       theta += fix;
     }
     if (correction > 1e-9 || energy.baseByEnd().determinant() < 1e-3)
@@ -144,7 +144,7 @@ TEST(CompliantModel, AllocatesNothing) {
     for (const Eigen::VectorXd& q : joints) {
       ASSERT_EQ(model.tip(q, tip), ModelStatus::kOk);          // cold
       ASSERT_EQ(model.tip(q, branch, tip), ModelStatus::kOk);  // along a path through the whole joint space
-      ASSERT_EQ(model.tip(q, branch, tip), ModelStatus::kOk);  // where it stands
+      ASSERT_EQ(model.tip(q, branch, tip), ModelStatus::kOk);  // at its present joints
     }
     EXPECT_EQ(allocationCount(), before) << named.name;
   }

@@ -12,11 +12,12 @@ using kinematics::Tip;
 
 struct JacobianTally {
   int compared = 0;
-  int vague = 0;  ///< differences that did not converge, and so say nothing
+  int vague = 0;  ///< differences that did not converge and are not comparable
   double worst = 0.0;
 };
 
-/// Relative to the size of the column's linear and angular part; parts far below those of other joints count as those.
+/// Error relative to the column's linear and angular part; parts far below those of other joints are compared with
+/// those.
 double relativeError(const Eigen::VectorXd& expected, const Eigen::VectorXd& found, double least) {
   const double linear = (expected - found).head<3>().norm() / std::max(least * 0.1, expected.head<3>().norm());
   const double angular = (expected - found).tail<3>().norm() / std::max(least, expected.tail<3>().norm());
@@ -79,7 +80,7 @@ TEST(CompliantJacobian, IsTheDerivativeWhereTubesAreAlignedOrOpposed) {
   EXPECT_LT(tally.vague, tally.compared / 20);
 }
 
-/// Turns tube 1 until the arm is about to snap: the last joints at which it has not, by bisection.
+/// Rotates tube 1 until the arm is about to snap: the last joints before that, by bisection.
 bool toTheBrink(const CompliantModel& model, double nearness, Eigen::VectorXd& q, Branch& branch) {
   const int alpha = model.arm().tubeCount();
   Tip tip;
@@ -138,7 +139,7 @@ TEST(CompliantJacobian, IsTheDerivativeNearABifurcation) {
   EXPECT_GT(tally.compared, 60);
 }
 
-/// Where two boundaries meet the pose has a corner, and the model's derivative is that of one of its sides.
+/// Where two boundaries meet the pose has a corner, and the model's derivative is a one-sided one.
 TEST(CompliantJacobian, IsOneSidedWhereBoundariesMeet) {
   int compared = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {

@@ -16,8 +16,7 @@ using kinematics::ShapePoint;
 using kinematics::Tip;
 using kinematics::Wrench;
 
-/// A wrench that bends tube 1 visibly, of the size K / L^2 and K / L: it would take pi^2 / 4 of that to buckle a
-/// straight column.
+/// A wrench that bends tube 1 visibly, of size K / L^2 and K / L; pi^2 / 4 of that buckles a straight column.
 Wrench anyWrench(const ConcentricTubeArm& arm, const Eigen::VectorXd& q, Random& random) {
   const double length = q[0] + arm.tubes[0].length(), k = arm.tubes[0].sections.back().bending_stiffness;
   Wrench wrench;
@@ -25,7 +24,7 @@ Wrench anyWrench(const ConcentricTubeArm& arm, const Eigen::VectorXd& q, Random&
   return wrench;
 }
 
-/// Straight tubes, all of them as long in front of the entry point.
+/// Straight tubes, all with the same length beyond the entry point.
 ConcentricTubeArm straightArm(Random& random, double length, Eigen::VectorXd& q) {
   auto arm = randomArm(random);
   arm.base.setIdentity();
@@ -125,9 +124,9 @@ TEST(CompliantLoad, StraightTubesAreACantilever) {
     expected(3, 3) = expected(4, 4) = length / k;
     expected(0, 4) = expected(4, 0) = length * length / (2.0 * k);
     expected(1, 3) = expected(3, 1) = -length * length / (2.0 * k);
-    expected(5, 5) = arm.tubes[0].length() / arm.tubes[0].torsionalStiffness();  // tube 1 alone holds the tool
+    expected(5, 5) = arm.tubes[0].length() / arm.tubes[0].torsionalStiffness();  // only tube 1 carries the tool
     EXPECT_LT((tip.compliance - expected).cwiseAbs().maxCoeff(), 1e-9 * expected.cwiseAbs().maxCoeff());
-    // A pure moment bends it to an arc, however far.
+    // A pure moment bends it to an arc, for any angle.
     const double moment = random.uniform(-3.0, 3.0) * k / length, curvature = moment / k;
     Wrench wrench = Wrench::Zero();
     wrench[4] = moment;
@@ -214,8 +213,8 @@ TEST(CompliantLoad, JacobianAndComplianceAreDerivatives) {
   EXPECT_GT(compared, 500);
 }
 
-/// Betti's law. A force that keeps its direction has a potential, so the compliance is symmetric; a moment that keeps
-/// its direction has none: the stiffness's antisymmetric part is that of the moment's cross product.
+/// Betti's law. A force of constant direction has a potential, so the compliance is symmetric; a moment of constant
+/// direction has none: the stiffness's antisymmetric part is that of the moment's cross product.
 TEST(CompliantLoad, IsReciprocal) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
     SCOPED_TRACE(trace(seed));

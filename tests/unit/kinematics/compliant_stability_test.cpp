@@ -18,7 +18,7 @@ ConcentricTubeArm anyArm(Random& random) {
   return random.chance(0.5) ? longCurved(arkArm(0.0), {0.25, 0.25, 0.18}) : namedArms()[random.integer(0, 3)].arm;
 }
 
-/// Any angles of the ends are an equilibrium of some motors; often one that no arm would stay in.
+/// Any end angles are an equilibrium for some motor angles, often an unstable one.
 TEST(CompliantStability, CountsConjugatePointsLikeTheEnergysHessian) {
   int compared = 0, marginal = 0;
   std::array<int, 4> seen{};
@@ -37,7 +37,7 @@ TEST(CompliantStability, CountsConjugatePointsLikeTheEnergysHessian) {
     EXPECT_NEAR(track.minimum, fine.smallestDeterminant(), 1e-3 * std::max(1.0, std::abs(track.minimum)))
         << q.transpose();
     if (few != many || std::abs(fine.baseByEnd().determinant()) < 1e-2) {
-      ++marginal;  // a direction that neither rises nor falls
+      ++marginal;  // a direction with neither positive nor negative curvature
       continue;
     }
     EXPECT_EQ(track.conjugate_points, many) << "theta " << theta.transpose() << "\nq " << q.transpose();

@@ -14,7 +14,7 @@ using kinematics::ModelStatus;
 using kinematics::ShapePoint;
 using kinematics::Tip;
 
-/// Counts how much of what was compared says anything about torsion.
+/// Counts how many of the comparisons involve torsion.
 struct TipTally {
   int compared = 0;
   int twisted = 0;  ///< by more than 0.01 rad
@@ -134,7 +134,7 @@ TEST(CompliantShape, EndsWithoutTorsionAndTwistsByItsMoments) {
     ASSERT_EQ(model.shape(q, 501, shape), ModelStatus::kOk);
     EXPECT_LT(((shape.back().pose * arm.tool).matrix() - tip.pose.matrix()).norm(), 1e-8);
     EXPECT_NEAR(shape.back().moment[0], 0.0, 1e-15);
-    double most = 0.0;  // torque per length that tubes can put on one another, N
+    double most = 0.0;  // greatest torque per length between tubes, N
     for (const auto& tube : arm.tubes) {
       for (const auto& section : tube.sections)
         most = std::max(most, std::abs(section.bending_stiffness * section.curvature));
@@ -150,11 +150,11 @@ TEST(CompliantShape, EndsWithoutTorsionAndTwistsByItsMoments) {
         }
         EXPECT_LT(shape[k].s, end + 1e-9);
         EXPECT_LE(shape[k].outermost_tube, n);
-        // Nothing but the neighbours' torque builds up the moment from zero at the free end.
+        // Only the neighbours' torque increases the moment from zero at the free end.
         EXPECT_LE(std::abs(shape[k].moment[i]), n * most * (end - shape[k].s) * 15.0 + 1e-12);
         sum += shape[k].moment[i];
       }
-      EXPECT_NEAR(sum, 0.0, 1e-12);  // tubes turn against each other only
+      EXPECT_NEAR(sum, 0.0, 1e-12);  // tubes twist only against each other
       const double chord = k == 0 ? 0.0 : (shape[k].pose.translation() - shape[k - 1].pose.translation()).norm();
       EXPECT_LE(chord, (k == 0 ? 0.0 : shape[k].s - shape[k - 1].s) * (1.0 + 1e-9));
     }
@@ -163,7 +163,7 @@ TEST(CompliantShape, EndsWithoutTorsionAndTwistsByItsMoments) {
   }
 }
 
-/// A smooth change of all angles.
+/// A smooth variation of all angles.
 Eigen::MatrixXd variation(const EnergyOracle& energy, int tubes, double length, Random& random) {
   Eigen::MatrixXd change = Eigen::MatrixXd::Zero(tubes, energy.nodes());
   for (int i = 0; i < tubes; ++i) {
@@ -183,7 +183,7 @@ TEST(CompliantShape, MakesTheEnergyStationaryAndSmallest) {
     const auto arm = randomArm(random);
     Eigen::VectorXd q = jointsAnywhere(arm, random);
     for (int i = 0; i < arm.tubeCount(); ++i)
-      q[i] = std::min(q[i], -1e-3);  // a motor at the entry point would not let the angle there vary
+      q[i] = std::min(q[i], -1e-3);  // a motor at the entry point would fix the angle there
     const CompliantModel model(arm);
     std::vector<ShapePoint> shape;
     Branch branch;
@@ -198,7 +198,7 @@ TEST(CompliantShape, MakesTheEnergyStationaryAndSmallest) {
       const double up = energy.value(psi + h * change), down = energy.value(psi - h * change);
       const double second = (up - 2.0 * value + down) / (h * h);
       EXPECT_GT(second, 0.0);
-      // The first variation is small beside what a change of a milliradian would bring.
+      // The first variation is small compared with the change due to a milliradian.
       EXPECT_LT(std::abs(up - down) / (2.0 * h), 1e-4 * (second + std::abs(value))) << q.transpose();
     }
     EXPECT_EQ(energy.negativeDirections(psi), 0);

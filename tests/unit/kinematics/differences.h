@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Derivatives by differences that are refined until they no longer change. */
+/** @file Derivatives by finite differences with refinement until convergence. */
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,15 +9,15 @@
 
 namespace tandem::test {
 
-/// A derivative and how far it can be trusted.
+/// A derivative and its estimated error.
 struct Difference {
   Eigen::VectorXd value;
   double error = std::numeric_limits<double>::infinity();
 };
 
-/** Ridders' method: differences over ever smaller steps, extrapolated to none.
- * @param f from a step to a vector; empty where it has no value
- * @param one_sided differences forward (step > 0) or backward (step < 0) instead of central ones */
+/** Ridders' method: differences over decreasing steps, extrapolated to zero.
+ * @param f from a step to a vector; empty if undefined
+ * @param one_sided forward (step > 0) or backward (step < 0) differences instead of central ones */
 template <class Function>
 Difference differentiate(const Function& f, double step, bool one_sided = false) {
   constexpr int kLevels = 10;

@@ -34,11 +34,11 @@ EnergyOracle::EnergyOracle(const kinematics::ConcentricTubeArm& arm, const Eigen
     }
     compliance_[i] = complianceBehind(arm.tubes[i], q[i], q[i]);
   }
-  double last = q[0];  // summed as above, so that rounding leaves no sliver behind it
+  double last = q[0];  // summed as above, so that rounding leaves no tiny interval at its end
   for (const auto& section : arm.tubes[0].sections)
     last += section.length;
   for (auto it = places.begin(); *it < last;) {
-    // What is shorter than a nanometre would only make the elements' matrices singular.
+    // Intervals below a nanometre would make the elements' matrices singular.
     const double begin = *it;
     while (*it < last && *it - begin < 1e-9)
       ++it;
@@ -151,7 +151,7 @@ EnergyOracle::Angles EnergyOracle::interpolate(const std::vector<kinematics::Sha
       if (!reaches(i, k) || std::isnan(left->psi[i]))
         continue;
       const double d0 = h * left->moment[i] / element.torsion[i];
-      if (std::isnan(right->psi[i])) {  // the tube ends between the samples, where its moment has all but vanished
+      if (std::isnan(right->psi[i])) {  // the tube ends between the samples, where its moment is almost zero
         psi(i, k) = left->psi[i] + 0.5 * d0 * x;
         continue;
       }

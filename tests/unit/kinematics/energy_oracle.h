@@ -17,7 +17,7 @@ namespace tandem::test {
  * without the part that does not depend on psi. Shares no code with kinematics/ but the tubes' data. */
 class EnergyOracle {
  public:
-  using Angles = Eigen::MatrixXd;  ///< tubes x nodes, rad; undefined behind a tube's end
+  using Angles = Eigen::MatrixXd;  ///< tubes x nodes, rad; undefined beyond a tube's end
 
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kinematics::kMaxTubes, 1>;
   using Square = Eigen::
@@ -30,10 +30,10 @@ class EnergyOracle {
   /// Whether a tube reaches to a node.
   bool reaches(int tube, int node) const;
 
-  /// The equilibrium that ends at theta, by Runge and Kutta's method; the motors are where it needs them.
+  /// The equilibrium with end angles theta, by the Runge-Kutta method; sets the corresponding motor angles.
   Angles shoot(const Vector& theta);
   const Vector& motors() const { return alpha_; }  ///< rad
-  /// Determinant of d psi(s) / d theta, smallest over the nodes and the transmission; of the last shoot().
+  /// Determinant of d psi(s) / d theta, minimum over the nodes and the transmission; of the last shoot().
   double smallestDeterminant() const;
   /// d alpha / d theta of the last shoot().
   Square baseByEnd() const { return byEnd(-1e3); }
@@ -42,13 +42,13 @@ class EnergyOracle {
   Angles interpolate(const std::vector<kinematics::ShapePoint>& shape) const;
 
   double value(const Angles& psi) const;  ///< J
-  /// Directions in which the energy falls from an equilibrium: negative eigenvalues of the Hessian.
+  /// Number of directions in which the energy decreases from an equilibrium: negative eigenvalues of the Hessian.
   int negativeDirections(const Angles& psi) const;
 
  private:
   struct Element {
     double begin = 0.0, end = 0.0, stiffness = 0.0;
-    Vector b, torsion;  ///< K_i kappa_i, c_i; c_i = 0 where the tube has ended
+    Vector b, torsion;  ///< K_i kappa_i, c_i; c_i = 0 beyond the tube's end
   };
   /// Columns [psi, d psi / d theta], rows [angles, moments].
   using State = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 5>;

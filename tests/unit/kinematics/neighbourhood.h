@@ -9,7 +9,7 @@
 
 namespace tandem::test {
 
-/// An answer on a branch, and others near it on the same one.
+/// A solution on a branch, and neighbouring solutions on the same branch.
 class Neighbourhood {
  public:
   Neighbourhood(const kinematics::CompliantModel& model,
@@ -19,7 +19,7 @@ class Neighbourhood {
     status = model.tip(q, branch_, tip);
   }
 
-  /// How the pose differs after a step in one joint; empty where the model has no answer on this branch.
+  /// Change of the pose by a step in one joint; empty if the model has no solution on this branch.
   Eigen::VectorXd moved(int joint, double step) const {
     Eigen::VectorXd q = q_;
     q[joint] += step;
@@ -30,7 +30,7 @@ class Neighbourhood {
     return poseDifference(tip.pose, there.pose);
   }
 
-  /// The stability there; empty where the model has no answer on this branch.
+  /// The stability there; empty if the model has no solution on this branch.
   Eigen::VectorXd stabilityAt(int joint, double step) const {
     Eigen::VectorXd q = q_;
     q[joint] += step;
@@ -41,8 +41,8 @@ class Neighbourhood {
     return Eigen::VectorXd::Constant(1, there.stability);
   }
 
-  /// How far a translation can go before a boundary of its tube meets another place, m, places that it stands at
-  /// already left aside; their number.
+  /// Distance of a translation until a boundary of its tube meets another place, m, without places that it already
+  /// meets; number of those.
   struct Room {
     double gap = 1.0;
     int meetings = 0;
@@ -66,7 +66,7 @@ class Neighbourhood {
     return result;
   }
 
-  /// A step in a joint over which the pose is smooth; 0 where it has a corner.
+  /// Step in a joint over which the pose is smooth; 0 if it has a corner.
   double smoothStep(int joint) const {
     const double elastic = std::min(1.0, tip.stability * tip.stability);
     if (joint >= model_.arm().tubeCount())

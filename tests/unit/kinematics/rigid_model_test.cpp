@@ -14,8 +14,8 @@ using kinematics::ModelStatus;
 using kinematics::RigidModel;
 using kinematics::Tip;
 
-/// Tip by integrating R' = R [u(s)]x, p' = R e_z in small steps, u(s) looked up at every step: nothing in common with
-/// the model but the physics.
+/// Tip by integration of R' = R [u(s)]x, p' = R e_z in small steps, with u(s) evaluated at every step: shares only the
+/// physics with the model.
 Eigen::Isometry3d integrateCurve(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q, int steps) {
   const int n = arm.tubeCount();
   Eigen::Isometry3d t = arm.base;
@@ -42,7 +42,7 @@ Eigen::Isometry3d integrateCurve(const kinematics::ConcentricTubeArm& arm, const
     t.translation() += h * (t.linear() * half.col(2));
     t.linear() = t.linear() * half * half;
   }
-  t.linear() = t.linear() * Eigen::AngleAxisd(q[n], Eigen::Vector3d::UnitZ());  // the end turns with tube 1
+  t.linear() = t.linear() * Eigen::AngleAxisd(q[n], Eigen::Vector3d::UnitZ());  // the end rotates with tube 1
   return t * arm.tool;
 }
 
@@ -80,7 +80,7 @@ TEST(RigidModel, JacobianIsTheDerivativeOfThePose) {
       b[j] += h;
       if (model.tip(a, left) != ModelStatus::kOk || model.tip(b, right) != ModelStatus::kOk)
         continue;
-      // Where two boundaries lie within the difference step the derivative jumps between them.
+      // If two boundaries are within the difference step, the derivative jumps between them.
       if ((left.jacobian - right.jacobian).cwiseAbs().maxCoeff() > 1e-3)
         continue;
       const Eigen::Vector3d linear = (right.pose.translation() - left.pose.translation()) / (2 * h);
@@ -109,7 +109,7 @@ TEST(RigidModel, OneTubeInFrontOfTheOthersIsACircle) {
   auto arm = arkArm(0.0);
   const RigidModel model(arm);
   Eigen::VectorXd q(6);
-  q << -0.387, -0.317, -0.199, 0.0, 1.0, 2.0;  // only the curved end of tube 1 stands in front of the entry
+  q << -0.387, -0.317, -0.199, 0.0, 1.0, 2.0;  // only the curved end of tube 1 is beyond the entry point
   Tip tip;
   ASSERT_EQ(model.tip(q, tip), ModelStatus::kOk);
   const double kappa = 10.0, angle = 0.5;
@@ -177,7 +177,7 @@ TEST(RigidModel, AllocatesNothing) {
 }
 
 TEST(Arc, SeriesAndClosedFormMeet) {
-  // Either side of the switch at an angle of 0.5, and far below it.
+  // Both sides of the switch at an angle of 0.5, and far below it.
   for (const double angle : {1e-9, 1e-3, 0.4999999, 0.5000001, 2.0}) {
     const Eigen::Vector3d u(0.6 * angle / 0.1, 0.8 * angle / 0.1, 0.0), du(0.3, -0.7, 0.0);
     const kinematics::Arc arc(u, 0.1);

@@ -41,7 +41,7 @@ TEST(StabilityReport, GradientIsTheDerivativeOfTheMinimum) {
         continue;
       const Difference difference = differentiate([&](double h) { return at.stabilityAt(j, h); }, step);
       if (!(difference.error < 1e-6)) {
-        ++vague;  // the smallest value moves to another place on the way
+        ++vague;  // the minimum moves to another place within the step
         continue;
       }
       ++compared;
@@ -54,7 +54,7 @@ TEST(StabilityReport, GradientIsTheDerivativeOfTheMinimum) {
   EXPECT_LT(vague, compared / 10);
 }
 
-/// Two tubes: what is left to either fold of the S-curve, in closed form.
+/// Two tubes: remaining rotation to both folds of the S-curve, in closed form.
 TEST(StabilityReport, RotationLeftEndsAtTheFold) {
   int several = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
@@ -65,7 +65,7 @@ TEST(StabilityReport, RotationLeftEndsAtTheFold) {
     if (std::abs(opposite) < 0.05 || tubes.w * tubes.length > 1.4)
       continue;
     const double snap = opposite > 0.0 ? std::numeric_limits<double>::infinity() : tubes.snapAngle();
-    // Somewhere on the stable part of the curve, the same way round for both tubes.
+    // A random point on the stable part of the curve, with the same sense for both tubes.
     const double apart = random.uniform(-0.9, 0.9) * tubes.foldOfEnds();
     const Eigen::VectorXd q = tubes.joints(apart, random.uniform(-1.0, 1.0));
     const CompliantModel model(tubes.arm);
@@ -81,12 +81,12 @@ TEST(StabilityReport, RotationLeftEndsAtTheFold) {
     ++several;
     EXPECT_NEAR(report.rotation_left, left, 1e-3);
     ASSERT_NE(report.rotation_sense, 0);
-    // Turning tube 1 forwards or tube 2 backwards is the same.
+    // Forward rotation of tube 1 and backward rotation of tube 2 are equivalent.
     const int sense = report.rotation_tube == 0 ? report.rotation_sense : -report.rotation_sense;
     if (std::abs(motors) > 1e-3) {
       EXPECT_EQ(sense, motors > 0.0 ? 1 : -1);
     }
-    // The turn it names snaps, and 1 % less does not.
+    // The reported rotation causes a snap, and 1 % less does not.
     for (const double part : {0.99, 1.01}) {
       Eigen::VectorXd turned = q;
       turned[2 + report.rotation_tube] += part * report.rotation_left * report.rotation_sense;
@@ -106,7 +106,7 @@ TEST(Equilibria, OfTwoTubesAreAllOnTheCurve) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
     const TwoTubes tubes(random);
-    const double motors = std::numbers::pi + random.uniform(-0.5, 0.5);  // opposed: where there are several
+    const double motors = std::numbers::pi + random.uniform(-0.5, 0.5);  // opposed, where there are several
     Eigen::VectorXd q(4);
     q << tubes.beta[0], tubes.beta[1], motors, 0.0;
     std::vector<double> expected;
@@ -130,14 +130,14 @@ TEST(Equilibria, OfTwoTubesAreAllOnTheCurve) {
   EXPECT_GT(many, 15);
 }
 
-/// As tubes stiffen, all but one equilibrium vanish in pairs: stable ones and those with an even number of conjugate
-/// points are one more than the others.
+/// With increasing stiffness, all but one equilibrium vanish in pairs: those with an even number of conjugate points
+/// (among them the stable ones) are one more than the others.
 TEST(Equilibria, HaveDegreeOneAndTheirEnergies) {
   int several = 0, incomplete = 0, arms = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 200; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    // Curved almost everywhere, so that most joints have several equilibria.
+    // Curved almost everywhere, so that most joint vectors have several equilibria.
     const auto arm = random.chance(0.3) ? randomArm(random) : longCurved(arkArm(0.0), {0.25, 0.25, 0.18});
     const int n = arm.tubeCount();
     const CompliantModel model(arm);
@@ -205,7 +205,7 @@ TEST(EndAngles, AnswerWithoutABoundaryValueProblem) {
     }
     if (tip.conjugate_points > 0)
       continue;
-    // The motors it names bring the arm to the same tip.
+    // The reported motor angles bring the arm to the same tip.
     Eigen::VectorXd q = ends;
     q.tail(n) = alpha;
     Branch branch;

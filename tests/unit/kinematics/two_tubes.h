@@ -21,11 +21,11 @@ namespace tandem::test {
 struct TwoTubes {
   struct State {
     std::array<double, 2> psi;  ///< rad
-    double moment;              ///< in tube 1; tube 2 carries the opposite, N m
+    double moment;              ///< in tube 1; tube 2 has the opposite one, N m
   };
 
   kinematics::ConcentricTubeArm arm;
-  double length;                     ///< in front of the entry point, m
+  double length;                     ///< beyond the entry point, m
   std::array<double, 2> beta, c, f;  ///< m; N m^2; compliance of the transmission, rad / (N m)
   double w;                          ///< 1/m
 
@@ -37,7 +37,7 @@ struct TwoTubes {
     for (int i = 0; i < 2; ++i) {
       const double behind = random.chance(0.2) ? 0.0 : random.uniform(0.0, most_behind),
                    curvature = random.uniform(4.0, 20.0);
-      // What stands behind the entry point is straightened there, curved or not.
+      // The part behind the entry point is straightened there, curved or not.
       const double curved_behind = random.uniform(0.0, 1.0) * behind;
       if (behind - curved_behind > 0.0)
         arm.tubes[i].addSection(behind - curved_behind, 0.0);
@@ -51,7 +51,7 @@ struct TwoTubes {
     w = std::sqrt((1.0 / c[0] + 1.0 / c[1]) * b / total);
   }
 
-  /// Angles and moment at a distance `sigma` from the end, where tubes are `apart` = delta there.
+  /// Angles and moment at a distance `sigma` from the end, where the angle between the tubes is `apart` = delta.
   State at(double apart, double turn, double sigma) const {
     const double turns = 2.0 * std::numbers::pi * std::floor(apart / (2.0 * std::numbers::pi));
     const double k = std::cos(0.5 * (apart - turns)), modulus = std::abs(k);
@@ -65,7 +65,7 @@ struct TwoTubes {
 
   Eigen::Vector2d ends(double apart, double turn) const { return {turn + apart, turn}; }
 
-  /// Joints at which that is an equilibrium.
+  /// Joints for which this is an equilibrium.
   Eigen::VectorXd joints(double apart, double turn) const {
     const State entry = at(apart, turn, length);
     Eigen::VectorXd q(4);
@@ -78,12 +78,12 @@ struct TwoTubes {
     const Eigen::VectorXd q = joints(apart, 0.0);
     return q[2] - q[3];
   }
-  /// Its derivative by `apart`, the determinant at the motors, by differences of high order.
+  /// Its derivative by `apart`, the determinant at the motors, by finite differences of high order.
   double motorByEnd(double apart) const {
     const double h = 1e-3;
     return (8.0 * (motors(apart + h) - motors(apart - h)) - (motors(apart + 2 * h) - motors(apart - 2 * h))) / (12 * h);
   }
-  /// The smallest angle of the ends at which the curve turns back; pi if it does not.
+  /// The smallest end angle at which the curve has a fold; pi if it has none.
   double foldOfEnds() const {
     double low = 0.0, high = std::numbers::pi;
     for (int k = 0; k < 60; ++k) {
@@ -92,10 +92,10 @@ struct TwoTubes {
     }
     return low;
   }
-  /// alpha_1 - alpha_2 at which tubes snap that are turned apart from alignment, rad.
+  /// alpha_1 - alpha_2 at which tubes snap that are rotated away from alignment, rad.
   double snapAngle() const { return motors(foldOfEnds()); }
 
-  /// A branch that stands at an equilibrium.
+  /// A branch at an equilibrium.
   static kinematics::Branch standingAt(const Eigen::VectorXd& q, const Eigen::VectorXd& end_angle) {
     kinematics::Branch branch;
     branch.known = true;
@@ -103,15 +103,15 @@ struct TwoTubes {
     branch.end_angle.head(end_angle.size()) = end_angle;
     return branch;
   }
-  /// The same at q = joints(apart, turn) of any turn.
+  /// The same at q = joints(apart, turn) for any turn.
   kinematics::Branch standingAt(const Eigen::VectorXd& q, double apart) const {
     const Eigen::Vector2d untwisted = ends(apart, 0.0);
-    // The sum of c_i psi_i is the same at both ends of a tube pair; it gives the turn.
+    // The sum of c_i psi_i is constant along a tube pair; it gives the turn.
     const State entry = at(apart, 0.0, length);
     const double turn = q[2] + entry.moment * f[0] - entry.psi[0];
     return standingAt(q, (untwisted.array() + turn).matrix());
   }
-  /// motorByEnd() where tubes bend to opposite sides, apart = pi.
+  /// motorByEnd() for tubes that bend to opposite sides, apart = pi.
   double oppositeDeterminant() const {
     const double phase = w * length;
     return std::cos(phase) - c[0] * c[1] / (c[0] + c[1]) * (f[0] + f[1]) * w * std::sin(phase);

@@ -72,7 +72,7 @@ TEST(Catheter, BendIsSmoothThroughTheStraightPose) {
   }
 }
 
-/// A bend is undone by rolling half a turn and bending the other way: the same place.
+/// A negative bend equals a positive bend with the roll changed by half a turn.
 TEST(Catheter, NegativeBendIsAPositiveOneRolledByHalfATurn) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(100); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -128,7 +128,7 @@ TEST(Catheter, RefusesWhatItCannotAnswer) {
   EXPECT_THROW(ConstantCurvature{arm}, std::invalid_argument);
 }
 
-// What Norouzi-Ghazbi et al. print, as printed, in their variables.
+// Equations of Norouzi-Ghazbi et al., as printed, in their variables.
 
 struct Printed {
   double d1, theta2, theta3, L, d7;
@@ -156,7 +156,7 @@ struct Printed {
     return pose.matrix();
   }
 
-  /// (7); its d_3 has no value anywhere in the paper and stands for `d3` here.
+  /// (7); the paper gives no value of d_3, which is the parameter `d3` here.
   Eigen::Matrix4d pose(double d3) const {
     const double c2 = std::cos(theta2), s2 = std::sin(theta2), C = std::cos(2 * theta3), S = std::sin(2 * theta3);
     const double c3 = std::cos(theta3), s3 = std::sin(theta3);
@@ -183,7 +183,7 @@ struct Printed {
     return j;
   }
 
-  /// (8) with the three entries put right.
+  /// (8) with the three entries corrected.
   Eigen::Matrix<double, 6, 3> corrected() const {
     Eigen::Matrix<double, 6, 3> j = jacobian();
     const double c2 = std::cos(theta2), s2 = std::sin(theta2), c3 = std::cos(theta3), s3 = std::sin(theta3);
@@ -194,7 +194,7 @@ struct Printed {
   }
 };
 
-/// A catheter in the paper's variables, and the model's answer for it.
+/// A catheter in the paper's variables, and the model's result for it.
 struct PaperCase {
   explicit PaperCase(Random& random) {
     Arm arm;
@@ -257,7 +257,7 @@ TEST(CatheterMisprints, TableOneUsesClassicalDhAndItsLinkFiveHasTheWrongSign) {
     EXPECT_NE(differing(at.printed.table(false, 1.0), at.tip.pose.matrix()), Entries{});
     EXPECT_NE(differing(at.printed.table(true, 1.0), at.tip.pose.matrix()), Entries{});
     EXPECT_NE(differing(at.printed.table(true, -1.0), at.tip.pose.matrix()), Entries{});
-    // As printed the tip points back at the base whatever the bend.
+    // As printed the tip points back to the base for any bend.
     EXPECT_NEAR(at.printed.table(false, 1.0)(2, 2), -1.0, 1e-12);
   }
 }

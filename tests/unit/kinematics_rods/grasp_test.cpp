@@ -27,9 +27,9 @@ using kinematics::grasp::Twist;
 
 constexpr double kHalfTurn = std::numbers::pi;
 
-/** Catheters around an object, each holding it at its tip. */
+/** Catheters around an object, each with its tip in contact. */
 struct Scene {
-  /// @param parallel  whether the arms' axes are
+  /// @param parallel  whether the arms' axes are parallel
   Scene(Random& random, int arms, ContactType type, bool parallel = true) {
     const Isometry3d robot = anyPose(random);
     for (int k = 0; k < arms; ++k) {
@@ -106,7 +106,7 @@ TEST(Grasp, MobilityOfTwoCathetersIsThatOfThePaper) {
 TEST(Grasp, NamesWhatCanBeMovedAndWhatIsMissing) {
   Random random(baseSeed());
   Scene scene(random, 2, ContactType::kRigid);
-  // Into the frame of the robot, in which both arms are pushed along z.
+  // In the robot base frame, in which both arms are inserted along z.
   const Isometry3d robot = scene.models[0].arm().base;
   for (Tip& tip : scene.tips) {
     tip.pose = robot.inverse() * tip.pose;
@@ -150,7 +150,7 @@ TEST(Grasp, RanksAgreeWithAnIndependentDecomposition) {
     EXPECT_EQ(state.movable.cols() + state.missing.cols(), 6);
     EXPECT_EQ(state.movable.cols(), state.object_mobility);
     EXPECT_LE(state.object_mobility, state.mobility);
-    // Every motion is the object's, a self-motion of the arms, or nothing.
+    // Every motion moves the object, is a self-motion of the arms, or violates the constraints.
     EXPECT_LE(state.mobility - state.object_mobility, state.self_motions);
   }
 }
@@ -162,7 +162,7 @@ TEST(Grasp, VirtualWorkOfForcesAndVelocitiesAgrees) {
     const Scene scene(random, random.integer(2, 4), kContactTypes[random.integer(0, 3)]);
     const GraspState state = scene.state();
     const Eigen::Index joints = state.by_joints.cols();
-    // An admissible joint velocity: any one without what squeezes.
+    // An admissible joint velocity: a random one without its squeezing part.
     Eigen::VectorXd velocity(joints);
     for (Eigen::Index k = 0; k < joints; ++k)
       velocity[k] = random.uniform(-1.0, 1.0);
@@ -180,7 +180,7 @@ TEST(Grasp, VirtualWorkOfForcesAndVelocitiesAgrees) {
   }
 }
 
-/// The constraint is what contacts really do: an admissible step opens them by its square only.
+/// The constraint describes the real contacts: an admissible step opens them only by a second-order distance.
 TEST(Grasp, AdmissibleStepsDriftByTheirSquare) {
   int compared = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(60); ++seed) {
@@ -197,7 +197,7 @@ TEST(Grasp, AdmissibleStepsDriftByTheirSquare) {
     const Eigen::VectorXd velocity = grasp.jointsFor(state, wanted);
     ASSERT_LT((state.by_joints * velocity - state.by_object * wanted).norm(), 1e-10);
     if (velocity.cwiseAbs().maxCoeff() > 20.0)
-      continue;  // next to a singular pose squares are large
+      continue;  // near a singular pose second-order terms are large
     const auto drift_after = [&](double h) {
       Scene moved = scene;
       for (std::size_t k = 0; k < moved.q.size(); ++k)
@@ -235,7 +235,7 @@ TEST(Grasp, ContactForcesAnswerAWrenchAndPressTheObject) {
       EXPECT_LT(left.norm(), 1e-9);
     else
       EXPECT_LT((state.by_object * state.unrestrained).norm(), 1e-7);
-    if (scene.contacts.size() == 2) {  // normals face each other: squeezing presses both
+    if (scene.contacts.size() == 2) {  // the normals are opposed: squeeze presses on both
       const ContactVector pressed = grasp.contactForces(state, Twist::Zero(), 2.0, left);
       for (int k = 0; k < 2; ++k) {
         const int rows = (k == 0 ? grasp.firstRow(1) : grasp.rows()) - grasp.firstRow(k);
@@ -274,7 +274,7 @@ TEST(Grasp, NamesDegenerateGrasps) {
     SCOPED_TRACE(trace(seed));
     namespace grasp = kinematics::grasp;
     Random random(seed);
-    // Two points hold no turn about the line between them.
+    // Two point contacts do not restrain rotation about the line between them.
     Scene points(random, 2, ContactType::kPoint);
     const GraspState state = points.state();
     EXPECT_TRUE(state.degeneracies & grasp::kNotRestrained);
@@ -288,7 +288,7 @@ TEST(Grasp, NamesDegenerateGrasps) {
     EXPECT_EQ(rigid.state().degeneracies, 0u) << grasp::describeDegeneracies(rigid.state().degeneracies);
     EXPECT_EQ(grasp::describeDegeneracies(0), "");
 
-    // A straight catheter with its tip on its axis: the roll does nothing at a point.
+    // A straight catheter with its tip on its axis: roll has no effect at a point contact.
     Scene straight(random, 2, ContactType::kPoint);
     Arm arm = straight.models[0].arm();
     arm.tool.translation().head<2>().setZero();
@@ -321,7 +321,7 @@ TEST(Grasp, StiffnessesOfGripsAdd) {
         any.col(k) << anyVector(random, 1.0), anyVector(random, 1.0);
       compliances.push_back(any * any.transpose() + 0.1 * Matrix6::Identity());
       tips.push_back(&tip);
-      Matrix6 shift = Matrix6::Identity();  // twist of the tip by that of the object
+      Matrix6 shift = Matrix6::Identity();  // twist of the tip due to that of the object
       const Vector3d arm = tip.pose.translation() - scene.object.translation();
       shift.topRightCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
       sum += shift.transpose() * compliances.back().inverse() * shift;

@@ -37,7 +37,7 @@ Isometry3d turnedBy(const Isometry3d& pose, const Twist& twist) {
   return result;
 }
 
-/// Tips somewhere near the object's contacts; grips closed.
+/// Tips near the object's contacts; rigid contacts closed.
 Contact anyContact(ContactType type, const Isometry3d& object, const Isometry3d& tip, Random& random) {
   Contact contact;
   contact.type = type;
@@ -48,8 +48,8 @@ Contact anyContact(ContactType type, const Isometry3d& object, const Isometry3d&
   return contact;
 }
 
-/// What a contact sees is the derivative of how far it is open, for tilted and slid ones, too: so its forces do the
-/// work of its velocities.
+/// The contact velocity is the derivative of the contact gap, for tilted and displaced ones, too: contact forces and
+/// velocities are power conjugate.
 TEST(Touch, RowsAreTheDerivativesOfTheResidual) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(100); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -111,7 +111,7 @@ TEST(Touch, StiffnessIsTheDerivativeOfTheWrenches) {
   }
 }
 
-/** Two or three soft catheters that hold an object between them, pressed against it and loaded. */
+/** Two or three soft catheters that grasp an object, with squeeze and load. */
 struct Held {
   Held(Random& random, ContactType type, bool moments) : q(), load(Wrench::Zero()) {
     const int count = random.integer(2, 3);
@@ -159,7 +159,7 @@ struct Held {
   Wrench load;
 };
 
-/// Types that carry any load.
+/// Contact types that carry any load.
 ContactType anyHolding(Random& random) { return kTypes[random.integer(1, 3)]; }
 
 TEST(GraspedObject, ForcesCarryTheLoadWithContactsClosed) {
@@ -173,7 +173,7 @@ TEST(GraspedObject, ForcesCarryTheLoadWithContactsClosed) {
     if (model.solveEquilibrium(scene.q, scene.load, equilibrium) != GraspStatus::kOk)
       continue;
     EXPECT_LT(equilibrium.state.drift.norm(), 1e-10);
-    // Independently: the arms' own wrenches about the object's origin.
+    // Independent check: the arms' own wrenches about the object's origin.
     Wrench sum = scene.load;
     for (int k = 0; k < static_cast<int>(scene.arms.size()); ++k) {
       const Wrench on_arm = model.wrenchOn(k, equilibrium);
@@ -193,7 +193,8 @@ TEST(GraspedObject, ForcesCarryTheLoadWithContactsClosed) {
   EXPECT_GT(held, cases(60) / 2);
 }
 
-/// Under squeeze and load, against differences of rests: the object's Jacobian and forces by joints; its sag by load.
+/// With squeeze and load, compared with differences of equilibria: derivatives of the object's pose and forces by
+/// joints; compliance.
 TEST(GraspedObject, DerivativesMatchTheEquilibrium) {
   int compared = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(12); ++seed) {
@@ -235,7 +236,7 @@ TEST(GraspedObject, DerivativesMatchTheEquilibrium) {
   EXPECT_GT(compared, 6 * cases(12));
 }
 
-/// Sag by load is the inverse of the stiffness; both are symmetric where all loads have a potential.
+/// Compliance is the inverse of the stiffness; both are symmetric if all loads have a potential.
 TEST(GraspedObject, ComplianceIsReciprocal) {
   int compared = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(60); ++seed) {
@@ -259,7 +260,7 @@ TEST(GraspedObject, ComplianceIsReciprocal) {
   EXPECT_GT(compared, cases(60) / 2);
 }
 
-/// Without loads H is that of the paper, and the arms' stiffnesses add up.
+/// Without loads H is that of the paper, and the arms' stiffnesses are summed.
 TEST(GraspedObject, IsTheGraspWithoutALoad) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(40); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -268,7 +269,7 @@ TEST(GraspedObject, IsTheGraspWithoutALoad) {
     const GraspedObject model = scene.model();
     GraspEquilibrium equilibrium = model.start(scene.object);
     VectorXd q = scene.q;
-    for (std::size_t k = 0; k < scene.arms.size(); ++k) {  // back to where the contacts were closed
+    for (std::size_t k = 0; k < scene.arms.size(); ++k) {  // back to the joints at which the contacts were closed
       const auto segment = static_cast<Eigen::Index>(3 * k);
       kinematics::Tip tip;
       const Isometry3d wanted = scene.object * scene.contacts[k].frame * scene.contacts[k].hand.inverse();
@@ -288,7 +289,7 @@ TEST(GraspedObject, IsTheGraspWithoutALoad) {
     }
     const Matrix6 sum = model.grasp().objectStiffness(equilibrium.pose, tips, compliances);
     EXPECT_LT((sum - equilibrium.stiffness).norm(), 1e-4 * sum.norm());
-    // An admissible velocity moves the object by H and builds up no force.
+    // An admissible velocity moves the object by H and causes no force.
     const Eigen::MatrixXd consistency = equilibrium.state.consistency;
     VectorXd velocity(q.size());
     for (Eigen::Index j = 0; j < q.size(); ++j)

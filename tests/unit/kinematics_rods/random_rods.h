@@ -10,7 +10,7 @@
 
 namespace tandem::test {
 
-/// Any pose, all orientations alike; the position within `reach` of the origin along each axis, m.
+/// Random pose with uniformly distributed orientation; the position within `reach` of the origin along each axis, m.
 inline Eigen::Isometry3d anyPose(Random& random, double reach = 0.05) {
   Eigen::Quaterniond turn;
   do
@@ -30,7 +30,7 @@ inline kinematics::catheter::Arm anyCatheter(Random& random) {
   return arm;
 }
 
-/// Insertion, roll and bend; now and then exactly straight, or nearly.
+/// Insertion, roll and bend; sometimes exactly straight, or nearly.
 inline Eigen::Vector3d anyCatheterJoints(Random& random) {
   double bend = random.uniform(-4.0, 4.0);
   if (random.chance(0.3))
@@ -38,7 +38,7 @@ inline Eigen::Vector3d anyCatheterJoints(Random& random) {
   return {random.uniform(0.0, 0.3), random.uniform(-std::numbers::pi, std::numbers::pi), bend};
 }
 
-/// A rod of one to three soft sections, with intrinsic curvature, tendons and a tool as they come.
+/// A rod of one to three soft sections, with random intrinsic curvature, tendons and tool.
 inline kinematics::cosserat::Rod anyRod(Random& random) {
   namespace cosserat = kinematics::cosserat;
   cosserat::Rod rod;

@@ -41,7 +41,7 @@ TEST(Reach, TipsAloneAreWithin) {
   }
 }
 
-/// The distance is that to the nearest of very many tips.
+/// The distance equals that to the nearest of many sampled tips.
 TEST(Reach, DistanceIsThatToTheNearestTip) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(30); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -68,8 +68,7 @@ TEST(Reach, DistanceIsThatToTheNearestTip) {
   }
 }
 
-/// The paper's claim: assistance takes the tip out of the target's own
-/// workspace.
+/// The paper's claim: with assistance the tip leaves the target's own workspace.
 TEST(Reach, AssistanceReachesBeyond) {
   Pair pair;
   pair.target.arm.bending_length = pair.assist.arm.bending_length = 0.06;
@@ -98,7 +97,7 @@ TEST(Reach, AssistanceReachesBeyond) {
   EXPECT_GT(volume.gained, 0.0);
   EXPECT_LE(volume.gained, volume.assisted);
   EXPECT_GT(volume.alone, 0.0);
-  // A meridian counted finer is about the same volume.
+  // A finer grid of the meridian gives about the same volume.
   const auto finer = kinematics::assist::reachVolume(model, range, 0, 2e-3, baseSeed());
   EXPECT_NEAR(finer.alone, volume.alone, 0.25 * finer.alone);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The Cosserat rod where its answer is known in closed form. */
+/** @file The Cosserat rod in cases with a closed-form solution. */
 #include <gtest/gtest.h>
 
 #include <boost/math/special_functions/ellint_1.hpp>
@@ -73,7 +73,7 @@ TEST(RodClosedForm, IsConstantCurvatureWithoutALoad) {
   std::printf("tips within %.1e, Jacobians within %.1e\n", worst, worst_column);
 }
 
-/// Stiff tendons pull evenly: the bend of constant curvature is tension times offset.
+/// With stiff tendons the bend of constant curvature is tension times offset.
 TEST(RodClosedForm, ATendonBendsAnArc) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(100); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -86,7 +86,7 @@ TEST(RodClosedForm, ATendonBendsAnArc) {
     RodInput input(rod);
     input.inputs[0] = bend / section.length * section.moment_stiffness.y() / offset;
     const RodAnswer answer = answerOf(rod, input);
-    // A tendon at +x pulls the tip toward +x, that is a turn about +y.
+    // A tendon at +x pulls the tip toward +x, a rotation about +y.
     const kinematics::Arc arc(Vector3d(0.0, bend / section.length, 0.0), section.length);
     EXPECT_LT((answer.tip.translation() - arc.position()).norm(), 1e-6 * section.length);
     EXPECT_LT((answer.tip.linear() - arc.rotation()).norm(), 1e-6);
@@ -137,7 +137,7 @@ TEST(RodClosedForm, AnEndMomentBendsACircle) {
   }
 }
 
-/// Bisshopp and Drucker 1945: a force P across the clamped direction that keeps its direction.
+/// Bisshopp and Drucker 1945: a force P of constant direction, perpendicular to the clamped end.
 TEST(RodClosedForm, ADeadForceBendsTheElastica) {
   double worst = 0.0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(100); ++seed) {
@@ -180,7 +180,7 @@ TEST(RodClosedForm, TorsionAndTensionOfAStraightRod) {
   }
 }
 
-/// Euler: a column clamped at one end buckles at pi^2 E I / 4 L^2, held at both at four pi^2 E I / L^2, in two planes.
+/// Euler: a column clamped at one end buckles at pi^2 E I / 4 L^2, clamped at both at 4 pi^2 E I / L^2, in two planes.
 TEST(RodClosedForm, AColumnBucklesAtEulersLoads) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(40); ++seed) {
     SCOPED_TRACE(trace(seed));

@@ -23,13 +23,13 @@ using kinematics::cosserat::RodInput;
 using kinematics::cosserat::RodModel;
 using kinematics::cosserat::RodPoint;
 
-/// An input and its answer, from a cold start.
+/// An input and its solution, from a cold start.
 struct Case {
   explicit Case(std::uint32_t seed, double strength = 1.0)
       : random(seed), model(anyRod(random)), input(anyInput(model.rod(), random, strength)) {
     status = model.solve(input, branch, answer);
   }
-  /// How the pose differs for another input, on the same branch.
+  /// Change of the pose for another input, on the same branch.
   Eigen::VectorXd moved(const RodInput& other) const {
     RodBranch there = branch;
     RodAnswer found;
@@ -99,7 +99,7 @@ TEST(Rod, DerivativesAreThoseOfTheSolution) {
   EXPECT_LT(vague, compared / 20);
 }
 
-/// Maxwell and Betti: C is symmetric without a moment; one that keeps its direction adds W' [M]x W.
+/// Maxwell and Betti: C is symmetric without a moment; a moment of constant direction adds W' [M]x W.
 TEST(Rod, ComplianceIsReciprocal) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(200); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -187,7 +187,7 @@ TEST(Rod, ConvergesWithTheOrderOfItsMethod) {
     double coarse = poseDifference(reference, end_of(2)).norm();
     for (int steps = 4; steps <= 16; steps *= 2) {
       const double fine = poseDifference(reference, end_of(steps)).norm();
-      if (coarse < 1e-4 && fine > 1e-12)  // neither too coarse for an order nor in the rounding
+      if (coarse < 1e-4 && fine > 1e-12)  // neither too coarse for an order nor within rounding errors
         orders.push_back(std::log2(coarse / fine));
       coarse = fine;
     }

@@ -32,7 +32,7 @@ ElasticArm anyElastic(Random& random) {
   return arm;
 }
 
-/** A target, and an assist arm that comes from the side and touches its base of bending without a force. */
+/** A target, and an assist arm that touches the start of its bending section from the side without a force. */
 struct Meeting {
   explicit Meeting(Random& random, ContactType type = ContactType::kRigid) {
     pair.target = anyElastic(random);
@@ -41,17 +41,19 @@ struct Meeting {
     pair.target.arm.base = anyPose(random);
     q << random.uniform(0.08, 0.15), random.uniform(-3.0, 3.0), random.uniform(-2.0, 2.0),  //
         random.uniform(0.03, 0.08), random.uniform(-3.0, 3.0), random.uniform(-1.0, 1.0);
-    // The assist arm stands where its free tip is at the base of bending and points into it from the side.
+    // The assist arm's base is such that its free tip is at the start of the bending section and points into it from
+    // the side.
     Isometry3d tip = pair.target.arm.base * Eigen::Translation3d(0.0, 0.0, q[0]) *
                      Eigen::AngleAxisd(random.uniform(-3.0, 3.0), Vector3d::UnitZ()) *
                      Eigen::AngleAxisd(random.uniform(0.6, 1.6), Vector3d::UnitY());
     pair.contact.setIdentity();
-    const Isometry3d free = TargetAssist::touching(pair, q);  // in the base of bending, for a base at the origin
+    const Isometry3d free = TargetAssist::touching(pair, q);  // in the frame at the start of the bending section, for a
+                                                              // base at the origin
     const Isometry3d bending_base = pair.target.arm.base * Eigen::Translation3d(0.0, 0.0, q[0]);
     pair.assist.arm.base = tip * (bending_base * free).inverse();
     pair.contact = TargetAssist::touching(pair, q);
   }
-  /// Joints that push the assist arm further in, by up to `most` m, and bend both.
+  /// Joints that advance the assist arm by up to `most` m, and bend both.
   Joints pushed(Random& random, double most) const {
     Joints there = q;
     there[3] += random.uniform(0.1, 1.0) * most;
@@ -78,7 +80,7 @@ TEST(TargetAssist, TouchingArmsHaveNoForceAndTheTargetIsAlone) {
   }
 }
 
-/// Contact closed within 1e-8 m, and the same as two whole rods solved another way.
+/// Contact closed within 1e-8 m, and agreement with an independent solution of two complete rods.
 TEST(TargetAssist, AgreesWithTwoRodsSolvedTogether) {
   int compared = 0;
   double worst = 0.0, widest = 0.0, farthest = 0.0;
@@ -98,7 +100,7 @@ TEST(TargetAssist, AgreesWithTwoRodsSolvedTogether) {
     const TwoRodsOracle oracle(meeting.pair, q, branch);
     EXPECT_LT(oracle.gap, 1e-8) << "contact of the other solution";
     EXPECT_LT((oracle.force_on_target + oracle.force_on_assist).norm(), 1e-8 * (1.0 + oracle.force_on_target.norm()));
-    // Action and reaction, from where each rod ends, for the pair's own answer.
+    // Action and reaction, from each rod's own end, for the chain's solution.
     EXPECT_LT((oracle.force_on_target - chain.wrench).norm(), 1e-5 * (1e-3 + chain.wrench.norm()));
     const double distance = (oracle.tip.translation() - chain.tip.pose.translation()).norm();
     EXPECT_LT(distance, 1e-7);
@@ -156,7 +158,7 @@ TEST(TargetAssist, JacobianIsTheDerivativeOfTheClosedChain) {
   EXPECT_GT(compared, 150);
 }
 
-/// Followed answers are those of a cold start, and a guess far off leads to the same place or is refused.
+/// Tracked solutions equal those of a cold start, and a distant guess leads to the same solution or is refused.
 TEST(TargetAssist, GuessesDoNotDecideTheAnswer) {
   int compared = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(40); ++seed) {
@@ -208,7 +210,7 @@ TEST(TargetAssist, ContactForceNeverPulls) {
   EXPECT_GT(reported, 20);
 }
 
-/// A slender assist arm that pushes head on against a stiff target gives way at Euler's load.
+/// A slender assist arm that pushes axially against a stiff target buckles at Euler's load.
 TEST(TargetAssist, ABucklingAssistArmIsReported) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(30); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -223,14 +225,14 @@ TEST(TargetAssist, ABucklingAssistArmIsReported) {
     Joints q = meeting.q;
     q[5] = 0.0;  // straight
     pair.assist.arm.tool.setIdentity();
-    // Head on from the side.
+    // Axially, from the side.
     const Isometry3d place = pair.target.arm.base * Eigen::Translation3d(0.0, 0.0, q[0]) *
                              Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitY());
     pair.assist.arm.base = place * Eigen::Translation3d(0.0, 0.0, -(q[3] + pair.assist.arm.bending_length));
     pair.contact = TargetAssist::touching(pair, q);
     const double length = q[3] + pair.assist.arm.bending_length;
     const double ei = pair.assist.proximal.moment_stiffness.x(), ea = pair.assist.proximal.force_stiffness.z();
-    // Held at both ends a column buckles at 4 pi^2 E I / L^2: pushed in by d it carries about E A d / L.
+    // Clamped at both ends a column buckles at 4 pi^2 E I / L^2: an advance by d causes a force of about E A d / L.
     const double critical = 4.0 * std::numbers::pi * std::numbers::pi * ei / (length * length) * length / ea;
     ChainBranch branch;
     Chain chain;
@@ -245,7 +247,7 @@ TEST(TargetAssist, ABucklingAssistArmIsReported) {
   }
 }
 
-/// Compliance of the assisted target: less than alone in every direction, as the assist arm adds stiffness.
+/// The assisted target is less compliant than alone in every direction, as the assist arm adds stiffness.
 TEST(TargetAssist, AssistanceStiffens) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(30); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -258,10 +260,11 @@ TEST(TargetAssist, AssistanceStiffens) {
     ChainBranch branch;
     Chain chain;
     ASSERT_EQ(TargetAssist(meeting.pair).solve(q, branch, chain), Status::kOk);
-    ElasticArm stump = meeting.pair.target;  // the target up to its base of bending, moved out to its tip
+    ElasticArm stump = meeting.pair.target;  // the target up to the start of its bending section, with its tip moved
+                                             // there
     const double l = q[0], ei = stump.proximal.moment_stiffness.x();
     const double alone = l * l * l / (3 * ei) + l / stump.proximal.force_stiffness.x();
-    const Matrix6 c = [&] {  // back from the tip to the base of bending
+    const Matrix6 c = [&] {  // from the tip back to the start of the bending section
       Matrix6 shift = Matrix6::Identity();
       const Vector3d back = stump.arm.base * Vector3d(0.0, 0.0, l) - chain.tip.pose.translation();
       shift.topRightCorner<3, 3>() = -kinematics::skew(back);

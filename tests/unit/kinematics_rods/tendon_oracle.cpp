@@ -91,7 +91,7 @@ TendonOracle::TendonOracle(const Rod& rod, const RodInput& input, const kinemati
     const double length = k == 0 ? input.first_length : rod.sections[k].length;
     odeint::integrate_adaptive(odeint::make_controlled(1e-11, 1e-11, odeint::runge_kutta_dopri5<State>()), equations, y,
                                0.0, length, 0.01 * length);
-    // What the rod alone hands on: less the point loads of tendons that end here.
+    // Internal wrench of the rod without the point loads of tendons that end here.
     const Strains at(y);
     Vector3d force = equations.rodForce(at), moment = equations.rodMoment(at);
     for (std::size_t i = 0; i < rod.actuators.size(); ++i) {
@@ -103,7 +103,7 @@ TendonOracle::TendonOracle(const Rod& rod, const RodInput& input, const kinemati
       moment += input.inputs[static_cast<Eigen::Index>(i)] * actuator.vector.cross(along);
     }
     if (k + 1 < rod.sections.size()) {
-      // Tendons that go on change their direction with the strains: found by going round.
+      // Continuing tendons change their direction with the strains: fixed-point iteration.
       const Equations next(rod, input, k + 1);
       State guess = y;
       for (int iteration = 0; iteration < 200; ++iteration) {

@@ -27,7 +27,7 @@ struct Piece {
   Vector3d curvature;
 };
 
-/// End of a rod and the wrench in it there, base frame, about its end.
+/// End of a rod and its internal wrench there, base frame, about its end.
 struct End {
   Isometry3d pose;
   Wrench wrench;

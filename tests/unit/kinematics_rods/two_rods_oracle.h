@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Two rods that touch, as one boundary value problem, solved a second time in another way. */
+/** @file Independent solver of two rods in contact, as one boundary value problem. */
 #pragma once
 
 #include "kinematics/assist/target_assist.h"
 
 namespace tandem::test {
 
-/** Equations (12) as printed but (12.b), in the rod's frame: forces and moments at both clamps are twelve unknowns,
- * agreement at the contact and balance there are twelve conditions. Boost.odeint integrates, Newton's method with
- * differences solves, from the neighbourhood of an answer. */
+/** Equations (12) as printed except (12.b), in the rod's frame: forces and moments at both clamps are twelve
+ * unknowns, agreement of the poses and balance at the contact are twelve conditions. Boost.odeint integrates,
+ * Newton's method with finite differences solves, starting near a solution. */
 struct TwoRodsOracle {
   TwoRodsOracle(const kinematics::assist::Pair& pair,
                 const kinematics::assist::Joints& q,

@@ -17,7 +17,7 @@ using safety::StateCommand;
 
 constexpr std::uint64_t kFirst = 7, kSecondClient = 8;
 
-/** Control over drives that obey, and clients that have seen its last status. */
+/** Control with ideal drives, and clients that have received its last status. */
 struct CommandedRobot {
   Rig rig;
   Drives drives{rig};
@@ -60,7 +60,7 @@ struct CommandedRobot {
     o.joints[4] = 0.1;
     return o;
   }
-  /// Far away: the motion takes seconds.
+  /// A long motion, of some seconds.
   ParsedControlRequest moveRequest(std::uint64_t client, int arm, double turn = 1.0) const {
     ParsedControlRequest o = requestOf(client, ControlKind::kMoveJp);
     o.arm = arm;

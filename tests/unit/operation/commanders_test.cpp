@@ -9,7 +9,7 @@
 namespace tandem::test {
 namespace {
 
-/// The next client may ask before control's next cycle has noticed that the last one is gone.
+/// The next client may send a request before control's next cycle has detected that the last one is gone.
 TEST(Commanders, LostLeaseEndsItsMotion) {
   for (const bool by_crtk : {false, true}) {
     CommandedRobot robot;
@@ -46,7 +46,7 @@ TEST(Commanders, ADisableClearsNoFaultThatItsSenderHasNotSeen) {
   robot.cycle();
   EXPECT_EQ(robot.state(0), OperatingState::kFault);
   const ParsedControlRequest seen = robot.stateRequest(kFirst, StateCommand::kDisable);
-  // Somebody presses it once more.
+  // The stop is pressed again.
   robot.core.stop();
   EXPECT_EQ(robot.give(seen), Reason::kFaultNotSeen) << "not shown yet";
   robot.cycle();
@@ -59,7 +59,7 @@ TEST(Commanders, ADisableClearsNoFaultThatItsSenderHasNotSeen) {
   EXPECT_EQ(robot.state(0), OperatingState::kDisabled);
 }
 
-/// Two orders may come within one cycle, and a fault between them: no status has shown that the first one is gone.
+/// Two requests may arrive within one cycle, with a fault between them: no status has shown the end of the first fault.
 TEST(Commanders, AFaultThatComesAgainIsAnother) {
   CommandedRobot robot;
   robot.enable(kFirst);
@@ -95,7 +95,7 @@ TEST(Commanders, OneRequestEnablesAllArmsOrNone) {
   ASSERT_EQ(robot.give(robot.stateRequest(kFirst, StateCommand::kEnable)), Reason::kNone);
   robot.cycle();
   robot.drives.take(robot.output.command);
-  // The first arm has its power; the drives of the second find what is wrong with them.
+  // The first arm has its power; the drives of the second one report a fault.
   robot.drives.state.operating_state[1] = static_cast<std::uint8_t>(OperatingState::kFault);
   robot.drives.state.faults[1] = bit(Fault::kDrive);
   robot.core.onState(robot.drives.state);
@@ -137,7 +137,7 @@ TEST(Commanders, AJogThatALinkHeldBackMovesNothing) {
   EXPECT_FALSE(robot.moves(0));
 }
 
-/** Three clients, orders that arrive late, a robot that fails, and a model of whose motion each arm does. */
+/** Three clients, delayed requests, a robot with faults, and a model of the client that moves each arm. */
 class Crowd {
  public:
   explicit Crowd(std::uint32_t seed) : random_(seed) {}
@@ -171,7 +171,7 @@ class Crowd {
     std::deque<ParsedControlRequest> on_their_way;
   };
 
-  /// Whoever lives says so in time.
+  /// Running clients renew the lease in time.
   void keep() {
     for (std::size_t c = 0; c < clients_.size(); ++c) {
       if (clients_[c].alive && random_.chance(0.3))
@@ -201,7 +201,7 @@ class Crowd {
         return robot_.moveRequest(id, random_.integer(0, 1), random_.uniform(-1.5, 1.5));
     }
   }
-  /// A new order of a client, or one that a link has held back.
+  /// A new request of a client, or one that a link has delayed.
   void deliver() {
     const auto c = static_cast<std::size_t>(random_.integer(0, 2));
     Client& client = clients_[c];
@@ -218,7 +218,7 @@ class Crowd {
     const RobotCondition after = robot_.core.condition();
     if (request.kind == ControlKind::kStateCommand && request.command == StateCommand::kDisable) {
       stop_latched_ = stop_latched_ && request.answers_control < stopped_at_;
-      // Whatever it did, the stop that its sender had not seen is still there.
+      // Whatever its effect, the stop that its sender had not received is still latched.
       late_disables += request.answers_control < stopped_at_ ? 1 : 0;
       for (int k = 0; k < 2; ++k)
         EXPECT_TRUE(!stop_latched_ || after.arm[CommandedRobot::at(k)].wanted == OperatingState::kFault) << "arm " << k;

@@ -73,7 +73,7 @@ TEST(DriveExchange, AcceptsOnlyItsOwnRobot) {
   EXPECT_TRUE(update.displaced && update.restarted);
 }
 
-/** States of the arms and drives that follow, or do as they like. */
+/** States of the arms with drives that follow them or change randomly. */
 TEST(ArmStates, PowerIsAskedForOnlyAfterACommandAndNeverAfterAFault) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(100); ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -137,7 +137,7 @@ TEST(ArmStates, PowerThatDoesNotComeIsGivenUp) {
   EXPECT_EQ(arms.record(0).cause, safety::FaultCause::kOff);
 }
 
-/// A place inside the limits, at random between home and two other ones that are.
+/// Random joints inside the limits, between home and two other such joint vectors.
 safety::ArmVector inside(const Rig& rig, int arm, Random& random) {
   const safety::ArmVector home = rig.robot.arms[static_cast<std::size_t>(arm)].home;
   for (;;) {
@@ -298,7 +298,7 @@ TEST(FollowedReference, APostureThatLimitsForbidIsLeftOut) {
   }
 }
 
-/** The loop on tasks of arms at home. */
+/** The task loop with tasks of arms at home. */
 struct Loop : ::testing::Test {
   Rig rig;
   Drives drives{rig};
@@ -315,7 +315,7 @@ struct Loop : ::testing::Test {
 
 TEST_F(Loop, ASolverThatGivesNoAnswerIsAFaultOnceThatLasts) {
   TaskLoop loop(rig.setup(), exchange, rig.tracker(), nullptr);
-  tasks.tasks[0].position[0] = 1e308;  // a finite number; the velocity that it asks for is not
+  tasks.tasks[0].position[0] = 1e308;  // finite, but the resulting velocity is not
   const double allowed = rig.deployment.budgets.commandAge(rig.deployment.control_period);
   double lasted = 0.0;
   while (loop.follow(tasks, kSecond).faults == 0) {

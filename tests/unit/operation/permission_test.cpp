@@ -52,7 +52,7 @@ TEST(Permission, OnlyTheLeaseOwnerGivesPowerAndEveryClientMayRemoveIt) {
                   !free || own || (takesAway(action) && now.arm[static_cast<std::size_t>(arm)].faulty()))
             << i;
       }
-      // All arms are refused what one is refused.
+      // A request for all arms is refused if it is refused for one.
       bool any = false;
       for (int k = 0; k < now.arm_count; ++k)
         any = any || judge(action, Requester::kLeaseOwner, now, k);
@@ -77,7 +77,7 @@ TEST(Permission, EachRefusalSaysSomethingOfItsOwn) {
   EXPECT_EQ(name(Reason::kNone), "");
 }
 
-/** Control, and drives that often do what they are asked for. */
+/** Control, and drives that often follow its requests. */
 struct Walk {
   Rig rig;
   Random random;
@@ -157,7 +157,7 @@ msg::ControlPermissions permissionsOf(const RobotCondition& now) {
   return permissions;
 }
 
-/// That an order which was allowed has had its effect.
+/// Checks the effect of an accepted request.
 void expectEffect(Action action, const ArmCondition& arm, bool method_accepted) {
   switch (action) {
     case Action::kEnable:
@@ -207,7 +207,7 @@ TEST(Permission, RepliesOfControlMatchThePublishedPermissions) {
       const ControlReply reply = walk.core.onRequest(request, walk.now);
       delete reply.retired;
       if (request.from_topic && reply.refusal.reason == Reason::kNoEcho)
-        continue;  // what its sender has seen has nothing to do with the situation
+        continue;  // the sender's knowledge is independent of the situation
       EXPECT_EQ(reply.refusal.reason, expected.reason) << static_cast<int>(action);
       (expected ? refused : allowed)[static_cast<std::size_t>(action)] += 1;
       const RobotCondition after = walk.core.condition();

@@ -43,7 +43,7 @@ struct Rig {
   }
 };
 
-/** They stand at home, DISABLED; joints are where their setpoints are. */
+/** Drives at home, DISABLED; joints equal their setpoints. */
 struct Drives {
   msg::ActuationState state;
 
@@ -62,7 +62,7 @@ struct Drives {
     for (int j = 0; j < q.size(); ++j)
       state.position[msg::jointIndex(arm, j)] = state.setpoint[msg::jointIndex(arm, j)] = q[j];
   }
-  /// Takes a command, and answers with the next state.
+  /// Executes a command, and returns the next state.
   void take(const msg::ActuationCommand& command) {
     using safety::DriveRequest;
     using safety::OperatingState;

@@ -5,7 +5,7 @@
 namespace tandem::test {
 namespace {
 
-/// CRTK clients show what they have seen by the stamp of the feedback that they repeat.
+/// CRTK clients prove what they have received by the stamp of the feedback that they repeat.
 TEST(StateCommand, PowerNeedsAFreshFeedbackStamp) {
   const auto topic = [](const CommandedRobot& robot, StateCommand command) {
     ParsedControlRequest request = robot.stateRequest(0, command);
@@ -23,7 +23,7 @@ TEST(StateCommand, PowerNeedsAFreshFeedbackStamp) {
   EXPECT_EQ(robot.give(topic(robot, StateCommand::kEnable)), Reason::kNone);
   robot.run(0.1);
   EXPECT_EQ(robot.state(0), OperatingState::kEnabled);
-  // Nobody needs to have seen anything to take power away.
+  // Removing power needs no received feedback.
   ParsedControlRequest pause = topic(robot, StateCommand::kPause), disable = topic(robot, StateCommand::kDisable);
   pause.answers_control = disable.answers_control = 0;
   EXPECT_EQ(robot.give(pause), Reason::kNone);
@@ -35,7 +35,7 @@ TEST(StateCommand, PowerNeedsAFreshFeedbackStamp) {
   EXPECT_EQ(robot.give(disable), Reason::kNone);
   robot.run(0.03);
   EXPECT_EQ(robot.state(0), OperatingState::kDisabled);
-  // But a stop is cleared by somebody who knows of it.
+  // But clearing a stop requires knowledge of it.
   const ParsedControlRequest early = topic(robot, StateCommand::kDisable);
   robot.core.stop();
   robot.cycle();

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-/** The judge of tips by itself. */
+/** The check of tip measurements alone. */
 struct TipFeedback : ::testing::Test {
   planning::Reference tasks;
   msg::ActuationState state;
@@ -34,7 +34,7 @@ TEST_F(TipFeedback, AgeIsCountedFromTheCommandThatTheRobotHadTaken) {
   feedback.take(tips);
   EXPECT_EQ(feedback.check(tasks, state, commands, kSecond + kSecond / 20), msg::HoldReason::kNone);
   EXPECT_NEAR(feedback.age(), 0.05, 1e-9);
-  feedback.take(tips);  // that it comes again makes it no younger
+  feedback.take(tips);  // a repeated sample does not become younger
   EXPECT_EQ(feedback.check(tasks, state, commands, kSecond + kSecond / 5), msg::HoldReason::kStaleTips);
   tips.answers_command = 4;  // a command that was never sent
   feedback.take(tips);

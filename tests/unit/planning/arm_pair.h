@@ -26,7 +26,7 @@ struct Pair {
         one{{a.get()}, {&limits}},
         both{{a.get(), b.get()}, {&limits, &limits}} {}
 
-  /// Random joints of all arms inside the limits, with the tips they give; false where a model cannot answer.
+  /// Random joints of all arms inside the limits, with their tips; false if a model has no solution.
   bool known(const Arms& arms, Random& random, safety::RobotVector& q, std::vector<kinematics::Tip>& tips) const {
     q.resize(arms.jointCount());
     tips.resize(arms.models.size());
@@ -49,7 +49,7 @@ inline safety::RobotVector home(const Arms& arms) {
   return q;
 }
 
-/// All limits hold and the model says that the tips are where they shall be.
+/// All limits are met, and by the model the tips are at their targets.
 inline void expectKept(const Arms& arms, const IkAnswer& answer, const std::vector<TipTarget>& targets) {
   for (int k = 0; k < arms.count(); ++k) {
     const auto& limits = *arms.limits[static_cast<std::size_t>(k)];

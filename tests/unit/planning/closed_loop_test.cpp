@@ -14,7 +14,7 @@ namespace {
 
 using namespace planning;
 
-/// Joints inside the limits; now and then all tubes of both arms in one plane.
+/// Joints inside the limits; sometimes all tubes of both arms in one plane.
 safety::RobotVector anyStart(const Pair& robot, Random& random) {
   safety::RobotVector q(12);
   q << randomInside(robot.limits, random), randomInside(robot.limits, random);
@@ -38,7 +38,7 @@ TrajectorySpec anyTask(Random& random) {
   return spec;
 }
 
-/** How far joints are from being a nearest pose at first order. With F the square of the tips' errors that the point's
+/** First-order optimality residual of a nearest pose. With F the square of the tips' errors that the point's
  * relative position leaves free, u the joints' units and y = (mu, lambda >= 0),
  *
  *   min_y |u (grad F + J_AB^T mu + sum over active limits lambda_i a_i)| / |u grad F|. */
@@ -109,7 +109,7 @@ Nearest judgeNearest(const Pair& robot, const PointReport& point) {
   return {residual(true), residual(false), static_cast<int>(active.size())};
 }
 
-/// A kink of the rigid model within reach: moving any translation by a little changes the Jacobian by much.
+/// A kink of the rigid model nearby: a small change of a translation changes the Jacobian significantly.
 bool atKink(const Pair& robot, const PointReport& point) {
   constexpr double kAside = 1e-4, kJump = 1e-2;
   for (int arm = 0; arm < 2; ++arm) {
@@ -131,7 +131,7 @@ bool atKink(const Pair& robot, const PointReport& point) {
   return false;
 }
 
-/** Checks the reason given for a point by other means. @return what speaks against it; empty if nothing does. */
+/** Checks the reason given for a point independently. @return contradiction; empty if none is found. */
 std::string refute(const Pair& robot, const PointReport& point) {
   if (point.words.empty())
     return "a refusal without words";
@@ -171,7 +171,7 @@ void expectSafe(const Rehearsal& run, control::Method method) {
   EXPECT_TRUE(run.end == RehearsalEnd::kCompleted || !run.words.empty());
 }
 
-/// Every task completes with its plan, or was refused beforehand with a reason that holds. No limit ever breaks.
+/// Every task completes with its plan, or is refused beforehand with a correct reason. No limit is violated.
 TEST(ClosedLoop, EveryTaskConvergesWithItsPlanOrIsRefusedWithTheRightReason) {
   Pair robot("rigid");
   robot.limits = limitsOf(arkArm(0.0), 5e-3, 1e-3);
@@ -187,7 +187,7 @@ TEST(ClosedLoop, EveryTaskConvergesWithItsPlanOrIsRefusedWithTheRightReason) {
       continue;  // all tubes withdrawn behind the entry point: no tip
     FeasibilityOptions check;
     check.stop_after = 1;
-    check.ik.starts = 3;  // a refusal is judged by other means
+    check.ik.starts = 3;  // a refusal is checked independently
     const FeasibilityReport report = checkTrajectory(robot.both, spec, start, check);
     ++n.tasks;
     n.planar += report.planar_start ? 1 : 0;
@@ -237,20 +237,20 @@ TEST(ClosedLoop, EveryTaskConvergesWithItsPlanOrIsRefusedWithTheRightReason) {
     std::printf("  %s: %d of the feasible with the planned posture, %d without\n", method.c_str(), count,
                 n.without_posture[method]);
   EXPECT_GT(n.feasible, 0);
-  // snsqp takes its scale however small it is before it follows the posture, and turns at 0.5 rad/s: now and then a
-  // point takes longer than its iterations. plan check --method says so beforehand.
+  // snsqp first maximises its scale, however small, before it follows the posture, and rotates at 0.5 rad/s: some
+  // points take longer than their iterations. plan check --method predicts this.
   EXPECT_LE(50 * (n.feasible - n.completed["snsqp"]), n.feasible);
-  // Where the rigid model's Jacobian jumps a nearest pose need not be one at first order.
+  // Where the rigid model's Jacobian jumps, a nearest pose need not satisfy the first-order conditions.
   EXPECT_LE(20 * n.refuted, n.refused);
 }
 
-/// The methods, each as it is, see no more of a task than one step; a rehearsal says in words where that ends.
+/// Each method considers only one step of a task; a rehearsal reports where that fails.
 TEST(ClosedLoop, ARehearsalNamesWhatHoldsTheMethod) {
   Pair robot("rigid");
   robot.limits = limitsOf(arkArm(0.0), 5e-3, 1e-3);
   const safety::RobotVector start = home(robot.both);
   TrajectorySpec spec;
-  spec.shape = Line{{0.0, 0.0, 0.2}};  // farther than the tubes can be pushed
+  spec.shape = Line{{0.0, 0.0, 0.2}};  // farther than the tubes can be extended
   spec.point_count = 20;
   for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp}) {
     RehearsalOptions options;

@@ -26,7 +26,7 @@ TrajectorySpec straight(const Eigen::Vector3d& displacement, int points) {
   return spec;
 }
 
-/// Whatever a report says can be had is had: within limits, at the points, without jumps.
+/// Checks a report: feasible points are within limits, reach their tips, and do not jump.
 void expectTrue(const Pair& robot, const FeasibilityReport& report, const safety::RobotVector& from) {
   safety::RobotVector before = from;
   for (const PointReport& point : report.points) {
@@ -64,8 +64,8 @@ TEST(Feasibility, TheTrajectoriesOfTable3CanBeRun) {
 
 TEST(Feasibility, APlanarStartGoesInwardAndIsRefusedOutward) {
   const Pair robot("rigid");
-  // Configuration 3: all tubes bend toward +x. Away from the axis only translations could help, and they stand at
-  // what they can do; toward it the tubes turn against each other, to which the Jacobian there is blind.
+  // Configuration 3: all tubes bend toward +x. Away from the axis only translations could help, and they are at their
+  // limits; toward it the tubes rotate against each other, which the Jacobian there does not show.
   const auto inward = checkTrajectory(robot.both, straight({-50e-3, 0, 0}, 25), start(2), {});
   EXPECT_TRUE(inward.planar_start) << inward.rotation_conditioning;
   EXPECT_TRUE(inward.feasible);
@@ -97,7 +97,7 @@ TEST(Feasibility, ARepairedTrajectoryIsFeasibleAndLeavesTheRestAlone) {
   EXPECT_EQ(calls, 25 * (repair.rounds + 1));
   expectTrue(robot, repair.before, start(1));
   expectTrue(robot, repair.after, start(1));
-  // Every point is as near to the wanted one as the nearest that was found for it, up to what smoothing moves.
+  // Every point is as near to the wanted one as the nearest one found for it, except for the smoothing.
   const double allowed = repair.before.points.back().error;
   std::printf("%d unreachable, %d rounds, moved by %.1f mm at most\n", repair.before.unreachable(), repair.rounds,
               1e3 * repair.largest_change);

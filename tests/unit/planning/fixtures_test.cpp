@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Filter and virtual fixtures by themselves. */
+/** @file Filter and virtual fixtures alone. */
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -54,7 +54,7 @@ TEST(OneEuro, QuietAtRestAndQuickInMotion) {
       const Vector3d x(speed * dt * i, 0.0, 0.0);
       lag = (x - quick.step(x, dt)).norm() / speed;
     }
-    // A first-order low-pass at f_c lags by 1 / (2 pi f_c), less a sample.
+    // A first-order low-pass at f_c lags by 1 / (2 pi f_c), minus one sample.
     EXPECT_LT(lag, 1.0 / (2.0 * std::numbers::pi * (options.min_cutoff + 0.9 * options.beta * speed)));
   });
 }
@@ -72,7 +72,7 @@ TEST(Regions, TheNearestPlaceOnAWayIsTheNearest) {
         nearest = std::min(nearest, distance(region, a + i / 2000.0 * (b - a)));
       EXPECT_NEAR(nearestOnWay(region, a, b), nearest, 2e-3);
       EXPECT_LE(nearestOnWay(region, a, b), nearest + 1e-5 * (b - a).norm());
-      // Along the outward direction the distance grows as fast as the place changes.
+      // Along the outward direction the distance grows as much as the position changes.
       const Vector3d p = dice.ball(2.0), n = outward(region, p);
       EXPECT_NEAR(n.norm(), 1.0, 1e-12);
       EXPECT_NEAR(distance(region, p + 1e-7 * n) - distance(region, p), 1e-7, 1e-9);

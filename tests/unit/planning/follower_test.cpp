@@ -31,7 +31,7 @@ TEST(Follower, ProtocolAsksForTheNextPointWhenWithinTolerance) {
     ASSERT_EQ(reference.task_count, 2);
     EXPECT_EQ(reference.tasks[0].kind, planning::TaskKind::kRelativePosition);
     EXPECT_EQ(reference.tasks[1].kind, planning::TaskKind::kTipPosition);
-    // Feed-forward in the first iteration of a point only.
+    // Feed-forward only in the first iteration of a point.
     const double expected = follower.progress().iteration == 1 ? 1e-3 / 10.0 : 0.0;
     EXPECT_NEAR(reference.tasks[1].feed_forward.z(), expected, 1e-12);
     tip += 0.3 * (reference.tasks[1].position - tip);  // lambda_A T = 0.3

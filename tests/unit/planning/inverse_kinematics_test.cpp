@@ -17,7 +17,7 @@ namespace {
 
 using namespace planning;
 
-/// Poses produced from known joints are reached.
+/// Poses computed from known joints are reached.
 void reachKnown(const char* model, bool pair, bool direction, std::uint32_t count) {
   SCOPED_TRACE(trace(baseSeed()));
   Random random(baseSeed());
@@ -72,7 +72,7 @@ TEST(InverseKinematics, RefusesTipsOutsideTheWorkspaceWithTheNearestOne) {
         << name(answer.reach) << " " << far.transpose();
     EXPECT_FALSE(answer.words.empty());
     EXPECT_LE(safety::largestViolation(robot.limits, answer.q), 1e-9);
-    double nearer = 0.0;  // nothing near or far that is allowed is nearer
+    double nearer = 0.0;  // no permitted configuration, near or far, is nearer
     for (int k = 0; k < 3000; ++k) {
       safety::ArmVector q = randomInside(robot.limits, random);
       if (k % 2 == 0) {  // in a neighbourhood
@@ -92,7 +92,8 @@ TEST(InverseKinematics, RefusesTipsOutsideTheWorkspaceWithTheNearestOne) {
     std::printf("%s: %d\n", std::string(name(reason)).c_str(), count);
 }
 
-/// Gradients of the objective and of every constraint against differences, and the curvature against theirs.
+/// Gradients of the objective and of every constraint compared with differences, and the Hessian with those of the
+/// gradients.
 void checkDerivatives(const char* model, bool nearest, int count) {
   SCOPED_TRACE(trace(baseSeed()));
   Random random(baseSeed());
@@ -111,7 +112,7 @@ void checkDerivatives(const char* model, bool nearest, int count) {
     const PosePoint here = evaluate(problem, q);
     ASSERT_TRUE(here.answered);
     if (here.constraints.tail(3).minCoeff() < -0.15)
-      continue;  // backbones cross: their distance has no gradient
+      continue;  // the backbones cross: their distance has no gradient
     for (int j = 0; j < q.size(); ++j) {
       const double unit = PoseProblem::unit(robot.both, j);
       const auto at = [&](double h) {
@@ -165,7 +166,7 @@ TEST(InverseKinematics, KeepsTheArmsApart) {
     std::vector<kinematics::Tip> tips;
     if (!robot.known(robot.both, random, q, tips))
       continue;
-    // Tip b is to stand close to tip a: often the arms have to go around each other, or cannot.
+    // Tip b is to be close to tip a: the arms often have to go around each other, or cannot reach it.
     const Eigen::Vector3d p = tips[0].pose.translation(), aside(0.0, -random.uniform(3e-3, 10e-3), 5e-3);
     const std::vector<TipTarget> targets{{0, p, {}}, {1, p + aside, {}}};
     if (free.solve(targets, home(robot.both)).reach != Reach::kReached)
@@ -188,7 +189,7 @@ TEST(InverseKinematics, KeepsTheArmsApart) {
 
 TEST(InverseKinematics, KeepsCompliantArmsStable) {
   const Pair soft("compliant");
-  // All tubes curved over more of their length: opposed ones may snap.
+  // All tubes curved over a larger part of their length: opposed ones may snap.
   auto arm = arkArm(0.0);
   for (kinematics::Tube& tube : arm.tubes) {
     tube.sections[0].length -= 0.1;

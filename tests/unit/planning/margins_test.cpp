@@ -16,7 +16,7 @@ using control::MethodParameters;
 
 constexpr double kMarginPeriod = 0.1;  // s
 
-/// The loop of two arms, their joints ideal.
+/// Closed loop of two arms with ideal joints.
 struct Loop {
   const Pair& pair;
   planning::ReferenceTracker tracker;
@@ -28,7 +28,7 @@ struct Loop {
         tracker({two.a.get(), two.b.get()}, {&two.limits, &two.limits}, control::Method::kHqp, parameters, {5.0, 3.0}),
         q(start) {}
 
-  /// One period towards the tips; the two margins after it.
+  /// One period towards the target tips; returns the two margins after it.
   struct Margin {
     double distance = 0.0, stability = 0.0;
   };
@@ -58,7 +58,7 @@ planning::Reference towards(const std::vector<kinematics::Tip>& tips) {
   return r;
 }
 
-/// Random ways between random joints, with and without the margins asked for: what either leaves of them.
+/// Random motions between random joints, with and without the required margins: compares the remaining margins.
 void compare(const char* model, const MethodParameters& kept, int trials, double Loop::Margin::*which, double least) {
   SCOPED_TRACE(trace(baseSeed()));
   Random random(baseSeed());

@@ -11,7 +11,8 @@ namespace {
 
 using planning::Twist;
 
-/** Two arms of three joints whose rest is made up: J, a contact row above and a force row below the motion. */
+/** Two arms of three joints with a synthetic equilibrium: J, a contact row with higher and a force row with lower
+ * priority than the motion. */
 struct ObjectTracker : ::testing::Test {
   ObjectTracker() {
     for (safety::ArmLimits& arm : limits)

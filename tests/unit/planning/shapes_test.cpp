@@ -44,7 +44,7 @@ TEST(Shapes, LissajousStartsAndEndsAtTheStart) {
   for (const auto& point : points) {
     const Eigen::Vector3d d = point.tip - kStart;
     EXPECT_EQ(d.x(), 0.0);
-    // z = 2 y sqrt(1 - (y / a)^2) up to sign, the figure's own equation.
+    // z = 2 y sqrt(1 - (y / a)^2) up to sign, the equation of the figure.
     EXPECT_NEAR(std::abs(d.z()), 2 * std::abs(d.y()) * std::sqrt(1 - d.y() * d.y() / 1e-4), 2e-6);
   }
   EXPECT_NEAR(largestSpacing(points), (points[0].tip - kStart).norm(), 1e-5);
@@ -56,7 +56,7 @@ TEST(Shapes, CircleKeepsItsRadius) {
   const Eigen::Vector3d center = kStart + Eigen::Vector3d(0.01, 0, 0);
   for (const auto& point : points)
     EXPECT_NEAR((point.tip - center).norm(), 0.01, 1e-8);
-  EXPECT_LT((points.back().tip - (center + Eigen::Vector3d(0.01, 0, 0))).norm(), 1e-9);  // half a turn further
+  EXPECT_LT((points.back().tip - (center + Eigen::Vector3d(0.01, 0, 0))).norm(), 1e-9);  // after another half turn
   shape.normal = {1, 0, 0};
   EXPECT_THROW(sample(spec(shape), kStart, kRelative), std::invalid_argument);
 }

@@ -13,7 +13,7 @@ using namespace planning::teleoperation;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-/** Two tips that follow their targets as control lets them: first order, within the response time. */
+/** Two tips that follow their targets like control: first order, within the response time. */
 struct Rig {
   Rig(const Options& options, double period)
       : pipeline(options, period), dt(period), lag(responseTime(options.guard, period)) {
@@ -27,7 +27,7 @@ struct Rig {
       return state;
     planning::Reference reference;
     pipeline.tasks(0.0, 0.0, reference);
-    // What two levels of tasks make of the tips.
+    // Tip motion for two levels of tasks.
     std::array<Vector3d, 2> wanted{tips[0], tips[1]};
     const auto at = [](int k) { return static_cast<std::size_t>(k); };
     int named = 0;
@@ -63,7 +63,7 @@ Sample moving(Mode mode, const Vector3d& velocity) {
   return sample;
 }
 
-/// An operator without manners: everything changes at any time.
+/// An operator without restrictions: every input may change at any time.
 void mutate(Sample& sample, Dice& dice) {
   ++sample.number;
   if (dice.chance(0.02))
@@ -93,7 +93,7 @@ Options anyOptions(Dice& dice) {
   const int regions = static_cast<int>(dice.engine() % 4);
   for (int i = 0; i < regions; ++i) {
     ForbiddenRegion region{"r" + std::to_string(i), Sphere{}};
-    // Around where the tips start, but clear of them.
+    // Around the start of the tips, but not containing them.
     const Vector3d away = 0.02 * dice.ball(1.0).normalized();
     const Vector3d place = Vector3d(0.0, 0.0, 0.2) + away;
     switch (dice.engine() % 3) {
@@ -162,7 +162,7 @@ TEST(Teleoperation, TargetsStayInTheWorkspaceAndKeepTheirSpeedAndLeash) {
                     ((box.maximum - target).array() >= -1e-12).all());
         ASSERT_LE((target - rig.pipeline.position()).norm(), leash + 1e-12);
         if (engaged && arm == sample.arm) {
-          // Toward the tip it may go at any speed.
+          // Toward the tip it may move at any speed.
           const bool retreat = (target - rig.pipeline.position()).norm() < (before - rig.pipeline.position()).norm();
           if (!retreat && sample.arm == arm && i > 0) {
             const bool same = (target - before).norm() <= options.guard.max_speed * dt + 1e-12;
@@ -185,8 +185,8 @@ TEST(Teleoperation, EngagingNeverJumps) {
     for (int i = 0; i < 20; ++i) {
       Sample sample = moving(static_cast<Mode>(1 + dice.engine() % 3), dice.ball(0.05));
       sample.pose = dice.chance(0.5);
-      sample.value += dice.ball(10.0);  // wherever the device is
-      rig.tips[0] += dice.ball(0.01);   // the robot was moved meanwhile
+      sample.value += dice.ball(10.0);  // any position of the device
+      rig.tips[0] += dice.ball(0.01);   // meanwhile the robot was moved
       rig.step(sample);
       ASSERT_TRUE(rig.pipeline.engaged());
       EXPECT_LE((rig.pipeline.target() - rig.pipeline.position()).norm(), options.guard.max_speed * 0.01 + 1e-12);
@@ -246,7 +246,7 @@ TEST(Teleoperation, TheClutchReIndexes) {
     }
     sample.clutch = true;
     EXPECT_EQ(rig.step(sample), State::kClutched);
-    rig.run(sample, 2.0);  // the tip comes to where the target was left
+    rig.run(sample, 2.0);  // the tip reaches the last target
     const Vector3d there = rig.tips[0];
     for (int i = 0; i < 100; ++i) {
       sample.value += dice.ball(0.02);
@@ -295,7 +295,7 @@ TEST(Teleoperation, EveryStageSaysWhatItDid) {
       EXPECT_EQ(stages[s].input, stages[s - 1].output) << name(static_cast<Stage>(s));
     }
   }
-  // The way back begins at once: a device that says velocities has no place behind the wall.
+  // The reversal takes effect at once: a velocity device has no position beyond the wall.
   sample.value = {-0.02, 0.0, 0.0};
   rig.run(sample, 0.5);
   EXPECT_LT(rig.tips[0].x(), 0.0);

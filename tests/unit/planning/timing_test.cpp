@@ -48,7 +48,7 @@ TEST(Timing, OfAStraightLineIsTheTrapezium) {
   }
 }
 
-/// Largest x of every point by going back and forth until nothing changes: slow, and independent of Ipopt.
+/// Largest x of every point by forward and backward passes until convergence: slow, and independent of Ipopt.
 double bruteForceTime(const TimingProblem& p) {
   const int last = static_cast<int>(p.path.cols()) - 1;
   const auto feasible = [&](int k, double x0, double x1) {  // piece k
@@ -63,7 +63,7 @@ double bruteForceTime(const TimingProblem& p) {
     }
     return true;
   };
-  // Dynamic programme over a grid of sqrt(x), common to all points.
+  // Dynamic programming over a grid of sqrt(x), common to all points.
   double most = 0.0;
   for (int k = 0; k < last; ++k)
     most = std::max(most, 1.0 / (p.path.col(k + 1) - p.path.col(k)).cwiseAbs().cwiseQuotient(p.velocity).maxCoeff());

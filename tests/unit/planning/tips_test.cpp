@@ -12,7 +12,7 @@ namespace {
 
 using planning::TipFollower;
 
-/// Two tubes that are wound against each other until they let go.
+/// Two tubes that are twisted against each other until they snap.
 kinematics::ConcentricTubeArm windingArm() {
   kinematics::ConcentricTubeArm arm;
   arm.tubes = {{1.5e-3, 1.3e-3, 58e9, 0.3, {}}, {1.8e-3, 1.6e-3, 58e9, 0.3, {}}};
@@ -47,7 +47,7 @@ TEST(TipFollower, ResultIsIndependentOfQueryRate) {
 TEST(TipFollower, ContinuesFromTheLastTipsAndRestartsOnRequest) {
   const auto model = kinematics::makeArmModel("compliant", windingArm());
   TipFollower first({model.get()}), second({model.get()});
-  const double far = 1.15 * std::numbers::pi;  // another stable equilibrium than that of a cold start
+  const double far = 1.15 * std::numbers::pi;  // an equilibrium other than that of a cold start
   for (int i = 0; i <= 100; ++i)
     ASSERT_TRUE(first.update(wound(0.01 * i * far)));
   second.continueFrom(first);

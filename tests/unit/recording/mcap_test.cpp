@@ -136,7 +136,7 @@ TEST_F(Mcap, FlippedBitsAreNoticedAndNeverBecomeMessages) {
     Reader fast(put(bytes));
     EXPECT_LE(rowsOf(fast).size(), contents.rows.size());
   }
-  EXPECT_GT(noticed, 80);  // the rest hit the summary, which a scan has no use for
+  EXPECT_GT(noticed, 80);  // the rest is in the summary, which a scan does not read
 }
 
 TEST_F(Mcap, OtherFilesAreRefusedWithTheirName) {
@@ -154,7 +154,7 @@ TEST_F(Mcap, OtherFilesAreRefusedWithTheirName) {
 }
 
 TEST_F(Mcap, AFullDiskLeavesAReadableFile) {
-  // The limit on file sizes fails a write in the same way, anywhere in a record.
+  // A file size limit makes a write fail in the same way, anywhere in a record.
   signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -177,7 +177,7 @@ TEST_F(Mcap, AFullDiskLeavesAReadableFile) {
     try {
       writer.close();
     } catch (const std::system_error&) {
-      // Whether the rest has room depends on where the limit lies.
+      // The rest fits or not, depending on the limit.
     }
     setrlimit(RLIMIT_FSIZE, &before);
     EXPECT_EQ(writer.lost() + writer.statistics().messages, written);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Recordings with random contents, and what is in them. */
+/** @file Recordings with random contents. */
 #pragma once
 
 #include <filesystem>
@@ -13,13 +13,13 @@
 
 namespace tandem::recording::test {
 
-/** A message as a value: topic, sequence, log time, publish time, data. */
+/** Values of a message: topic, sequence, log time, publish time, data. */
 using Row = std::tuple<std::string, std::uint32_t, std::uint64_t, std::uint64_t, std::string>;
 
-/** What a file should hold. */
+/** Expected contents of a file. */
 struct Contents {
-  std::vector<Row> rows;                                  ///< in the order in which they were written
-  std::vector<std::pair<std::uint64_t, std::size_t>> at;  ///< after each flush: size of the file, messages in it
+  std::vector<Row> rows;                                  ///< in the order of writing
+  std::vector<std::pair<std::uint64_t, std::size_t>> at;  ///< after each flush: file size, and number of messages
   std::map<std::string, std::string> attachments, notes;
 };
 
@@ -31,7 +31,7 @@ inline std::string randomBytes(std::mt19937_64& random, std::size_t most) {
   return bytes;
 }
 
-/// Writes a file; log times never go back.
+/// Writes a file with ascending log times.
 inline Contents writeRandom(const std::filesystem::path& file, std::mt19937_64& random) {
   Contents contents;
   Writer writer(file, {.chunk_size = 256 + random() % 8192, .level = static_cast<int>(random() % 3)});
@@ -68,7 +68,7 @@ inline Contents writeRandom(const std::filesystem::path& file, std::mt19937_64& 
   return contents;
 }
 
-/// Everything in a file.
+/// All messages of a file.
 inline std::vector<Row> rowsOf(Reader& reader, const Selection& selection = {}) {
   std::vector<Row> rows;
   reader.forEach(selection, [&](const Channel& channel, const Message& message) {

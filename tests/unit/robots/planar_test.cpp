@@ -70,7 +70,7 @@ TEST_F(Planar, BackboneEndsAtTheTipAndBodiesKeepTheirDistance) {
   ASSERT_EQ(model.models()[0]->shape(q, 28, shape), ModelStatus::kOk);
   EXPECT_TRUE(shape.back().pose.isApprox(tip(q).pose, 1e-12));
   EXPECT_NEAR(shape.back().s, 0.27, 1e-15);
-  // Straight arms in parallel: the distance of their axes less both radii of the first links.
+  // Straight parallel arms: the distance of their axes less both radii of the first links.
   kinematics::Body a, b;
   kinematics::Branch branch;
   const Eigen::Vector2d straight = Eigen::Vector2d::Zero();

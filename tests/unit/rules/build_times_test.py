@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report of build times and its check, on made-up logs, builds and measurements; no compiler runs."""
+"""The report of build times and its check, with synthetic logs, builds and measurements; no compiler runs."""
 
 import contextlib
 import io

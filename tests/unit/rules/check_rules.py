@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks a source tree against the rules of the house: who may include whom, what the periodic path may not contain,
-and how every file begins and ends.
+"""Checks a source tree against the project's rules: permitted includes, constructs forbidden in the periodic path, and first and last
+lines of files.
 
     check_rules.py TREE    prints a line `FILE:LINE: what is wrong` for each violation; ends with 1 if there is any
 """
@@ -11,11 +11,11 @@ import sys
 
 LIBRARIES = ["safety", "kinematics", "control", "planning", "hal", "sim", "config", "robots", "operation", "recording", "idl"]
 
-# Libraries among the services; the other folders there are programs, which nobody includes.
+# Libraries among the services; the other folders contain programs, which nothing includes.
 SHARED = ["services/" + name for name in
           ["dds", "security", "runtime", "client", "computation", "recordings", "simulation"]]
 
-# What the files of a room may include besides its own. The longest prefix of a file's path counts.
+# Permitted includes of a room's files besides its own. The longest prefix of a file's path counts.
 MAY_USE = {
     "safety": [],
     "kinematics": ["safety"],
@@ -34,30 +34,30 @@ MAY_USE = {
     "services": LIBRARIES + SHARED,
     "services/cli": LIBRARIES + SHARED + ["experiments"],
     "python": LIBRARIES + ["experiments"] + SHARED,
-    # Benchmarks and tests mirror what they measure and test, the parts of services included.
+    # Benchmarks and tests may include what they measure and test, including parts of services.
     "bench": LIBRARIES + ["experiments", "services"],
     "tests": LIBRARIES + ["experiments", "services"],
     "deploy": [],
     "console": [],
 }
 
-# What every room may include besides: numbers with a meaning, generated from idl/, without dependencies.
+# Permitted for every room: enumerations generated from idl/, without dependencies.
 EVERYONE = ["idl/enumerations.h"]
 
-# Ports of a domain are computed in one place; tests know the rule by themselves.
+# Ports of a domain are computed in one place; tests have a separate copy of the rule.
 RTPS_PORT = re.compile(r"\b74[01]0\b")
 KNOWS_PORTS = ["services/dds", "tests"]
 
 FAST_DDS = re.compile(r"fastdds/|fastrtps/|fastcdr/|\w+PubSubTypes\.h")
 SEES_FAST_DDS = ["idl", "services/dds", "bench", "tests/integration/wire", "tests/unit/dds"]
 
-# Folders whose code runs in the periodic path; they print nothing, wait for nothing and hold no threads.
+# Folders with code of the periodic path; they print nothing, do not wait and contain no threads.
 PERIODIC = ["safety", "control", "kinematics", "planning", "operation", "hal", "sim"]
 FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthread|mutex|condition_variable)\b"
                        r"|\bsleep_(?:for|until)\b|\b(?:u|nano)?sleep\s*\(|\bf?printf\s*\(|<iostream>"
                        r"|\bsystem_clock\b")
 
-# Types of robots: others ask for a capability (robots/capability.h).
+# Types of robots: other code checks capabilities (robots/capability.h).
 ROBOT_TYPE = re.compile(r"\brobot\w*(?:\.|->)(?:type|data)\b")
 KNOWS_TYPES = ["robots", "config", "tests"]
 
@@ -82,18 +82,18 @@ COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\\n])*")', re.DOTALL)
 
 
 def within(path, folders):
-    """Whether a path lies in one of the folders, or is one."""
+    """Whether a path is in one of the folders, or is one."""
     return any(path == folder or path.startswith(folder + "/") for folder in folders)
 
 
 def home(path):
-    """Key of MAY_USE that governs a file, None outside all rooms."""
+    """Key of MAY_USE for a file, None outside all rooms."""
     keys = [key for key in MAY_USE if within(path, [key])]
     return max(keys, key=len) if keys else None
 
 
 def own_folder(path):
-    """What a file may always use: its room; of the services, which are many, its service."""
+    """Folder whose files a file may always include: its room, or for services its service."""
     parts = path.split("/")
     return "/".join(parts[:2]) if parts[0] == "services" else parts[0]
 
@@ -113,7 +113,7 @@ def without_comments(text):
 
 
 def check_includes(path, lines):
-    """Violations of the dependency rule; yields (line number, text)."""
+    """Violations of the dependency rule, as (line number, text)."""
     key = home(path)
     own = own_folder(path)
     for number, line in enumerate(lines, 1):
@@ -131,7 +131,7 @@ def check_includes(path, lines):
 
 
 def check_details(path, lines):
-    """Headers in `detail` that a file may not include; yields (line number, text). They are not installed."""
+    """Includes of `detail` headers, which are not installed, outside their folder, as (line number, text)."""
     for number, line in enumerate(lines, 1):
         target = INCLUDE.match(line).group(2) if INCLUDE.match(line) else ""
         if "/detail/" not in target or within(path, ["tests"]):
@@ -143,7 +143,7 @@ def check_details(path, lines):
 
 
 def check_file(tree, path):
-    """All violations of one file; yields (line number, text)."""
+    """All violations in one file, as (line number, text)."""
     text = (tree / path).read_text(encoding="utf-8")
     lines = text.splitlines()
     suffix = pathlib.PurePosixPath(path).suffix
@@ -191,7 +191,7 @@ def sources(tree):
 
 
 def check(tree):
-    """All violations of a tree, as lines of text, and the number of files seen."""
+    """All violations in a tree, as lines of text, and the number of checked files."""
     found, count = [], 0
     for path in sources(tree):
         count += 1

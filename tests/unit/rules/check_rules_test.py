@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The check of the rules can fail: for each rule a tree that breaks it once, and one beside it that keeps it."""
+"""Test of the rule check: for each rule a tree that violates it once, and one that does not."""
 
 import pathlib
 import subprocess
@@ -12,7 +12,7 @@ import check_rules
 SPDX = "// SPDX-License-Identifier: Apache-2.0\n"
 HEADER = SPDX + "#pragma once\n"
 
-# path, content, and what the only violation has to say; None: there is none.
+# path, content, and part of the only violation; None: no violation.
 CASES = [
     ("control/a.h", HEADER + '#include "safety/limits.h"\n', None),
     ("control/a.h", HEADER + '#include "kinematics/arm_model.h"\n', "control may use safety"),
@@ -112,7 +112,7 @@ class CheckRulesTest(unittest.TestCase):
             self.assertTrue(found[0].startswith("sim/a.cpp:5:"), found)
 
     def test_exit_codes(self):
-        """0 for a good tree, 1 for a bad one and for one without sources, which is no tree of ours."""
+        """Exit code 0 for a valid tree, 1 for an invalid one and for one without sources."""
         for content, wanted in [(SPDX, 0), ("int i;\n", 1), (None, 1)]:
             with self.subTest(content=content), tempfile.TemporaryDirectory() as folder:
                 if content is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of third-party components and their check, on made-up programs, packages and entries."""
+"""The tables of third-party components and their check, with synthetic programs, packages and entries."""
 
 import contextlib
 import copy
@@ -97,7 +97,7 @@ class Entries(unittest.TestCase):
         self.found, self.data = dict(FOUND), copy.deepcopy(DATA)
 
     def wrong(self, *texts):
-        """There is one problem, and it says all of this."""
+        """There is one problem, and its text contains all of these."""
         found = components.problems(self.found, self.data)
         self.assertEqual(len(found), 1, found)
         for text in texts:
@@ -219,7 +219,7 @@ class Program(unittest.TestCase):
         self.found, self.data = dict(FOUND), copy.deepcopy(DATA)
 
     def run_it(self, *words):
-        """(exit code, all that is printed)"""
+        """(exit code, output)"""
         with mock.patch.multiple(components, ROOT=self.root, load=lambda path: self.data, find=lambda root, build: self.found), \
                 contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(out):
             return components.main(list(words)), out.getvalue()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is linked into the programs of a robot, read from build.ninja: no simulator, no experiments.
+"""Libraries linked into the programs of a robot, according to build.ninja: no simulator, no experiments.
 
     links_test.py BUILD/build.ninja"""
 
@@ -9,11 +9,11 @@ import sys
 
 APART = {"tandem_sim", "tandem_simulation", "tandem_experiments"}
 WITHOUT = ["tandem-hal", "tandem-discovery", "tandem-recorder"]
-WITH = ["tandem-sim", "tandem"]  # so that a build.ninja which reads otherwise does not pass
+WITH = ["tandem-sim", "tandem"]  # detects a build.ninja in another format
 
 
 def linked(rules, program):
-    """Libraries of ours that a program is linked with."""
+    """Libraries of this project that a program is linked with."""
     line = re.search(rf"^build bin/{program}: .*$", rules, re.MULTILINE)
     return set(re.findall(r"/lib(tandem\w*)\.a\b", line.group(0))) if line else set()
 

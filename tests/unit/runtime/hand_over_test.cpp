@@ -14,7 +14,7 @@
 namespace tandem::runtime {
 namespace {
 
-/** A large value whose words all follow from the first: a torn copy shows. */
+/** A large value whose words all follow from the first, which reveals a torn copy. */
 struct Block {
   std::array<std::uint64_t, 512> words{};
 
@@ -56,7 +56,7 @@ TEST(LatestValue, NeverTornAndNeverBackwards) {
   });
   Block seen;
   std::uint64_t last = 0, taken = 0, torn = 0, backwards = 0;
-  while (last < kCount) {  // the last value stays in the slot until it is taken
+  while (last < kCount) {  // the last value remains in the slot until it is taken
     if (slot->take(seen)) {
       ++taken;
       torn += seen.whole() ? 0 : 1;

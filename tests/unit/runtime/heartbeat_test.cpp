@@ -18,9 +18,9 @@
 namespace tandem::runtime {
 namespace {
 
-constexpr double kTimeout = 20.0;  // s, for what comes within milliseconds on an idle machine
+constexpr double kTimeout = 20.0;  // s, for events that take milliseconds on an idle machine
 
-/** The service manager's end: a socket, and the variables that name it. */
+/** Simulated service manager: a socket, and the environment variables with its name. */
 class Manager {
  public:
   explicit Manager(std::int64_t watchdog_ms, bool abstract = false) {
@@ -46,7 +46,7 @@ class Manager {
       unsetenv(name);
   }
 
-  /// The next message within so many s.
+  /// The next message within `seconds`.
   std::optional<std::string> next(double seconds) {
     pollfd source{socket_, POLLIN, 0};
     if (poll(&source, 1, static_cast<int>(1e3 * seconds)) <= 0)
@@ -56,7 +56,7 @@ class Manager {
     text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
     return text;
   }
-  /// Whether one that holds these words comes in time; `meanwhile` is called while waiting.
+  /// Whether a message with this text arrives in time; `meanwhile` is called while waiting.
   bool receives(
       const std::string& words,
       const std::function<void()>& meanwhile = [] {}) {
@@ -69,12 +69,12 @@ class Manager {
     }
     return false;
   }
-  /// Takes what has come by now.
+  /// Discards all messages received so far.
   void forget() {
     while (next(0.0)) {
     }
   }
-  /// How many watchdog messages come within so many s.
+  /// Number of watchdog messages within `seconds`.
   int feeds(double seconds) {
     int count = 0;
     const std::int64_t end = monotonicNow() + static_cast<std::int64_t>(1e9 * seconds);
@@ -150,7 +150,7 @@ TEST(Heartbeat, FeedsTheWatchdogOnlyWhileTheLoopRuns) {
   while (!hanging)
     std::this_thread::yield();
   manager.forget();
-  EXPECT_LE(manager.feeds(0.4), 1) << "fed by a loop that hangs";  // one for what it did before; 40 where it runs
+  EXPECT_LE(manager.feeds(0.4), 1) << "fed by a loop that hangs";  // one from before; 40 if it runs
   end = true;
   runner.join();
 }
@@ -164,7 +164,7 @@ TEST(Heartbeat, IsNotFedByALoopThatLeavesOutMoreThanItRuns) {
   const StopSignal stop;
   Heartbeat heartbeat(stop);
   LoopStatistics s;
-  const auto run = [&](std::uint64_t share) {  // periods left out for each that is run
+  const auto run = [&](std::uint64_t share) {  // periods skipped for each that is run
     const std::uint64_t ran = some(random);
     s.cycles += ran;
     s.skipped += share * ran;

@@ -49,7 +49,7 @@ TEST(PeriodicLoop, CountsProvokedOverruns) {
     last = tick.scheduled;
     skipped_in_ticks += tick.skipped;
     if (tick.cycle == 5) {
-      spinUntil(tick.now + 7 * kPeriod / 2);  // 3.5 periods: two of them lie wholly in the past
+      spinUntil(tick.now + 7 * kPeriod / 2);  // 3.5 periods: two of them are completely in the past
     }
     if (tick.cycle == 6) {
       skipped_after = tick.skipped;
@@ -62,7 +62,7 @@ TEST(PeriodicLoop, CountsProvokedOverruns) {
   EXPECT_GE(overruns_seen, 1u);
   EXPECT_EQ(statistics.skipped, skipped_in_ticks);
   EXPECT_GE(statistics.execution_max, 3.5 * 4e-3 - 1e-3);
-  // No period is lost from the books, whatever the machine did.
+  // All periods are counted, for any timing of the machine.
   EXPECT_EQ(statistics.cycles + statistics.skipped, static_cast<std::uint64_t>((last - first) / kPeriod) + 1);
 }
 
@@ -90,7 +90,7 @@ TEST(PeriodicLoop, BooksBalanceUnderRandomLoad) {
 
 TEST(EnterRealtime, ReportsWhatIsRefused) {
   EXPECT_TRUE(enterRealtime(0, false).empty());
-  const auto refused = enterRealtime(1000, false);  // no such priority, whoever asks
+  const auto refused = enterRealtime(1000, false);  // no such priority exists, for any user
   ASSERT_EQ(refused.size(), 1u);
   EXPECT_NE(refused[0].find("1000"), std::string::npos);
 }

@@ -51,7 +51,8 @@ TEST(Gate, WildCommandsEndInsideAndNeverBeyondTheRequest) {
     ASSERT_EQ(gate.check(commandTo(wanted), now, rest, next).faults, 0u);
     ASSERT_LE(largestViolation(gate.limits(), next), 0.0);
     for (Eigen::Index j = 0; j < now.size(); ++j) {
-      // Between now and the request; or carried along by the inner neighbour, no farther than that one goes.
+      // Between the present and the requested position; or moved by the inner neighbour, by no more than that one
+      // moves.
       const bool between = next[j] >= std::min(now[j], wanted[j]) && next[j] <= std::max(now[j], wanted[j]);
       const bool outer = j > 0 && j < now.size() / 2;
       const bool carried = outer && std::abs(next[j] - now[j]) <= std::abs(next[j - 1] - now[j - 1]) + 1e-12;
@@ -104,7 +105,7 @@ TEST(Gate, WhatIsInsidePassesUntouched) {
 TEST(Gate, CarriesAnOuterCarriageAlong) {
   const Gate gate(twoTubes());
   const ArmVector now = vector4(-0.100, -0.080, 0.0, 0.0);
-  // Tube 1 closes 20 mm of a gap of 15 mm: tube 2 goes 5 mm with it, whatever it wanted.
+  // Tube 1 closes 20 mm of a gap of 15 mm: tube 2 moves 5 mm with it, whatever was requested.
   ArmVector next;
   const GateReport report = gate.check(commandTo(vector4(-0.080, -0.090, 0.3, 0.0)), now, vector4(0, 0, 0, 0), next);
   EXPECT_EQ(next[0], -0.080);
@@ -217,7 +218,7 @@ TEST(Gate, DoesNotAllocate) {
   }
   EXPECT_EQ(test::allocationCount(), before);
   EXPECT_GT(counters[Guard::kVelocity].count, 0u);
-  // The counter itself must work, or this test could not fail.
+  // Verifies the counter, without which this test could not fail.
   const std::vector<double> proof(1000, 1.0);
   EXPECT_GT(test::allocationCount(), before);
   EXPECT_EQ(proof.size(), 1000u);

@@ -36,7 +36,7 @@ TEST(JointMotion, KeepsSpeedsAccelerationsAndLimitsFromRestToRest) {
         ASSERT_LE(std::abs(motion.velocity(i * dt)[j]), limits.joints[j].velocity * (1 + 1e-9));
         ASSERT_LE(std::abs(motion.velocity(i * dt)[j] - motion.velocity((i - 1) * dt)[j]),
                   acceleration * dt * (1 + 1e-6) + 1e-12);
-        // Velocity is the derivative of position, but for the one interval with a corner of the trapezoid.
+        // Velocity is the derivative of position, except in the interval with a corner of the trapezoid.
         ASSERT_NEAR((q[j] - last[j]) / dt, middle[j], acceleration * dt);
       }
       last = q;

@@ -22,7 +22,7 @@ TubeLimitSpec paperSpec() {
   return spec;
 }
 
-/// Equation (1), written down literally and independently of rows.
+/// Equation (1), written literally and independently of rows.
 bool insideEquationOne(const TubeLimitSpec& spec, const ArmVector& q) {
   const std::vector<double>& l = spec.tube_length;
   if (q[0] < -l[0] || q[0] > 0.0)
@@ -66,7 +66,7 @@ TEST(Readings, OutsideByLessThanTheirErrorAreBroughtInside) {
       reading[j] += random.uniform(-error, error);
     const ArmVector inside = broughtInside(limits, reading);
     EXPECT_LE(largestViolation(limits, inside), 1e-15);
-    // Of two tubes that are read, each moves the next one by up to twice the error.
+    // With two measured tubes, each moves the next one by up to twice the error.
     EXPECT_LE((inside - reading).cwiseAbs().maxCoeff(), 2.0 * error * limits.jointCount());
   }
 }

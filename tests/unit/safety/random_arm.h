@@ -18,7 +18,7 @@ inline std::uint32_t baseSeed() {
   return text != nullptr ? static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10)) : 20240607u;
 }
 
-/// How many cases a random test takes: `usual`, times TANDEM_TEST_CASES if that is set.
+/// Number of cases of a random test: `usual`, times TANDEM_TEST_CASES if that is set.
 inline std::uint32_t cases(std::uint32_t usual) {
   const char* text = std::getenv("TANDEM_TEST_CASES");
   return text != nullptr ? usual * static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10)) : usual;
@@ -65,11 +65,11 @@ inline safety::ArmLimits randomLimits(Random& random) {
   try {
     return safety::makeTubeLimits(spec);
   } catch (const std::invalid_argument&) {
-    return randomLimits(random);  // stages that leave no room
+    return randomLimits(random);  // the stages leave no range
   }
 }
 
-/// A joint vector inside the limits; every third one stands at a limit of each tube.
+/// A joint vector inside the limits; every third one is at a limit of each tube.
 inline safety::ArmVector randomInside(const safety::ArmLimits& limits, Random& random) {
   const int n = limits.jointCount() / 2;
   safety::ArmVector q = safety::ArmVector::Zero(2 * n);
@@ -86,11 +86,11 @@ inline safety::ArmVector randomInside(const safety::ArmLimits& limits, Random& r
     q[i] = at_limits ? (random.chance(0.5) ? lower : upper) : random.uniform(lower, upper);
     q[n + i] = random.uniform(std::max(-3.0, limits.joints[n + i].lower), std::min(3.0, limits.joints[n + i].upper));
   }
-  // Rounding may leave a point that shall stand at a limit outside of it.
+  // Rounding may put a point at a limit outside of it.
   return safety::largestViolation(limits, q) <= 0.0 ? q : randomInside(limits, random);
 }
 
-/// Any joint vector, mostly far outside.
+/// A random joint vector, mostly far outside.
 inline safety::ArmVector randomWild(const safety::ArmLimits& limits, const safety::ArmVector& q, Random& random) {
   const double scale = std::pow(10.0, random.uniform(-6.0, 1.0));
   safety::ArmVector wild = q;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Arms that cannot be enabled: refused with the amount, brought back slowly, withdrawn with what is left. */
+/** @file Arms that cannot be enabled: refused with the violation, moved back slowly, withdrawn with the remaining
+ * joints. */
 #include "safety/recovery.h"
 
 #include <gtest/gtest.h>
@@ -22,8 +23,8 @@ JointMask randomLost(int joints, Random& random) {
   return lost;
 }
 
-/** Least position of every translation with the lost ones where they are: each is raised from the end of its stage
- * until no row forbids it. Rows hold two translations with coefficients 1 and -1. */
+/** Least position of every translation with the lost ones fixed: each is raised from the end of its stage until no
+ * row forbids it. Rows contain two translations with coefficients 1 and -1. */
 ArmVector leastExtension(const ArmLimits& limits, const ArmVector& q, JointMask lost) {
   const int n = limits.jointCount() / 2;
   ArmVector x = q;
@@ -83,12 +84,12 @@ TEST(Withdrawal, TheInnermostTubeGoesFirstAndAlone) {
   ArmVector q(6);
   q << -0.15, -0.1, -0.05, 0.0, 0.0, 0.0;
   EXPECT_EQ(nextWithdrawal(limits, q, 0, 1e-3).joints, jointBit(0));
-  q[0] = -0.4 + 0.2 + 0.005;  // its end is that of tube 2, so both go
+  q[0] = -0.4 + 0.2 + 0.005;  // its end is that of tube 2, so both move
   EXPECT_EQ(nextWithdrawal(limits, q, 0, 1e-3).joints, jointBit(0) | jointBit(1));
   EXPECT_EQ(nextWithdrawal(limits, q, jointBit(1), 1e-3).joints, jointBit(2)) << "tube 2 holds tube 1";
 }
 
-/** A supervisor under a commander. */
+/** A supervisor with a command source. */
 struct Commanded {
   Commanded(const ArmLimits& limits, const ArmVector& start)
       : supervisor(limits, start, SupervisorOptions{kControl, {}, false}), speed(ArmVector::Zero(start.size())) {}
@@ -156,7 +157,7 @@ TEST(Recovery, OutsideItsLimitsAnArmIsRefusedAndComesBackSlowlyAndInwardsAlone) 
         before = now;
       });
     }
-    // Straight inwards at full speed, with all joints there are.
+    // Straight inwards at full speed, with all joints.
     arm.send(DriveRequest::kDisable);
     arm.speed.setZero();
     for (int i = 0; i < 10; ++i)
@@ -168,7 +169,7 @@ TEST(Recovery, OutsideItsLimitsAnArmIsRefusedAndComesBackSlowlyAndInwardsAlone) 
     EXPECT_LE(arm.supervisor.reference()[outside] * -1.0,
               -limits.joints[static_cast<std::size_t>(outside)].lower + 1e-9);
     if (largestViolation(limits, arm.supervisor.reference()) > kAtRest)
-      continue;  // a neighbour was in the way
+      continue;  // blocked by a neighbour
     arm.speed.setZero();
     arm.send(DriveRequest::kDisable);
     for (int i = 0; i < 10; ++i)
@@ -191,7 +192,7 @@ TEST(Recovery, IsForStandingArmsWithoutPowerAlone) {
   arm.send(DriveRequest::kKeep);
   arm.send(DriveRequest::kRecover, jointBit(0));
   EXPECT_TRUE(arm.supervisor.recovering());
-  // Whatever stops any other arm stops this one, and no repetition of the granted request clears it.
+  // Causes that stop other arms stop this one, too, and no repetition of the granted request clears it.
   arm.supervisor.latch({bit(Fault::kStopRequested)});
   for (int i = 0; i < 3; ++i) {
     arm.send(DriveRequest::kRecover, jointBit(0));

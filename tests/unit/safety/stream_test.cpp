@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Command monitor, state stamps, watchdog and lease: who may command, and for how long silence lasts. */
+/** @file Command monitor, state stamps, watchdog and lease: permitted sources and ages of commands. */
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ TEST(CommandMonitor, RequiresRisingSequencesWithinASession) {
   EXPECT_EQ(monitor.check({7, 2, 0.1, 2}, true).faults, bit(Fault::kOutOfSequence));
   EXPECT_EQ(monitor.check({7, 9, 0.1, 2}, false).faults, 0u);
   EXPECT_EQ(monitor.sequence(), 9u);
-  // A number that was used up by a command that is too old does not come again.
+  // The number of a command that is too old is not accepted again.
   EXPECT_EQ(monitor.check({7, 10, 0.4, 2}, false).faults, bit(Fault::kStaleCommand));
   EXPECT_EQ(monitor.check({7, 10, 0.1, 2}, false).faults, bit(Fault::kOutOfSequence));
   EXPECT_EQ(monitor.sequence(), 9u);
@@ -77,7 +77,7 @@ TEST(SuccessRate, CountsTheLossesOfTheLastHundredAsCountingOneByOneDoes) {
         arrived.pop_front();
       ++due;
       came += arrives ? 1 : 0;
-      // A receiver sees only what arrives; a sender's losses show with the next sample, or with the next SYNC.
+      // A receiver detects only arrivals; losses appear with the next sample, or with the next SYNC.
       if (arrives || random.chance(0.5)) {
         rate.note(due, came);
         ASSERT_EQ(rate.lost(), static_cast<std::uint64_t>(std::count(arrived.begin(), arrived.end(), false))) << i;
@@ -88,7 +88,7 @@ TEST(SuccessRate, CountsTheLossesOfTheLastHundredAsCountingOneByOneDoes) {
 
 TEST(SuccessRate, LateSamplesAreNoLossesAndALongGapLosesAtMostAll) {
   SuccessRate rate;
-  rate.note(1, 0);  // the answer to the first one is under way, and so on
+  rate.note(1, 0);  // the answer to the first one is on its way, and so on
   for (std::uint64_t due = 2; due < 400; ++due) {
     rate.note(due, due - 1);
     ASSERT_EQ(rate.lost(), 0u);
@@ -102,7 +102,7 @@ TEST(SuccessRate, LateSamplesAreNoLossesAndALongGapLosesAtMostAll) {
   for (std::uint64_t i = 1; i <= SuccessRate::kWindow; ++i)
     rate.note(1'000'000 + i, 404 + i);
   EXPECT_EQ(rate.value(), 1.0);
-  rate.note(3, 2);  // from the beginning again
+  rate.note(3, 2);  // restarts from the beginning
   EXPECT_EQ(rate.value(), 1.0);
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kStep = 1e-3;  // of the bus, s
 
-/** An arm, and a commander of whom it is not known how often it speaks. */
+/** An arm with a command source of unknown period. */
 class Commanded {
  public:
   Commanded(const ArmLimits& limits, const ArmVector& start, double period)
@@ -52,7 +52,7 @@ class Commanded {
     return time;
   }
 
-  /// Goes on until it stands. @return s that this took, 10 at the most
+  /// Continues until standstill. @return s that this took, 10 at most
   double stand() {
     double time = 0.0;
     for (; !supervisor_.standing() && time < 10.0; time += kStep)
@@ -108,7 +108,7 @@ TEST(ArmSupervisor, NoJointIsFasterThanAskedForAtAnyRateOfCommands) {
       ArmVector v = speeds(limits, 0.5);
       for (Eigen::Index j = 0; j < v.size(); ++j)
         v[j] *= random.chance(0.2) ? 0.0 : random.uniform(-1.0, 1.0);
-      // A carriage that its neighbour runs into is carried along, as fast as that one.
+      // A carriage that its neighbour reaches is moved along, with the speed of that one.
       const auto tubes = v.size() / 2;
       const double fastest = v.head(tubes).cwiseAbs().maxCoeff();
       largest.head(tubes) = largest.head(tubes).cwiseMax(fastest);

@@ -123,7 +123,7 @@ TEST(EquilibriumSolver, AnswersFromItsThread) {
   Eigen::Vector3d::Map(request.joints.data()) = setup.robot.arms[0].home;
   Eigen::Vector3d::Map(request.joints.data() + 3) = setup.robot.arms[1].home;
   equilibrium_solver.ask(request);
-  equilibrium_solver.stop();  // after what was asked for
+  equilibrium_solver.stop();  // after the requested computation
   control_service::EquilibriumSolver::Result answer;
   ASSERT_TRUE(equilibrium_solver.take(answer));
   EXPECT_EQ(answer.stamp, 5);
@@ -153,7 +153,7 @@ TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
 
 TEST(Catheters, PlanningServiceRefusesComputations) {
   const runtime::Setup setup = makeSetup("ablation-pair");
-  std::vector<dds::Reply> replies;  // of the handler's one sending thread, which ends before they are read
+  std::vector<dds::Reply> replies;  // of the handler's only sending thread, which ends before they are read
   {
     planning_service::ComputationRequestHandler handler(
         setup, [&](const planning_service::ComputationRequestHandler::Outgoing& message) {

@@ -32,7 +32,7 @@ struct Stepped : System {
     receive();
     publishStatus();
   }
-  /// Control's status, without a step.
+  /// Publishes control's status, without a step.
   void publishStatus() {
     control.cycle(now, false, output);
     planning.onStatus(output.status);
@@ -42,7 +42,7 @@ struct Stepped : System {
     control.onState(state);
     planning.onState(state);
   }
-  /// Steps as long as planning asks for them. @return joints before each
+  /// Steps while planning sends references. @return joints before each
   std::vector<safety::RobotVector> walk() {
     std::vector<safety::RobotVector> all;
     for (auto reference = planning.take(); reference; reference = planning.take()) {

@@ -20,10 +20,10 @@ namespace {
 using safety::OperatingState;
 using safety::StateCommand;
 
-/// The period of the robot file: in a simulation no machine is late.
+/// The period of the robot file, possible since a simulation is never late.
 void atHundredHertz(config::Deployment& deployment) { deployment.control_period = 0.01; }
 
-/// The pair as it is when its object is squeezed: at home it is not, so that a path has to be prepared.
+/// The pair with squeeze on its object: at home it has none, so that a path must be prepared.
 std::filesystem::path squeezedPair() {
   std::ifstream from(std::string(TANDEM_PRESETS) + "/cooperative/ablation-pair.yaml");
   std::string text(std::istreambuf_iterator<char>(from), {});
@@ -42,8 +42,8 @@ void squeezed(config::Deployment& deployment) {
   deployment.robot = squeezedPair();
 }
 
-/// In lock-step the services do what one process does, to the last joints.
-/// @return how many steps came before the path
+/// In lock-step the services give the same joints as one process.
+/// @return number of steps before the path
 int expectSameAsInOneProcess(const std::string& preset, const std::string& text, Change change = inStep) {
   Stepped system(preset, change);
   const auto mechanism = robots::typeOf(system.setup.robot).makeMechanism(system.setup.robot);

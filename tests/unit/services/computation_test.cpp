@@ -32,7 +32,7 @@ std::string lineOf(double z, int points = 5) {
   return config::formatTrajectory(spec);
 }
 
-/// A robot, and a request that is taken.
+/// A robot, and an accepted request.
 struct Fixture {
   explicit Fixture(const std::string& deployment = "laptop")
       : setup(makeSetup(deployment)), model(setup.robot, setup.deployment.model) {
@@ -57,13 +57,13 @@ struct Fixture {
         state.position[dds::jointIndex(k, j)] = home[model.offset(k) + j];
     }
     for (const safety::LinearRow& row : model.limits()[0]->rows) {
-      // Carriages nearer to each other than they can be.
+      // Carriages nearer to each other than possible.
       if (outside > 0.0 && row.kind == safety::RowKind::kCarriageSpacing && row.inner_joint == 0)
         state.position[0] += (row.b + outside - safety::rowValue(row, home.head(model.size(0)))) / row.a[0];
     }
     return state;
   }
-  /// "" where it is taken.
+  /// Reason of the refusal; empty if accepted.
   std::string refusal(dds::ReplyCode& code) const {
     try {
       Computation computation(request, robot(), home);
@@ -220,7 +220,7 @@ TEST(Computation, AStartOutsideItsLimitsIsAnAnswerAndNoRefusal) {
   EXPECT_NE(result.reason.find("outside its limits"), std::string::npos) << result.reason;
 }
 
-/// A handler, and what it has said.
+/// A handler, and its replies.
 class Listener {
  public:
   explicit Listener(const runtime::Setup& setup)
@@ -233,7 +233,7 @@ class Listener {
                                                               changed_.notify_all();
                                                             })) {}
 
-  /// The first message of that type and request, waited for.
+  /// Waits for the first message of that type and request.
   template <class M>
   std::optional<M> await(std::uint64_t request, double seconds = 60.0) {
     std::optional<M> found;

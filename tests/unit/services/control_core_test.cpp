@@ -24,7 +24,7 @@ TEST(ControlCore, OneCommanderAtATime) {
   EXPECT_EQ(s.command(StateCommand::kEnable, 7).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
-  EXPECT_EQ(s.command(StateCommand::kPause, 8).refusal.code(), dds::ReplyCode::kOk);  // anybody may take power away
+  EXPECT_EQ(s.command(StateCommand::kPause, 8).refusal.code(), dds::ReplyCode::kOk);  // any client may remove power
   EXPECT_EQ(s.sendRequest(ControlKind::kReleaseLease, 7).refusal.code(), dds::ReplyCode::kOk);
   EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kOk);
 }
@@ -110,12 +110,12 @@ TEST(ControlCore, StopsWhenPlanningFallsSilent) {
   EXPECT_LE(seconds, 0.25 + 0.1 + 5e-3 / 0.1 + 0.01);  // budget, one period, ramp
   s.run(0.2);
   EXPECT_TRUE(faulted(s, Fault::kReferenceTimeout));
-  s.planning_runs = true;  // it comes back: nothing moves
+  s.planning_runs = true;  // it resumes: nothing moves
   const auto there = s.state.position;
   s.run(1.0);
   EXPECT_EQ(s.state.position, there);
   EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(),
-            dds::ReplyCode::kNotLeaseHolder);  // and the lease has gone as well
+            dds::ReplyCode::kNotLeaseHolder);  // the lease is lost as well
 }
 
 TEST(ControlCore, SimulatedDrivesStopWhenControlFallsSilent) {
@@ -153,7 +153,7 @@ TEST(ControlCore, StopsWhenItsCommandsAreNoLongerTaken) {
   const double seconds = s.until([&] { return s.control.faultRecord(0).faults != 0; }, 2.0);
   EXPECT_GE(seconds, 0.0);
   EXPECT_LE(seconds, 0.3 + 0.2);
-  // Whoever notices first: the drives say command_timeout, control that nobody takes its commands.
+  // Depends on which detects it first: the drives report command_timeout, control reports unanswered commands.
   EXPECT_TRUE(s.control.faultRecord(0).cause == safety::FaultCause::kUnanswered ||
               s.state.faults[0] == bit(Fault::kCommandTimeout));
 }
@@ -195,7 +195,7 @@ TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
   EXPECT_EQ(s.sendRequest(ControlKind::kKeepLease).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.5);
-  EXPECT_EQ(s.state.position, there);  // the trajectory of before is over
+  EXPECT_EQ(s.state.position, there);  // the previous trajectory has ended
   EXPECT_EQ(s.reference_message.phase, static_cast<std::uint8_t>(planning::Phase::kFailed));
 }
 
@@ -292,7 +292,7 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   request.text = "newton";
   EXPECT_FALSE(s.handler.parse(request, 7, refusal));
   EXPECT_NE(refusal.reason.find("newton"), std::string::npos);
-  // Nothing is prepared for others, whatever they ask for.
+  // Nothing is prepared for other clients, whatever they request.
   for (const std::uint64_t holder : {0, 8}) {
     EXPECT_FALSE(s.handler.parse(request, holder, refusal));
     EXPECT_EQ(refusal.code, static_cast<std::uint8_t>(dds::ReplyCode::kNotLeaseHolder));
@@ -302,7 +302,7 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
 TEST(ControlCore, NamesActiveLimits) {
   const struct {
     Change method;
-    bool relative;  ///< the first task is out of reach, not the last
+    bool relative;  ///< the first task is unreachable, not the last
     dds::Limited limited;
   } cases[] = {
       {[](config::Deployment& d) { d.method = control::Method::kNspqp; }, false, dds::Limited::kHeldBack},
@@ -356,7 +356,7 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
     const dds::ActuationState state = s.state;
     dds::PlanningReference reference = s.reference_message;
     ASSERT_GT(reference.task_count, 0);
-    // The same snapshot for a control of each method: enabled, following.
+    // The same state for control with each method: enabled, following.
     operation::ParsedControlRequest parsed;
     parsed.client = 7;
     parsed.kind = ControlKind::kAcquireLease;
@@ -374,7 +374,7 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
       next.answers_command = reference.answers_control = static_cast<std::uint64_t>(i) + 1;
       reference.posture_valid = i >= 50 ? 1 : 0;
       reference.posture = state.position;
-      // Out of reach: limits hold the tasks back, then forbid them, and are named.
+      // Out of reach: limits first restrict the tasks, then make them infeasible, and are reported.
       if (i == 100 || i == 150)
         reference.tasks[i == 100 ? 1 : 0].position[2] += 1.0;
       const std::size_t before = allocationCount();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Which CRTK commands are valid. */
+/** @file Validity of CRTK commands. */
 #include "services/control/crtk_command_handler.h"
 
 #include <gtest/gtest.h>
@@ -45,12 +45,12 @@ TEST(CrtkStream, AgeByArrivalIsIndependentOfTheWritersClock) {
       now += 10 * kMs;
       ASSERT_EQ(sample(static_cast<std::int64_t>(random() % 9) * kMs), "");
     }
-    // A stall: what was held back comes late, and does not count until it is fresh again.
+    // A stall: delayed commands arrive late, and do not count until they are fresh again.
     const std::int64_t stalled = now;
     now += 500 * kMs;
     for (std::int64_t t = stalled + 10 * kMs; t <= now; t += 10 * kMs) {
       const bool taken = stream.judge(t + offset, 0, now).empty();
-      if (now - t != 100 * kMs) {  // on the edge, the delay of the quickest one decides
+      if (now - t != 100 * kMs) {  // at the limit, the delay of the fastest command decides
         ASSERT_EQ(taken, now - t < 100 * kMs) << (now - t) / kMs;
       }
     }
@@ -64,7 +64,7 @@ TEST(CrtkStream, DelayedFirstSampleIsRefused) {
     control_service::CrtkStream stream(true, 0.1);
     EXPECT_NE(stream.judge(wall - held * kMs, wall, 1000 * kMs), "");
     EXPECT_EQ(stream.judge(wall + 20 * kMs, wall + 30 * kMs, 1030 * kMs), "") << "the next one is fresh";
-    // A link is cut for minutes, and brings what was sent before.
+    // A link is cut for minutes, and then delivers old commands.
     const std::int64_t later = 900'000;
     EXPECT_NE(stream.judge(wall + 40 * kMs, wall + later * kMs, (1000 + later) * kMs), "");
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file CRTK commands in front of control and the simulated robot. */
+/** @file CRTK commands with control and the simulated robot. */
 #include <gtest/gtest.h>
 
 #include <random>
@@ -60,7 +60,7 @@ struct Crtk : System {
   CrtkOutcome send(std::string_view name, int group, const Eigen::VectorXd& values) {
     return control.crtk(requestFor(name, group, values), now);
   }
-  /// Runs, repeating what `values` says as a stream of 100 Hz.
+  /// Runs, and repeats `values` as a stream of 100 Hz.
   template <class Values>
   void stream(std::string_view name, int group, double seconds, Values values) {
     for (int i = 0; i < static_cast<int>(100 * seconds); ++i) {
@@ -70,7 +70,7 @@ struct Crtk : System {
       check();
     }
   }
-  /// What always holds.
+  /// Invariants.
   void check() {
     for (int k = 0; k < 2; ++k)
       ASSERT_LE(safety::largestViolation(*model.limits()[static_cast<std::size_t>(k)], joints(k)), 1e-9);
@@ -143,7 +143,7 @@ TEST(CrtkMotion, EveryCommandReachesItsGoal) {
   from = s.joints(0)[5];
   s.stream("servo_jv", 0, 0.5, [&] { return joint(5, 0.1); });
   s.run(0.3);
-  EXPECT_NEAR(s.joints(0)[5] - from, 0.05 + 0.1 * 0.11, 6e-3);  // until the stream is known to be silent
+  EXPECT_NEAR(s.joints(0)[5] - from, 0.05 + 0.1 * 0.11, 6e-3);  // until the stream is detected as silent
 
   Eigen::Vector3d at = s.tip(0);
   s.stream("servo_cr", 0, 0.5, [&] { return Eigen::Vector3d(0.0, 2e-5, 0.0); });
@@ -212,7 +212,7 @@ TEST(CrtkMotion, ThePairIsTheRelativePositionAndTheJointsOfBoth) {
   s.stream("interpolate_cp", kPairGroup, 2.0, [&] { return Eigen::Vector3d(x + Eigen::Vector3d(0.0, 3e-3, 0.0)); });
   EXPECT_NEAR((s.tip(0) - s.tip(1) - x).y(), 3e-3, 0.1e-3);
   EXPECT_LT((s.tip(0) - a).norm(), 0.1e-3) << "the first arm's tip stays";
-  // The cooperative scheme: the first tip is led, the relative position kept.
+  // The cooperative scheme: the first tip is commanded, the relative position is constant.
   const Eigen::Vector3d kept = s.tip(0) - s.tip(1);
   Eigen::Vector3d target = s.tip(0);
   double worst = 0.0;
@@ -293,7 +293,7 @@ TEST(CrtkMotion, HoldAndDisableEndMotions) {
   }
 }
 
-/// What the table of CRTK's states says, arm by arm, through state_command.
+/// The table of CRTK's states, arm by arm, through state_command.
 TEST(CrtkMotion, TheStateTableHoldsAndOnlyEnabledArmsMove) {
   using enum idl::OperatingState;
   struct Row {

@@ -37,7 +37,7 @@ TEST(Faults, JointsForWhichTheModelHasNoAnswerStopTheRobot) {
   s.getMoving();
   s.state_link = false;
   dds::ActuationState beyond = s.state;
-  beyond.position[dds::jointIndex(1, 0)] = -0.44;  // the innermost tube, drawn out of the others
+  beyond.position[dds::jointIndex(1, 0)] = -0.44;  // the innermost tube, withdrawn from the others
   s.control.onState(beyond);
   s.control.cycle(s.now, false, s.output);
   expectSolverFault(s, FaultCause::kModel);
@@ -48,7 +48,7 @@ TEST(Faults, AnEquationThatStaysWithoutSolutionStopsTheRobot) {
   s.getMoving();
   s.planning_runs = false;
   dds::PlanningReference absurd = s.reference_message;
-  absurd.tasks[0].position[0] = 1e308;  // a finite number; the velocity that it asks for is not
+  absurd.tasks[0].position[0] = 1e308;  // finite, but the resulting velocity is not
   const double allowed = s.setup.deployment.budgets.commandAge(s.setup.deployment.control_period);
   const std::uint64_t first = s.output.command.sequence;
   for (int i = 0; i < 2000 && s.control.faultRecord(0).faults == 0; ++i) {
@@ -91,7 +91,7 @@ TEST(Faults, ReachControlAndHalStatusWithTheirCause) {
 }
 
 TEST(Faults, RequestRightAfterItsOppositeCausesNoFault) {
-  // The drives answer the first order after the second one has been given.
+  // The drives reply to the first request after the second one was sent.
   for (const auto& [first, second] : {std::pair(StateCommand::kDisable, StateCommand::kEnable),
                                       std::pair(StateCommand::kPause, StateCommand::kResume)}) {
     for (int delay = 0; delay < 8; ++delay) {
@@ -115,7 +115,7 @@ TEST(Faults, RequestRightAfterItsOppositeCausesNoFault) {
 }
 
 TEST(Faults, AStopStaysLatchedInDrivesWhoseFaultControlHadNotSeen) {
-  // Both learn of the stop at once; what control then asks for comes from a state in which the drives were ENABLED.
+  // Both receive the stop at once; control's following request is based on a state in which the drives were ENABLED.
   for (int delay = 1; delay < 60; delay += 7) {
     SCOPED_TRACE(delay);
     System s;

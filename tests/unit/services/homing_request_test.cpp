@@ -12,7 +12,7 @@ using dds::ReplyCode;
 
 constexpr std::uint64_t kHolder = 7, kOther = 8;
 
-/** The linear stages of the first arm have to home. */
+/** The linear stages of the first arm require homing. */
 class HomingSystem {
  public:
   HomingSystem() {
@@ -54,7 +54,7 @@ class HomingSystem {
 
   hal_service::HalAnswer answer;
   bool commanding = true;
-  std::optional<std::uint64_t> commander;  ///< whom commands name in place of control's
+  std::optional<std::uint64_t> commander;  ///< client in commands instead of control's
 
  private:
   void cycle(std::uint64_t keeper) {
@@ -93,7 +93,7 @@ TEST(HomingRequest, IsTheCommandersAndEndsWithItsLease) {
   ASSERT_EQ(s.home(kHolder), ReplyCode::kOk) << s.answer.reason.data();
   s.run(0.5, kHolder);
   EXPECT_TRUE(s.homing());
-  // It falls silent: its requests, late ones too, count no more.
+  // Control stops sending: its requests, including late ones, no longer count.
   for (int i = 0; i < 30; ++i) {
     s.run(0.1);
     s.home(kHolder);

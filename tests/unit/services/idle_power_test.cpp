@@ -13,7 +13,7 @@ using safety::StateCommand;
 
 void shorten(config::Deployment& deployment) { deployment.idle_power_off = 3.0; }
 
-/// Lease, enable, and everybody goes.
+/// Lease, enable, then no client remains.
 void enableAndLeave(System& s) {
   s.run(0.3);
   s.sendRequest(ControlKind::kAcquireLease);
@@ -43,7 +43,7 @@ TEST(IdlePower, GoesFromArmsThatNobodyCommandsWithoutAFault) {
   EXPECT_EQ(s.output.status.faults[0], 0u);
   EXPECT_EQ(s.output.status.idle_left[0], -1.0);
   EXPECT_EQ(s.state.position, there);
-  // Whoever comes enables it as ever.
+  // The next client enables it as usual.
   s.sendRequest(ControlKind::kAcquireLease);
   EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
@@ -65,7 +65,7 @@ TEST(IdlePower, StaysWithWhoeverHoldsTheLeaseAndWithWhatMoves) {
 TEST(IdlePower, StaysWhereAnArmDoesNotHoldWithoutAndIsWarnedOf) {
   System s("laptop", shorten);
   enableAndLeave(s);
-  // The drives of this robot say that they do not hold.
+  // The drives of this robot report that they do not hold without power.
   int warnings = 0;
   for (int i = 0; i < 10'000; ++i) {
     s.state_link = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Joints and their limits in words, of tubes and of catheters. */
+/** @file Descriptions of joints and their limits, of tubes and of catheters. */
 #include <gtest/gtest.h>
 
 #include "config/arm_names.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Control at 1 kHz on a machine that is busy: states come late and in bursts, commands get lost. */
+/** @file Control at 1 kHz on a busy machine: states arrive late and in bursts, commands are lost. */
 #include <gtest/gtest.h>
 
 #include "tests/unit/safety/random_arm.h"
@@ -8,14 +8,14 @@
 namespace tandem::test {
 namespace {
 
-/// Function, not budgets, is the subject here.
+/// Wide budgets: function is tested here, not time-outs.
 void patient(config::Deployment& deployment) {
   deployment.budgets.minimum_age = 0.5;
   deployment.budgets.planning_reference = 1.0;
   deployment.budgets.lease = 2.0;
 }
 
-/// Largest speed of a joint that control asked for in a command.
+/// Largest commanded speed of a joint.
 double fastest(const dds::ActuationCommand& command) {
   double speed = 0.0;
   for (const double v : command.velocity)
@@ -23,7 +23,7 @@ double fastest(const dds::ActuationCommand& command) {
   return speed;
 }
 
-/** Cuts the links at random, each for a while. */
+/** Cuts the links at random times, each for a while. */
 class Disturber {
  public:
   explicit Disturber(std::uint32_t seed) : random_(seed) {}
@@ -124,13 +124,14 @@ TEST(LossyLinks, AMotionArrivesAlthoughItsCommandsAreLate) {
 /// Default budgets, control at 100 Hz, states at 1 kHz.
 void atHundredHertz(config::Deployment& deployment) { deployment.control_period = 0.01; }
 
-/// Moves an arm, each sample of one link lost with this chance. @return s until arm A is in FAULT; below 0: it is not
+/// Moves an arm, losing each sample of one link with this probability. @return s until arm A is in FAULT; below 0: it
+/// is not
 double lose(System& s, bool System::*link, double chance, Random& random) {
   startMotion(s);
   int ticks = 0;
   const double time = s.until(
       [&] {
-        // A silence of three cycles would be a matter of age: never two commands in a row.
+        // Three missing cycles would exceed the age: never two commands in a row.
         if (link == &System::state_link || s.ticks % 10 == 0)
           s.*link = (link == &System::command_link && !(s.*link)) || !random.chance(chance);
         if (++ticks % 200 == 0)
@@ -156,7 +157,7 @@ TEST(LossyLinks, StopAnArmWhoseCommandsAreLostNowAndThen) {
     EXPECT_EQ(safety::describe(record),
               "command_timeout (too many samples lost): 0.06 of the last 100, allowed 0.05 of the last 100");
     EXPECT_TRUE(s.standing());
-    // What was lost before it got power again stops nobody.
+    // Losses from before the arm was enabled again stop nothing.
     s.sendRequest(dds::ControlKind::kAcquireLease);
     s.command(safety::StateCommand::kDisable);
     s.run(0.2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Operator input to control with the simulated robot, in simulated time. */
+/** @file Operator input with control and the simulated robot, in simulated time. */
 #include <gtest/gtest.h>
 
 #include <random>
@@ -19,7 +19,7 @@ using safety::StateCommand;
 
 constexpr std::uint64_t kOperator = 7;
 
-/// Control at 100 Hz: budgets are those of the table, not control periods.
+/// Control at 100 Hz: budgets are those of the table, not multiples of control periods.
 void quick(config::Deployment& d) {
   d.control_period = 0.01;
   d.teleoperation.options.guard.leash = 1e-3;
@@ -67,7 +67,7 @@ struct Operated : System {
     command(StateCommand::kEnable, kOperator);
     go(0.3);
   }
-  /// Enabled, the switch held, moving.
+  /// Enables, holds the switch, and moves.
   void drive(const Eigen::Vector3d& velocity) {
     enable();
     input.operator_present = 1;
@@ -104,7 +104,7 @@ TEST(Operator, DrivesATipWhileTheRelativePositionIsKept) {
   EXPECT_EQ(s.operatorState(), State::kFollowing);
   EXPECT_EQ(s.source(), dds::Source::kTeleoperation);
   const Eigen::Vector3d way = s.tip(0) - start;
-  // Half of 8 mm/s less the deadband, for 2 s, less what the filter and the tip lag behind.
+  // Half of (8 mm/s minus the deadband), for 2 s, minus the lag of filter and tip.
   EXPECT_GT(way.y(), 6e-3);
   EXPECT_LT(way.y(), 7.6e-3);
   EXPECT_LT(std::hypot(way.x(), way.z()), 0.2e-3);
@@ -148,7 +148,7 @@ TEST(Operator, StopsWithinTheBudgetWhenTheStreamFallsSilent) {
   EXPECT_GE(seconds, 0.0);
   EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
   EXPECT_EQ(s.snapshot.reason, operation::Reason::kSilent);
-  // It comes back with the switch held all the time: nothing moves until it is released and held again.
+  // The input resumes with the switch held: nothing moves until it is released and held again.
   const auto there = s.state.position;
   s.sending = true;
   s.go(0.5);
@@ -168,7 +168,7 @@ TEST(Operator, OldInputsDoNotCountHoweverManyCome) {
   s.sending = false;
   const double seconds = s.goUntil(
       [&] {
-        if (s.ticks % 5 == 0) {  // as a network would deliver what it has held back
+        if (s.ticks % 5 == 0) {  // as a network would deliver delayed samples
           ++s.input.sequence;
           s.control.onInput(s.input, s.now);
         }
@@ -261,7 +261,7 @@ TEST(Operator, HandsOverFromAndToPlanningWithoutAJump) {
   const Eigen::Vector3d left = s.tip(0);
   s.go(1.0);
   EXPECT_LT((s.tip(0) - left).norm(), 1e-6) << "the paused trajectory must not lead back";
-  // And a new one starts from here.
+  // And a new trajectory starts from here.
   ASSERT_EQ(s.start(spec).accepted, 1);
   Eigen::Vector3d last = s.tip(0);
   for (int i = 0; i < 500; ++i) {
@@ -285,7 +285,7 @@ TEST(Operator, AForbiddenRegionIsNeverEnteredAndIsNamed) {
   });
   s.enable();
   auto& region = s.setup.deployment.teleoperation.options.guard.forbidden[0];
-  const Eigen::Vector3d center = s.tip(0) + Eigen::Vector3d(0.0, 0.008, 0.0);  // beside where the tips are
+  const Eigen::Vector3d center = s.tip(0) + Eigen::Vector3d(0.0, 0.008, 0.0);  // beside the tips
   std::get<planning::teleoperation::Sphere>(region.shape).center = center;
   s.input.operator_present = 1;
   double nearest = 1.0;
@@ -308,7 +308,7 @@ TEST(Operator, AForbiddenRegionIsNeverEnteredAndIsNamed) {
 
 TEST(Operator, LimitsHoldTargetsBackAndAreNamed) {
   Operated s;
-  s.drive({0.0, 0.0, 0.02});  // out, until tubes end
+  s.drive({0.0, 0.0, 0.02});  // outwards, to the end of the tubes
   double before = 0.0;
   for (int i = 0; i < 100 && std::abs(s.tip(0).z() - before) > 1e-5; ++i) {
     before = s.tip(0).z();
@@ -319,7 +319,7 @@ TEST(Operator, LimitsHoldTargetsBackAndAreNamed) {
   const Eigen::Vector3d target = Eigen::Vector3d::Map(s.snapshot.target.data());
   EXPECT_LE((target - s.tip(0)).norm(), 2e-3) << "the target does not run away";
   EXPECT_EQ(s.guardActions(), 0u);
-  // The way back begins at once.
+  // The reversal takes effect at once.
   const double z = s.tip(0).z();
   s.input.linear = {0.0, 0.0, -0.02};
   s.go(1.0);

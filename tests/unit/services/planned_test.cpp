@@ -28,7 +28,7 @@ struct Planned {
     start.trajectory = config::formatTrajectory(spec);
   }
   void keep() { system.sendRequest(ControlKind::kKeepLease); }
-  /// Of the trajectory, from where the robot stands.
+  /// Plan of the trajectory, from the robot's present joints.
   planning_service::Plan plan() const {
     dds::ComputationRequest request;
     request.kind = static_cast<std::uint8_t>(dds::ComputationKind::kCheck);
@@ -98,7 +98,7 @@ TEST(PlannedRun, APostureThatNoLimitsAllowIsLeftOut) {
   Planned planned;
   planning_service::Plan plan = planned.plan();
   for (safety::RobotVector& q : plan.points)
-    q[0] = 0.5;  // in front of the entry point
+    q[0] = 0.5;  // beyond the entry point
   planned.system.planning.onPlan(plan);
   ASSERT_EQ(planned.ask().accepted, 1);
   System& s = planned.system;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What is recorded, what may be replayed, and what makes the black box write. */
+/** @file Recorded topics, permitted replays, and triggers of the black box. */
 #include <gtest/gtest.h>
 
 #include <set>

@@ -14,7 +14,7 @@ using safety::JointMask;
 using safety::OperatingState;
 using safety::StateCommand;
 
-/// Of a client, to the first arm.
+/// Request of a client to the first arm.
 operation::ParsedControlRequest toFirstArm(const System& s, ControlKind kind, std::uint64_t client = 7) {
   operation::ParsedControlRequest o = s.requestOf(kind, client);
   o.command = StateCommand::kRecover;
@@ -22,7 +22,7 @@ operation::ParsedControlRequest toFirstArm(const System& s, ControlKind kind, st
   return o;
 }
 
-/** A system with one axis of the first arm dead, and a client that holds the lease. */
+/** A system with one failed axis of the first arm, and a client that has the lease. */
 struct Broken : System {
   explicit Broken(const char* deployment, int joint) : System(deployment) {
     run(0.3);
@@ -38,7 +38,7 @@ struct Broken : System {
     keep();
   }
   void keep() { sendRequest(ControlKind::kKeepLease); }
-  /// Goes on for so many s, with the lease.
+  /// Runs for `seconds`, with the lease.
   void live(double seconds) {
     for (double t = 0.0; t < seconds; t += 0.2) {
       keep();
@@ -139,7 +139,7 @@ TEST(Recover, IsTheHoldersAloneAndJogsSlowlyWithoutWhatIsLeftOut) {
   EXPECT_EQ(way[4], 0.0);
   EXPECT_LT(way[1], -0.5e-3);
   EXPECT_GE(way[1], -1.3 * safety::kRecoveryTranslation);
-  // A trajectory does not move an arm that is being recovered.
+  // A trajectory does not move an arm in recovery.
   planning::TrajectorySpec spec;
   spec.name = "line";
   spec.shape = planning::Line{{0.0, 0.02, 0.0}};
@@ -182,7 +182,7 @@ TEST(Recover, PowerThatDoesNotComeIsNotWaitedForForEver) {
   s.sendRequest(ControlKind::kAcquireLease);
   s.control_runs = s.state_link = false;
   s.command(StateCommand::kEnable);
-  // Drives that take every command, and stay DISABLED.
+  // Drives that accept every command, and remain DISABLED.
   dds::ActuationState unanswered = s.state;
   const auto asks_for_power = [&] {
     return s.output.command.request[0] == static_cast<std::uint8_t>(safety::DriveRequest::kEnable);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kTick = 1'000'000;
 
-/// One simulator that is called every period, and one that sleeps now and then; both get the same commands.
+/// One simulator called every period, and one that is sometimes delayed; both receive the same commands.
 struct Pair {
   Pair() : setup(makeSetup("laptop")), punctual(setup), sleepy(setup) {}
 
@@ -110,7 +110,7 @@ TEST(SimCore, PressesAndReleasesTheEmergencyStopOnRequest) {
   for (int arm : {0, 1})
     EXPECT_EQ(s.drives(arm), safety::OperatingState::kFault);
   EXPECT_EQ(dds::faultRecordOf(s.hal, 0).cause, safety::FaultCause::kEmergencyStop);
-  // While it is pressed `disable` clears nothing.
+  // While the emergency stop is pressed `disable` clears nothing.
   s.sendRequest(dds::ControlKind::kAcquireLease);
   s.command(safety::StateCommand::kDisable);
   s.run(0.3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Simulator, control and planning wired together without DDS, on a clock that the test moves. */
+/** @file Simulator, control and planning connected without DDS, with a simulated clock. */
 #pragma once
 
 #include <cmath>
@@ -28,7 +28,7 @@ inline runtime::Setup makeSetup(const std::string& deployment, Change change = n
   return setup;
 }
 
-/** Real time, 1 kHz simulator; control at its own period. Links can be cut. */
+/** Real-time mode, 1 kHz simulator; control at its own period. Links can be cut. */
 struct System {
   explicit System(const std::string& deployment = "laptop", Change change = nullptr)
       : setup(makeSetup(deployment, change)),
@@ -86,7 +86,7 @@ struct System {
     for (int i = 0; i < std::lround(seconds * 1000); ++i)
       tick();
   }
-  /// Ticks until the condition holds. @return seconds, or a negative number after `most`.
+  /// Ticks until the condition is met. @return seconds, or a negative number after `most`.
   template <class Condition>
   double until(Condition condition, double most) {
     for (int i = 0; i < static_cast<int>(most * 1000); ++i) {
@@ -97,7 +97,7 @@ struct System {
     return condition() ? most : -1.0;
   }
 
-  /// Of a client that has seen the status of the last cycle.
+  /// Request of a client that has received the status of the last cycle.
   operation::ParsedControlRequest requestOf(dds::ControlKind kind, std::uint64_t client = 7) const {
     operation::ParsedControlRequest o;
     o.client = client;
@@ -142,7 +142,7 @@ struct System {
   safety::OperatingState shown(int arm) const {
     return static_cast<safety::OperatingState>(output.status.operating_state[static_cast<std::size_t>(arm)]);
   }
-  /// Lease, enable, a long line: moving.
+  /// Acquires the lease, enables, and starts a long line.
   void getMoving() {
     run(0.3);
     sendRequest(dds::ControlKind::kAcquireLease);
@@ -171,7 +171,7 @@ struct System {
   dds::TipPoses tips;
   dds::PlanningReference reference_message;
   operation::CycleOutput output;
-  std::deque<operation::CrtkOutcome> endings;  ///< of motions of CRTK clients
+  std::deque<operation::CrtkOutcome> endings;  ///< results of motions of CRTK clients
   std::int64_t now = 1'000'000'000, ticks = 0, control_every = 100;
   std::deque<dds::ControlStatus> statuses;           ///< on the way to planning
   std::deque<dds::PlanningReference> references;     ///< on the way to control

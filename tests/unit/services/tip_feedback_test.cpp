@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Control that closes its loop on measured tips. */
+/** @file Control in closed loop with measured tips. */
 #include <gtest/gtest.h>
 
 #include "operation/convert.h"
@@ -73,7 +73,7 @@ TEST(SensorFeedback, InvalidTipsHoldThePathAndAreReported) {
     withSensor(deployment);
     deployment.plant.tracker.drop_out = 1.0;
   });
-  // Only the measurement of the robot as it stood when the simulator was started is a good one.
+  // Only the measurement of the robot at the start of the simulator is valid.
   s.sim.measuredTips(s.tips);
   s.control.onTips(s.tips);
   s.planning.onTips(s.tips);
@@ -134,7 +134,7 @@ TEST(SimCorePlant, SnapsAreCountedInHalStatus) {
   command.request.fill(0);
   command.moving.fill(1);
   command.advance = 1;
-  command.velocity[dds::jointIndex(0, 3)] = 0.2;  // tube 1 of arm_a turns, the others stay
+  command.velocity[dds::jointIndex(0, 3)] = 0.2;  // tube 1 of arm_a rotates, the others do not move
   for (int i = 0; i < 500; ++i)                   // ten radians
     send();
   sim.state(0, state);

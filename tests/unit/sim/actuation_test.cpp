@@ -59,7 +59,7 @@ TEST_F(Plant, LagBehindARampIsTauTimesSpeed) {
 }
 
 TEST_F(Plant, LagAndDelayDoNotDependOnTheStep) {
-  // The same broken line at one step a corner and at ten.
+  // The same piecewise linear motion with one step per corner and with ten.
   for (int round = 0; round < 50; ++round) {
     JointMechanics mechanics;
     mechanics.delay = 1e-3 * random.integer(0, 250);
@@ -138,7 +138,7 @@ TEST_F(Plant, PlayMakesAHysteresisOfItsWidth) {
       EXPECT_NEAR(down[j], 0.5 * width, 1e-12) << "pulled from above";
     }
     EXPECT_EQ(plant.reading(), ArmVector::Zero(6)) << "the encoder is at the motor and sees none of it";
-    // Within the play the tube stands still.
+    // Within the backlash the tube does not move.
     const ArmVector before = plant.tubes();
     ArmVector within(6);
     for (int j = 0; j < 6; ++j)
@@ -208,7 +208,7 @@ TEST_F(Plant, StepsAllocateNothing) {
   const ArmVector q = any(0.1);
   const std::size_t before = test::allocationCount();
   for (int i = 0; i < 200; ++i)
-    plant.step(i % 2 == 0 ? 1e-3 : 1e-4, q);  // shorter steps than announced, too
+    plant.step(i % 2 == 0 ? 1e-3 : 1e-4, q);  // steps that are also shorter than configured
   plant.place(q);
   EXPECT_EQ(test::allocationCount(), before);
 }

@@ -44,7 +44,7 @@ inline ArmVector fixtureStart() {
   return q;
 }
 
-/** Two arms and a commander with a clock of its own. */
+/** Two arms and a command source with a clock of its own. */
 class DrivesFixture : public ::testing::Test {
  public:
   explicit DrivesFixture(bool lock_step = false)
@@ -57,7 +57,7 @@ class DrivesFixture : public ::testing::Test {
     return made;
   }
 
-  /// A fresh command that asks for nothing.
+  /// A fresh command without motion.
   sim::Command nextCommand() {
     sim::Command command;
     command.header = {session, ++sequence, 0.01, 2};
@@ -71,7 +71,7 @@ class DrivesFixture : public ::testing::Test {
     return drives.command(command, now);
   }
 
-  /// Asks both arms to go on from their setpoints at these speeds for one period.
+  /// Command that moves both arms from their setpoints with these velocities for one period.
   sim::Command moveCommand(const ArmVector& speed) {
     sim::Command command = nextCommand();
     for (int arm = 0; arm < 2; ++arm) {
@@ -94,7 +94,7 @@ class DrivesFixture : public ::testing::Test {
       tick();
   }
 
-  /// Time until every arm stands, s; fails after `budget` plus two ticks.
+  /// Time until the standstill of all arms, s; fails after `budget` plus two ticks.
   double timeToStand(double budget) {
     double time = 0.0;
     while (!drives.standing()) {
@@ -133,7 +133,7 @@ class DrivesFixture : public ::testing::Test {
     }
   }
 
-  /// Runs for a while under moving commands and expects that nothing follows them.
+  /// Runs for a while with motion commands and expects no motion.
   void expectNothingMoves() {
     const ArmVector a = drives.plant(0).position();
     const ArmVector b = drives.plant(1).position();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file How the simulated drives follow commands, in real time and in lock-step. */
+/** @file Response of the simulated drives to commands, in real time and in lock-step. */
 #include <stdexcept>
 
 #include "tests/unit/safety/allocation_counter.h"
@@ -71,7 +71,7 @@ TEST_F(Motion, EarlyCommandsAreNotFasterThanTheJointsMayBe) {
   ArmVector last = drives.plant(0).position();
   for (int i = 0; i < 200; ++i) {
     if (i % 5 == 0)
-      move(fullSpeed());  // twenty times as often as agreed
+      move(fullSpeed());  // twenty times as often as configured
     tick();
     const ArmVector q = drives.plant(0).position();
     for (int j = 0; j < 4; ++j) {
@@ -182,7 +182,7 @@ TEST_F(Motion, CommandAndStepDoNotAllocate) {
   run(kPeriod);
   request(DriveRequest::kDisable);
   EXPECT_EQ(allocationCount(), before);
-  // The counter itself must work, or this test could not fail.
+  // Verifies the counter, without which this test could not fail.
   const std::vector<double> proof(1000, 1.0);
   EXPECT_GT(allocationCount(), before);
   EXPECT_EQ(proof.size(), 1000u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random streams of commands, good and bad, with random faults: what must hold whatever comes. */
+/** @file Random streams of valid and invalid commands with random faults: invariants. */
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ constexpr double kStreamPeriod = 0.05;
 constexpr double kStreamTick = 5e-3;
 constexpr double kWindow = 0.5e-3;  ///< following error of a translation, m
 
-/** Two random arms under a commander that often behaves badly. */
+/** Two random arms with a command source that is often faulty. */
 class Stream {
  public:
   /// @param acceleration of the translations of the plant, m/s^2
@@ -53,7 +53,7 @@ class Stream {
     made.translation_acceleration = acceleration_;
     return made;
   }
-  /// How far a translation falls back when its reference turns round at full speed, m.
+  /// Greatest lag of a translation when its reference reverses at full speed, m.
   double largestLag() const {
     double speed = 0.0;
     for (const safety::ArmLimits& limits : limits_)
@@ -94,7 +94,7 @@ class Stream {
         const auto i = static_cast<std::size_t>(arm) * safety::kMaxJointsPerArm + static_cast<std::size_t>(j);
         command.velocity[i] =
             random_.chance(0.001) ? std::nan("") : (wanted[j] - drives_.setpoint(arm)[j]) / kStreamPeriod;
-        // Where a commander takes the joint to be does not matter as long as it is a number.
+        // The position assumed by the command source has no effect, provided that it is a number.
         command.position[i] = random_.chance(0.001) ? std::nan("") : wanted[j] + random_.uniform(-0.01, 0.01);
       }
       if (drives_.state(arm) == OperatingState::kFault && random_.chance(0.5)) {
@@ -119,7 +119,7 @@ class Stream {
   void check(int arm, const ArmVector& before) {
     const auto a = static_cast<std::size_t>(arm);
     const ArmVector& q = drives_.plant(arm).position();
-    // The drives know where a stuck axis is only to within the following error, and two of them close one gap.
+    // The drives know the position of a stuck axis only within the following error, and two of them close one gap.
     const double allowed = jammed_[arm] ? 2.0 * (kWindow + largestLag() + limits_[a].joints[0].velocity * kStreamTick)
                                         : 1e-9 + 2.0 * largestLag();
     ASSERT_LE(safety::largestViolation(limits_[a], q), allowed) << "arm " << arm;
@@ -127,7 +127,7 @@ class Stream {
     const bool may_move = drives_.state(arm) == OperatingState::kEnabled;
     still_for_[arm] = may_move ? 0.0 : still_for_[arm] + kStreamTick;
     if (still_for_[arm] > stop_time_[a] + 2.0 * limits_[a].joints[0].velocity / acceleration_ + 2.5 * kStreamTick) {
-      // An axis that comes loose again goes to its reference, which is within the window.
+      // An axis that comes loose moves to its reference, which is within the window.
       ASSERT_LE((q - before).head(drives_.jointCount(arm) / 2).cwiseAbs().maxCoeff(), jammed_[arm] ? kWindow : 0.0);
       if (!jammed_[arm]) {
         ASSERT_EQ(q, before) << "arm " << arm;

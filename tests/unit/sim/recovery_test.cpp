@@ -32,11 +32,11 @@ TEST_F(Overspeed, ARunawayStopsWithinATickOfBeingMeasured) {
   }
 }
 
-/** A random life of two arms, sequence after sequence of enable or recover, jog, fault, stop and disable. */
+/** Random sequences of enable or recover, jog, fault, stop and disable for two arms. */
 class RandomRequestSequences : public DrivesFixture {
  public:
   void sequence(Random& random) {
-    // Not a joint that comes free: it catches up with what it was reported, within the window of the following error.
+    // Excludes a joint that comes loose: it moves to its reference, within the window of the following error.
     constexpr AxisFault kFaults[] = {AxisFault::kOff, AxisFault::kGarbage, AxisFault::kInvalid};
     give(random.chance(0.4) ? DriveRequest::kRecover : DriveRequest::kEnable,
          random.chance(0.3) ? safety::jointBit(random.integer(0, 3)) : safety::JointMask{0});
@@ -48,7 +48,7 @@ class RandomRequestSequences : public DrivesFixture {
     if (random.chance(0.2))
       drives.stop();
     if (random.chance(0.2))
-      live(0.45);  // control falls silent
+      live(0.45);  // control stops sending
     if (random.chance(0.7))
       drives.inject(0, joint, AxisFault::kNone);
     give(random.chance(0.2) ? DriveRequest::kRecover : DriveRequest::kDisable, 0);
@@ -74,7 +74,7 @@ class RandomRequestSequences : public DrivesFixture {
       live(random.uniform(0.02, 0.12));
     }
   }
-  /// Ticks, each of them measured.
+  /// Ticks, with measurements at each.
   void live(double seconds) {
     for (double t = 0.0; t < seconds; t += kTick) {
       tick();
@@ -94,8 +94,8 @@ class RandomRequestSequences : public DrivesFixture {
 
   ArmLimits fixture_limits = fixtureLimits();
   ArmVector before = fixtureStart();
-  double worst = 0.0;       ///< largest step of a tick, as a share of what the joint may go in it
-  double slowest = -1.0;    ///< by how much a joint of an arm that is recovered was too fast in a tick, m or rad
+  double worst = 0.0;       ///< largest step of a tick, as a fraction of the permitted one
+  double slowest = -1.0;    ///< excess of the step of an arm in recovery over the permitted one in a tick, m or rad
   double violation = -1.0;  ///< of the limits, m or rad
 };
 

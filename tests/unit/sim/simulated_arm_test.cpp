@@ -41,7 +41,7 @@ TEST(SimulatedArm, LimitedJointsKeepTheirLimitsArriveAndDoNotOvershoot) {
     const double dt = 1e-3;
     double last = 0.0;
     const double way = std::abs(goal);
-    // At full speed, plus one speeding up and slowing down, plus a little for the steps.
+    // At full speed, plus one acceleration and deceleration, plus a margin for the steps.
     const int steps = static_cast<int>((way / velocity + 2.0 * velocity / acceleration) / dt) + 60;
     for (int i = 0; i < steps; ++i) {
       arm.step(dt, ArmVector::Constant(1, goal));

@@ -10,7 +10,7 @@ using safety::Guard;
 
 class Stop : public DrivesFixture {
  protected:
-  /// After a stop: latched against everything but `disable`, and still until enabled anew.
+  /// After a stop: latched except for `disable`, and at standstill until enabled again.
   void expectLatchedAndClearedOnlyByDisable(safety::FaultMask faults) {
     expectFault(faults);
     for (const DriveRequest what : {DriveRequest::kEnable, DriveRequest::kPause, DriveRequest::kResume}) {
@@ -36,7 +36,7 @@ class Stop : public DrivesFixture {
 TEST_F(Stop, SilenceStopsAtTheEndOfTheSegmentAndLatchesAfterTheBudget) {
   bringToSpeed();
   const std::int64_t last_command = now - 50'000'000;
-  // Half a segment is left, then the ramp.
+  // Half a segment remains, then the ramp.
   const double time = timeToStand(0.5 * kPeriod + kStopTime);
   EXPECT_GT(time, 0.5 * kPeriod);
   EXPECT_EQ(drives.state(0), OperatingState::kEnabled);
@@ -153,7 +153,7 @@ TEST_F(Stop, AxisFailuresStopTheWholeArm) {
   struct Case {
     sim::AxisFault axis;
     Fault fault;
-    bool stands;  ///< the cause reports itself for as long as it lasts
+    bool stands;  ///< the cause persists until it is removed
   };
   for (const Case& each :
        {Case{sim::AxisFault::kOff, Fault::kDrive, true}, Case{sim::AxisFault::kStuck, Fault::kDrive, false},
@@ -161,7 +161,7 @@ TEST_F(Stop, AxisFailuresStopTheWholeArm) {
     SCOPED_TRACE(sim::name(each.axis));
     bringToSpeed();
     ASSERT_TRUE(drives.inject(1, 0, each.axis));
-    // A stuck axis shows when it has fallen back by the following error: 0.5 mm at 10 mm/s.
+    // A stuck axis is detected when it lags by the following error: 0.5 mm at 10 mm/s.
     const double detection = each.axis == sim::AxisFault::kStuck ? 0.05 : 0.0;
     run(detection + kStopTime + 3 * kTick);
     EXPECT_TRUE(drives.standing(1));
@@ -240,14 +240,14 @@ TEST_F(Stop, AHoldEndsTheSegmentStopsWithinTheRampAndHolds) {
 TEST_F(Stop, NothingMovesOnReconnect) {
   bringToSpeed();
   timeToStand(kPeriod + kStopTime);
-  // Before the budget is over, another commander comes; the arms are still ENABLED by the first one.
+  // Another command source appears before the budget has passed; the arms are still ENABLED by the first one.
   ASSERT_EQ(drives.state(0), OperatingState::kEnabled);
   session = 43;
   sequence = 0;
   EXPECT_TRUE(drives.command(nextCommand(), now));
   EXPECT_EQ(drives.state(0), OperatingState::kDisabled);
   expectNothingMoves();
-  // The first one comes back: it has lost the arms, too.
+  // The first one resumes: it has lost the arms, too.
   session = 42;
   sequence = 1000;
   expectNothingMoves();

@@ -111,7 +111,7 @@ TEST(PlantTips, RefuseInvalidOptions) {
   });
 }
 
-/// Two tubes whose curved ends overlap fully, wound against each other until they let go.
+/// Two tubes whose curved ends overlap completely, twisted against each other until they snap.
 TEST(PlantTips, SnapsAreCounted) {
   kinematics::ConcentricTubeArm arm;
   arm.tubes = {{1.5e-3, 1.3e-3, 58e9, 0.3, {}}, {1.8e-3, 1.6e-3, 58e9, 0.3, {}}};
@@ -151,7 +151,7 @@ TEST(PlantTips, UpdatesAllocateNothing) {
   options.tracker = {true, 40.0, 1e-4, 1e-2, 0.1, 0.1};
   PlantTips tips = make(arms(), options);
   TipTracker tracker(2, options.tracker, 1);
-  place(tips, 1);  // its joint vectors come from the heap
+  place(tips, 1);  // its joint vectors are on the heap
   const std::size_t before = test::allocationCount();
   tracker.restart(tips, 0, 0);
   for (int i = 0; i < 100; ++i) {
@@ -191,7 +191,7 @@ TEST_F(Tracker, MeasuresAtItsRateAndReportsAfterItsDelay) {
     EXPECT_EQ(t * kMillisecond - tracker.latest().stamp, 60 * kMillisecond) << "not earlier, not later";
     EXPECT_EQ(tracker.latest().mark, static_cast<std::uint64_t>(5 + 25 * reported)) << "of when it was measured";
   }
-  EXPECT_EQ(reported, 37);  // of 40 measured within the second, those that had 60 ms left
+  EXPECT_EQ(reported, 37);  // of 40 measured within the second, those taken at least 60 ms before its end
 }
 
 TEST_F(Tracker, NoiseAndDropOutsAreAsAskedFor) {
@@ -227,7 +227,7 @@ TEST_F(Tracker, NoiseAndDropOutsAreAsAskedFor) {
   }
   EXPECT_NEAR(dropped / double{kCount}, 0.2, 0.015);
   EXPECT_NEAR(both / double{kCount}, 0.04, 0.008) << "arms drop out independently";
-  // From the first number again, whatever the time.
+  // Repeats from the first number, whatever the time.
   const Eigen::Vector3d first = again.latest().position[0];
   tracker.restart(tips, 1, 0);
   for (int i = 1; i <= kCount; ++i)

@@ -20,7 +20,7 @@ using test::kTarget;
 
 constexpr std::uint16_t kStateMask = 0x6F;
 
-/// Moves the cyclic target with constant speed (counts/s) for so long.
+/// Moves the cyclic target with constant speed (counts/s) for `seconds`.
 void ramp(DriveRig& rig, double speed, double seconds) {
   double target = static_cast<double>(rig.command().layout.getSigned(rig.command().word, kTarget));
   for (double t = 0.0; t < seconds; t += 4e-3)
@@ -70,7 +70,7 @@ TEST(Drive, FollowsCyclicSetpointsWithinItsWindow) {
     test::Random random(seed);
     DriveRig rig(1);
     ASSERT_TRUE(rig.ready());
-    // A sum of sines: 200 000 counts/s at most, as an axis of 10 mm/s.
+    // A sum of sines: 200 000 counts/s at most, like an axis of 10 mm/s.
     const double a = random.uniform(1e3, 30e3), f = random.uniform(0.2, 1.0), b = random.uniform(100, 2e3);
     double t = 0.0, worst = 0.0, before = 0.0;
     for (int k = 0; k < 500; ++k) {
@@ -78,7 +78,7 @@ TEST(Drive, FollowsCyclicSetpointsWithinItsWindow) {
       const double target =
           a * (1.0 - std::cos(2.0 * M_PI * f * t)) + b * std::sin(2.0 * M_PI * 3.0 * f * t) * std::min(1.0, t);
       rig.cycle([&] { rig.command().set(kTarget, std::llround(target)); });
-      // The drive reaches a target one period after it got it.
+      // The drive reaches a target one period after it received it.
       worst = std::max(worst, std::abs(rig.drive().position() - before));
       before = target;
     }
@@ -197,7 +197,7 @@ TEST(Drive, ReactsToALostHeartbeatAlone) {
 TEST(Drive, AnRpdoDeadlineStopsIt) {
   DriveRig rig(1);
   ASSERT_TRUE(rig.ready());
-  rig.setpoints = false;  // heartbeat and SYNC go on
+  rig.setpoints = false;  // heartbeat and SYNC continue
   const std::int64_t begin = rig.now;
   ASSERT_TRUE(rig.until([&] { return rig.drive().state() != DriveState::kEnabled; }, 1.0));
   EXPECT_NEAR(1e-6 * static_cast<double>(rig.now - begin), 50.0, 8.0);
@@ -209,7 +209,7 @@ TEST(Drive, AnRpdoDeadlineStopsIt) {
 TEST(Drive, AFollowingErrorIsAFault) {
   DriveRig rig(1);
   ASSERT_TRUE(rig.ready());
-  rig.command().set(kTarget, 500'000);  // a jump that no motor follows
+  rig.command().set(kTarget, 500'000);  // a jump that no motor can follow
   ASSERT_TRUE(rig.until([&] { return (rig.status() & 0x4F) == 0x08; }, 1.0));
   EXPECT_EQ(rig.read(0, {0x603F, 0}), hal::canopen::error_code::kFollowingError);
   EXPECT_NEAR(rig.drive().record().max_jump, 500e3, 1.0);
@@ -226,7 +226,7 @@ TEST(Drive, AFollowingErrorIsAFault) {
 TEST(Drive, AFaultResetNeedsAnEdge) {
   DriveRig rig(1);
   ASSERT_TRUE(rig.ready());
-  rig.command().set(kControl, 0x8F);  // the bit stands already when the fault comes
+  rig.command().set(kControl, 0x8F);  // the bit is already set when the fault occurs
   rig.run(0.02);
   rig.drives.inject({FaultKind::kEncoderAlarm, 1, 0.0, 0.05});
   rig.run(0.2);
@@ -289,7 +289,7 @@ TEST(Drive, ProfilePositionWithItsHandshake) {
   ASSERT_TRUE(rig.until([&] { return (rig.status() & kReached) == 0; }, 1.0));
   ASSERT_TRUE(rig.until([&] { return (rig.status() & kReached) != 0; }, 3.0));
   EXPECT_NEAR(rig.drive().position(), 15e3, 20.0);
-  // A second set-point waits for the first one; a third finds no room until then.
+  // A second set-point waits for the first one; a third is rejected until then.
   command(30'000, 0);
   rig.run(0.05);
   command(10'000, 0);

@@ -20,7 +20,7 @@ using test::kActual;
 using test::kMillisecond;
 using test::kTarget;
 
-constexpr int kEncoder = 1;  // index in the network of a rig with one drive
+constexpr int kEncoder = 1;  // index in the network of a fixture with one drive
 namespace error_code = hal::canopen::error_code;
 
 struct Faults : testing::Test {
@@ -108,7 +108,7 @@ TEST_F(Faults, Delayed) {
   ASSERT_TRUE(inject(FaultKind::kDelayed, 1, 12));
   rig.run(0.1);
   std::int64_t sync = 0, answer = 0;
-  rig.command().set(test::kControl, 0x07);  // a change that shows in the status
+  rig.command().set(test::kControl, 0x07);  // a change that is visible in the statusword
   std::uint16_t last = rig.status();
   for (int k = 0; k < 20 && answer == 0; ++k) {
     rig.cycle([&] { sync = sync == 0 ? rig.now : sync; });
@@ -173,7 +173,7 @@ TEST_F(Faults, FrameLoss) {
   const auto before = rig.feedback(kEncoder).count;
   for (int k = 0; k < 200; ++k)
     rig.cycle();
-  // SYNC has to arrive and the answer too.
+  // Both SYNC and the answer must arrive.
   EXPECT_NEAR(static_cast<double>(rig.feedback(kEncoder).count - before), 200 * 0.64, 30.0);
   EXPECT_GT(rig.drives.record().lost, 50u);
 }

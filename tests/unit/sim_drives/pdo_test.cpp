@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file PDOs of a simulated device, seen from the wire. */
+/** @file PDOs of a simulated device, as seen on the bus. */
 #include <gtest/gtest.h>
 
 #include <map>
@@ -37,7 +37,7 @@ TEST(DevicePdo, ParametersAreGuarded) {
   EXPECT_EQ(rig.write(0, {0x1600, 1}, 0x60410010, 4), SdoAbort::kNotMappable) << "read-only";
 }
 
-/// Frames with this id within so many SYNCs.
+/// Number of frames with this id within `cycles` SYNCs.
 int countOf(DriveRig& rig, std::uint32_t id, int cycles) {
   int count = 0;
   rig.wire.tap = [&](const hal::can::CanFrame& frame) { count += frame.id == id; };

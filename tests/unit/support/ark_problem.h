@@ -23,7 +23,7 @@ struct ArkProblem {
     problem.setLimits(both, 2);
   }
 
-  /// @return false where a model cannot answer.
+  /// @return false if a model has no solution.
   bool set(const Eigen::VectorXd& q_a,
            const Eigen::VectorXd& q_b,
            const Eigen::Vector3d& v_ab,

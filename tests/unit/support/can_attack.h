@@ -12,7 +12,7 @@ namespace tandem::test {
 
 using hal::can::CanFrame;
 
-/// What a bus of this system carries: a good starting point for bad frames.
+/// Typical frames of this system's buses, as a basis for faulty ones.
 inline CanFrame plausibleFrame(Random& random) {
   const int node = random.integer(1, 7) + (random.chance(0.3) ? 16 : 0);
   constexpr std::uint32_t kBases[] = {0x000, 0x080, 0x180, 0x200, 0x280, 0x300, 0x580, 0x600, 0x700, 0x77F};
@@ -56,7 +56,7 @@ inline CanFrame mutate(CanFrame frame, Random& random) {
   return frame;
 }
 
-/** What is sent: first every 11-bit identifier at every length, then anything. */
+/** Sent frames: first every 11-bit identifier at every length, then random ones. */
 class Attack {
  public:
   explicit Attack(std::uint32_t offset) : random_(baseSeed() + offset) {}
@@ -78,24 +78,24 @@ class Attack {
   int swept_ = 0;
 };
 
-// What only a commander that means it may send: its effect is not the fuzzer's business. Of such frames the fuzzer
-// sends the beginning alone.
+// Frames that only an intentional master may send: their effects are not part of the fuzz test, which sends them
+// truncated.
 
-/// An SDO that writes, or goes on writing.
+/// An SDO that starts or continues a download.
 inline void spoilDownload(CanFrame& frame, Random& random) {
   if (frame.classicData() && frame.id > 0x600 && frame.id < 0x680 && frame.length == 8 && frame.data[0] >> 5 <= 1)
     frame.length = static_cast<std::uint8_t>(random.integer(0, 7));
 }
 
-/// Bus-off is no garbage: who learns of it falls silent. Other error frames stay, with the error's class, without which
-/// the kernel hands them to nobody.
+/// Bus-off is not noise: its receiver stops sending. Other error frames remain, with the error's class, without which
+/// the kernel delivers them to no socket.
 inline void spoilBusOff(CanFrame& frame) {
   constexpr std::uint32_t kHarmless = 0x7u, kLostArbitration = 0x2u;
   if (frame.error && (frame.id &= kHarmless) == 0)
     frame.id = kLostArbitration;
 }
 
-/// A network command: any, or "start" alone.
+/// An NMT command: any, or only "start".
 inline void spoilNmt(CanFrame& frame, Random& random, bool any) {
   constexpr std::uint8_t kCommands[] = {1, 2, 128, 129, 130};
   const bool known = any ? std::ranges::count(kCommands, frame.data[0]) != 0 : frame.data[0] == 1;
@@ -109,7 +109,7 @@ inline void spoilSetpoint(CanFrame& frame, Random& random) {
     frame.length = static_cast<std::uint8_t>(random.integer(0, 5));
 }
 
-/// Fetches and forgets. @return how many there were.
+/// Reads and discards all frames. @return their number.
 inline std::uint64_t drain(hal::can::Bus& bus) {
   std::array<CanFrame, 256> frames;
   std::uint64_t all = 0;

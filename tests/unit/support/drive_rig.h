@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A master and simulated drives on one wire, in simulated time. */
+/** @file A master and simulated drives on one bus, in simulated time. */
 #pragma once
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ inline sim::drives::BusSpec rigSpec(int drives, bool encoders = true) {
 /** Slots of the drives' PDOs. */
 enum RigSlot { kControl = 0, kTarget = 1, kStatus = 0, kActual = 1 };
 
-/// A drive in a cyclic mode (8: position, 9: velocity) or another one, watched from both sides.
+/// A drive in a cyclic mode (8: position, 9: velocity) or another one, monitored from both sides.
 inline hal::canopen::NodeSetup driveSetup(int id, int mode = 8) {
   using namespace hal::canopen;
   NodeSetup setup;
@@ -81,7 +81,7 @@ inline hal::canopen::NodeSetup encoderSetup(int id) {
   return setup;
 }
 
-/** Wire, drives and master. The master sends RPDOs and SYNC each kBusPeriod. */
+/** Bus, drives and master. The master sends RPDOs and SYNC each kBusPeriod. */
 struct DriveRig {
   hal::can::VirtualBus wire{4096};
   std::int64_t now = 1'000 * kMillisecond;
@@ -90,8 +90,8 @@ struct DriveRig {
   sim::drives::DriveBus drives;
   hal::canopen::Network network;
   bool alive = true;      ///< the master runs
-  bool setpoints = true;  ///< it sends RPDOs
-  bool stalled = false;   ///< the process of the drives does not come round
+  bool setpoints = true;  ///< the master sends RPDOs
+  bool stalled = false;   ///< the process of the drives is not scheduled
 
   explicit DriveRig(const sim::drives::BusSpec& spec)
       : drives(drive_port, spec, now), network(master_port, hal::canopen::NetworkOptions{}) {}
@@ -132,7 +132,7 @@ struct DriveRig {
     for (const std::int64_t end = now + static_cast<std::int64_t>(1e9 * seconds); now < end;)
       cycle();
   }
-  /// Cycles until a condition holds; false after so many seconds.
+  /// Cycles until a condition is met; false after `seconds`.
   template <class Condition>
   bool until(Condition condition, double seconds = 5.0) {
     for (const std::int64_t end = now + static_cast<std::int64_t>(1e9 * seconds); now < end; cycle()) {
@@ -159,7 +159,7 @@ struct DriveRig {
     return until([&] { return network.all(NodePhase::kOperational); });
   }
 
-  /// One drive to "operation enabled", its target where it stands.
+  /// Brings one drive to "operation enabled", with its target at the present position.
   bool enable(int index = 0) {
     for (const std::uint16_t word : {0x0006, 0x0007, 0x000F}) {
       command(index).set(kTarget, network.node(index).setup().rpdos[0].layout[1].object.index == 0x607A

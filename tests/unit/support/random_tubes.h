@@ -9,7 +9,7 @@
 
 namespace tandem::test {
 
-/// One to four sections of any curvature; now and then one that is softer, as if it were notched.
+/// One to four sections of random curvature; sometimes a softer one, like a notched tube.
 inline void addRandomSections(kinematics::Tube& tube, double length, Random& random) {
   const int sections = random.integer(1, 4);
   for (int k = 0; k < sections; ++k) {
@@ -28,7 +28,7 @@ inline Eigen::Vector3d anyVector(Random& random, double most) {
   return most * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
 }
 
-/// An arm of 2 to 4 tubes that fit into each other, anywhere in space, with a tool.
+/// An arm of 2 to 4 tubes that fit into each other, with a random base pose and a tool.
 inline kinematics::ConcentricTubeArm randomArm(Random& random) {
   kinematics::ConcentricTubeArm arm;
   const int n = random.integer(2, 4);

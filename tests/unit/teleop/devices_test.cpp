@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Operators' devices as far as they go without hardware: SDL's virtual joystick, a terminal, a daemon that
- * speaks as spacenavd does, and files. */
+/** @file Operators' devices without hardware: SDL's virtual joystick, a terminal, a daemon with the protocol of
+ * spacenavd, and files. */
 #include <SDL2/SDL.h>
 #include <gtest/gtest.h>
 #include <pty.h>
@@ -88,7 +88,7 @@ TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
   int index = -1;
   SDL_Joystick* joystick = nullptr;
   ASSERT_NO_FATAL_FAILURE(attachVirtual(index, joystick));
-  // Triggers rest at the lower end of their way.
+  // Released triggers are at the lower end of their range.
   for (const int trigger : {SDL_CONTROLLER_AXIS_TRIGGERLEFT, SDL_CONTROLLER_AXIS_TRIGGERRIGHT})
     SDL_JoystickSetVirtualAxis(joystick, trigger, -32768);
   const auto pad = openGamepad(0.02);
@@ -113,7 +113,7 @@ TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
   SDL_JoystickClose(joystick);
 }
 
-/// A wireless one that is out of reach: SDL goes on saying what it said last.
+/// A wireless gamepad out of range: SDL repeats its last values.
 TEST(Gamepad, ThatFallsSilentMovesNothingUntilItsTriggerIsLetGoOf) {
   int index = -1;
   SDL_Joystick* joystick = nullptr;
@@ -121,7 +121,7 @@ TEST(Gamepad, ThatFallsSilentMovesNothingUntilItsTriggerIsLetGoOf) {
   const auto set = [&](int axis, int value) { SDL_JoystickSetVirtualAxis(joystick, axis, static_cast<Sint16>(value)); };
   const auto pad = openGamepad(0.02);
   double time = 0.0;
-  const auto last = [&](double seconds, int sway) {  // s, and by how much a hand sways
+  const auto last = [&](double seconds, int sway) {  // s, and amplitude of a hand tremor
     bool present = true;
     for (const double end = time + seconds; time < end; time += 0.1) {
       set(SDL_CONTROLLER_AXIS_LEFTX, 20000 + (static_cast<int>(std::lround(10 * time)) % 2) * sway);
@@ -154,7 +154,7 @@ TEST(Gamepad, MissingGamepadIsAnErrorThatNamesTheDevices) {
   }
 }
 
-/** Standard input is a terminal as long as this lives. */
+/** Standard input is a terminal while this object exists. */
 struct Terminal {
   Terminal() : before(dup(STDIN_FILENO)) {
     int slave = -1;
@@ -204,11 +204,11 @@ TEST(SpaceMouse, SaysWhatItsDaemonSays) {
   ASSERT_EQ(bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
   ASSERT_EQ(listen(listener, 1), 0);
   setenv("SPNAV_SOCKET", path.c_str(), 1);
-  const auto mouse = openSpaceMouse(0.035);  // connects before anybody accepts
+  const auto mouse = openSpaceMouse(0.035);  // connects before the daemon accepts
   const int daemon = accept(listener, nullptr, nullptr);
   ASSERT_GE(daemon, 0);
   EXPECT_FALSE(mouse->read(0.0).present);
-  // An event is eight numbers of 32 bits: what it is (0 motion, 1 press, 2 release), then six axes, or the button; ms.
+  // An event is eight 32-bit numbers: type (0 motion, 1 press, 2 release), then six axes, or the button; ms.
   const auto say = [daemon](std::array<std::int32_t, 8> event) {
     ASSERT_EQ(write(daemon, event.data(), sizeof(event)), static_cast<ssize_t>(sizeof(event)));
   };
@@ -224,7 +224,7 @@ TEST(SpaceMouse, SaysWhatItsDaemonSays) {
   EXPECT_FALSE(mouse->read(0.0).present);
   say({1, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_TRUE(mouse->read(0.0).present);
-  close(daemon);  // with the button held
+  close(daemon);  // while the button is held
   EXPECT_THROW(mouse->read(0.0), DeviceError);
   close(listener);
 }
