@@ -24,7 +24,7 @@ import { Pilot } from "./teleop/pilot";
 import { Drawing } from "./scene/drawing";
 import { Link } from "./wire/link";
 
-/** Display period of the panels, ms: nobody can read values that change more often. */
+/** Display period of the panels, ms: values that change faster are unreadable. */
 const kShow = 50;
 
 export class App {

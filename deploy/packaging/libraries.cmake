@@ -1,11 +1,11 @@
-# The libraries for other programs: find_package(tandem), targets tandem::NAME (docs/cpp.md). Services and recordings are no
-# part of it: they are reached over DDS and through files.
+# The libraries for other programs: find_package(tandem), targets tandem::NAME (docs/cpp.md). Services and recordings are not included:
+# other programs reach them over DDS and through files.
 include(CMakePackageConfigHelpers)
 include(CheckCXXSymbolExists)
 set(names base safety kinematics control planning hal_can hal_canopen hal_drives hal sim sim_drives config robots robot_plant experiments)
 target_compile_features(tandem_base INTERFACE cxx_std_20)
 target_include_directories(tandem_base INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/tandem>)
-# Eigen aligns and frees in another way where it is compiled for AVX: what uses the libraries has to be compiled as they are.
+# With AVX, Eigen aligns and frees memory differently: users of the libraries must be compiled with the same options.
 check_cxx_symbol_exists(__AVX__ cstddef TANDEM_WITH_AVX)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT TANDEM_WITH_AVX)
   target_compile_options(tandem_base INTERFACE $<INSTALL_INTERFACE:-mno-avx>)
@@ -31,7 +31,7 @@ set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/tandem)
 set(data ${CMAKE_INSTALL_DATADIR}/tandem)
 configure_package_config_file(deploy/packaging/tandem-config.cmake.in ${CMAKE_BINARY_DIR}/tandem-config.cmake
                               INSTALL_DESTINATION ${folder} PATH_VARS data)
-# Below 1.0 a minor version may change what headers say.
+# Below 1.0 a minor version may change the headers.
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/tandem-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/tandem-config.cmake ${CMAKE_BINARY_DIR}/tandem-config-version.cmake DESTINATION ${folder}
         COMPONENT dev)

@@ -1,5 +1,5 @@
-# Debian packages: `cpack` in a build tree, or deploy/package.sh. What is installed without a component goes into tandem-robot;
-# a package of its own needs `install(... COMPONENT NAME)` and a few lines here.
+# Debian packages: `cpack` in a build tree, or deploy/package.sh. Files installed without a component belong to tandem-robot; a separate
+# package needs `install(... COMPONENT NAME)` and a few lines here.
 install(DIRECTORY deploy/systemd/ DESTINATION lib/systemd/system)
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs)
 

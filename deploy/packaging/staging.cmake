@@ -1,4 +1,4 @@
-# What a package has outside its prefix, and what Debian wants of every package: run by CPack over the staging folders.
+# Files of a package outside its prefix, and Debian's requirements on every package: run by CPack on the staging folders.
 set(source ${CMAKE_CURRENT_LIST_DIR})
 file(GLOB components LIST_DIRECTORIES true ${CPACK_TEMPORARY_DIRECTORY}/*)
 foreach(component IN LISTS components)
@@ -20,13 +20,13 @@ foreach(component IN LISTS components)
   endif()
   set(docs ${component}/usr/share/doc/${package})
   file(COPY ${source}/copyright DESTINATION ${docs})
-  # Debian's form of the project's change log; the whole one lies beside the documentation.
+  # Changelog in Debian's format; the complete one is in the documentation folder.
   string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
   set(version ${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
   file(WRITE ${docs}/changelog.Debian "${package} (${version}) unstable; urgency=medium\n\n  * See CHANGELOG.md.\n\n"
        " -- ${CPACK_PACKAGE_CONTACT}  ${now}\n")
   execute_process(COMMAND gzip -9nf ${docs}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
-  # The umask of whoever builds is none of the package's business.
+  # File modes independent of the umask of the build.
   file(GLOB_RECURSE folders LIST_DIRECTORIES true ${component}/*)
   foreach(path IN LISTS folders)
     if(IS_DIRECTORY ${path})

@@ -42,8 +42,7 @@ class Client {
   ClientQueue queue_;
   std::map<std::uint32_t, std::uint32_t> channels_;       ///< channel by subscription
   std::map<std::uint32_t, std::uint32_t> subscriptions_;  ///< subscription by channel
-  std::map<std::uint32_t, std::size_t> publications_;     ///< index of the topic by the client's id of the
-                                                          ///< advertisement
+  std::map<std::uint32_t, std::size_t> publications_;     ///< index of the topic by advertisement id
 };
 
 /** All channels. Methods are called on the thread of the sockets; samples arrive on threads of DDS.

@@ -66,8 +66,8 @@ export interface LinkEvents {
 const kRetryFirst = 250; // ms
 const kRetryMost = 2000;
 const kGiveUp = 4000; // ms to connect; with a stopped server the handshake does not end
-// The server publishes its diagnostics every second: a link without data for so many checks is interrupted. Checks are counted instead of
-// time, so that a pause of the page itself does not close the link.
+// The server publishes its diagnostics every second: a link without data for kSilentLooks checks is interrupted. Counting checks instead of
+// time keeps a pause of the page itself from closing the link.
 const kLook = 500; // ms
 const kSilentLooks = 10;
 

@@ -28,7 +28,7 @@ struct CanOptions {
 /** A bus for tools: sequential SDO transfers, and reception of heartbeats. Not for periodic threads. */
 class CanTool {
  public:
-  /// @throw Failure where the bus cannot be opened.
+  /// @throw Failure if the bus cannot be opened.
   explicit CanTool(const CanOptions& options);
 
   /// Receives for the given time, s.

@@ -1,5 +1,5 @@
-# tandem_process_test(NAME FILE file.py [CASE class] LABEL label TIMEOUT seconds [REALTIME]): a Python program that
-# drives the executables of this build. REALTIME: it runs alone, because its processes have deadlines.
+# tandem_process_test(NAME FILE file.py [CASE class] LABEL label TIMEOUT seconds [REALTIME]): a Python program that controls the executables
+# of this build. REALTIME: it runs alone, because its processes have deadlines.
 include_guard(DIRECTORY)
 include(${PROJECT_SOURCE_DIR}/tests/needs.cmake)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)

@@ -68,7 +68,7 @@ TEST_F(Table3, SameDigitsEveryTime) {
   }
 }
 
-// Noise of 10 nm ended every run at a limit when models and enabling treated readings as exact.
+// Regression: with models and enabling that treated readings as exact, 10 nm ended every run at a limit.
 TEST_F(Table3, NoiseOfEncodersEndsNoRun) {
   for (const double noise : {1e-8, 1e-6, 1e-5, 1e-4}) {
     options.plant.encoders.noise = {noise, 0.0};

@@ -134,7 +134,7 @@ struct Printed {
   double d1, theta2, theta3, L, d7;
   double d4() const { return L / (kPi / 2 - theta3) * std::cos(theta3); }  // (9)
 
-  /// Table I. @param modified  Craig's convention, as its caption says, or the classical one
+  /// Table I. @param modified  Craig's convention, as in its caption, or the classical one
   /// @param sign  of theta_3 in link 5; printed: 1
   Eigen::Matrix4d table(bool modified, double sign) const {
     const double half = kPi / 2;

@@ -226,7 +226,7 @@ TEST(Permission, RepliesOfControlMatchThePublishedPermissions) {
   }
   for (int i = 0; i <= static_cast<int>(Action::kReleaseLease); ++i) {
     if (i == static_cast<int>(Action::kStart) || i == static_cast<int>(Action::kSteer))
-      continue;  // asked of planning
+      continue;  // requests to planning
     EXPECT_GT(allowed[static_cast<std::size_t>(i)], 0) << "the walks never got to see it allowed: " << i;
     EXPECT_GT(refused[static_cast<std::size_t>(i)], 0) << "the walks never got to see it refused: " << i;
   }

@@ -99,7 +99,7 @@ TEST_F(TrackerTest, MeasuredTipsGiveTheErrorAndTheModelItsJacobian) {
   ASSERT_EQ(result.status, planning::TrackStatus::kOk) << "what is not good changes nothing";
   EXPECT_NEAR(result.error[0], 0.0, 1e-15) << "both are off alike";
   EXPECT_NEAR(result.error[1], (move - off).norm(), 1e-12);
-  // The same velocity as for a model-based reference with the same offset.
+  // The same velocity as from the model's tips for a reference with the same offset.
   reference.tasks[1].position -= off;
   auto model = make(control::Method::kNspqp);
   model.step(q, q, reference, expected);

@@ -70,7 +70,7 @@ REPLACED = re.compile(r"\b(?i:hears?|heard|hearing|deaf|told|desks?|settle[sd]?|
                       r"|(?<=[a-z])(?:Desk|Wish|Heard|Patience)(?![a-z])")
 HAVE_THEM = ["tests/unit/rules"]
 
-# Tests define their names in the namespaces of what they test; conversions of messages are found by the type of the message.
+# Tests may define names in the namespaces of the code that they test; message conversions are found by the type of the message.
 FREE = ["tests", "idl", "operation/convert.h", "operation/convert.cpp"]
 
 MOST_LINES = 400

@@ -103,7 +103,7 @@ TEST(ArmSupervisor, NoJointIsFasterThanAskedForAtAnyRateOfCommands) {
     const ArmLimits limits = test::randomLimits(random);
     const double period = random.uniform(0.002, 0.1);
     Commanded commanded(limits, test::randomInside(limits, random), period);
-    ArmVector largest = speeds(limits, 0.0);  // asked for by now
+    ArmVector largest = speeds(limits, 0.0);  // requested so far
     for (int k = 0; k < 60; ++k) {
       ArmVector v = speeds(limits, 0.5);
       for (Eigen::Index j = 0; j < v.size(); ++j)

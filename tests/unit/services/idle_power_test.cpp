@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Power of arms that nobody commands. */
+/** @file Power of arms without a commanding client. */
 #include <gtest/gtest.h>
 
 #include "tests/unit/services/system.h"
