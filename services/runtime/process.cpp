@@ -171,9 +171,9 @@ namespace {
 /// now on. No change if the starter of the process has chosen another policy, or in lock-step, which has no deadlines.
 void takePriority(const Setup& setup) {
   // SCHED_FIFO, as in the systemd units
-  static const std::map<std::string, int> kPriorities{{"hal", 30}, {"sim", 30}, {"control", 20}, {"planning", 10}};
-  const auto found = kPriorities.find(setup.name);
-  if (found == kPriorities.end() || setup.deployment.clock == config::ClockMode::kLockStep ||
+  static const std::map<std::string, int> priorities{{"hal", 30}, {"sim", 30}, {"control", 20}, {"planning", 10}};
+  const auto found = priorities.find(setup.name);
+  if (found == priorities.end() || setup.deployment.clock == config::ClockMode::kLockStep ||
       ::sched_getscheduler(0) != SCHED_OTHER)
     return;
   for (const std::string& refusal : enterRealtime(found->second, false))

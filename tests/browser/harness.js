@@ -8,7 +8,7 @@ const readline = require("node:readline");
 const { chromium } = require("playwright-core");
 
 const kStill = 1e-6; // m or rad
-const kPatience = 60000; // ms, for any event on a busy machine
+const kTimeout = 60000; // ms, for any event on a busy machine
 
 const monotonic = () => Number(process.hrtime.bigint()) / 1e6; // ms, the clock of the robot's stamps
 
@@ -26,7 +26,7 @@ class Server {
       { stdio: ["ignore", "inherit", "inherit"] },
     );
     this.ended = new Promise((resolve) => this.process.once("exit", resolve));
-    const end = monotonic() + kPatience;
+    const end = monotonic() + kTimeout;
     while (monotonic() < end) {
       assert.strictEqual(this.process.exitCode, null, "tandem-console has ended");
       const answer = await fetch(`${this.url}/healthz`).catch(() => null);
@@ -68,7 +68,7 @@ class Robot {
     this.process.kill("SIGKILL");
   }
   /** The first status published after the call that meets `condition`. */
-  until(what, condition, patience = kPatience) {
+  until(what, condition, timeout = kTimeout) {
     const called = monotonic();
     return new Promise((resolve, reject) => {
       const look = () => {
@@ -80,7 +80,7 @@ class Robot {
       const timer = setTimeout(() => {
         this.waiting.delete(look);
         reject(new Error(`the robot did not: ${what}; it says ${JSON.stringify(this.last)}`));
-      }, patience);
+      }, timeout);
       this.waiting.add(look);
     });
   }
@@ -101,7 +101,7 @@ class Robot {
   command(...words) {
     return spawnSync(this.tandem, ["robot", "--deployment", this.deployment, ...words], {
       encoding: "utf8",
-      timeout: kPatience,
+      timeout: kTimeout,
     });
   }
 }
@@ -123,7 +123,7 @@ class Operator {
     this.page = page;
     this.url = url;
     this.complaints = [];
-    page.setDefaultTimeout(kPatience);
+    page.setDefaultTimeout(kTimeout);
     page.on("pageerror", (error) => this.complaints.push(`error: ${error.stack}`));
     page.on("console", (message) => {
       // Browsers log failed socket connections; the page is tested to handle them.
@@ -189,7 +189,7 @@ class Operator {
     });
   }
   async waitForScene(what, condition) {
-    const end = monotonic() + kPatience;
+    const end = monotonic() + kTimeout;
     let seen = await this.scene();
     while (!condition(seen)) {
       assert.ok(

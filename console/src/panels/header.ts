@@ -57,7 +57,7 @@ export class Header implements Panel {
     const drives = age(world.hal.at, now);
     const late = staleAfter(Math.max(robot.control.period, robot.status_period));
     let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
-    if (link.state !== "open") text = `✕ NO LINK · ${ageWords(age(link.heardAt, now))}`;
+    if (link.state !== "open") text = `✕ NO LINK · ${ageWords(age(link.receivedAt, now))}`;
     else if (old > late) text = `◔ NO DATA FROM CONTROL · ${ageWords(old)}`;
     else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageWords(drives)}`;
     setText(this.link, text);

@@ -97,7 +97,7 @@ export class Hud implements Panel {
     setClass(this.element.parentElement ?? this.element, "past", !live);
     setShown(this.curtain, !live);
     if (!live) {
-      const old = ageWords(age(world.status.at < 0 ? link.heardAt : world.status.at, now));
+      const old = ageWords(age(world.status.at < 0 ? link.receivedAt : world.status.at, now));
       const what =
         link.state !== "open"
           ? "No connection to the server"

@@ -74,7 +74,7 @@ const kSilentLooks = 10;
 export class Link {
   state: LinkState = "connecting";
   /** performance.now() of the last frame of any kind. */
-  heardAt = -1;
+  receivedAt = -1;
   private socket: WebSocket | null = null;
   private readonly slots = new Map<string, Slot>();
   private readonly bySubscription = new Map<number, Slot>();
@@ -126,8 +126,8 @@ export class Link {
     let silent = 0;
     let before = -1;
     const watch = setInterval(() => {
-      silent = opened && this.heardAt === before ? silent + 1 : 0;
-      before = this.heardAt;
+      silent = opened && this.receivedAt === before ? silent + 1 : 0;
+      before = this.receivedAt;
       if (silent >= kSilentLooks) abandon(`nothing was received for ${(kSilentLooks * kLook) / 1000} s`);
     }, kLook);
     socket.onopen = () => {
@@ -135,7 +135,7 @@ export class Link {
       clearTimeout(hopeless);
       this.retry = kRetryFirst;
       for (const [topic, p] of this.publishers) socket.send(advertiseText(p.channel, topic, p.schemaName, p.schema));
-      this.heardAt = performance.now();
+      this.receivedAt = performance.now();
       this.change("open", "");
     };
     socket.onmessage = (event) => {
@@ -172,10 +172,10 @@ export class Link {
   }
 
   private received(data: string | ArrayBuffer): void {
-    this.heardAt = performance.now();
+    this.receivedAt = performance.now();
     if (typeof data !== "string") {
       const message = parseBinary(data);
-      if (message) this.bySubscription.get(message.subscription)?.put(message.payload, this.heardAt);
+      if (message) this.bySubscription.get(message.subscription)?.put(message.payload, this.receivedAt);
       return;
     }
     const text = parseText(data);

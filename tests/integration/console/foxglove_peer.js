@@ -9,7 +9,7 @@ const { MessageReader, MessageWriter } = require("@foxglove/rosmsg2-serializatio
 const WebSocket = require("ws");
 
 const [url, subprotocol, prefix, task] = process.argv.slice(2);
-const PATIENCE = 40000; // ms
+const TIMEOUT = 40000; // ms
 // Topics that are published while the robot is not commanded; `rosout` is triggered by a request that planning refuses.
 const FLOWING = [
   "actuation/state",
@@ -75,9 +75,9 @@ function fail(error) {
 
 // Waits for the event that makes a condition true.
 async function until(condition, what) {
-  const end = Date.now() + PATIENCE;
+  const end = Date.now() + TIMEOUT;
   while (!condition()) {
-    if (Date.now() > end) throw new Error(`not within ${PATIENCE} ms: ${what}; received ${[...counts.keys()]}`);
+    if (Date.now() > end) throw new Error(`not within ${TIMEOUT} ms: ${what}; received ${[...counts.keys()]}`);
     await new Promise((resolve) => {
       wake = resolve;
       setTimeout(resolve, 250);
@@ -115,7 +115,7 @@ async function flood(planning) {
   assert.ok(passed >= Math.min(40, 20 * seconds) && passed <= 60 + 25 * seconds, `${passed} lines within ${seconds} s`);
   if (seconds > 2) return; // too slow a machine for the limit
   const reported = () => /earlier lines were dropped/.test(last.get("/rosout").msg);
-  const end = Date.now() + PATIENCE;
+  const end = Date.now() + TIMEOUT;
   while (!reported() && Date.now() < end)
     await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });
   assert.ok(reported(), "what is left out is reported");

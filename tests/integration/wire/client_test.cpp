@@ -86,7 +86,7 @@ TEST(Interruption, BetweenRequestAndAnswerTheAnswerIsAwaited) {
 TEST(Interruption, BeforeARequestIsReportedAsSuch) {
   Client client(testDeployment(), {}, Client::Receives::kAnyRobot);
   client.setInterrupt([] { return true; });
-  const auto expectInterrupted = [](const auto& call) {
+  const auto expect_interrupted = [](const auto& call) {
     try {
       call();
       FAIL() << "expected a failure";
@@ -94,8 +94,8 @@ TEST(Interruption, BeforeARequestIsReportedAsSuch) {
       EXPECT_STREQ(failure.what(), "interrupted; nothing was requested");
     }
   };
-  expectInterrupted([&] { client.control({}); });
-  expectInterrupted([&] { client.connect(20.0); });
+  expect_interrupted([&] { client.control({}); });
+  expect_interrupted([&] { client.connect(20.0); });
 }
 
 // The pausing client may have left before its own identity arrived.
