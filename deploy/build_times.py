@@ -256,8 +256,8 @@ def verdict(figure, recorded):
     ratio = figure / recorded
     said = f"{figure:.2f} yardsticks for a thousand lines, recorded are {recorded:.2f}: {ratio:.2f} times that, {LIMIT:g} are allowed"
     if ratio > LIMIT:
-        return False, (f"compilation has become too dear: {said}.\n"
-                       "  deploy/build-times.sh            finds the cause: slowest objects, dearest headers\n"
+        return False, (f"compilation costs too much: {said}.\n"
+                       "  deploy/build-times.sh            finds the cause: slowest objects, most expensive headers\n"
                        "  deploy/build-times.sh --record   records the new value, if it is on purpose")
     if ratio * LIMIT < 1:
         return True, f"{said}. Much cheaper: record that with deploy/build-times.sh --record"

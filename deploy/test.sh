@@ -142,7 +142,7 @@ fi
 # A part of the tests covers only a part of the hazards.
 if ((${#arguments[@]} == 0)) && [[ $preset == release && $exclude == '|^long$' ]]; then
   /usr/bin/python3 "$root/tests/hazards/trace.py" --results "$results"/*.xml || status=1
-  say "is compiling as cheap as it was?"
+  say "compilation cost against the recorded value"
   "$root/deploy/build-times.sh" --check || status=1
 fi
 exit "$status"
