@@ -52,7 +52,7 @@ def main():
         target.write_text(json.dumps(counts, indent=2) + "\n")
     missing = [] if arguments.update else [case for case in cases if case not in baseline]
     if missing:
-        print("not in the baseline (--update writes it): " + ", ".join(missing))
+        print(f"not in the baseline; bench/instructions.py {arguments.program} --update writes it: " + ", ".join(missing))
     if slower:
         print(f"more than {100 * (MOST - 1):.0f} % above the baseline: " + ", ".join(slower))
     return 1 if slower or missing else 0

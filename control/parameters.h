@@ -14,7 +14,7 @@ using idl::Method;
 using idl::name;
 /// Number of built-in methods: all but Method::kForeign, the last one.
 inline constexpr int kMethodCount = idl::count<Method> - 1;
-static_assert(static_cast<int>(Method::kForeign) == kMethodCount);
+static_assert(static_cast<int>(Method::kForeign) == kMethodCount, "a new method stands before kForeign, the last one");
 
 struct ForeignMethod;
 

@@ -72,7 +72,7 @@ def main():
         expected = {f"{package}/{name}.msg": twin(wire, struct) for (package, name), struct in wire.structs.items()}
         if arguments.check:
             found = list(differences(arguments.out, expected))
-            print("\n".join(found) if found else f"{len(expected)} .msg files agree with the IDL")
+            print("\n".join(found + ["run idl/generate.py msg"]) if found else f"{len(expected)} .msg files agree with the IDL")
             return 1 if found else 0
         for stale in arguments.out.glob("*/*.msg"):
             if str(stale.relative_to(arguments.out)) not in expected:

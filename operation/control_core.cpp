@@ -174,7 +174,18 @@ void ControlCore::apply(const ParsedControlRequest& request, int k, Action actio
       return motions_.withdraw(k);
     case Action::kHold:
       return motions_.end(k);
-    default:
+    case Action::kSetMethod:
+    case Action::kStart:
+    case Action::kSteer:
+    case Action::kAcquireLease:
+    case Action::kKeepLease:
+    case Action::kReleaseLease:
+    case Action::kTeleoperate:
+    case Action::kCrtkMove:
+    case Action::kCrtkJoints:
+    case Action::kCrtkTip:
+    case Action::kCrtkHold:
+    case Action::kHomeDrives:
       return;
   }
 }

@@ -96,9 +96,17 @@ Reason againstRobot(Action action, const RobotCondition& now) noexcept {
       return now.running ? Reason::kTrajectory : Reason::kNone;
     case Action::kCrtkHold:
       return now.lock_step ? Reason::kLockStep : Reason::kNone;
-    default:
-      return Reason::kNone;
+    case Action::kDisable:
+    case Action::kPause:
+    case Action::kUnhome:
+    case Action::kHold:
+    case Action::kSteer:
+    case Action::kAcquireLease:
+    case Action::kKeepLease:
+    case Action::kHomeDrives:
+      break;
   }
+  return Reason::kNone;
 }
 
 /// Objection of an arm to a command of CRTK's state table.
@@ -152,9 +160,16 @@ Reason againstArm(Action action, Requester requester, const RobotCondition& now,
     case Action::kUnhome:
     case Action::kRecover:
       return againstCommand(static_cast<StateCommand>(action), requester, arm);
-    default:
-      return Reason::kNone;
+    case Action::kHold:
+    case Action::kSetMethod:
+    case Action::kSteer:
+    case Action::kAcquireLease:
+    case Action::kKeepLease:
+    case Action::kReleaseLease:
+    case Action::kCrtkHold:
+      break;
   }
+  return Reason::kNone;
 }
 
 }  // namespace
@@ -254,7 +269,7 @@ std::string describe(const Refusal& refusal, const config::Robot& robot) {
   const std::string arm = named ? robot.arms[static_cast<std::size_t>(refusal.arm)].name + ": " : "";
   switch (refusal.reason) {
     case Reason::kWrongState:
-      return arm + "'" + std::string(safety::name(static_cast<StateCommand>(refusal.action))) + "' is not allowed in " +
+      return arm + "'" + std::string(idl::name(refusal.action)) + "' is not allowed in " +
              std::string(safety::name(refusal.state)) +
              (refusal.state == OperatingState::kFault ? "; only 'disable' clears a fault" : "");
     case Reason::kOutsideLimits: {

@@ -26,6 +26,7 @@ inline Action actionOf(const ParsedControlRequest& request) noexcept {
   using enum idl::Action;
   constexpr std::array kOfKind{kAcquireLease, kReleaseLease, kKeepLease, kEnable, kSetMethod, kSetMethod,
                                kMoveJp,       kJog,          kHome,      kHold,   kWithdraw};
+  static_assert(kOfKind.size() == idl::count<msg::ControlKind>, "each ControlKind needs its Action here");
   return request.kind == msg::ControlKind::kStateCommand ? static_cast<Action>(request.command)
                                                          : kOfKind[static_cast<std::size_t>(request.kind) - 1];
 }

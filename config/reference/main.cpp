@@ -31,7 +31,9 @@ void replaceSection(std::string& page, const std::string& kind) {
   const std::size_t from = page.find(begin);
   const std::size_t to = page.find(end, from);
   if (from == std::string::npos || to == std::string::npos)
-    throw std::runtime_error("no section of keys for " + kind);
+    throw std::runtime_error("docs/configuration.md: found no section of keys for " + kind +
+                             ", expected a heading, then the line `<!-- keys: " + kind + " -->`, then the line `" +
+                             end + "`; add these lines and run this again");
   std::string tables = "\n";
   tables.append(tandem::config::keyTables(kind)).append("\n");
   page.replace(from + begin.size(), to - from - begin.size(), tables);

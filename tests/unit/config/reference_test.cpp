@@ -83,7 +83,7 @@ TEST(FindFile, TheErrorListsThePresets) {
 TEST(Reference, SchemasAreThoseOfTheKeyTables) {
   for (const std::string& kind : kinds()) {
     const auto file = std::filesystem::path(TANDEM_SOURCE) / "config/schemas" / (kind + ".schema.json");
-    EXPECT_EQ(readAll(file), schema(kind)) << "run `ninja config-reference`";
+    EXPECT_EQ(readAll(file), schema(kind)) << "run `ninja -C build/release config-reference`";
   }
 }
 
@@ -91,7 +91,7 @@ TEST(Reference, DocumentedKeysAreThoseOfTheKeyTables) {
   const std::string page = readAll(std::filesystem::path(TANDEM_SOURCE) / "docs/configuration.md");
   for (const std::string& kind : kinds()) {
     const std::string section = "<!-- keys: " + kind + " -->\n\n" + keyTables(kind) + "\n<!-- end of keys -->";
-    EXPECT_NE(page.find(section), std::string::npos) << kind << ": run `ninja config-reference`";
+    EXPECT_NE(page.find(section), std::string::npos) << kind << ": run `ninja -C build/release config-reference`";
   }
 }
 

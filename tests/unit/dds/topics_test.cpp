@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "services/dds/bus.h"
@@ -37,6 +39,16 @@ TEST(Topics, TypeNamesAreThoseOfTheGeneratedTypes) {
   forEachTopic([](const auto& topic) {
     using M = typename std::decay_t<decltype(topic)>::Message;
     EXPECT_EQ(ddsTypeName(topic.type), GuardedSupport<M>().getName()) << topic.name;
+  });
+}
+
+TEST(Topics, DocumentedTopicsAreThoseOfTheTable) {
+  std::ostringstream page;
+  page << std::ifstream(TANDEM_DOCS "/topics.md").rdbuf();
+  forEachTopic([&](const auto& topic) {
+    const std::string line = std::string("\n| ") + (topic.per_arm ? "ARM/" : "") + topic.name + " | " + topic.type +
+                             " | " + name(topic.profile) + " | " + topic.publisher + " | " + topic.description + " |\n";
+    EXPECT_NE(page.str().find(line), std::string::npos) << "docs/topics.md: found no such line, add it:" << line;
   });
 }
 

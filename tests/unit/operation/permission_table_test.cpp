@@ -95,7 +95,8 @@ TEST(Permission, DocumentedTableMatchesJudge) {
   std::ifstream in(file);
   std::ostringstream there;
   there << in.rdbuf();
-  EXPECT_EQ(there.str(), page());
+  EXPECT_EQ(there.str(), page()) << "if the new table is right: TANDEM_WRITE_DOCS=1 build/release/tests/test_operation "
+                                    "--gtest_filter=Permission.DocumentedTableMatchesJudge";
 }
 
 }  // namespace

@@ -128,8 +128,8 @@ struct Walk {
   ParsedControlRequest request() {
     ParsedControlRequest o;
     o.client = random.chance(0.85) ? 7 : 8;
-    o.kind =
-        random.chance(0.4) ? msg::ControlKind::kStateCommand : static_cast<msg::ControlKind>(random.integer(1, 11));
+    o.kind = random.chance(0.4) ? msg::ControlKind::kStateCommand
+                                : static_cast<msg::ControlKind>(random.integer(1, idl::count<msg::ControlKind>));
     o.arm = random.chance(0.4) ? msg::kAllArms : random.integer(0, 1);
     o.control_session = rig.setup().session;
     o.answers_control = output.status.sequence;

@@ -151,7 +151,7 @@ def check_file(tree, path):
     if len(lines) <= first or LICENSE not in lines[first]:
         yield first + 1, f"does not begin with {LICENSE}"
     if len(lines) >= MOST_LINES:
-        yield len(lines), f"has {len(lines)} lines, fewer than {MOST_LINES} are allowed"
+        yield len(lines), f"has {len(lines)} lines, expected fewer than {MOST_LINES}: move one concern of it into a file of its own"
     for number, line in enumerate(lines, 1):
         word = REPLACED.search(line)
         if word and not within(path, HAVE_THEM):
