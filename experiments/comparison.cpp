@@ -13,12 +13,14 @@ void addTo(ErrorStatistics& sum, const ErrorStatistics& add) {
   sum.rms += add.rms;
   sum.deviation += add.deviation;
   sum.max += add.max;
+  sum.mean += add.mean;
 }
 
 void divide(ErrorStatistics& sum, double by) {
   sum.rms /= by;
   sum.deviation /= by;
   sum.max /= by;
+  sum.mean /= by;
 }
 
 }  // namespace
@@ -42,6 +44,7 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
     row->gate_actions += run.gate_actions;
     addTo(row->ab, run.ab);
     addTo(row->a, run.a);
+    row->configurations.push_back(run);
   }
   for (ComparisonRow& row : rows) {
     row.iterations /= row.runs;
@@ -64,24 +67,41 @@ std::string formatFailures(std::span<const RunSummary> runs) {
   return text;
 }
 
-std::string formatTable(std::span<const ComparisonRow> rows) {
-  std::string text = format("%-11s %-13s %10s  %-24s %-24s %11s %7s %6s\n", "trajectory", "method", "iterations",
-                            "eps_AB RMS+-StD [Max] mm", "eps_A RMS+-StD [Max] mm", "converged", "outside", "gate");
-  const auto errors = [](double rms, double deviation, double max) {
-    return format("%6.3f +- %5.3f [%5.3f]", 1e3 * rms, 1e3 * deviation, 1e3 * max);
-  };
+namespace {
+
+/// RMS, standard deviation and maximum, m, as the paper prints them; before them the mean, or "-" where there is none.
+std::string errors(const std::string& mean, double rms, double deviation, double max) {
+  return format("%6s %6.3f +- %5.3f [%5.3f]", mean.c_str(), 1e3 * rms, 1e3 * deviation, 1e3 * max);
+}
+
+std::string errors(const ErrorStatistics& e) { return errors(format("%.3f", 1e3 * e.mean), e.rms, e.deviation, e.max); }
+
+/// One line of ours: a mean over runs, or one run.
+template <class Results>
+std::string line(const std::string& trajectory, const std::string& method, const Results& r) {
+  const std::string done = std::to_string(r.converged) + "/" + std::to_string(r.points);
+  return format("%-11s %-15s %10.1f  %-30s %-30s %9s %7d %6llu\n", trajectory.c_str(), method.c_str(),
+                static_cast<double>(r.iterations), errors(r.ab).c_str(), errors(r.a).c_str(), done.c_str(),
+                r.limit_violations, static_cast<unsigned long long>(r.gate_actions));
+}
+
+}  // namespace
+
+std::string formatTable(std::span<const ComparisonRow> rows, bool by_configuration) {
+  std::string text =
+      format("%-11s %-15s %10s  %-30s %-30s %9s %7s %6s\n", "trajectory", "method", "iterations",
+             "eps_AB  mean RMS+-StD [Max] mm", "eps_A   mean RMS+-StD [Max] mm", "converged", "outside", "gate");
   for (const ComparisonRow& row : rows) {
-    const std::string done = std::to_string(row.converged) + "/" + std::to_string(row.points);
-    text += format("%-11s %-13s %10.1f  %-24s %-24s %11s %7d %6llu\n", row.trajectory.c_str(),
-                   std::string(control::name(row.method)).c_str(), row.iterations,
-                   errors(row.ab.rms, row.ab.deviation, row.ab.max).c_str(),
-                   errors(row.a.rms, row.a.deviation, row.a.max).c_str(), done.c_str(), row.limit_violations,
-                   static_cast<unsigned long long>(row.gate_actions));
-    if (row.published == nullptr)
+    text += line(row.trajectory, std::string(control::name(row.method)), row);
+    if (row.published != nullptr) {
+      const config::PublishedRow& p = *row.published;
+      text += format("%-11s %-15s %10.0f  %-30s %-30s\n", "", "  published", p.iterations,
+                     errors("-", p.rms_ab, p.std_ab, p.max_ab).c_str(), errors("-", p.rms_a, p.std_a, p.max_a).c_str());
+    }
+    if (!by_configuration)
       continue;
-    const config::PublishedRow& p = *row.published;
-    text += format("%-11s %-13s %10.0f  %-24s %-24s\n", "", "  published", p.iterations,
-                   errors(p.rms_ab, p.std_ab, p.max_ab).c_str(), errors(p.rms_a, p.std_a, p.max_a).c_str());
+    for (const RunSummary& run : row.configurations)
+      text += line("", "  configuration " + run.key.configuration, run);
   }
   return text;
 }

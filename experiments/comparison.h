@@ -22,13 +22,15 @@ struct ComparisonRow {
   int limit_violations = 0;
   std::uint64_t gate_actions = 0;
   const config::PublishedRow* published = nullptr;  ///< nullptr where there is none
+  std::vector<RunSummary> configurations;           ///< the runs, in their order
 };
 
 /// Rows in the order in which trajectories and methods first appear in `runs`.
 std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<const config::PublishedRow> published);
 
-/// The table for people: ours, and below each row the paper's.
-std::string formatTable(std::span<const ComparisonRow> rows);
+/// The table for people, mm: ours, and below each row the paper's.
+/// @param by_configuration  below them a line for each start configuration
+std::string formatTable(std::span<const ComparisonRow> rows, bool by_configuration = false);
 
 /// A line for each run that ended before its last point, with the reason.
 std::string formatFailures(std::span<const RunSummary> runs);

@@ -113,7 +113,7 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
 
 void writeSummary(std::ostream& out, std::span<const RunSummary> runs) {
   out << "trajectory,configuration,method,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,"
-         "limit_violations,gate_actions\n";
+         "limit_violations,gate_actions,mean_ab,mean_a\n";
   for (const RunSummary& run : runs) {
     out << run.key.trajectory << ',' << run.key.configuration << ',' << control::name(run.key.method) << ','
         << run.points << ',' << run.converged << ',' << run.iterations;
@@ -121,7 +121,8 @@ void writeSummary(std::ostream& out, std::span<const RunSummary> runs) {
       out << ',' << number(kMillimetres * e->rms) << ',' << number(kMillimetres * e->deviation) << ','
           << number(kMillimetres * e->max);
     }
-    out << ',' << run.limit_violations << ',' << run.gate_actions << '\n';
+    out << ',' << run.limit_violations << ',' << run.gate_actions << ',' << number(kMillimetres * run.ab.mean) << ','
+        << number(kMillimetres * run.a.mean) << '\n';
   }
 }
 

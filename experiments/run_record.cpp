@@ -53,7 +53,7 @@ class Accumulator {
     if (count_ == 0)
       return {};
     const double mean = sum_ / count_, mean_square = squares_ / count_;
-    return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max_};
+    return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max_, mean};
   }
 
  private:

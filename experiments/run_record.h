@@ -47,11 +47,12 @@ struct Row {
   safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
 };
 
-/** RMS, standard deviation and maximum of errors, m. */
+/** Statistics of errors, m: rms^2 = mean^2 + deviation^2, so no deviation is larger than its RMS. */
 struct ErrorStatistics {
   double rms = 0.0;
   double deviation = 0.0;
   double max = 0.0;
+  double mean = 0.0;
 };
 
 /** A line of summary.csv. */

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 struct ExperimentCommand {
   std::string experiment = "table3", deployment = "lockstep", robot, csv, figures, only, log = "warn";
-  bool offline = false, json = false;
+  bool offline = false, json = false, by_configuration = false;
   double encoder_noise = 0.0;  ///< standard deviation of a translation, mm
 };
 
@@ -96,13 +96,32 @@ std::vector<experiments::RunSummary> runPlans(const ExperimentCommand& options,
   return summaries;
 }
 
-nlohmann::ordered_json statisticsJson(const experiments::ErrorStatistics& e) {
-  return {{"rms_mm", 1e3 * e.rms}, {"std_mm", 1e3 * e.deviation}, {"max_mm", 1e3 * e.max}};
+/// As the paper prints them: without the mean.
+nlohmann::ordered_json publishedJson(double rms, double deviation, double max) {
+  return {{"rms_mm", 1e3 * rms}, {"std_mm", 1e3 * deviation}, {"max_mm", 1e3 * max}};
+}
+
+/// What a mean over runs and one run have in common.
+template <class Results>
+void addResults(const Results& r, nlohmann::ordered_json& line) {
+  const auto errors = [](const experiments::ErrorStatistics& e) {
+    nlohmann::ordered_json json = publishedJson(e.rms, e.deviation, e.max);
+    json["mean_mm"] = 1e3 * e.mean;
+    return json;
+  };
+  line["iterations"] = r.iterations;
+  line["epsilon_ab"] = errors(r.ab);
+  line["epsilon_a"] = errors(r.a);
+  line["points"] = r.points;
+  line["converged"] = r.converged;
+  line["limit_violations"] = r.limit_violations;
+  line["gate_actions"] = r.gate_actions;
 }
 
 nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& rows,
                                  const std::vector<experiments::RunSummary>& runs,
-                                 double seconds) {
+                                 double seconds,
+                                 bool by_configuration) {
   nlohmann::ordered_json json{{"seconds", seconds}, {"rows", nlohmann::ordered_json::array()}};
   json["failures"] = nlohmann::ordered_json::array();
   for (const experiments::RunSummary& run : runs) {
@@ -110,16 +129,18 @@ nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& 
       json["failures"].push_back({{"run", run.key.name()}, {"iterations", run.iterations}, {"why", run.failure}});
   }
   for (const experiments::ComparisonRow& row : rows) {
-    nlohmann::ordered_json line{{"trajectory", row.trajectory},       {"method", control::name(row.method)},
-                                {"iterations", row.iterations},       {"epsilon_ab", statisticsJson(row.ab)},
-                                {"epsilon_a", statisticsJson(row.a)}, {"points", row.points},
-                                {"converged", row.converged},         {"limit_violations", row.limit_violations},
-                                {"gate_actions", row.gate_actions}};
+    nlohmann::ordered_json line{{"trajectory", row.trajectory}, {"method", control::name(row.method)}};
+    addResults(row, line);
     if (row.published != nullptr) {
       const config::PublishedRow& p = *row.published;
       line["published"] = {{"iterations", p.iterations},
-                           {"epsilon_ab", statisticsJson({p.rms_ab, p.std_ab, p.max_ab})},
-                           {"epsilon_a", statisticsJson({p.rms_a, p.std_a, p.max_a})}};
+                           {"epsilon_ab", publishedJson(p.rms_ab, p.std_ab, p.max_ab)},
+                           {"epsilon_a", publishedJson(p.rms_a, p.std_a, p.max_a)}};
+    }
+    for (std::size_t i = 0; by_configuration && i < row.configurations.size(); ++i) {
+      nlohmann::ordered_json run{{"configuration", row.configurations[i].key.configuration}};
+      addResults(row.configurations[i], run);
+      line["configurations"].push_back(run);
     }
     json["rows"].push_back(line);
   }
@@ -199,9 +220,9 @@ int runExperiment(ExperimentCommand options) {
   for (const auto& run : summaries)
     good = good && run.failure.empty();
   if (options.json) {
-    std::cout << tableJson(rows, summaries, seconds).dump(2) << '\n';
+    std::cout << tableJson(rows, summaries, seconds, options.by_configuration).dump(2) << '\n';
   } else {
-    std::cout << experiments::formatTable(rows) << experiments::formatFailures(summaries);
+    std::cout << experiments::formatTable(rows, options.by_configuration) << experiments::formatFailures(summaries);
     std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
                 options.offline                                    ? "in one process"
                 : deployment.clock == config::ClockMode::kLockStep ? "over DDS in lock-step"
@@ -220,7 +241,8 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExperimentCommand>();
   CLI::App* command =
       app.add_subcommand("experiment", "run an experiment, print the results together with the published ones");
-  command->add_option("experiment", options->experiment, "experiment file or preset: table3")->capture_default_str();
+  command->add_option("experiment", options->experiment, "experiment file or preset: table3, table3-large")
+      ->capture_default_str();
   command->add_flag("--offline", options->offline, "run in one process, without DDS; the results are identical");
   command
       ->add_option("-d,--deployment", options->deployment,
@@ -236,6 +258,8 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");
   command->add_option("--only", options->only, "only runs whose name contains this text, e.g. lissajous-1 or nspqp");
   command->add_option("--log", options->log, "log level of the services")->capture_default_str();
+  command->add_flag("--by-configuration", options->by_configuration,
+                    "also a line for each start configuration, below the mean over all of them");
   command->add_flag("--json", options->json, "JSON instead of the table");
   command->footer(
       "Exit code 1: a point did not converge or a setpoint left its limits.\n"

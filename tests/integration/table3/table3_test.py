@@ -16,7 +16,7 @@ import system  # noqa: E402
 import tubes  # noqa: E402
 
 HEADER = ("trajectory,configuration,method,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,"
-          "limit_violations,gate_actions")
+          "limit_violations,gate_actions,mean_ab,mean_a")
 METHODS = ["nspwln", "nspwln-joint", "nspqp", "snsqp"]
 SHAPES = ["rectangle", "lissajous"]
 CONFIGURATIONS = {  # Table 2, mm and degrees
@@ -39,7 +39,7 @@ def tip(joints, arm):
 def statistics(errors):
     mean = sum(errors) / len(errors)
     square = sum(e * e for e in errors) / len(errors)
-    return math.sqrt(square), math.sqrt(max(0.0, square - mean * mean)), max(errors)
+    return math.sqrt(square), math.sqrt(max(0.0, square - mean * mean)), max(errors), mean
 
 
 class Run:
@@ -154,7 +154,7 @@ class Table3(unittest.TestCase):
             self.assertEqual(int(line["limit_violations"]), 0)
             self.assertEqual(int(line["gate_actions"]), sum(int(row["gate_actions"]) for row in run.rows))
             for column, which in (("ab", 0), ("a", 1)):
-                for name, value in zip(("rms", "std", "max"), statistics([run.errors[i][which] for i in run.last])):
+                for name, value in zip(("rms", "std", "max", "mean"), statistics([run.errors[i][which] for i in run.last])):
                     # A standard deviation is the root of a difference of squares, which amplifies rounding errors.
                     self.assertAlmostEqual(float(line[f"{name}_{column}"]), 1e3 * value, delta=1e-5, msg=str(line))
 
