@@ -101,6 +101,22 @@ std::vector<RunPlan> plan(const config::Experiment& experiment) {
   return runs;
 }
 
+config::Robot withoutGate(config::Robot& robot) {
+  for (config::Arm& arm : robot.arms)
+    arm.model.tolerance = safety::kUnlimited;
+  config::Robot plant = robot;
+  for (config::Arm& arm : plant.arms) {
+    arm.limits.rows.clear();
+    for (safety::JointLimit& joint : arm.limits.joints) {
+      safety::JointLimit free;
+      free.kind = joint.kind;
+      free.max_step = joint.max_step;
+      joint = free;
+    }
+  }
+  return plant;
+}
+
 planning::Progress runLoop(const config::Robot& robot,
                            const RobotModel& model,
                            const RunPlan& plan,

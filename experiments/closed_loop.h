@@ -34,6 +34,13 @@ LoopOptions loopOptions(const config::Deployment& deployment, const config::Expe
 /// @throw std::invalid_argument for a trajectory that names an unknown configuration.
 std::vector<RunPlan> plan(const config::Experiment& experiment);
 
+/** Removes the gate from offline runs. Its limits are those of the simulated drives, so it saturates nothing where
+ * these have none; there is no switch in the gate itself, and so none that a process could set. Its integrity guards
+ * stay.
+ * @param[in,out] robot  the controller's: it keeps its limits, and its models accept joints outside equation (1)
+ * @return the plant's, for runOffline(): the same without limits of position, velocity and rows. */
+config::Robot withoutGate(config::Robot& robot);
+
 /** Closes the loop of one plan until its run is over. @param after  called after every iteration
  * @return where the run ended
  * @throw std::invalid_argument for `feedback: sensor` without a tip tracker, std::runtime_error where model or plant

@@ -42,6 +42,7 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
     row->iterations += run.iterations;
     row->limit_violations += run.limit_violations;
     row->gate_actions += run.gate_actions;
+    row->largest_excess = std::max(row->largest_excess, run.largest_excess);
     addTo(row->ab, run.ab);
     addTo(row->a, run.a);
     row->configurations.push_back(run);
@@ -78,21 +79,23 @@ std::string errors(const ErrorStatistics& e) { return errors(format("%.3f", 1e3 
 
 /// One line of ours: a mean over runs, or one run.
 template <class Results>
-std::string line(const std::string& trajectory, const std::string& method, const Results& r) {
+std::string line(const std::string& trajectory, const std::string& method, const Results& r, bool gate) {
   const std::string done = std::to_string(r.converged) + "/" + std::to_string(r.points);
-  return format("%-11s %-15s %10.1f  %-30s %-30s %9s %7d %6llu\n", trajectory.c_str(), method.c_str(),
+  const std::string actions = gate ? format("%6llu", static_cast<unsigned long long>(r.gate_actions))
+                                   : format("%6s %9.3f", "off", 1e3 * r.largest_excess);
+  return format("%-11s %-15s %10.1f  %-30s %-30s %9s %7d %s\n", trajectory.c_str(), method.c_str(),
                 static_cast<double>(r.iterations), errors(r.ab).c_str(), errors(r.a).c_str(), done.c_str(),
-                r.limit_violations, static_cast<unsigned long long>(r.gate_actions));
+                r.limit_violations, actions.c_str());
 }
 
 }  // namespace
 
-std::string formatTable(std::span<const ComparisonRow> rows, bool by_configuration) {
-  std::string text =
-      format("%-11s %-15s %10s  %-30s %-30s %9s %7s %6s\n", "trajectory", "method", "iterations",
-             "eps_AB  mean RMS+-StD [Max] mm", "eps_A   mean RMS+-StD [Max] mm", "converged", "outside", "gate");
+std::string formatTable(std::span<const ComparisonRow> rows, bool by_configuration, bool gate) {
+  std::string text = format("%-11s %-15s %10s  %-30s %-30s %9s %7s %6s%s\n", "trajectory", "method", "iterations",
+                            "eps_AB  mean RMS+-StD [Max] mm", "eps_A   mean RMS+-StD [Max] mm", "converged", "outside",
+                            "gate", gate ? "" : " excess mm");
   for (const ComparisonRow& row : rows) {
-    text += line(row.trajectory, std::string(control::name(row.method)), row);
+    text += line(row.trajectory, std::string(control::name(row.method)), row, gate);
     if (row.published != nullptr) {
       const config::PublishedRow& p = *row.published;
       text += format("%-11s %-15s %10.0f  %-30s %-30s\n", "", "  published", p.iterations,
@@ -101,7 +104,7 @@ std::string formatTable(std::span<const ComparisonRow> rows, bool by_configurati
     if (!by_configuration)
       continue;
     for (const RunSummary& run : row.configurations)
-      text += line("", "  configuration " + run.key.configuration, run);
+      text += line("", "  configuration " + run.key.configuration, run, gate);
   }
   return text;
 }

@@ -20,6 +20,7 @@ struct ComparisonRow {
   double iterations = 0.0;
   ErrorStatistics ab, a;  ///< each the mean over the runs
   int limit_violations = 0;
+  double largest_excess = 0.0;  ///< of all runs, m
   std::uint64_t gate_actions = 0;
   const config::PublishedRow* published = nullptr;  ///< nullptr where there is none
   std::vector<RunSummary> configurations;           ///< the runs, in their order
@@ -30,7 +31,8 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
 
 /// The table for people, mm: ours, and below each row the paper's.
 /// @param by_configuration  below them a line for each start configuration
-std::string formatTable(std::span<const ComparisonRow> rows, bool by_configuration = false);
+/// @param gate  false: runs without a gate: marked "off", with the largest excess
+std::string formatTable(std::span<const ComparisonRow> rows, bool by_configuration = false, bool gate = true);
 
 /// A line for each run that ended before its last point, with the reason.
 std::string formatFailures(std::span<const RunSummary> runs);

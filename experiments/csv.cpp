@@ -111,9 +111,9 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
   }
 }
 
-void writeSummary(std::ostream& out, std::span<const RunSummary> runs) {
+void writeSummary(std::ostream& out, std::span<const RunSummary> runs, bool gate) {
   out << "trajectory,configuration,method,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,"
-         "limit_violations,gate_actions,mean_ab,mean_a\n";
+         "limit_violations,gate_actions,mean_ab,mean_a,gate,largest_excess\n";
   for (const RunSummary& run : runs) {
     out << run.key.trajectory << ',' << run.key.configuration << ',' << control::name(run.key.method) << ','
         << run.points << ',' << run.converged << ',' << run.iterations;
@@ -122,7 +122,8 @@ void writeSummary(std::ostream& out, std::span<const RunSummary> runs) {
           << number(kMillimetres * e->max);
     }
     out << ',' << run.limit_violations << ',' << run.gate_actions << ',' << number(kMillimetres * run.ab.mean) << ','
-        << number(kMillimetres * run.a.mean) << '\n';
+        << number(kMillimetres * run.a.mean) << ',' << (gate ? "on" : "off") << ','
+        << number(kMillimetres * run.largest_excess) << '\n';
   }
 }
 

@@ -28,6 +28,6 @@ std::vector<CsvRow> readRows(std::istream& in, int columns);
 void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& robot);
 
 /// summary.csv: a row a run; errors in mm.
-void writeSummary(std::ostream& out, std::span<const RunSummary> runs);
+void writeSummary(std::ostream& out, std::span<const RunSummary> runs, bool gate = true);
 
 }  // namespace tandem::experiments

@@ -14,6 +14,23 @@ RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, doubl
   limits_.setLimits(robot.limits().data(), robot.armCount());
 }
 
+namespace {
+
+/// Largest amount by which translations and rows leave their limits, m; negative inside.
+double excessOf(const safety::ArmLimits& limits, const Eigen::VectorXd& q) {
+  double excess = -safety::kUnlimited;
+  for (int j = 0; j < limits.jointCount(); ++j) {
+    const safety::JointLimit& joint = limits.joints[static_cast<std::size_t>(j)];
+    if (limits.isTranslation(j))
+      excess = std::max({excess, joint.lower - q[j], q[j] - joint.upper});
+  }
+  for (const safety::LinearRow& row : limits.rows)
+    excess = std::max(excess, safety::rowValue(row, q) - row.b);
+  return excess;
+}
+
+}  // namespace
+
 void RunRecord::add(const StepData& data) {
   Row row;
   row.data = data;
@@ -30,10 +47,12 @@ void RunRecord::add(const StepData& data) {
     row.lower[j] = limits_.joint[j].moving_lower;
     row.upper[j] = limits_.joint[j].moving_upper;
   }
-  row.violation = -safety::kUnlimited;
+  row.violation = row.excess = -safety::kUnlimited;
   for (int k = 0; k < robot_.armCount(); ++k) {
     const Eigen::VectorXd q = data.setpoint.segment(robot_.offset(k), robot_.size(k));
-    row.violation = std::max(row.violation, safety::largestViolation(*robot_.limits()[static_cast<std::size_t>(k)], q));
+    const safety::ArmLimits& limits = *robot_.limits()[static_cast<std::size_t>(k)];
+    row.violation = std::max(row.violation, safety::largestViolation(limits, q));
+    row.excess = std::max(row.excess, excessOf(limits, q));
   }
   rows_.push_back(std::move(row));
 }
@@ -74,6 +93,8 @@ RunSummary RunRecord::summary() const {
     const Row& row = rows_[i];
     summary.gate_actions += row.data.gate_actions;
     summary.limit_violations += row.violation > kViolation ? 1 : 0;
+    if (row.excess > kViolation)
+      summary.largest_excess = std::max(summary.largest_excess, row.excess);
     const bool last = i + 1 == rows_.size() || rows_[i + 1].data.point != row.data.point;
     if (!last)
       continue;

@@ -44,6 +44,7 @@ struct Row {
   double error_ab = 0.0;   ///< m, after the step, of the tips as they really are
   double error_a = 0.0;    ///< m, after the step, of the tip as it really is
   double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
+  double excess = 0.0;     ///< likewise of translations and rows alone, m
   safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
 };
 
@@ -61,8 +62,9 @@ struct RunSummary {
   int points = 0;
   int converged = 0;
   int iterations = 0;
-  ErrorStatistics ab, a;     ///< over each point's last iteration
-  int limit_violations = 0;  ///< iterations after which a setpoint was outside its limits by more than kViolation
+  ErrorStatistics ab, a;        ///< over each point's last iteration
+  int limit_violations = 0;     ///< iterations after which a setpoint was outside its limits by more than kViolation
+  double largest_excess = 0.0;  ///< of a setpoint's translations and rows over their limits, m; 0: it kept them
   std::uint64_t gate_actions = 0;
   std::string failure;  ///< what ended the run before its last point; empty: nothing
 };

@@ -28,9 +28,11 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ExperimentCommand {
-  std::string experiment = "table3", deployment = "lockstep", robot, csv, figures, only, log = "warn";
+  std::string experiment = "table3", deployment = "lockstep", robot, csv, figures, only, log = "warn", gate = "on";
   bool offline = false, json = false, by_configuration = false;
   double encoder_noise = 0.0;  ///< standard deviation of a translation, mm
+
+  bool gateOn() const { return gate == "on"; }
 };
 
 /** One line on a terminal, rewritten in place; one line per run elsewhere. */
@@ -91,7 +93,7 @@ std::vector<experiments::RunSummary> runPlans(const ExperimentCommand& options,
   bar.end();
   if (!options.csv.empty()) {
     std::ofstream out(fs::path(options.csv) / "summary.csv");
-    experiments::writeSummary(out, summaries);
+    experiments::writeSummary(out, summaries, options.gateOn());
   }
   return summaries;
 }
@@ -116,13 +118,14 @@ void addResults(const Results& r, nlohmann::ordered_json& line) {
   line["converged"] = r.converged;
   line["limit_violations"] = r.limit_violations;
   line["gate_actions"] = r.gate_actions;
+  line["largest_excess_mm"] = 1e3 * r.largest_excess;
 }
 
 nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& rows,
                                  const std::vector<experiments::RunSummary>& runs,
                                  double seconds,
-                                 bool by_configuration) {
-  nlohmann::ordered_json json{{"seconds", seconds}, {"rows", nlohmann::ordered_json::array()}};
+                                 const ExperimentCommand& options) {
+  nlohmann::ordered_json json{{"seconds", seconds}, {"gate", options.gate}, {"rows", nlohmann::ordered_json::array()}};
   json["failures"] = nlohmann::ordered_json::array();
   for (const experiments::RunSummary& run : runs) {
     if (!run.failure.empty())
@@ -137,7 +140,7 @@ nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& 
                            {"epsilon_ab", publishedJson(p.rms_ab, p.std_ab, p.max_ab)},
                            {"epsilon_a", publishedJson(p.rms_a, p.std_a, p.max_a)}};
     }
-    for (std::size_t i = 0; by_configuration && i < row.configurations.size(); ++i) {
+    for (std::size_t i = 0; options.by_configuration && i < row.configurations.size(); ++i) {
       nlohmann::ordered_json run{{"configuration", row.configurations[i].key.configuration}};
       addResults(row.configurations[i], run);
       line["configurations"].push_back(run);
@@ -175,6 +178,9 @@ int runExperiment(ExperimentCommand options) {
   if (options.encoder_noise > 0.0)
     deployment.plant.encoders = experiments::withEncoderNoise(deployment.plant.encoders, 1e-3 * options.encoder_noise);
   config::setReadingErrors(deployment.plant.encoders, robot);
+  if (!options.gateOn() && !options.offline)
+    throw Failure(kUsage, "--gate off: expected --offline; the gate of a process cannot be switched off");
+  const config::Robot plant = options.gateOn() ? robot : experiments::withoutGate(robot);
   const robots::RobotModel model(robot, deployment.model);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
   if (!options.figures.empty() && options.csv.empty())
@@ -185,7 +191,7 @@ int runExperiment(ExperimentCommand options) {
   if (options.offline) {
     const experiments::LoopOptions loop = experiments::loopOptions(deployment, experiment);
     summaries = runPlans(options, robot, plans, [&](const auto& plan, const auto& progress) {
-      return experiments::runOffline(robot, model, plan, loop, progress);
+      return experiments::runOffline(plant, model, plan, loop, progress);
     });
   } else {
     if (!fs::equivalent(deployment.robot, experiment.robot)) {
@@ -220,11 +226,13 @@ int runExperiment(ExperimentCommand options) {
   for (const auto& run : summaries)
     good = good && run.failure.empty();
   if (options.json) {
-    std::cout << tableJson(rows, summaries, seconds, options.by_configuration).dump(2) << '\n';
+    std::cout << tableJson(rows, summaries, seconds, options).dump(2) << '\n';
   } else {
-    std::cout << experiments::formatTable(rows, options.by_configuration) << experiments::formatFailures(summaries);
+    std::cout << experiments::formatTable(rows, options.by_configuration, options.gateOn())
+              << experiments::formatFailures(summaries);
     std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
-                options.offline                                    ? "in one process"
+                !options.gateOn()                                  ? "in one process, without the gate"
+                : options.offline                                  ? "in one process"
                 : deployment.clock == config::ClockMode::kLockStep ? "over DDS in lock-step"
                                                                    : "over DDS in real time");
     if (!options.csv.empty())
@@ -253,6 +261,11 @@ void registerExperiment(CLI::App& app, int& exit_code) {
       ->add_option("--encoder-noise-mm,--encoder-noise", options->encoder_noise,
                    "noise of encoders, standard deviation: translations, mm; rotations 0.1 rad per mm; with --offline")
       ->check(CLI::Range(0.0, 1000.0));
+  command
+      ->add_option("--gate", options->gate,
+                   "off: without the setpoint gate, to see which limits a method leaves; with --offline")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   command->add_option("--csv", options->csv,
                       "folder for a file per run (one row per iteration, SI) and summary.csv (mm)");
   command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");

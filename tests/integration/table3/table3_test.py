@@ -16,7 +16,7 @@ import system  # noqa: E402
 import tubes  # noqa: E402
 
 HEADER = ("trajectory,configuration,method,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,"
-          "limit_violations,gate_actions,mean_ab,mean_a")
+          "limit_violations,gate_actions,mean_ab,mean_a,gate,largest_excess")
 METHODS = ["nspwln", "nspwln-joint", "nspqp", "snsqp"]
 SHAPES = ["rectangle", "lissajous"]
 CONFIGURATIONS = {  # Table 2, mm and degrees

@@ -71,6 +71,29 @@ class Experiment(system.SystemTest):
             for wanted, found in zip(numbers(shown), numbers(line), strict=True):
                 self.assertAlmostEqual(found, wanted, delta=delta + 0.01 * wanted, msg=line)
 
+    def test_without_the_gate_only_nspwln_leaves_its_limits(self):
+        refused = system.run("experiment", "table3", "--gate", "off")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--gate off: expected --offline", refused.stderr)
+        answer = system.run("experiment", "table3", "--offline", "--gate", "off", "--by-configuration", "--json", "--csv", self.folder)
+        self.assertEqual(answer.returncode, 1, "setpoints left their limits")
+        answer = json.loads(answer.stdout)
+        self.assertEqual(answer["gate"], "off")
+        excess = {}
+        for row in answer["rows"]:
+            for run in row["configurations"]:
+                self.assertEqual(run["limit_violations"] > 0, run["largest_excess_mm"] > 0)
+                if run["largest_excess_mm"] > 0:
+                    excess[row["trajectory"], row["method"], run["configuration"]] = run["largest_excess_mm"]
+        wanted = {("lissajous", "nspwln", "1"): 3.821, ("lissajous", "nspwln", "2"): 0.866,
+                  ("lissajous", "nspwln-joint", "1"): 5.665, ("lissajous", "nspwln-joint", "2"): 0.427}
+        self.assertEqual(set(excess), set(wanted))
+        for key, value in wanted.items():
+            self.assertAlmostEqual(excess[key], value, delta=0.01, msg=str(key))
+            self.assertIn(f"{value:.3f}", PAGE.read_text(encoding="utf-8"))
+        with open(self.folder / "summary.csv", newline="", encoding="utf-8") as file:
+            self.assertEqual({row["gate"] for row in csv.DictReader(file)}, {"off"})
+
     def test_larger_trajectories_come_near_the_published_iterations(self):
         for row in self.rows("table3-large"):
             self.assertEqual(row["converged"], row["points"])

@@ -94,6 +94,30 @@ TEST_F(Table3, ARunThatFailsSaysWhyAndKeepsItsRows) {
   EXPECT_NE(experiments::formatFailures({{summary}}).find("rectangle-1-nspqp ended after"), std::string::npos);
 }
 
+TEST_F(Table3, WithoutGateOnlyMethodsWithoutLimitsLeaveThem) {
+  config::Robot controlled = robot;
+  const config::Robot free = experiments::withoutGate(controlled);
+  const robots::RobotModel tolerant(controlled);
+  for (const auto& plan : experiments::plan(experiment)) {
+    const auto gated = run(plan);
+    const auto record = experiments::runOffline(free, tolerant, plan, options);
+    const experiments::RunSummary summary = record.summary();
+    SCOPED_TRACE(plan.key.name());
+    EXPECT_EQ(summary.failure, "");
+    EXPECT_EQ(summary.gate_actions, 0u);
+    EXPECT_EQ(gated.summary().largest_excess, 0.0);
+    EXPECT_EQ(summary.limit_violations > 0, summary.largest_excess > 0.0);
+    if (gated.summary().gate_actions > 0)
+      continue;
+    // Where the gate has nothing to do, its absence changes no digit.
+    std::ostringstream with, without;
+    experiments::writeRun(with, gated, robot);
+    experiments::writeRun(without, record, robot);
+    EXPECT_EQ(with.str(), without.str());
+    EXPECT_EQ(summary.largest_excess, 0.0);
+  }
+}
+
 TEST_F(Table3, RelativePositionCanMoveAlong) {
   auto plan = experiments::plan(experiment).front();
   plan.key.method = control::Method::kSnsqp;
