@@ -7,12 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "experiments/proportions.h"
 #include "experiments/random_task.h"
 
 namespace tandem::experiments {
 
-/** Sizes of the sources of error of one case. All are standard deviations unless they say otherwise; 0: none. */
-struct ErrorSizes {
+/** Conditions of one case: sizes of the sources of error, standard deviations unless they say otherwise, and how
+ * targets are followed. 0: none. */
+struct Conditions {
   double stiffness = 0.0;       ///< of bending and torsional stiffness of every tube, relative
   double curvature = 0.0;       ///< of every tube, relative
   double length = 0.0;          ///< of every tube, relative
@@ -21,35 +23,42 @@ struct ErrorSizes {
   double encoder_noise = 0.0;   ///< of a reading, per mm of a translation and 0.1 rad of a rotation, m
   double play = 0.0;            ///< of the actuators, full, per mm of a translation and 0.1 rad of a rotation, m
   double delay_steps = 0.0;     ///< from a setpoint to the motor, control periods
+  double stop_within = 0.0;     ///< measured errors at which a run leaves a point, m; 0: the threshold of success
+  double speed = 0.0;           ///< of references that move with time along the path, m/s; 0: point by point
 
-  bool operator==(const ErrorSizes&) const = default;
+  bool operator==(const Conditions&) const = default;
 };
 
 /// Encoders with noise of this standard deviation: translations, m; rotations 0.1 rad per mm.
 sim::EncoderOptions withEncoderNoise(sim::EncoderOptions encoders, double noise);
 
-/** A source of error as people name it. */
-struct ErrorSource {
+/** A condition as people name it. */
+struct Condition {
   const char* name;  ///< of the option --NAME and, with _ for -, of the column
   const char* what;
-  double ErrorSizes::*member;
+  double Conditions::*member;
   double unit;    ///< of the numbers that people write, in SI
   bool relative;  ///< may be written with %
+  const char* group = "Sources of error";
 };
-inline constexpr std::array<ErrorSource, 8> kErrorSources{{
+inline constexpr std::array<Condition, 10> kConditions{{
     {"stiffness-error", "bending and torsional stiffness of every tube of the plant, standard deviation",
-     &ErrorSizes::stiffness, 1.0, true},
-    {"curvature-error", "precurvature of every tube of the plant, standard deviation", &ErrorSizes::curvature, 1.0,
+     &Conditions::stiffness, 1.0, true},
+    {"curvature-error", "precurvature of every tube of the plant, standard deviation", &Conditions::curvature, 1.0,
      true},
-    {"length-error", "length of every tube of the plant, standard deviation", &ErrorSizes::length, 1.0, true},
-    {"tip-noise-mm", "noise of measured tips per axis, standard deviation, mm", &ErrorSizes::tip_noise, 1e-3, false},
+    {"length-error", "length of every tube of the plant, standard deviation", &Conditions::length, 1.0, true},
+    {"tip-noise-mm", "noise of measured tips per axis, standard deviation, mm", &Conditions::tip_noise, 1e-3, false},
     {"encoder-counts", "encoder counts per turn of a rotation and per mm of a translation; 0: exact",
-     &ErrorSizes::encoder_counts, 1.0, false},
+     &Conditions::encoder_counts, 1.0, false},
     {"encoder-noise-mm", "noise of encoders, standard deviation: translations, mm; rotations 0.1 rad per mm",
-     &ErrorSizes::encoder_noise, 1e-3, false},
-    {"play-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm", &ErrorSizes::play,
+     &Conditions::encoder_noise, 1e-3, false},
+    {"play-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm", &Conditions::play,
      1e-3, false},
-    {"delay-steps", "delay from setpoint to motor, control periods", &ErrorSizes::delay_steps, 1.0, false},
+    {"delay-steps", "delay from setpoint to motor, control periods", &Conditions::delay_steps, 1.0, false},
+    {"stop-within-mm", "measured errors at which a run leaves a point, mm, at most the threshold of success; 0: that",
+     &Conditions::stop_within, 1e-3, false, "Protocol"},
+    {"speed-mm-per-s", "timed tracking: speed of references along the path, mm/s; 0: point by point",
+     &Conditions::speed, 1e-3, false, "Protocol"},
 }};
 
 /** What is to be run. Cases times tasks times methods. */
@@ -59,11 +68,11 @@ struct MonteCarlo {
   double infeasible = 0.2;  ///< share of tasks that are out of reach
   bool posture = false;     ///< references carry the joints of the path that shows a task to be feasible
   std::vector<control::Method> methods;
-  std::vector<ErrorSizes> cases;  ///< the first one is what the others are compared with
+  std::vector<Conditions> cases;  ///< the first one is what the others are compared with
 };
 
 enum class Outcome : std::uint8_t {
-  kCompleted = 0,  ///< every point was seen within the tolerance
+  kCompleted = 0,  ///< every point (timed: the end of the path) was measured within the tolerance of the run
   kNotConverged,   ///< the run ended as failed: it says so itself
   kRefused,        ///< the gate, or a model that cannot answer, ended it
 };
@@ -75,22 +84,27 @@ struct TaskResult {
   int tasks = 0;  ///< of the whole run
   int task = 0;
   control::Method method = control::Method::kNspqp;
-  ErrorSizes errors;
+  Conditions conditions;
   PathKind kind = PathKind::kLine;
   bool feasible = true;
   Outcome outcome = Outcome::kRefused;
-  int points = 0;
-  int converged = 0;  ///< points left with both true errors within the tolerance
+  int points = 0;     ///< timed: control periods in which the reference moved
+  int converged = 0;  ///< points left with both true errors within the threshold of success
   int iterations = 0;
-  ErrorStatistics ab, a;  ///< true errors, m, over each point's last iteration
+  ErrorStatistics ab, a;  ///< true errors, m, over each point's last iteration; timed: over the path
   int violations = 0;     ///< iterations after which a setpoint stood outside equation (1)
   int held = 0;           ///< iterations in which control held still, as tips were unknown
   std::uint64_t gate_actions = 0;
   double stability = 1.0;  ///< least of the plant on the way
   int snaps = 0;           ///< of the plant
+  int contacts = 0;        ///< points after whose first iteration bodies of arms overlapped
+  double rest_ab = 0.0;    ///< timed: RMS of the true error while the reference rests at the end, m
+  double rest_a = 0.0;
 
-  /// Ended as it should: every point really reached.
-  bool succeeded() const { return outcome == Outcome::kCompleted && converged == points; }
+  /// Whether the run says that it reached every point, and every point was reached in truth.
+  bool reached() const { return outcome == Outcome::kCompleted && converged == points; }
+  /// The same without harm: no arm snapped, no bodies touched.
+  bool succeeded() const { return reached() && snaps == 0 && contacts == 0; }
 };
 
 /// The largest resolution and noise of any case: what control has to expect of readings.
@@ -111,7 +125,7 @@ std::vector<TaskResult> runTask(const config::Robot& robot,
 
 /** Results of one method in one case. */
 struct MethodSummary {
-  ErrorSizes errors;
+  Conditions conditions;
   control::Method method = control::Method::kNspqp;
   int feasible = 0, succeeded = 0;
   int infeasible = 0, reported = 0;    ///< reported: the run itself said that it did not converge, or was refused
@@ -121,20 +135,38 @@ struct MethodSummary {
   std::uint64_t gate_actions = 0;
   double stability = 1.0;  ///< least of all
   int snaps = 0;
+  int contacts = 0;  ///< runs on feasible tasks in which bodies touched
+  /// Timed: largest true error on the path and RMS at rest, m, percentiles as above.
+  std::array<double, 3> max_ab{}, max_a{}, rest_ab{}, rest_a{};
 
   double rate() const { return feasible > 0 ? static_cast<double>(succeeded) / feasible : 0.0; }
+  /// Of the rate, 95 %.
+  Interval interval() const { return wilson(succeeded, feasible); }
+};
+
+/** Two methods on the same feasible tasks of one case. */
+struct MethodPair {
+  Conditions conditions;
+  control::Method method = control::Method::kNspqp, other = control::Method::kNspqp;
+  int method_alone = 0, other_alone = 0;  ///< tasks in which one succeeded and the other did not
+
+  double p() const { return mcnemar(method_alone, other_alone); }
 };
 
 /// Cases and methods in the order in which they first appear.
 std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results);
 
-/// For people.
-std::string formatTable(const std::vector<MethodSummary>& rows);
+/// The last method of each case against every other one.
+std::vector<MethodPair> pairMethods(const std::vector<TaskResult>& results);
+
+/// For people: a table a case.
+std::string formatTable(const std::vector<MethodSummary>& rows, const std::vector<MethodPair>& pairs);
 /// "curvature-error 5%, tip-noise-mm 0.1"; "no errors".
-std::string describe(const ErrorSizes& errors);
+std::string describe(const Conditions& conditions);
 
 /// A row a result, SI. Numbers read back to the same values.
 void writeResults(std::ostream& out, const std::vector<TaskResult>& results);
+/// Columns are found by name; those that earlier versions did not write are 0.
 /// @throw std::invalid_argument that says which line of `origin` is wrong, and how.
 std::vector<TaskResult> readResults(std::istream& in, const std::string& origin);
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from figures import METHOD_STYLE, MM, OTHER_METHOD, SMALLEST, Failure, legend_below, method_order, plt, read_csv
 
-# Columns of sources of error, in the units of their axes.
+# Columns of conditions, in the units of their axes.
 SOURCES = {
     "stiffness_error": (100, "error of stiffnesses (%)"),
     "curvature_error": (100, "error of curvatures (%)"),
@@ -25,6 +25,8 @@ SOURCES = {
     "encoder_noise_mm": (MM, "noise of encoders (mm)"),
     "play_mm": (MM, "play of actuators (mm)"),
     "delay_steps": (1, "delay (control periods)"),
+    "stop_within_mm": (MM, "tolerance of the run (mm; 0: threshold)"),
+    "speed_mm_per_s": (MM, "speed of references (mm/s; 0: point by point)"),
 }
 
 
@@ -54,16 +56,27 @@ def draw_distribution(ax, values, label, log):
     ax.set_ylim(0, 102)
 
 
+def wilson(succeeded, trials):
+    """95 % interval of a proportion, as experiments/proportions.h."""
+    z, n = 1.959963984540054, max(trials, 1)
+    share, spread = succeeded / n, 1 + z * z / n
+    centre = (share + z * z / (2 * n)) / spread
+    half = z / spread * np.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
+    return centre - half, centre + half
+
+
 def draw_sweep(ax, table, methods, source, base):
-    """Share that succeeded over one source, the others as in the first case."""
+    """Share that succeeded over one condition, with its interval, the others as in the first case."""
     unit, label = SOURCES[source]
     alike = np.all([table[other] == base[other] for other in SOURCES if other != source], axis=0)
     sizes = np.unique(table[source][alike])
     for method in methods:
         color, style, width = METHOD_STYLE.get(method, OTHER_METHOD)
         mine = alike & (table["feasible"] == 1) & (table["method"] == method)
-        rates = [100 * np.mean(table["succeeded"][mine & (table[source] == size)]) for size in sizes]
-        ax.plot(unit * sizes, rates, color=color, linestyle=style, linewidth=width, marker="o", markersize=3)
+        runs = [table["succeeded"][mine & (table[source] == size)] for size in sizes]
+        ends = 100 * np.array([wilson(np.sum(run), len(run)) for run in runs])
+        ax.fill_between(unit * sizes, ends[:, 0], ends[:, 1], color=color, alpha=0.12, linewidth=0)
+        ax.plot(unit * sizes, [100 * np.mean(run) for run in runs], color=color, linestyle=style, linewidth=width, marker="o", markersize=3)
     ax.set_xlabel(label)
     ax.set_ylabel("succeeded (%)")
     ax.set_ylim(-2, 102)

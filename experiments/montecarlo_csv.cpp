@@ -14,23 +14,18 @@
 namespace tandem::experiments {
 namespace {
 
-std::string columnOf(const ErrorSource& source) {
-  std::string column = source.name;
+std::string columnOf(const Condition& condition) {
+  std::string column = condition.name;
   std::replace(column.begin(), column.end(), '-', '_');
   return column;
 }
 
-using Sources = std::vector<ErrorSource>;
-const Sources kAllSources(kErrorSources.begin(), kErrorSources.end());
-
-std::string header(const Sources& sources) {
-  std::string line = "seed,tasks,task,method";
-  for (const ErrorSource& source : sources)
-    line += "," + columnOf(source);
-  return line +
-         ",kind,feasible,outcome,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,violations,held,"
-         "gate_actions,stability,snaps,succeeded";
-}
+/// Between the columns of conditions; those of kAdded are missing in files of earlier versions.
+constexpr const char* kFront = "seed,tasks,task,method";
+constexpr const char* kBack =
+    "kind,feasible,outcome,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,violations,held,"
+    "gate_actions,stability,snaps,succeeded";
+constexpr const char* kAdded = "contacts,rest_ab,rest_a";
 
 std::vector<std::string> fieldsOf(const std::string& line) {
   std::vector<std::string> fields{""};
@@ -43,37 +38,46 @@ std::vector<std::string> fieldsOf(const std::string& line) {
   return fields;
 }
 
-/** Fields of one row, one after the other. */
+/** Fields of one row by the names of their columns. */
 class Fields {
  public:
-  Fields(const std::string& line, std::string place) : fields_(fieldsOf(line)), place_(std::move(place)) {}
-  const std::string& text() { return fields_[next_++]; }
+  using Columns = std::map<std::string, std::size_t>;
+  Fields(const std::string& line, std::string place, const Columns& columns)
+      : fields_(fieldsOf(line)), place_(std::move(place)), columns_(columns) {}
+  bool has(const std::string& column) const { return columns_.contains(column); }
+  const std::string& text(const std::string& column) { return fields_[last_ = columns_.at(column)]; }
   template <class T>
-  T number() {
-    const std::string& field = text();
+  T number(const std::string& column) {
+    const std::string& field = text(column);
     T value{};
     const auto [rest, code] = std::from_chars(field.data(), field.data() + field.size(), value);
     if (code != std::errc() || rest != field.data() + field.size())
       fail("a number");
     return value;
   }
+  /// 0 where the file has no such column.
+  template <class T>
+  T numberIfAny(const std::string& column) {
+    return has(column) ? number<T>(column) : T{};
+  }
   std::size_t count() const { return fields_.size(); }
   /// About the last field that was taken.
   [[noreturn]] void fail(const std::string& expected) const {
-    throw std::invalid_argument(place_ + " column " + std::to_string(next_) + ": found '" + fields_[next_ - 1] +
+    throw std::invalid_argument(place_ + " column " + std::to_string(last_ + 1) + ": found '" + fields_[last_] +
                                 "', expected " + expected);
   }
 
  private:
   std::vector<std::string> fields_;
   std::string place_;
-  std::size_t next_ = 0;
+  const Columns& columns_;
+  std::size_t last_ = 0;
 };
 
 /// The value of an enumeration by its name. @param count  how many it has
 template <class Enum>
-Enum named(Fields& fields, int count) {
-  const std::string& text = fields.text();
+Enum named(Fields& fields, const std::string& column, int count) {
+  const std::string& text = fields.text(column);
   std::string names;
   for (int i = 0; i < count; ++i) {
     const auto value = static_cast<Enum>(i);
@@ -84,81 +88,90 @@ Enum named(Fields& fields, int count) {
   fields.fail("one of " + names);
 }
 
-ErrorStatistics readStatistics(Fields& fields) {
-  const double rms = fields.number<double>(), deviation = fields.number<double>(), max = fields.number<double>();
-  return {rms, deviation, max};
+ErrorStatistics readStatistics(Fields& fields, const std::string& of) {
+  return {fields.number<double>("rms_" + of), fields.number<double>("std_" + of), fields.number<double>("max_" + of)};
 }
 
-TaskResult readRow(Fields& fields, const Sources& sources) {
+TaskResult readRow(Fields& fields) {
   TaskResult r;
-  r.seed = fields.number<std::uint64_t>();
-  r.tasks = fields.number<int>();
-  r.task = fields.number<int>();
-  r.method = named<control::Method>(fields, control::kMethodCount);
-  for (const ErrorSource& source : sources)
-    r.errors.*source.member = fields.number<double>();
-  r.kind = named<PathKind>(fields, kPathKinds);
-  r.feasible = fields.number<int>() != 0;
-  r.outcome = named<Outcome>(fields, 3);
-  r.points = fields.number<int>();
-  r.converged = fields.number<int>();
-  r.iterations = fields.number<int>();
-  r.ab = readStatistics(fields);
-  r.a = readStatistics(fields);
-  r.violations = fields.number<int>();
-  r.held = fields.number<int>();
-  r.gate_actions = fields.number<std::uint64_t>();
-  r.stability = fields.number<double>();
-  r.snaps = fields.number<int>();
-  if (fields.number<int>() != (r.succeeded() ? 1 : 0))
-    fields.fail("what outcome, points and converged say");
+  r.seed = fields.number<std::uint64_t>("seed");
+  r.tasks = fields.number<int>("tasks");
+  r.task = fields.number<int>("task");
+  r.method = named<control::Method>(fields, "method", control::kMethodCount);
+  for (const Condition& condition : kConditions)
+    r.conditions.*condition.member = fields.numberIfAny<double>(columnOf(condition));
+  r.kind = named<PathKind>(fields, "kind", kPathKinds);
+  r.feasible = fields.number<int>("feasible") != 0;
+  r.outcome = named<Outcome>(fields, "outcome", 3);
+  r.points = fields.number<int>("points");
+  r.converged = fields.number<int>("converged");
+  r.iterations = fields.number<int>("iterations");
+  r.ab = readStatistics(fields, "ab");
+  r.a = readStatistics(fields, "a");
+  r.violations = fields.number<int>("violations");
+  r.held = fields.number<int>("held");
+  r.gate_actions = fields.number<std::uint64_t>("gate_actions");
+  r.stability = fields.number<double>("stability");
+  r.snaps = fields.number<int>("snaps");
+  r.contacts = fields.numberIfAny<int>("contacts");
+  r.rest_ab = fields.numberIfAny<double>("rest_ab");
+  r.rest_a = fields.numberIfAny<double>("rest_a");
+  // Before contacts were counted, a snap was no failure.
+  const bool succeeded = fields.has("contacts") ? r.succeeded() : r.reached();
+  if (fields.number<int>("succeeded") != (succeeded ? 1 : 0))
+    fields.fail("a value that agrees with outcome, points, converged, snaps and contacts");
   return r;
 }
 
-auto sizesOf(const ErrorSizes& errors) {
-  std::array<double, kErrorSources.size()> sizes{};
+auto sizesOf(const Conditions& conditions) {
+  std::array<double, kConditions.size()> sizes{};
   for (std::size_t i = 0; i < sizes.size(); ++i)
-    sizes[i] = errors.*kErrorSources[i].member;
+    sizes[i] = conditions.*kConditions[i].member;
   return sizes;
 }
 
 }  // namespace
 
 void writeResults(std::ostream& out, const std::vector<TaskResult>& results) {
-  out << header(kAllSources) << '\n';
+  out << kFront;
+  for (const Condition& condition : kConditions)
+    out << ',' << columnOf(condition);
+  out << ',' << kBack << ',' << kAdded << '\n';
   for (const TaskResult& r : results) {
     out << r.seed << ',' << r.tasks << ',' << r.task << ',' << control::name(r.method);
-    for (const ErrorSource& source : kErrorSources)
-      out << ',' << number(r.errors.*source.member);
+    for (const Condition& condition : kConditions)
+      out << ',' << number(r.conditions.*condition.member);
     out << ',' << name(r.kind) << ',' << (r.feasible ? 1 : 0) << ',' << name(r.outcome) << ',' << r.points << ','
         << r.converged << ',' << r.iterations;
     for (const ErrorStatistics& e : {r.ab, r.a})
       out << ',' << number(e.rms) << ',' << number(e.deviation) << ',' << number(e.max);
     out << ',' << r.violations << ',' << r.held << ',' << r.gate_actions << ',' << number(r.stability) << ',' << r.snaps
-        << ',' << (r.succeeded() ? 1 : 0) << '\n';
+        << ',' << (r.succeeded() ? 1 : 0) << ',' << r.contacts << ',' << number(r.rest_ab) << ',' << number(r.rest_a)
+        << '\n';
   }
 }
 
 std::vector<TaskResult> readResults(std::istream& in, const std::string& origin) {
   std::string line;
   std::getline(in, line);
-  const std::vector<std::string> found = fieldsOf(line);
-  // Files of earlier versions have fewer sources of error.
-  Sources sources = kAllSources;
-  std::erase_if(sources, [&](const ErrorSource& source) { return std::ranges::count(found, columnOf(source)) == 0; });
-  if (found != fieldsOf(header(sources))) {
-    throw std::invalid_argument(origin + ":1: found '" + line.substr(0, 60) +
-                                "', expected the header of a file of tandem montecarlo");
+  Fields::Columns columns;
+  for (const std::string& column : fieldsOf(line))
+    columns.emplace(column, columns.size());
+  for (const std::string& wanted : fieldsOf(std::string(kFront) + "," + kBack)) {
+    if (!columns.contains(wanted)) {
+      throw std::invalid_argument(origin + ":1: found '" + line.substr(0, 60) +
+                                  "', expected the header of a file of tandem montecarlo, with column " + wanted);
+    }
   }
   std::vector<TaskResult> results;
   for (int number = 2; std::getline(in, line); ++number) {
     const std::string place = origin + ":" + std::to_string(number) + ":";
-    Fields fields(line, place);
-    if (fields.count() != found.size()) {
+    Fields fields(line, place, columns);
+    if (fields.count() != columns.size()) {
       throw std::invalid_argument(place + " found " + std::to_string(fields.count()) + " columns, expected " +
-                                  std::to_string(found.size()));
+                                  std::to_string(columns.size()));
     }
-    results.push_back(readRow(fields, sources));
+    results.push_back(readRow(fields));
   }
   return results;
 }
@@ -167,7 +180,7 @@ std::vector<TaskResult> merge(std::vector<TaskResult> results) {
   if (results.empty())
     throw std::invalid_argument("found no rows to merge, expected those of at least one task");
   // Cases and methods stand in every shard in the same order, that of the run.
-  std::map<std::array<double, kErrorSources.size()>, int> cases;
+  std::map<std::array<double, kConditions.size()>, int> cases;
   std::map<control::Method, int> methods;
   const TaskResult& first = results.front();
   for (const TaskResult& r : results) {
@@ -178,11 +191,11 @@ std::vector<TaskResult> merge(std::vector<TaskResult> results) {
       throw std::invalid_argument("found rows of different runs, " + run(first) + " and " + run(r) +
                                   ", expected shards of one");
     }
-    cases.emplace(sizesOf(r.errors), static_cast<int>(cases.size()));
+    cases.emplace(sizesOf(r.conditions), static_cast<int>(cases.size()));
     methods.emplace(r.method, static_cast<int>(methods.size()));
   }
   const auto key = [&](const TaskResult& r) {
-    return std::tuple(cases.at(sizesOf(r.errors)), r.task, methods.at(r.method));
+    return std::tuple(cases.at(sizesOf(r.conditions)), r.task, methods.at(r.method));
   };
   std::sort(results.begin(), results.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
   std::size_t i = 0;

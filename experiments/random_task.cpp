@@ -144,6 +144,23 @@ std::vector<std::size_t> choosePoints(const Path& path) {
   return points;
 }
 
+/// Whether the bodies of arms touch at the start or at one of the chosen places.
+bool touches(const RobotModel& model, const Path& path, const std::vector<std::size_t>& chosen, sim::PlantTips& tips) {
+  tips.restart();
+  std::size_t next = 0;
+  // Elastic arms remember how they came: all places, in order.
+  for (std::size_t i = 0; i < path.q.size(); ++i) {
+    for (int k = 0; k < model.armCount(); ++k)
+      tips.update(k, path.q[i].segment(model.offset(k), model.size(k)));
+    bool looked_at = i == 0;
+    for (; next < chosen.size() && chosen[next] == i; ++next)
+      looked_at = true;
+    if (looked_at && tips.clearance() < 0.0)
+      return true;
+  }
+  return false;
+}
+
 /// Whether every joint can go from q to next in `time`, at velocities inside the bounds at both.
 bool goes(control::StepProblem& problem,
           const safety::RobotVector& q,
@@ -237,7 +254,7 @@ RandomTask randomTask(const config::Robot& robot,
     for (std::size_t k = 0; possible && k < chosen.size(); ++k)
       possible =
           goes(problem, path.q[k == 0 ? 0 : chosen[k - 1]], path.q[chosen[k]], options.control_period, rotation, time);
-    if (!possible)
+    if (!possible || (feasible && touches(model, path, chosen, tips)))
       continue;
     for (const std::size_t i : chosen) {
       task.plan.points.push_back(path.at[i]);

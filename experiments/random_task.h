@@ -31,12 +31,12 @@ struct RandomTask {
  *
  * with random d, u, w, a; it is thrown away and drawn again, smaller, until it stays inside boxes and rows everywhere,
  * goes from each point to the next within the time that a run has for it with every joint's velocity inside the bounds
- * of velocityBounds() at both points and inside `rotation`, and the plant neither snaps nor is unstable on it. Targets
- * are what the plant's tips do on that path: x_A and x_A - x_B of the first two arms, at most 0.8 mm apart. So the
- * plant can do it, with all its errors.
+ * of velocityBounds() at both points and inside `rotation`, the plant neither snaps nor is unstable on it, and the
+ * bodies of its arms do not overlap at the start and at any point. Targets are what the plant's tips do on that path:
+ * x_A and x_A - x_B of the first two arms, at most 0.8 mm apart. So the plant can do it, with all its errors.
  *
- * Infeasible: the same, with the last third of the targets of x_A beyond the length of tube 1 and the tool from the
- * arm's entry point, where nothing can reach; x_A - x_B stays as it was.
+ * Infeasible: the same, whether bodies overlap or not, with the last third of the targets of x_A beyond the length of
+ * tube 1 and the tool from the arm's entry point, where nothing can reach; x_A - x_B stays as it was.
  * @param rotation  rad/s, that of the slowest method
  * @param options  of the plant; its seed is the task's, see seedOf()
  * @throw std::invalid_argument where the robot has fewer than two arms, std::runtime_error where no path is found. */

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/plant_tips.h"
 
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
+#include "kinematics/clearance.h"
 #include "sim/random_stream.h"
 
 namespace tandem::sim {
@@ -74,6 +77,21 @@ void PlantTips::update(int k, const safety::ArmVector& q) noexcept {
                                       : arm.model->loadedTip(q, arm.wrench, arm.branch, arm.tip);
   if (arm.status == kinematics::ModelStatus::kOk && arm.branch.snapped)
     ++arm.snaps;
+}
+
+double PlantTips::clearance() const {
+  double least = std::numeric_limits<double>::infinity();
+  std::vector<kinematics::Body> bodies(arms_.size());
+  for (std::size_t k = 0; k < arms_.size(); ++k) {
+    kinematics::Branch branch = arms_[k].branch;
+    if (makeBody(*arms_[k].model, arms_[k].q, branch, false, bodies[k]) != kinematics::ModelStatus::kOk)
+      return least;
+  }
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    for (std::size_t other = k + 1; other < bodies.size(); ++other)
+      least = std::min(least, kinematics::clearance(bodies[k], bodies[other]).distance);
+  }
+  return least;
 }
 
 }  // namespace tandem::sim

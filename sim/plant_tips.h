@@ -22,7 +22,7 @@ using ArmModels = std::vector<std::unique_ptr<kinematics::ArmModel>>;
 /** Tips of all arms of the plant, tracked along the path of the joints.
  *
  * Elastic arms depend on their path (kinematics/branch.h); when the equilibrium of an arm ends, the arm snaps to
- * another one, and the snap is counted. After construction nothing allocates or throws. */
+ * another one, and the snap is counted. After construction nothing but clearance() allocates or throws. */
 class PlantTips {
  public:
   /// @throw std::invalid_argument for a force on an arm that does not exist, or on a model without loads.
@@ -43,6 +43,9 @@ class PlantTips {
   std::uint32_t snaps(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].snaps; }
   /// Least elastic stability of the arm now: 0 where it snaps, 1 without elastic interaction.
   double stability(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.stability; }
+  /// Least distance between the bodies of any two arms where they are now (kinematics/clearance.h), m; below zero they
+  /// overlap by that much. Infinity where an arm has no solution. Bodies are those without load. Allocates.
+  double clearance() const;
 
  private:
   struct Arm {

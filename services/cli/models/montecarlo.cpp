@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem montecarlo: every method on thousands of random tasks, on all cores or over a cluster. */
+#include <spdlog/fmt/fmt.h>
+
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -25,7 +27,7 @@ namespace fs = std::filesystem;
 struct MonteCarloCommand {
   std::string deployment = "lockstep", model, plant, feedback = "sensor", shard = "0/1", csv, figure;
   std::vector<std::string> methods, set, shards;
-  std::array<std::vector<std::string>, ex::kErrorSources.size()> errors;
+  std::array<std::vector<std::string>, ex::kConditions.size()> conditions;
   int tasks = 1000, jobs = 0;
   std::uint64_t seed = 1;
   double infeasible = 0.2;
@@ -56,13 +58,13 @@ Shard shardOf(const std::string& text) {
   return shard;
 }
 
-/// A size of a source of error, SI.
-double sizeOf(const ex::ErrorSource& source, std::string text) {
-  const std::string option = std::string("--") + source.name, whole = text;
+/// A size of a condition, SI.
+double sizeOf(const ex::Condition& condition, std::string text) {
+  const std::string option = std::string("--") + condition.name, whole = text;
   const std::string expected =
-      source.relative ? "a share such as 0.05 or 5%, not below zero" : "a number, not below zero";
-  double unit = source.unit;
-  if (source.relative && text.ends_with('%')) {
+      condition.relative ? "a share such as 0.05 or 5%, not below zero" : "a number, not below zero";
+  double unit = condition.unit;
+  if (condition.relative && text.ends_with('%')) {
     text.pop_back();
     unit = 0.01;
   }
@@ -72,22 +74,29 @@ double sizeOf(const ex::ErrorSource& source, std::string text) {
   return size;
 }
 
-/// The first case has the first size of every source, the others one size of one source changed.
-std::vector<ex::ErrorSizes> casesOf(const MonteCarloCommand& options) {
-  std::vector<ex::ErrorSizes> cases(1);
-  for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
-    if (!options.errors[s].empty())
-      cases.front().*ex::kErrorSources[s].member = sizeOf(ex::kErrorSources[s], options.errors[s].front());
+/// The first case has the first size of every condition, the others one size of one condition changed.
+std::vector<ex::Conditions> casesOf(const MonteCarloCommand& options) {
+  std::vector<ex::Conditions> cases(1);
+  for (std::size_t s = 0; s < ex::kConditions.size(); ++s) {
+    if (!options.conditions[s].empty())
+      cases.front().*ex::kConditions[s].member = sizeOf(ex::kConditions[s], options.conditions[s].front());
   }
-  for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
-    for (std::size_t i = 1; i < options.errors[s].size(); ++i) {
-      ex::ErrorSizes next = cases.front();
-      next.*ex::kErrorSources[s].member = sizeOf(ex::kErrorSources[s], options.errors[s][i]);
+  for (std::size_t s = 0; s < ex::kConditions.size(); ++s) {
+    for (std::size_t i = 1; i < options.conditions[s].size(); ++i) {
+      ex::Conditions next = cases.front();
+      next.*ex::kConditions[s].member = sizeOf(ex::kConditions[s], options.conditions[s][i]);
       if (std::find(cases.begin(), cases.end(), next) != cases.end())
-        throw Failure(kUsage, std::string("--") + ex::kErrorSources[s].name + ": found '" + options.errors[s][i] +
+        throw Failure(kUsage, std::string("--") + ex::kConditions[s].name + ": found '" + options.conditions[s][i] +
                                   "' twice, expected different sizes");
       cases.push_back(next);
     }
+  }
+  const double threshold = planning::TrajectorySpec().tolerance;
+  for (const ex::Conditions& conditions : cases) {
+    if (conditions.stop_within > threshold + 1e-9)
+      throw Failure(kUsage,
+                    fmt::format("--stop-within-mm: found '{:g}', expected at most {:g}, the threshold of success",
+                                1e3 * conditions.stop_within, 1e3 * threshold));
   }
   return cases;
 }
@@ -167,17 +176,19 @@ std::vector<ex::TaskResult> runShards(const MonteCarloCommand& options) {
   return results;
 }
 
-nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows) {
+nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows,
+                                      const std::vector<ex::MethodPair>& pairs) {
   auto json = nlohmann::ordered_json::array();
   const auto percentiles = [](const std::array<double, 3>& values, double unit) {
     return nlohmann::ordered_json{{"p50", unit * values[0]}, {"p90", unit * values[1]}, {"p99", unit * values[2]}};
   };
   for (const ex::MethodSummary& row : rows) {
     nlohmann::ordered_json line{{"method", control::name(row.method)}};
-    for (const ex::ErrorSource& source : ex::kErrorSources)
-      line["errors"][source.name] = row.errors.*source.member / source.unit;
+    for (const ex::Condition& condition : ex::kConditions)
+      line["errors"][condition.name] = row.conditions.*condition.member / condition.unit;
     line["feasible"] = row.feasible;
     line["succeeded"] = row.succeeded;
+    line["success_interval_95"] = {row.interval().lower, row.interval().upper};
     line["infeasible"] = row.infeasible;
     line["infeasible_reported"] = row.reported;
     line["iterations_per_point"] = percentiles(row.iterations, 1.0);
@@ -187,6 +198,20 @@ nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows
     line["gate_actions"] = row.gate_actions;
     line["least_stability"] = row.stability;
     line["snaps"] = row.snaps;
+    line["runs_with_contact"] = row.contacts;
+    if (row.conditions.speed > 0.0) {
+      line["max_ab_mm"] = percentiles(row.max_ab, 1e3);
+      line["max_a_mm"] = percentiles(row.max_a, 1e3);
+      line["rest_ab_mm"] = percentiles(row.rest_ab, 1e3);
+      line["rest_a_mm"] = percentiles(row.rest_a, 1e3);
+    }
+    for (const ex::MethodPair& pair : pairs) {
+      if (pair.conditions == row.conditions && pair.other == row.method)
+        line["against"] = {{"method", control::name(pair.method)},
+                           {"this_alone", pair.other_alone},
+                           {"other_alone", pair.method_alone},
+                           {"p", pair.p()}};
+    }
     json.push_back(line);
   }
   return json;
@@ -209,10 +234,11 @@ int finish(const MonteCarloCommand& options, const std::vector<ex::TaskResult>& 
   if (!options.figure.empty())
     drawFigures("montecarlo.py", {csv, options.figure});
   const std::vector<ex::MethodSummary> rows = ex::summarise(results);
+  const std::vector<ex::MethodPair> pairs = ex::pairMethods(results);
   if (options.json)
-    std::cout << monteCarloJson(rows).dump(2) << '\n';
+    std::cout << monteCarloJson(rows, pairs).dump(2) << '\n';
   else
-    std::cout << ex::formatTable(rows);
+    std::cout << ex::formatTable(rows, pairs);
   const bool good = std::all_of(rows.begin(), rows.end(), [](const ex::MethodSummary& row) {
     return row.violations == 0 && row.reported == row.infeasible;
   });
@@ -279,13 +305,13 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
       ->add_option("--feedback", options->feedback,
                    "source of tip poses for errors: tip tracker (sensor) or kinematic model (model)")
       ->capture_default_str();
-  for (std::size_t s = 0; s < ex::kErrorSources.size(); ++s) {
-    const ex::ErrorSource& source = ex::kErrorSources[s];
+  for (std::size_t s = 0; s < ex::kConditions.size(); ++s) {
+    const ex::Condition& condition = ex::kConditions[s];
     command
-        ->add_option(std::string("--") + source.name, options->errors[s],
-                     std::string(source.what) + "; comma-separated values make a sweep")
+        ->add_option(std::string("--") + condition.name, options->conditions[s],
+                     std::string(condition.what) + "; comma-separated values make a sweep")
         ->delimiter(',')
-        ->group("Sources of error");
+        ->group(condition.group);
   }
   command->add_option("--shard", options->shard, "part i of n of the tasks, i from 0")->capture_default_str();
   command->add_option("-j,--jobs", options->jobs, "threads; 0: one per core")->check(CLI::NonNegativeNumber);

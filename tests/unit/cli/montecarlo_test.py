@@ -68,6 +68,29 @@ class MonteCarlo(unittest.TestCase):
         self.assertGreater(errors("--curvature-error", "10%", "--feedback", "model"), 2.0)
         self.assertLess(errors("--curvature-error", "10%"), 0.88)
 
+    def test_tolerance_of_the_run_speed_and_intervals(self):
+        whole = self.file("plain.csv", *FEW)
+        self.assertEqual(self.file("same.csv", *FEW, "--stop-within-mm", "0"), whole)
+        answer = self.montecarlo(*FEW, "--stop-within-mm", "0,0.2", "--speed-mm-per-s", "0,1", "--json")
+        found = json.loads(answer.stdout)
+        self.assertEqual(len(found), 6)
+        plain, inside, timed = found[0], found[2], found[4]
+        self.assertLess(inside["rms_a_mm"]["p99"], 0.2)
+        self.assertGreater(plain["rms_a_mm"]["p50"], 0.5)
+        self.assertEqual(timed["errors"]["speed-mm-per-s"], 1)
+        self.assertLess(timed["rest_a_mm"]["p50"], 0.01)
+        self.assertLessEqual(timed["rms_a_mm"]["p50"], timed["max_a_mm"]["p50"])
+        self.assertNotIn("max_a_mm", plain)
+        for line in found:
+            lower, upper = line["success_interval_95"]
+            self.assertLess(lower, line["succeeded"] / line["feasible"] + 1e-9)
+            self.assertGreater(upper, line["succeeded"] / line["feasible"] - 1e-9)
+        self.assertEqual(plain["against"]["method"], "hqp")
+        self.assertNotIn("against", found[1])
+        table = self.montecarlo("merge", self.folder / "plain.csv").stdout
+        self.assertRegex(table, r"hqp against nspqp, tasks that one alone completed: \d+ : \d+, p = ")
+        self.assertIn("95 % interval", table)
+
     def test_figure(self):
         self.montecarlo(*FEW, "--tip-noise-mm", "0,0.3", "--figure", self.folder / "mc.png")
         self.assertEqual((self.folder / "mc.png").read_bytes()[:4], b"\x89PNG")
@@ -79,6 +102,7 @@ class MonteCarlo(unittest.TestCase):
             (("--curvature-error", "much"), "--curvature-error: found 'much', expected a share such as 0.05 or 5%"),
             (("--curvature-error", "5%,5%"), "--curvature-error: found '5%' twice"),
             (("--tip-noise-mm=-1",), "--tip-noise-mm: found '-1', expected a number, not below zero"),
+            (("--stop-within-mm", "0.9"), "--stop-within-mm: found '0.9', expected at most 0.88, the threshold of success"),
             (("--shard", "3/3"), "--shard: found '3/3', expected i/n with i from 0 to n-1"),
             (("--feedback", "eyes"), "--feedback: found 'eyes', expected model or sensor"),
             (("--set", "gain=1"), "--set: found 'gain=1', expected NAME=VALUE with one of "),
