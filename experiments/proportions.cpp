@@ -9,10 +9,10 @@ namespace tandem::experiments {
 Interval wilson(int successes, int trials) {
   if (trials <= 0)
     return {};
-  constexpr double z = 1.959963984540054;  // 97.5th percentile of the normal distribution
-  const double n = trials, p = successes / n, spread = 1.0 + z * z / n;
-  const double centre = (p + z * z / (2.0 * n)) / spread;
-  const double half = z / spread * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
+  constexpr double kZ = 1.959963984540054;  // 97.5th percentile of the normal distribution
+  const double n = trials, p = successes / n, spread = 1.0 + kZ * kZ / n;
+  const double centre = (p + kZ * kZ / (2.0 * n)) / spread;
+  const double half = kZ / spread * std::sqrt(p * (1.0 - p) / n + kZ * kZ / (4.0 * n * n));
   // The ends of 0 and of all are exact; rounding is not.
   return {successes == 0 ? 0.0 : std::max(0.0, centre - half),
           successes == trials ? 1.0 : std::min(1.0, centre + half)};
