@@ -15,12 +15,11 @@ double rowValue(const LinearRow& row, const Eigen::Ref<const Eigen::VectorXd>& q
   return value;
 }
 
-LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
-  LimitViolation largest{0, -kUnlimited};
-  const auto note = [&largest](int joint, double amount) {
-    if (amount > largest.amount)
-      largest = {joint, amount};
-  };
+namespace {
+
+/// Calls note(joint, amount) for both sides of each box and for each row, which counts for its outer joint.
+template <class Note>
+void forEachViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q, Note note) noexcept {
   for (int j = 0; j < limits.jointCount(); ++j) {
     const JointLimit& joint = limits.joints[static_cast<std::size_t>(j)];
     note(j, joint.lower - q[j]);
@@ -28,23 +27,26 @@ LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<con
   }
   for (const LinearRow& row : limits.rows)
     note(row.outer_joint, rowValue(row, q) - row.b);
+}
+
+}  // namespace
+
+LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
+  LimitViolation largest{0, -kUnlimited};
+  forEachViolation(limits, q, [&largest](int joint, double amount) {
+    if (amount > largest.amount)
+      largest = {joint, amount};
+  });
   return largest;
 }
 
 LimitViolation readOutside(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
   LimitViolation largest;
-  const auto note = [&](int joint, double amount) {
+  forEachViolation(limits, q, [&](int joint, double amount) {
     const double tolerance = kAtRest + limits.joints[static_cast<std::size_t>(joint)].reading_error;
     if (!(amount <= std::max(tolerance, largest.amount)))
       largest = {joint, amount};
-  };
-  for (int j = 0; j < limits.jointCount(); ++j) {
-    const JointLimit& joint = limits.joints[static_cast<std::size_t>(j)];
-    note(j, joint.lower - q[j]);
-    note(j, q[j] - joint.upper);
-  }
-  for (const LinearRow& row : limits.rows)
-    note(row.outer_joint, rowValue(row, q) - row.b);
+  });
   return largest;
 }
 

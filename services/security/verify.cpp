@@ -181,7 +181,9 @@ void checkAuthority(Report& report,
     const Key key(good(X509_get_pubkey(authority.get()), "public key"));
     if (X509_CRL_verify(crl.get(), key.get()) != 1) {
       takeLastError();
-      throw Error(files.crl.string() + ": not signed by the authority");
+      throw Error(files.crl.string() +
+                  ": the list of revoked certificates is not signed by the authority in the same folder; copy "
+                  "both files from the same authority");
     }
     checkDates(report, files.crl, timeOf(X509_CRL_get0_lastUpdate(crl.get())),
                timeOf(X509_CRL_get0_nextUpdate(crl.get())), target.now, "`tandem security revoke` writes it again");
@@ -216,7 +218,9 @@ std::vector<Finding> checkRole(const fs::path& folder, dds::Role role, const Ver
     report.check([&] {
       if (X509_check_private_key(certificate.get(), readKey(files.key).get()) != 1) {
         takeLastError();
-        throw Error(files.key.string() + ": not the key of the certificate in the same folder");
+        throw Error(files.key.string() +
+                    ": not the key of the certificate in the same folder; copy both from the same `tandem security "
+                    "issue`, or issue again");
       }
     });
     report.check([&] {

@@ -180,7 +180,8 @@ int runUp(const UpCommand& options) {
   const DomainLock domain_lock(deployment, host);
   Supervisor supervisor(deployment, host, options.log);
   if (supervisor.children().empty())
-    throw Failure(kUsage, deployment.file.string() + ": processes: none of them runs on this host ('" + host + "')");
+    throw Failure(kUsage, deployment.file.string() + ": processes: each has another `host` than this one, '" + host +
+                              "'; change `host` of a process, or start it on its host");
   nlohmann::ordered_json pids;
   std::string text = deployment.name + (host.empty() ? ":" : " on " + host + ":");
   for (const Supervisor::Child& child : supervisor.children()) {

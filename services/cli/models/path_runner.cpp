@@ -136,7 +136,8 @@ robots::TrackRecord PathRunner::run(robots::Mechanism& mechanism,
     phase = static_cast<planning::Phase>(now.reference.phase);
     const safety::RobotVector q = joints(now.state, count);
     if (const std::string why = mechanism.solveEquilibrium(q); !why.empty())
-      throw Failure(kFailure, "no equilibrium at the joints of a state: " + why);
+      throw Failure(kFailure, "no equilibrium at the joints of period " + std::to_string(record.steps.size()) + ": " +
+                                  why + "; move the start or the path away from these joints");
     const bool along = now.reference.iteration > 0;
     if (along && record.first_shape.empty())
       record.first_shape = mechanism.shapes();

@@ -89,7 +89,7 @@ class Credentials(system.SystemTest):
 
         control = ("control/certificate.pem", "control/key.pem", "control/permissions.p7s")
         cases = [
-            (take(stranger.folder, *control), "control/certificate.pem: not certified by the authority in ca.pem"),
+            (take(stranger.folder, *control), "control/certificate.pem: not issued by the authority in ca.pem"),
             (take(self.folder / "expired", *control), "control/certificate.pem: expired"),
             (take(self.folder / "future", *control), "the clock of this host shows"),
             (take(self.folder / "other", *control), "no permission to publish rt/tandem/"),
@@ -105,7 +105,8 @@ class Credentials(system.SystemTest):
             (lambda f: os.chmod(f / "control", 0o755), "control: found mode 0755"),
             (lambda f: shutil.copy(stranger.folder / "governance.p7s", f / "governance.p7s"),
              "governance.p7s: not signed by the authority"),
-            (lambda f: shutil.copy(stranger.folder / "crl.pem", f / "crl.pem"), "crl.pem: not signed by the authority"),
+            (lambda f: shutil.copy(stranger.folder / "crl.pem", f / "crl.pem"),
+             "crl.pem: the list of revoked certificates is not signed by the authority"),
             (lambda f: (f / "ca.pem").write_text("x"), "ca.pem: found no certificate"),
         ]
         for damage, words in cases:
