@@ -43,17 +43,6 @@ LoopOptions withErrors(LoopOptions options, const Conditions& conditions, std::u
 constexpr int kRest = 50;      // periods for which the reference of timed tracking rests at the end
 constexpr int kSettling = 25;  // of those, left out of the error at rest
 
-ErrorStatistics statisticsOf(const std::vector<double>& errors) {
-  double sum = 0.0, squares = 0.0, max = 0.0;
-  for (const double error : errors) {
-    sum += error;
-    squares += error * error;
-    max = std::max(max, error);
-  }
-  const double n = std::max<double>(1.0, static_cast<double>(errors.size())), mean = sum / n;
-  return {std::sqrt(squares / n), std::sqrt(std::max(0.0, squares / n - mean * mean)), max};
-}
-
 /// Errors of timed tracking. A reference belongs to the time before the step that answers it: the tip is that of the
 /// row before. @param whole  the run got to the end of its rest
 void measureTracking(const std::vector<Row>& rows, bool whole, double threshold, TaskResult& result) {

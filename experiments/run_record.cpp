@@ -57,30 +57,19 @@ void RunRecord::add(const StepData& data) {
   rows_.push_back(std::move(row));
 }
 
-namespace {
-
-/** Sums in the order of the points: the same digits wherever the rows come from. */
-class Accumulator {
- public:
-  void add(double error) {
-    ++count_;
-    sum_ += error;
-    squares_ += error * error;
-    max_ = std::max(max_, error);
+ErrorStatistics statisticsOf(const std::vector<double>& errors) {
+  if (errors.empty())
+    return {};
+  double sum = 0.0, squares = 0.0, max = 0.0;
+  for (const double error : errors) {
+    sum += error;
+    squares += error * error;
+    max = std::max(max, error);
   }
-  ErrorStatistics statistics() const {
-    if (count_ == 0)
-      return {};
-    const double mean = sum_ / count_, mean_square = squares_ / count_;
-    return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max_, mean};
-  }
-
- private:
-  int count_ = 0;
-  double sum_ = 0.0, squares_ = 0.0, max_ = 0.0;
-};
-
-}  // namespace
+  const auto count = static_cast<double>(errors.size());
+  const double mean = sum / count, mean_square = squares / count;
+  return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max, mean};
+}
 
 RunSummary RunRecord::summary() const {
   RunSummary summary;
@@ -88,7 +77,7 @@ RunSummary RunRecord::summary() const {
   summary.points = point_count_;
   summary.failure = failure_;
   summary.iterations = static_cast<int>(rows_.size());
-  Accumulator ab, a;
+  std::vector<double> ab, a;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
     summary.gate_actions += row.data.gate_actions;
@@ -98,12 +87,12 @@ RunSummary RunRecord::summary() const {
     const bool last = i + 1 == rows_.size() || rows_[i + 1].data.point != row.data.point;
     if (!last)
       continue;
-    ab.add(row.error_ab);
-    a.add(row.error_a);
+    ab.push_back(row.error_ab);
+    a.push_back(row.error_a);
     summary.converged += row.error_ab <= tolerance_ && row.error_a <= tolerance_ ? 1 : 0;
   }
-  summary.ab = ab.statistics();
-  summary.a = a.statistics();
+  summary.ab = statisticsOf(ab);
+  summary.a = statisticsOf(a);
   return summary;
 }
 

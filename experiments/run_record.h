@@ -56,6 +56,9 @@ struct ErrorStatistics {
   double mean = 0.0;
 };
 
+/// Sums in the order given, so that the digits do not depend on the source of the errors. Zeros for none.
+ErrorStatistics statisticsOf(const std::vector<double>& errors);
+
 /** A line of summary.csv. */
 struct RunSummary {
   RunKey key;
