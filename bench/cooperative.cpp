@@ -119,14 +119,14 @@ void timeChain(benchmark::State& state, kinematics::grasp::ContactType type, boo
   pair.target = pair.assist = catheter();
   pair.type = type;
   pair.pushes_only = false;
-  assist::Joints rest;
-  rest << 0.12, 0.0, 0.5, 0.05, 0.0, 0.3;
+  assist::Joints home;
+  home << 0.12, 0.0, 0.5, 0.05, 0.0, 0.3;
   // The assist arm comes from the side, its free tip at the start of the bending section and pointing into it.
   const Isometry3d place =
-      Eigen::Translation3d(0.0, 0.0, rest[0]) * Eigen::Isometry3d(Eigen::AngleAxisd(1.2, Vector3d::UnitY()));
+      Eigen::Translation3d(0.0, 0.0, home[0]) * Eigen::Isometry3d(Eigen::AngleAxisd(1.2, Vector3d::UnitY()));
   pair.assist.arm.base =
-      place * (Eigen::Translation3d(0.0, 0.0, rest[0]) * assist::TargetAssist::touching(pair, rest)).inverse();
-  pair.contact = assist::TargetAssist::touching(pair, rest);
+      place * (Eigen::Translation3d(0.0, 0.0, home[0]) * assist::TargetAssist::touching(pair, home)).inverse();
+  pair.contact = assist::TargetAssist::touching(pair, home);
   const assist::TargetAssist model(pair);
   assist::ChainBranch branch;
   assist::Chain chain;
@@ -135,7 +135,7 @@ void timeChain(benchmark::State& state, kinematics::grasp::ContactType type, boo
   pass<6>(state, tracking, [&](const auto& x, bool first) {
     if (first)
       branch.known = false;
-    const bool answered = model.solve(rest + range.cwiseProduct(x), branch, chain) == assist::Status::kOk;
+    const bool answered = model.solve(home + range.cwiseProduct(x), branch, chain) == assist::Status::kOk;
     benchmark::DoNotOptimize(chain.tip.jacobian.data());
     return answered;
   });

@@ -156,15 +156,15 @@ void timeCycle(benchmark::State& state, bool moving, int count) {
     failed = robot.enable() ? 0 : count;
     robot.setMoving(moving);
     const double received_before = robot.received(), sent_before = robot.sent();
-    double seconds = 0.0, way = 0.0;
+    double seconds = 0.0, distance = 0.0;
     const double start = robot.firstJoint();
     for (int k = 0; k < count; ++k) {
       robot.prepare();
       seconds += percentiles.time(static_cast<std::size_t>(k), [&] { robot.step(); });
       failed += robot.enabled() ? 0 : 1;
-      way = std::max(way, std::abs(robot.firstJoint() - start));
+      distance = std::max(distance, std::abs(robot.firstJoint() - start));
     }
-    if (moving != (way > 1e-3))
+    if (moving != (distance > 1e-3))
       failed = count;
     received = robot.received() - received_before;
     sent = robot.sent() - sent_before;

@@ -88,7 +88,7 @@ class Robot {
   /// Lease, enable, a trajectory longer than the measurement.
   void begin() {
     until([this] { return status_.sequence > 0; }, [] {});
-    until([this] { return status_.lease_holder == kClient; }, [this] { ask(dds::ControlKind::kAcquireLease); });
+    until([this] { return status_.lease_owner == kClient; }, [this] { ask(dds::ControlKind::kAcquireLease); });
     until([this] { return status_.operating_state[0] == enabled() && status_.operating_state[1] == enabled(); },
           [this] { ask(dds::ControlKind::kStateCommand, "enable"); });
     planning::TrajectorySpec spec;

@@ -58,7 +58,7 @@ void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot) {
     for (safety::JointLimit& joint : arm.limits.joints)
       joint.reading_error = error_of(joint.kind);
     // Equation (1) compares the readings of two tubes.
-    arm.model.tolerance = safety::kAtRest + 2.0 * error_of(safety::JointKind::kTranslation);
+    arm.model.tolerance = safety::kPositionTolerance + 2.0 * error_of(safety::JointKind::kTranslation);
   }
 }
 

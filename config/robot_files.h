@@ -42,7 +42,7 @@ Robot loadAnyRobot(const std::filesystem::path& file);
 Robot loadAnyRobot(const Deployment& deployment);
 
 /** Sets JointLimit::reading_error of all joints: half a count and eight standard deviations of the noise. Tube models
- * accept readings that violate equation (1) by the reading errors of both tubes and safety::kAtRest. */
+ * accept readings that violate equation (1) by the reading errors of both tubes and safety::kPositionTolerance. */
 void setReadingErrors(const sim::EncoderOptions& encoders, Robot& robot);
 
 /// The robot before setReadingErrors(): for models of joints that are computed, not read.

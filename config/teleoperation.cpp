@@ -148,7 +148,7 @@ const Mapping& teleoperationTable() {
           positive("scale_rate", kGain, "largest rate at which the scale changes", kOptions, &O::scale_rate),
           notNegative("deadband_speed", kSpeed, "dead band of velocity devices", kOptions, &O::deadband_speed),
           notNegative("deadband_distance", kLength, "dead band of position devices", kOptions, &O::deadband_distance),
-          positive("filter_min_cutoff", kFrequency, "One-Euro filter: cutoff at rest", kOptions, &O::filter,
+          positive("filter_min_cutoff", kFrequency, "One-Euro filter: cutoff at standstill", kOptions, &O::filter,
                    &OneEuroOptions::min_cutoff),
           notNegative("filter_beta", kCurvature, "One-Euro filter: how the cutoff grows with speed, Hz per speed",
                       kOptions, &O::filter, &OneEuroOptions::beta),

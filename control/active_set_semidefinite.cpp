@@ -17,21 +17,22 @@ void ActiveSet::polish(double shift) {
 
 /// Whether a direction is feasible without bound, has no cost in H, and decreases the objective. @param negligible
 /// fraction of the direction below which entries count as zero
-bool ActiveSet::isUnbounded(const QpVector& way, double negligible) const {
-  const double small = negligible * way.cwiseAbs().maxCoeff();
-  if (!(qp_->g.dot(way) < -small * qp_->g.cwiseAbs().maxCoeff()))
+bool ActiveSet::isUnbounded(const QpVector& displacement, double negligible) const {
+  const double small = negligible * displacement.cwiseAbs().maxCoeff();
+  if (!(qp_->g.dot(displacement) < -small * qp_->g.cwiseAbs().maxCoeff()))
     return false;
   for (int i = 0; i < n_; ++i) {
-    if (std::abs(qp_->H.row(i).dot(way)) > small || (way[i] > small && std::isfinite(qp_->upper[i])) ||
-        (way[i] < -small && std::isfinite(qp_->lower[i])))
+    if (std::abs(qp_->H.row(i).dot(displacement)) > small ||
+        (displacement[i] > small && std::isfinite(qp_->upper[i])) ||
+        (displacement[i] < -small && std::isfinite(qp_->lower[i])))
       return false;
   }
   for (int j = 0; j < equalities_; ++j) {
-    if (std::abs(qp_->E.row(j).dot(way)) > small)
+    if (std::abs(qp_->E.row(j).dot(displacement)) > small)
       return false;
   }
   for (int j = 0; j < rows_; ++j) {
-    if (qp_->A.row(j).dot(way) > small)
+    if (qp_->A.row(j).dot(displacement) > small)
       return false;
   }
   return true;
@@ -49,12 +50,12 @@ QpStatus ActiveSet::solveSemidefinite() {
     if (const QpStatus status = solveStrictly(shift); status != QpStatus::kSolved)
       return status;
     was_active_ = is_active_;
-    const QpVector way = x_ - last;
+    const QpVector displacement = x_ - last;
     const double size = std::max(qp_->g.cwiseAbs().maxCoeff(), x_.cwiseAbs().maxCoeff());
-    if (shift * way.cwiseAbs().maxCoeff() <= kConverged * size)
+    if (shift * displacement.cwiseAbs().maxCoeff() <= kConverged * size)
       return QpStatus::kSolved;
     // A variable that moves slowly towards a distant bound hides an unbounded one.
-    if (isUnbounded(way, round < kStrictRounds ? 1e-7 : 1e-4))
+    if (isUnbounded(displacement, round < kStrictRounds ? 1e-7 : 1e-4))
       return QpStatus::kUnbounded;
     last = x_;
     shift = std::max(kLastShift, 0.1 * shift);

@@ -37,18 +37,18 @@ def draw_arms(ax, shapes, table):
 def draw_track(source, shapes, target):
     """The figure of one run."""
     table, shapes = columns(source), columns(shapes)
-    if "drift" not in table:
+    if "residual" not in table:
         raise Failure(f"{source}: not of `tandem cooperative`")
     forces = [name for name in table if "_N" in name or name.startswith("friction_used")]
     figure = plt.figure(figsize=(11, 5.4), layout="constrained")
     grid = figure.add_gridspec(2, 2)
     draw_arms(figure.add_subplot(grid[:, 0], projection="3d"), shapes, table)
     ax = figure.add_subplot(grid[0, 1])
-    for name, color in (("error", "#0072B2"), ("drift", "#D55E00")):
+    for name, color in (("error", "#0072B2"), ("residual", "#D55E00")):
         ax.semilogy(table["time"], np.maximum(MM * table[name], 1e-9), color=color, label=name)
     ax.set_ylabel("mm")
     ax.legend()
-    ax.set_title("tracking error and contact drift; the path begins at 0 s")
+    ax.set_title("tracking error and contact residual; the path begins at 0 s")
     ax = figure.add_subplot(grid[1, 1], sharex=ax)
     for name, color in zip(forces, ARMS):
         ax.plot(table["time"], np.where(np.isfinite(table[name]), table[name], np.nan), color=color, label=name)
@@ -86,20 +86,20 @@ def draw_reach(source, target):
     return [target]
 
 
-def draw_payload(source, target, *holders):
-    """What holders carry in the planes of the robot's axes: a row of stiffness, a row of payload."""
+def draw_payload(source, target, *carriers):
+    """What carriers carry in the planes of the robot's axes: a row of stiffness, a row of payload."""
     table = columns(source)
-    if "payload" not in table or len(holders) <= np.max(table["holder"]):
-        raise Failure(f"{source}: not of `tandem cooperative payload` with {len(holders)} holders")
+    if "payload" not in table or len(carriers) <= np.max(table["carrier"]):
+        raise Failure(f"{source}: not of `tandem cooperative payload` with {len(carriers)} carriers")
     figure, axes = plt.subplots(2, 3, figsize=(11, 7.2), layout="constrained", subplot_kw={"projection": "polar"})
     for row, (name, label) in enumerate((("stiffness", "stiffness (N/m)"), ("payload", "payload (N)"))):
         for plane, ax in enumerate(axes[row]):
-            for holder, text in enumerate(holders):
-                chosen = (table["holder"] == holder) & (table["plane"] == plane) & (table["stiffness"] > 0)
+            for carrier, text in enumerate(carriers):
+                chosen = (table["carrier"] == carrier) & (table["plane"] == plane) & (table["stiffness"] > 0)
                 if chosen.any():
                     closed = np.append(np.flatnonzero(chosen), np.flatnonzero(chosen)[0])
-                    ax.plot(table["angle"][closed], table[name][closed], color=ARMS[holder], linewidth=1.6,
-                            label="all arms" if holder == 0 else f"{text} alone")
+                    ax.plot(table["angle"][closed], table[name][closed], color=ARMS[carrier], linewidth=1.6,
+                            label="all arms" if carrier == 0 else f"{text} alone")
             first, second = "xyz"[plane], "xyz"[(plane + 1) % 3]
             ax.set_xticks([0, np.pi / 2, np.pi, 3 * np.pi / 2], [f"+{first}", f"+{second}", f"-{first}", f"-{second}"])
             ax.yaxis.set_major_locator(MaxNLocator(3))

@@ -27,8 +27,8 @@ LoopOptions withErrors(LoopOptions options, const Conditions& conditions, std::u
   if (conditions.length > 0.0)
     plant.tube_deviation.length = conditions.length;
   plant.encoders = encodersOf(conditions, plant.encoders);
-  if (conditions.play > 0.0)
-    plant.mechanics.backlash = {conditions.play, kRotationPerTranslation * conditions.play};
+  if (conditions.backlash > 0.0)
+    plant.mechanics.backlash = {conditions.backlash, kRotationPerTranslation * conditions.backlash};
   if (conditions.delay_steps > 0.0)
     plant.mechanics.delay = conditions.delay_steps * options.control_period;
   if (options.feedback == planning::Feedback::kSensor && !plant.tracker.present) {
@@ -40,15 +40,15 @@ LoopOptions withErrors(LoopOptions options, const Conditions& conditions, std::u
   return options;
 }
 
-constexpr int kRest = 50;      // periods for which the reference of timed tracking rests at the end
-constexpr int kSettling = 25;  // of those, left out of the error at rest
+constexpr int kSteady = 50;    // periods for which the reference of timed tracking stands still at the end
+constexpr int kSettling = 25;  // of those, left out of the steady-state error
 
 /// Errors of timed tracking. A reference belongs to the time before the step that answers it: the tip is that of the
-/// row before. @param whole  the run got to the end of its rest
+/// row before. @param whole  the run got to the end of its standstill
 void measureTracking(const std::vector<Row>& rows, bool whole, double threshold, TaskResult& result) {
-  const std::size_t rest = whole ? rows.size() - kRest : rows.size();  // its first row
-  std::vector<double> ab, a, rest_ab, rest_a;
-  for (std::size_t i = 1; i < std::min(rest + 1, rows.size()); ++i) {
+  const std::size_t steady = whole ? rows.size() - kSteady : rows.size();  // its first row
+  std::vector<double> ab, a, steady_ab, steady_a;
+  for (std::size_t i = 1; i < std::min(steady + 1, rows.size()); ++i) {
     const planning::TaskReference &relative = rows[i].data.reference.tasks[0], &tip = rows[i].data.reference.tasks[1];
     const Eigen::Vector3d at = rows[i - 1].data.tip[static_cast<std::size_t>(relative.arm)];
     const Eigen::Vector3d other = rows[i - 1].data.tip[static_cast<std::size_t>(relative.other_arm)];
@@ -56,15 +56,15 @@ void measureTracking(const std::vector<Row>& rows, bool whole, double threshold,
     a.push_back((tip.position - at).norm());
     result.converged += ab.back() <= threshold && a.back() <= threshold ? 1 : 0;
   }
-  for (std::size_t i = rest + kSettling; i < rows.size(); ++i) {
-    rest_ab.push_back(rows[i].error_ab);
-    rest_a.push_back(rows[i].error_a);
+  for (std::size_t i = steady + kSettling; i < rows.size(); ++i) {
+    steady_ab.push_back(rows[i].error_ab);
+    steady_a.push_back(rows[i].error_a);
   }
   result.points = static_cast<int>(ab.size());
   result.ab = statisticsOf(ab);
   result.a = statisticsOf(a);
-  result.rest_ab = statisticsOf(rest_ab).rms;
-  result.rest_a = statisticsOf(rest_a).rms;
+  result.steady_ab = statisticsOf(steady_ab).rms;
+  result.steady_a = statisticsOf(steady_a).rms;
 }
 
 TaskResult runMethod(const config::Robot& robot,
@@ -79,8 +79,8 @@ TaskResult runMethod(const config::Robot& robot,
   if (timed) {
     plan.trajectory.following = planning::Following::kTimed;
     plan.trajectory.speed = result.conditions.speed;
-    plan.trajectory.tolerance = 0.0;  // the reference rests for all of kRest
-    plan.trajectory.max_iterations = kRest;
+    plan.trajectory.tolerance = 0.0;  // the reference stands still for all of kSteady
+    plan.trajectory.max_iterations = kSteady;
   }
   RunRecord record(plan.key, model, plan.trajectory.point_count, threshold);
   int point = 0;

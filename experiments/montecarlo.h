@@ -21,7 +21,7 @@ struct Conditions {
   double tip_noise = 0.0;       ///< of a measured tip, per axis, m
   double encoder_counts = 0.0;  ///< per turn of a rotation and per mm of a translation; 0: exact
   double encoder_noise = 0.0;   ///< of a reading, per mm of a translation and 0.1 rad of a rotation, m
-  double play = 0.0;            ///< of the actuators, full, per mm of a translation and 0.1 rad of a rotation, m
+  double backlash = 0.0;        ///< of the actuators, full, per mm of a translation and 0.1 rad of a rotation, m
   double delay_steps = 0.0;     ///< from a setpoint to the motor, control periods
   double stop_within = 0.0;     ///< measured errors at which a run leaves a point, m; 0: the threshold of success
   double speed = 0.0;           ///< of references that move with time along the path, m/s; 0: point by point
@@ -52,8 +52,8 @@ inline constexpr std::array<Condition, 10> kConditions{{
      &Conditions::encoder_counts, 1.0, false},
     {"encoder-noise-mm", "noise of encoders, standard deviation: translations, mm; rotations 0.1 rad per mm",
      &Conditions::encoder_noise, 1e-3, false},
-    {"play-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm", &Conditions::play,
-     1e-3, false},
+    {"backlash-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm",
+     &Conditions::backlash, 1e-3, false},
     {"delay-steps", "delay from setpoint to motor, control periods", &Conditions::delay_steps, 1.0, false},
     {"stop-within-mm", "measured errors at which a run leaves a point, mm, at most the threshold of success; 0: that",
      &Conditions::stop_within, 1e-3, false, "Protocol"},
@@ -98,8 +98,8 @@ struct TaskResult {
   double stability = 1.0;  ///< least of the plant on the way
   int snaps = 0;           ///< of the plant
   int contacts = 0;        ///< points after whose first iteration bodies of arms overlapped
-  double rest_ab = 0.0;    ///< timed: RMS of the true error while the reference rests at the end, m
-  double rest_a = 0.0;
+  double steady_ab = 0.0;  ///< timed: RMS of the true error while the reference stands still at the end, m
+  double steady_a = 0.0;
 
   /// Whether the run says that it reached every point, and every point was reached in truth.
   bool reached() const { return outcome == Outcome::kCompleted && converged == points; }
@@ -136,8 +136,8 @@ struct MethodSummary {
   double stability = 1.0;  ///< least of all
   int snaps = 0;
   int contacts = 0;  ///< runs on feasible tasks in which bodies touched
-  /// Timed: largest true error on the path and RMS at rest, m, percentiles as above.
-  std::array<double, 3> max_ab{}, max_a{}, rest_ab{}, rest_a{};
+  /// Timed: largest true error on the path and RMS in the steady state, m, percentiles as above.
+  std::array<double, 3> max_ab{}, max_a{}, steady_ab{}, steady_a{};
 
   double rate() const { return feasible > 0 ? static_cast<double>(succeeded) / feasible : 0.0; }
   /// Of the rate, 95 %.

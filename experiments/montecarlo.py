@@ -23,7 +23,7 @@ SOURCES = {
     "tip_noise_mm": (MM, "noise of measured tips (mm)"),
     "encoder_counts": (1, "encoder counts per turn and mm (0: exact)"),
     "encoder_noise_mm": (MM, "noise of encoders (mm)"),
-    "play_mm": (MM, "play of actuators (mm)"),
+    "backlash_mm": (MM, "backlash of actuators (mm)"),
     "delay_steps": (1, "delay (control periods)"),
     "stop_within_mm": (MM, "tolerance of the run (mm; 0: threshold)"),
     "speed_mm_per_s": (MM, "speed of references (mm/s; 0: point by point)"),

@@ -25,7 +25,7 @@ constexpr const char* kFront = "seed,tasks,task,method";
 constexpr const char* kBack =
     "kind,feasible,outcome,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,violations,held,"
     "gate_actions,stability,snaps,succeeded";
-constexpr const char* kAdded = "contacts,rest_ab,rest_a";
+constexpr const char* kAdded = "contacts,steady_ab,steady_a";
 
 std::vector<std::string> fieldsOf(const std::string& line) {
   std::vector<std::string> fields{""};
@@ -114,8 +114,8 @@ TaskResult readRow(Fields& fields) {
   r.stability = fields.number<double>("stability");
   r.snaps = fields.number<int>("snaps");
   r.contacts = fields.numberIfAny<int>("contacts");
-  r.rest_ab = fields.numberIfAny<double>("rest_ab");
-  r.rest_a = fields.numberIfAny<double>("rest_a");
+  r.steady_ab = fields.numberIfAny<double>("steady_ab");
+  r.steady_a = fields.numberIfAny<double>("steady_a");
   // Before contacts were counted, a snap was no failure.
   const bool succeeded = fields.has("contacts") ? r.succeeded() : r.reached();
   if (fields.number<int>("succeeded") != (succeeded ? 1 : 0))
@@ -146,8 +146,8 @@ void writeResults(std::ostream& out, const std::vector<TaskResult>& results) {
     for (const ErrorStatistics& e : {r.ab, r.a})
       out << ',' << number(e.rms) << ',' << number(e.deviation) << ',' << number(e.max);
     out << ',' << r.violations << ',' << r.held << ',' << r.gate_actions << ',' << number(r.stability) << ',' << r.snaps
-        << ',' << (r.succeeded() ? 1 : 0) << ',' << r.contacts << ',' << number(r.rest_ab) << ',' << number(r.rest_a)
-        << '\n';
+        << ',' << (r.succeeded() ? 1 : 0) << ',' << r.contacts << ',' << number(r.steady_ab) << ','
+        << number(r.steady_a) << '\n';
   }
 }
 

@@ -47,21 +47,21 @@ std::string tableLine(const MethodSummary& row) {
 }
 
 std::string trackingHead() {
-  return format("%-13s %-21s %-21s %-21s %-21s\n", "on the path", "eps_AB max mm", "eps_A max mm", "eps_AB at rest mm",
-                "eps_A at rest mm");
+  return format("%-13s %-21s %-21s %-21s %-21s\n", "on the path", "eps_AB max mm", "eps_A max mm", "eps_AB steady mm",
+                "eps_A steady mm");
 }
 
 std::string trackingLine(const MethodSummary& row) {
   return format("%-13s %-21s %-21s %-21s %-21s\n", std::string(control::name(row.method)).c_str(),
-                inMillimetres(row.max_ab).c_str(), inMillimetres(row.max_a).c_str(), inMillimetres(row.rest_ab).c_str(),
-                inMillimetres(row.rest_a).c_str());
+                inMillimetres(row.max_ab).c_str(), inMillimetres(row.max_a).c_str(),
+                inMillimetres(row.steady_ab).c_str(), inMillimetres(row.steady_a).c_str());
 }
 
 }  // namespace
 
 std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
   struct Values {
-    std::vector<double> iterations, ab, a, max_ab, max_a, rest_ab, rest_a;
+    std::vector<double> iterations, ab, a, max_ab, max_a, steady_ab, steady_a;
   };
   std::vector<MethodSummary> rows;
   std::vector<Values> values;
@@ -91,8 +91,8 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
     all.a.push_back(r.a.rms);
     all.max_ab.push_back(r.ab.max);
     all.max_a.push_back(r.a.max);
-    all.rest_ab.push_back(r.rest_ab);
-    all.rest_a.push_back(r.rest_a);
+    all.steady_ab.push_back(r.steady_ab);
+    all.steady_a.push_back(r.steady_a);
     row.contacts += r.contacts > 0 ? 1 : 0;
     if (r.succeeded()) {
       ++row.succeeded;
@@ -105,8 +105,8 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
     rows[i].a = percentiles(std::move(values[i].a));
     rows[i].max_ab = percentiles(std::move(values[i].max_ab));
     rows[i].max_a = percentiles(std::move(values[i].max_a));
-    rows[i].rest_ab = percentiles(std::move(values[i].rest_ab));
-    rows[i].rest_a = percentiles(std::move(values[i].rest_a));
+    rows[i].steady_ab = percentiles(std::move(values[i].steady_ab));
+    rows[i].steady_a = percentiles(std::move(values[i].steady_a));
   }
   return rows;
 }

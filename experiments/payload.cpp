@@ -10,13 +10,13 @@ namespace grasp = kinematics::grasp;
 using kinematics::Wrench;
 
 PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const GraspedObjectMechanism& mechanism)
-    : holders_{"all"}, refusals_{""} {
+    : carriers_{"all"}, refusals_{""} {
   const config::GraspedObject& object = *robot.object;
   Wrench load;
   load << object.load, Eigen::Vector3d::Zero();
   mechanisms_.push_back(&mechanism);
   joints_.push_back(mechanism.joints());
-  rests_.push_back(mechanism.rest());
+  equilibria_.push_back(mechanism.equilibrium());
   loads_.push_back(load);
   alone_.reserve(object.arms.size());
   for (std::size_t k = 0; k < object.arms.size(); ++k) {
@@ -30,36 +30,38 @@ PayloadStudy::PayloadStudy(const config::CooperativeRobot& robot, const GraspedO
     joints_.push_back(mechanism.joints().segment(static_cast<Eigen::Index>(k) * kinematics::catheter::kJoints,
                                                  kinematics::catheter::kJoints));
     loads_.push_back(load);
-    holders_.push_back(robot.arms[static_cast<std::size_t>(object.arms[k])].name);
+    carriers_.push_back(robot.arms[static_cast<std::size_t>(object.arms[k])].name);
     std::string why;
     if (object.contacts[k].type == grasp::ContactType::kRigid)
       why = owned_.back()->solveEquilibrium(joints_.back());
     else
       why = "a single contact of this type cannot hold an object";
     refusals_.push_back(why);
-    rests_.push_back(owned_.back()->rest());
+    equilibria_.push_back(owned_.back()->equilibrium());
   }
 }
 
-std::string PayloadStudy::limitOf(std::size_t holder, const grasp::GraspEquilibrium& rest, double most_sag) const {
-  const std::string why = mechanisms_[holder]->errorOf(rest);
+std::string PayloadStudy::limitOf(std::size_t carrier,
+                                  const grasp::GraspEquilibrium& equilibrium,
+                                  double most_sag) const {
+  const std::string why = mechanisms_[carrier]->errorOf(equilibrium);
   if (!why.empty())
     return why;
-  const double sag = (rest.pose.translation() - rests_[holder].pose.translation()).norm();
+  const double sag = (equilibrium.pose.translation() - equilibria_[carrier].pose.translation()).norm();
   return sag > most_sag ? "the displacement of the object exceeds the allowed value" : "";
 }
 
-Payload PayloadStudy::carried(std::size_t holder,
+Payload PayloadStudy::carried(std::size_t carrier,
                               const Eigen::Vector3d& direction,
                               const PayloadOptions& options) const {
   Payload result;
-  result.limit = refusals_[holder];
+  result.limit = refusals_[carrier];
   if (!result.limit.empty())
     return result;
-  const grasp::GraspedObject& model = mechanisms_[holder]->model();
-  grasp::GraspEquilibrium good = rests_[holder];
+  const grasp::GraspedObject& model = mechanisms_[carrier]->model();
+  grasp::GraspEquilibrium good = equilibria_[carrier];
   result.stiffness = 1.0 / direction.dot(good.displacement_by_load.topLeftCorner<3, 3>() * direction);
-  result.limit = limitOf(holder, good, options.most_sag);
+  result.limit = limitOf(carrier, good, options.most_sag);
   if (!result.limit.empty())
     return result;
   const double part = 0.1 * options.most_sag;
@@ -68,10 +70,10 @@ Payload PayloadStudy::carried(std::size_t holder,
     const double softness = (good.displacement_by_load.topLeftCorner<3, 3>() * direction).norm();
     step = std::min({step, part / softness, options.most_load - result.load});
     grasp::GraspEquilibrium next = good;
-    Wrench load = loads_[holder];
+    Wrench load = loads_[carrier];
     load.head<3>() += (result.load + step) * direction;
-    const grasp::GraspStatus status = model.solveEquilibrium(joints_[holder], load, next);
-    const std::string why = status == grasp::GraspStatus::kOk ? limitOf(holder, next, options.most_sag)
+    const grasp::GraspStatus status = model.solveEquilibrium(joints_[carrier], load, next);
+    const std::string why = status == grasp::GraspStatus::kOk ? limitOf(carrier, next, options.most_sag)
                                                               : "no equilibrium: " + std::string(describe(status));
     if (why.empty()) {
       good = next;
@@ -85,7 +87,7 @@ Payload PayloadStudy::carried(std::size_t holder,
   }
   if (result.load >= options.most_load)
     result.limit = "none up to the end of the search";
-  result.sag = (good.pose.translation() - rests_[holder].pose.translation()).norm();
+  result.sag = (good.pose.translation() - equilibria_[carrier].pose.translation()).norm();
   return result;
 }
 

@@ -29,29 +29,31 @@ struct Payload {
  * itself at the same joints. */
 class PayloadStudy {
  public:
-  /// @param mechanism  at rest; outlives this
+  /// @param mechanism  in equilibrium; outlives this
   PayloadStudy(const config::CooperativeRobot& robot, const GraspedObjectMechanism& mechanism);
 
   /// "all", then the arms by name.
-  const std::vector<std::string>& holders() const { return holders_; }
-  /// Why a holder holds nothing; empty where it does.
-  const std::string& refusal(std::size_t holder) const { return refusals_[holder]; }
-  const kinematics::grasp::GraspEquilibrium& rest(std::size_t holder) const { return rests_[holder]; }
+  const std::vector<std::string>& carriers() const { return carriers_; }
+  /// Why a carrier holds nothing; empty where it does.
+  const std::string& refusal(std::size_t carrier) const { return refusals_[carrier]; }
+  const kinematics::grasp::GraspEquilibrium& equilibrium(std::size_t carrier) const { return equilibria_[carrier]; }
 
   /// The load grows in steps of a tenth of the sag that is allowed, and the last step is halved until it is known to a
   /// thousandth. Many threads may ask at once. @param direction  of size one, robot base frame
-  Payload carried(std::size_t holder, const Eigen::Vector3d& direction, const PayloadOptions& options) const;
+  Payload carried(std::size_t carrier, const Eigen::Vector3d& direction, const PayloadOptions& options) const;
 
  private:
-  std::string limitOf(std::size_t holder, const kinematics::grasp::GraspEquilibrium& rest, double most_sag) const;
+  std::string limitOf(std::size_t carrier,
+                      const kinematics::grasp::GraspEquilibrium& equilibrium,
+                      double most_sag) const;
 
   std::vector<config::CooperativeRobot> alone_;
   std::vector<std::unique_ptr<GraspedObjectMechanism>> owned_;
   std::vector<const GraspedObjectMechanism*> mechanisms_;
   std::vector<RobotVector> joints_;
   std::vector<kinematics::Wrench> loads_;
-  std::vector<kinematics::grasp::GraspEquilibrium> rests_;
-  std::vector<std::string> holders_, refusals_;
+  std::vector<kinematics::grasp::GraspEquilibrium> equilibria_;
+  std::vector<std::string> carriers_, refusals_;
 };
 
 }  // namespace tandem::experiments

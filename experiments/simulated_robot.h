@@ -44,7 +44,7 @@ class SimulatedRobot {
   /// Interventions of the limit guards and refusals so far.
   std::uint64_t gateActions() const;
 
-  /// One control period at these joint velocities, m/s and rad/s, or at rest.
+  /// One control period at these joint velocities, m/s and rad/s, or at standstill.
   /// @throw std::runtime_error where the gate refuses the command or the plant's model cannot answer.
   void move(const safety::RobotVector& velocity, bool moving);
 

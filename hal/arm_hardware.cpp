@@ -280,7 +280,7 @@ void ArmHardware::stepOn(std::int64_t now) noexcept {
   }
   stood_ = stood_ == 0 ? now : stood_;
   const bool late = now - stood_ > stop_budget_;
-  if (late || all([](const Axis& axis) { return axis.atRest() || !axis.operating(); }))
+  if (late || all([](const Axis& axis) { return axis.atStandstill() || !axis.operating(); }))
     switchOff(now);
 }
 

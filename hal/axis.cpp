@@ -140,8 +140,8 @@ void Axis::setLimits() noexcept {
   // Outside the range in which an arm may be enabled: a drive whose target is beyond a limit moves to the limit at
   // once.
   const double here = recovering_ ? units_.toJoint(counts_) : config_.lower;
-  const Counts first = units_.toCounts(std::min(config_.lower, here) - safety::kAtRest);
-  const Counts second = units_.toCounts(std::max(config_.upper, here) + safety::kAtRest);
+  const Counts first = units_.toCounts(std::min(config_.lower, here) - safety::kPositionTolerance);
+  const Counts second = units_.toCounts(std::max(config_.upper, here) + safety::kPositionTolerance);
   if (!first.exact || !second.exact)
     return fail(HardwareGuard::kReference);
   const std::int64_t lower = std::min(first.value, second.value) - std::int64_t{1};
@@ -234,7 +234,7 @@ void Axis::moveBrake(std::int64_t now) noexcept {
                       state == DriveState::kFaultReaction;
   const bool operation = goal() == PowerGoal::kOperation && state == DriveState::kOperationEnabled;
   // A closing brake stays closed if the joint moves slightly.
-  closing_ = torque && !operation && (closing_ || atRest());
+  closing_ = torque && !operation && (closing_ || atStandstill());
   const bool open = operation || (torque && !closing_);
   const bool free = jobs_.status() != SdoJobs::Status::kBusy;
   if (!brake_->step(open, torque, units_.toJoint(counts_), free, driveNode(), now))
@@ -346,7 +346,7 @@ bool Axis::mayRelease(std::int64_t now) noexcept {
   }
   if (brake_ && closing_)
     return brake_->closed(now);
-  if (atRest())
+  if (atStandstill())
     return !brake_;
   const double ramp = stopping_from_ / config_.quick_stop_deceleration;
   const double timeout = std::max({kSilenceBudget, 5.0 * period_, kPart * ramp});

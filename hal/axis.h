@@ -68,7 +68,7 @@ class Axis {
     return phase_ == AxisPhase::kFailed || (guards_ & bit(HardwareGuard::kDriveSilent)) != 0;
   }
   /// Standstill by measurement.
-  bool atRest() const noexcept { return motion_.atRest(); }
+  bool atStandstill() const noexcept { return motion_.atStandstill(); }
   /// The HAL moves or holds the joint.
   bool operating() const noexcept { return operating_; }
   std::uint16_t statusword() const noexcept { return statusword_; }

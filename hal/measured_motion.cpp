@@ -14,11 +14,11 @@ MeasuredMotion::MeasuredMotion(double fastest, double resolution, double period)
 void MeasuredMotion::restart() noexcept {
   begun_ = false;
   velocity_ = 0.0;
-  resting_ = fast_ = 0;
+  standing_ = fast_ = 0;
 }
 
 void MeasuredMotion::sample(double position, std::int64_t time) noexcept {
-  constexpr double kRest = 0.02;        // of the maximum speed
+  constexpr double kStandstill = 0.02;  // of the maximum speed
   constexpr double kHair = 1.0 + 1e-9;  // tolerance for rounding: positions are multiples of the resolution
   const double step = position - position_;
   const double passed = std::max(period_, 1e-9 * static_cast<double>(time - time_));
@@ -29,9 +29,9 @@ void MeasuredMotion::sample(double position, std::int64_t time) noexcept {
   if (first)
     return;
   velocity_ = std::abs(step) <= kHair * resolution_ ? 0.0 : step / passed;
-  const bool rest = std::abs(step) <= 2.0 * kHair * resolution_ || std::abs(velocity_) <= kRest * fastest_;
+  const bool rest = std::abs(step) <= 2.0 * kHair * resolution_ || std::abs(velocity_) <= kStandstill * fastest_;
   const bool fast = std::abs(velocity_) > safety::kOverspeedFactor * fastest_ + 2.0 * resolution_ / passed;
-  resting_ = rest ? std::min(resting_ + 1, kSamples) : 0;
+  standing_ = rest ? std::min(standing_ + 1, kSamples) : 0;
   fast_ = fast ? std::min(fast_ + 1, kSamples) : 0;
 }
 

@@ -21,7 +21,7 @@ class MeasuredMotion {
   /// Speed between the last two samples, m/s or rad/s; a single count is not motion.
   double velocity() const noexcept { return velocity_; }
   /// The last samples were at standstill: within two counts, or slower than a fiftieth of the maximum speed.
-  bool atRest() const noexcept { return resting_ >= kSamples; }
+  bool atStandstill() const noexcept { return standing_ >= kSamples; }
   /// The last samples exceeded the maximum speed, with an allowance for a position loop that catches up.
   bool tooFast() const noexcept { return fast_ >= kSamples; }
 
@@ -33,7 +33,7 @@ class MeasuredMotion {
   std::int64_t time_ = 0;
   bool begun_ = false;
   double velocity_ = 0.0;
-  int resting_ = 0;
+  int standing_ = 0;
   int fast_ = 0;
 };
 

@@ -66,7 +66,7 @@ def main():
         return 2
     if arguments.what == "build":
         scripts = {"messages.ts": generate_scripts.typescript(wire), "wire.py": generate_scripts.python(wire)}
-        scripts["words.json"] = generate_scripts.words(wire)
+        scripts["descriptions.json"] = generate_scripts.descriptions(wire)
         write(arguments.out, generate_cpp.files(wire) | scripts)
     else:
         expected = {f"{package}/{name}.msg": twin(wire, struct) for (package, name), struct in wire.structs.items()}

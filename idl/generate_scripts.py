@@ -68,7 +68,7 @@ def typescript(wire):
     return "\n".join(lines) + "\n"
 
 
-def words(wire):
+def descriptions(wire):
     """The names and meanings that the server gives the page, for tests of the page."""
     entries = {
         e.name: [{"value": c.value, "name": c.label, "meaning": c.meaning} for c in e.values] for e in wire.enumerations.values()

@@ -127,7 +127,7 @@ bool Equilibrium::connected(const Root& from, const Root& to, const safety::ArmV
 
 /// Follows the straight path from branch.q to q.
 bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept {
-  const safety::ArmVector start = branch.q, way = q - branch.q;
+  const safety::ArmVector start = branch.q, displacement = q - branch.q;
   safety::ArmVector next;
   Segmentation parts;
   Root reached;
@@ -136,17 +136,17 @@ bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) c
   reached.by_rotation = branch.by_rotation;
   double done = 0.0, step = 1.0;
   for (int steps = 0, falls = 0; steps < kMaxSteps; ++steps) {
-    const TubeVector velocity = reached.change(way);
+    const TubeVector velocity = reached.change(displacement);
     const double fastest = velocity.cwiseAbs().maxCoeff();
     step = std::min({step, 1.0 - done, kLongestMove / std::max(fastest, 1e-9)});
     const bool last = done + step >= 1.0;
-    next = last ? safety::ArmVector(q) : safety::ArmVector(start + (done + step) * way);
+    next = last ? safety::ArmVector(q) : safety::ArmVector(start + (done + step) * displacement);
     segment(arm_, next, parts);
     root = reached;
     root.theta += step * velocity;
     int conjugate_points = 0;
     if (correct(parts, next, 1.0, kLongestFix, root, conjugate_points) && conjugate_points == 0 &&
-        connected(reached, root, step * way)) {
+        connected(reached, root, step * displacement)) {
       if (last)
         return true;
       reached = root;

@@ -94,22 +94,22 @@ bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& p
 /// Follows the straight path through stable equilibria.
 /// @return completed share of it, 1 for all; root is the equilibrium there.
 double LoadedEquilibrium::follow(const Place& from, const Place& to, Root& root) const noexcept {
-  const safety::ArmVector way = to.q - from.q;
+  const safety::ArmVector displacement = to.q - from.q;
   const Wrench load = to.wrench - from.wrench;
   Root reached = root;
   Place next;
   double done = 0.0, step = 1.0;
   for (int steps = 0; steps < kLoadedMaxSteps && done < 1.0; ++steps) {
-    const LoadedVector velocity = reached.change(way, load);
+    const LoadedVector velocity = reached.change(displacement, load);
     const double fastest = velocity.cwiseAbs().maxCoeff();
     step = std::min({step, 1.0 - done, kLoadedLongestMove / std::max(fastest, 1e-9)});
     const bool last = done + step >= 1.0;
-    next.q = last ? to.q : safety::ArmVector(from.q + (done + step) * way);
+    next.q = last ? to.q : safety::ArmVector(from.q + (done + step) * displacement);
     next.wrench = last ? to.wrench : Wrench(from.wrench + (done + step) * load);
     root = reached;
     root.move(step * velocity);
     const bool found = correct(next, kLoadedLongestFix, root) && root.conjugate_points == 0;
-    const LoadedVector mean = 0.5 * step * (velocity + root.change(way, load));
+    const LoadedVector mean = 0.5 * step * (velocity + root.change(displacement, load));
     if (found && (difference(reached.guess, root.guess) - mean).cwiseAbs().maxCoeff() < kLoadedUnexplained) {
       reached = root;
       done = last ? 1.0 : done + step;
@@ -145,13 +145,13 @@ bool LoadedEquilibrium::untwisted(const Place& to, double part, Root& root) cons
 /// @return true if it reached the end of the path; root is the equilibrium there, stable if one of the passages is.
 bool LoadedEquilibrium::followAroundFold(const Place& from, const Place& to, double done, Root& root) const noexcept {
   constexpr double kFarthest = 4.0;  // from the start, in lengths of the path: the curve may return from there
-  const safety::ArmVector way = to.q - from.q;
+  const safety::ArmVector displacement = to.q - from.q;
   const Wrench load = to.wrench - from.wrench;
   const auto system = [&](const Root& point, double lambda, auto& matrix) {
-    const safety::ArmVector q = from.q + lambda * way;
+    const safety::ArmVector q = from.q + lambda * displacement;
     Segmentation parts;
     segment(arm_, q, parts);
-    const TubeJoints joints(q), moves(way);
+    const TubeJoints joints(q), moves(displacement);
     const LoadedSweep sweep(arm_, parts, joints.beta, point.guess, from.wrench + lambda * load, false);
     LoadedVector by_lambda = sweep.byTranslation() * moves.beta + sweep.byWrench() * load;
     by_lambda.head<kMaxTubes>() -= moves.alpha;

@@ -112,8 +112,8 @@ ControlReply ControlCore::onRequest(const ParsedControlRequest& request, std::in
   loseLease(now);
   const RobotCondition before = condition(request);
   const Action action = actionOf(request);
-  const std::uint64_t holder = reply.holder = lease_.holder(now);
-  const Requester requester = request.from_topic ? crtkRequester(holder) : requesterOf(request.client, holder);
+  const std::uint64_t owner = reply.owner = lease_.owner(now);
+  const Requester requester = request.from_topic ? crtkRequester(owner) : requesterOf(request.client, owner);
   reply.refusal = judge(action, requester, before, request.arm);
   if (!reply.refusal)
     reply.refusal = {againstEcho(request, action, now), action};
@@ -199,7 +199,7 @@ CrtkOutcome ControlCore::crtk(const CrtkRequest& request, std::int64_t now) noex
   const RobotCondition before = condition();
   const Action action = actionOf(verbOf(request.verb));
   for (int k = request.firstArm(); k <= request.lastArm(); ++k) {
-    if (const Refusal refusal = judge(action, crtkRequester(lease_.holder(now)), before, k))
+    if (const Refusal refusal = judge(action, crtkRequester(lease_.owner(now)), before, k))
       return outcome.refuse("%s", name(refusal.reason).data());
   }
   manual_.locate(loop_);
@@ -246,7 +246,7 @@ void ControlCore::watchIdle(std::int64_t now, CycleOutput& output) noexcept {
   if (setup_.lockStep())
     return;
   const bool commanded =
-      lease_.holder(now) != 0 || manual_.active() || motions_.anyActive() || reference_.running(drives_.state());
+      lease_.owner(now) != 0 || manual_.active() || motions_.anyActive() || reference_.running(drives_.state());
   arms_.watchIdle(commanded, now, output.idle);
 }
 
@@ -330,7 +330,7 @@ void ControlCore::cycle(std::int64_t now, bool advance, CycleOutput& output) noe
   output.permissions.sequence = output.status.sequence;
   output.permissions.stamp = output.status.stamp;
   fill(condition(), output.permissions);
-  output.command.commander = lease_.holder(now);
+  output.command.commander = lease_.owner(now);
   for (int k = 0; k < setup_.arms(); ++k)
     output.command.may_home[static_cast<std::size_t>(k)] = allows(output.permissions, Action::kHomeDrives, k) ? 1 : 0;
 }
@@ -344,7 +344,7 @@ void ControlCore::fillStatus(std::int64_t now, const Velocities& velocities, msg
   status.answers_reference = reference_.sequence();
   status.stamp = setup_.lockStep() ? drives_.state().stamp : now;
   status.arm_count = static_cast<std::uint8_t>(setup_.arms());
-  status.lease_holder = lease_.holder(now);
+  status.lease_owner = lease_.owner(now);
   status.model = static_cast<std::uint8_t>(setup_.model.kind());
   status.period = setup_.period();
   status.state_success = drives_.success();
@@ -366,7 +366,7 @@ void ControlCore::fillStatus(std::int64_t now, const Velocities& velocities, msg
                                                                               : source_);
 }
 
-void ControlCore::fillMoments(std::int64_t now, OperatorSnapshot& operators, CrtkSnapshot& crtk) const noexcept {
+void ControlCore::fillSnapshots(std::int64_t now, OperatorSnapshot& operators, CrtkSnapshot& crtk) const noexcept {
   const bool by_hand = source_ == Source::kTeleoperation || source_ == Source::kCrtk;
   const bool tasks = by_hand || reference_.underWay(drives_.state());
   manual_.fill(context(now), source_, tasks ? &tasks_ : nullptr, operators, crtk);

@@ -51,13 +51,13 @@ class ControlCore {
   /// Runs one cycle. `advance`: lock-step, the plant takes one step with the command.
   void cycle(std::int64_t now, bool advance, CycleOutput& output) noexcept;
   /// Snapshots for the publishing thread; call after cycle().
-  void fillMoments(std::int64_t now, OperatorSnapshot& operators, CrtkSnapshot& crtk) const noexcept;
+  void fillSnapshots(std::int64_t now, OperatorSnapshot& operators, CrtkSnapshot& crtk) const noexcept;
 
   /// First cause of the FAULT state of an arm; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_.record(arm); }
   /// Input of judge() now.
   RobotCondition condition() const noexcept;
-  std::uint64_t leaseHolder(std::int64_t now) const noexcept { return lease_.holder(now); }
+  std::uint64_t leaseOwner(std::int64_t now) const noexcept { return lease_.owner(now); }
   /// Input of judge() for this request: with the faults that its sender has received.
   RobotCondition condition(const ParsedControlRequest& request) const noexcept;
 
@@ -68,7 +68,7 @@ class ControlCore {
 
  private:
   OperatorInputHandler::Context context(std::int64_t now) const noexcept {
-    return {now, lease_.holder(now), &status_times_};
+    return {now, lease_.owner(now), &status_times_};
   }
   void apply(const ParsedControlRequest& request, int arm, Action action, std::int64_t now) noexcept;
   Reason againstEcho(const ParsedControlRequest& request, Action action, std::int64_t now) const noexcept;

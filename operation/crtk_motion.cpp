@@ -218,11 +218,11 @@ Vector3d CrtkMotion::wanted(Group& group) const noexcept {
   if (verb.kind == CrtkKind::kVelocity) {
     group.speed = rampedVelocity(group.asked, group.speed, every, period_);
   } else {
-    const Vector3d way = group.goal - target;
-    const double length = way.norm();
-    const Vector3d share = length > 0.0 ? Vector3d(way.cwiseAbs() / length) : Vector3d(Vector3d::Zero());
+    const Vector3d displacement = group.goal - target;
+    const double length = displacement.norm();
+    const Vector3d share = length > 0.0 ? Vector3d(displacement.cwiseAbs() / length) : Vector3d(Vector3d::Zero());
     const Vector3d acceleration = options_.acceleration * share.cwiseMax(0.1);
-    group.speed = smoothVelocity(way, group.speed, Vector3d(guard_.max_speed * share), acceleration, period_);
+    group.speed = smoothVelocity(displacement, group.speed, Vector3d(guard_.max_speed * share), acceleration, period_);
   }
   return target + period_ * group.speed;
 }

@@ -28,7 +28,7 @@ DriveExchange::StateUpdate DriveExchange::take(const msg::ActuationState& state,
                            [](auto of_arm) { return safety::hasPower(static_cast<safety::OperatingState>(of_arm)); }))
     success_.resetLosses();
   update.restarted = state_.session != 0 && state.session != state_.session;
-  update.displaced = update.restarted || state.placements != state_.placements;
+  update.displaced = update.restarted || state.joint_resets != state_.joint_resets;
   fresh_ = fresh_ || update.restarted || state.sequence != state_.sequence;
   state_ = state;
   if (update.restarted)

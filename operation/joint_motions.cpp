@@ -113,7 +113,7 @@ bool JointMotions::arrived(int k) const noexcept {
   const double asked = (setup_.of(k, drives_.setpoints()) - goal).cwiseAbs().maxCoeff();
   const double measured = (setup_.of(k, drives_.measured()) - goal).cwiseAbs().maxCoeff();
   const double step = setup_.period() * setup_.of(k, drives_.lastSent()).cwiseAbs().maxCoeff();
-  return std::max(asked, step) <= kArrived && measured <= safety::kAtRest;
+  return std::max(asked, step) <= kArrived && measured <= safety::kPositionTolerance;
 }
 
 safety::ArmVector JointMotions::jogged(int k, bool recovering) const noexcept {

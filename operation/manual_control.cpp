@@ -72,14 +72,14 @@ void ManualControl::keepOut(const planning::TrackResult& result, safety::RobotVe
   for (std::size_t r = 0; r < guard.forbidden.size(); ++r) {
     for (int k = 0; k < setup_.arms(); ++k) {
       const Eigen::Vector3d from = tips_[static_cast<std::size_t>(k)];
-      const Eigen::Vector3d way =
+      const Eigen::Vector3d displacement =
           ahead * (result.tip[static_cast<std::size_t>(k)].jacobian.topRows<3>() * setup_.of(k, velocity));
       const double here = distance(guard.forbidden[r], from);
       const double bound = std::min(0.25 * guard.margin, here) - 1e-9;
       const auto clear = [&](double part) {
-        return nearestOnWay(guard.forbidden[r], from, from + part * way) >= bound;
+        return nearestOnWay(guard.forbidden[r], from, from + part * displacement) >= bound;
       };
-      if (here - way.norm() >= bound || clear(share))
+      if (here - displacement.norm() >= bound || clear(share))
         continue;
       kept_out_of_ = static_cast<int>(r);
       double good = 0.0, bad = share;
@@ -107,7 +107,7 @@ void ManualControl::fill(const OperatorInputHandler::Context& context,
   }
   crtk = {};
   crtk_.fill(crtk);
-  crtk.commanding = context.lease_holder == msg::kCrtkClient;
+  crtk.commanding = context.lease_owner == msg::kCrtkClient;
   for (int k = 0; k < setup_.arms(); ++k)
     Eigen::Vector3d::Map(op.tip_target.data() + 3 * k) = tips_[static_cast<std::size_t>(k)];
   for (int t = 0; tasks != nullptr && t < tasks->task_count; ++t) {

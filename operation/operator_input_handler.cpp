@@ -70,7 +70,7 @@ Reason OperatorInputHandler::judge(const msg::TeleopInput& input) const noexcept
 void OperatorInputHandler::take(const msg::TeleopInput& input, const Context& context) noexcept {
   Reason refusal = Reason::kNone;
   const bool nobody = input.client == 0 || input.client == msg::kCrtkClient;
-  const bool commander = !nobody && input.client == context.lease_holder;
+  const bool commander = !nobody && input.client == context.lease_owner;
   if (lock_step_) {
     refusal = Reason::kLockStep;
   } else if (!commander) {
@@ -123,12 +123,12 @@ void OperatorInputHandler::accept(const msg::TeleopInput& input, const Context& 
 }
 
 bool OperatorInputHandler::fresh(const Context& context) const noexcept {
-  return seen_ && last_.client == context.lease_holder &&
+  return seen_ && last_.client == context.lease_owner &&
          context.statuses->age(last_.answers_control, context.now) <= budget_;
 }
 
 bool OperatorInputHandler::isActive(const Context& context) noexcept {
-  if (seen_ && last_.client != context.lease_holder) {
+  if (seen_ && last_.client != context.lease_owner) {
     stop(Reason::kNotCommander);
     seen_ = false;
   }

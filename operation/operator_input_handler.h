@@ -43,7 +43,7 @@ class OperatorInputHandler {
   /// State of control when an input is processed.
   struct Context {
     std::int64_t now = 0;                           ///< ns
-    std::uint64_t lease_holder = 0;                 ///< 0: none
+    std::uint64_t lease_owner = 0;                  ///< 0: none
     const safety::StateStamps* statuses = nullptr;  ///< send time of each control/status
   };
   void take(const msg::TeleopInput& input, const Context& context) noexcept;

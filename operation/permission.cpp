@@ -23,7 +23,7 @@ constexpr msg::ReplyCode codeOf(Reason reason) noexcept {
     case kNotHolder:
     case kFaultIsTheHolders:
     case kNotCommander:
-      return msg::ReplyCode::kNotLeaseHolder;
+      return msg::ReplyCode::kNotLeaseOwner;
     case kLeaseTaken:
       return msg::ReplyCode::kLeaseTaken;
     case kMoving:
@@ -195,14 +195,14 @@ bool isOfOneArm(const Refusal& refusal) noexcept {
   return refusal.reason == Reason::kFaultIsTheHolders || refusal.reason == Reason::kFaultNotSeen;
 }
 
-Requester requesterOf(std::uint64_t client, std::uint64_t holder) noexcept {
-  if (holder == 0)
+Requester requesterOf(std::uint64_t client, std::uint64_t owner) noexcept {
+  if (owner == 0)
     return Requester::kNoLeaseOwner;
-  return client == holder && client != msg::kCrtkClient ? Requester::kLeaseOwner : Requester::kOtherClient;
+  return client == owner && client != msg::kCrtkClient ? Requester::kLeaseOwner : Requester::kOtherClient;
 }
 
-Requester crtkRequester(std::uint64_t holder) noexcept {
-  return holder == 0 || holder == msg::kCrtkClient ? Requester::kLeaseOwner : Requester::kOtherClient;
+Requester crtkRequester(std::uint64_t owner) noexcept {
+  return owner == 0 || owner == msg::kCrtkClient ? Requester::kLeaseOwner : Requester::kOtherClient;
 }
 
 Refusal judge(Action action, Requester requester, const RobotCondition& now, int arm) noexcept {

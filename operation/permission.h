@@ -24,9 +24,9 @@ enum class Requester : std::uint8_t {
   kOtherClient,     ///< another client has the lease
 };
 /// Client 0 and msg::kCrtkClient count as no client.
-Requester requesterOf(std::uint64_t client, std::uint64_t lease_holder) noexcept;
+Requester requesterOf(std::uint64_t client, std::uint64_t lease_owner) noexcept;
 /// CRTK topics carry no client: their writers may command while no client has the lease.
-Requester crtkRequester(std::uint64_t lease_holder) noexcept;
+Requester crtkRequester(std::uint64_t lease_owner) noexcept;
 
 using Reason = idl::RefusalReason;  ///< its name is a sentence for people, with the remedy
 

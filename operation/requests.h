@@ -38,7 +38,7 @@ struct ControlReply {
   Refusal refusal;
   planning::ReferenceTracker* retired = nullptr;  ///< no longer used by the periodic thread: delete it
   bool method_accepted = false;
-  std::uint64_t holder = 0;  ///< lease owner before the request
+  std::uint64_t owner = 0;   ///< lease owner before the request
   std::uint64_t status = 0;  ///< sequence of the last control/status before the request
 };
 

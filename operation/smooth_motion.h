@@ -12,15 +12,15 @@ namespace tandem::operation {
  * @param way  vector to the goal; @param velocity  of the step before; @param speed  largest one, per coordinate
  * @return the velocity of the next `dt` seconds; it never leads beyond the goal. */
 template <class Vector>
-Vector smoothVelocity(const Vector& way,
+Vector smoothVelocity(const Vector& displacement,
                       const Vector& velocity,
                       const Vector& speed,
                       const Vector& acceleration,
                       double dt) noexcept {
   // Fraction of the distance per second, limited by the slowest coordinate with its braking distance.
   double rate = 1.0 / dt;
-  for (Eigen::Index i = 0; i < way.size(); ++i) {
-    const double distance = std::abs(way[i]);
+  for (Eigen::Index i = 0; i < displacement.size(); ++i) {
+    const double distance = std::abs(displacement[i]);
     if (distance == 0.0)
       continue;
     rate = std::min(rate, speed[i] / distance);
@@ -28,14 +28,14 @@ Vector smoothVelocity(const Vector& way,
     const double half = 0.5 * acceleration[i] * dt;
     rate = std::min(rate, (std::sqrt(half * half + 2.0 * acceleration[i] * distance) - half) / distance);
   }
-  Vector next = way;
-  for (Eigen::Index i = 0; i < way.size(); ++i) {
+  Vector next = displacement;
+  for (Eigen::Index i = 0; i < displacement.size(); ++i) {
     const double change = acceleration[i] * dt;
-    next[i] = velocity[i] + std::clamp(rate * way[i] - velocity[i], -change, change);
+    next[i] = velocity[i] + std::clamp(rate * displacement[i] - velocity[i], -change, change);
     // The last step ends at the goal.
-    if (way[i] == 0.0 ? next[i] * velocity[i] <= 0.0
-                      : next[i] * way[i] > 0.0 && std::abs(next[i]) * dt > std::abs(way[i]))
-      next[i] = way[i] / dt;
+    if (displacement[i] == 0.0 ? next[i] * velocity[i] <= 0.0
+                               : next[i] * displacement[i] > 0.0 && std::abs(next[i]) * dt > std::abs(displacement[i]))
+      next[i] = displacement[i] / dt;
   }
   return next;
 }

@@ -12,7 +12,7 @@ safety::ArmVector WithdrawalRun::step(const safety::ArmLimits& limits,
   // After this time without progress, a limit known only to the drives blocks the tube, ns.
   constexpr std::int64_t kTimeout = 2'000'000'000;
   const bool progress =
-      from_.size() != setpoint.size() || (setpoint - from_).cwiseAbs().maxCoeff() > 0.1 * safety::kAtRest;
+      from_.size() != setpoint.size() || (setpoint - from_).cwiseAbs().maxCoeff() > 0.1 * safety::kPositionTolerance;
   if (progress) {
     from_ = setpoint;
     since_ = now;
@@ -28,7 +28,7 @@ safety::ArmVector WithdrawalRun::step(const safety::ArmLimits& limits,
   safety::ArmVector velocity = safety::ArmVector::Zero(setpoint.size());
   for (int j = 0; j < static_cast<int>(setpoint.size()); ++j) {
     if ((next.joints & safety::jointBit(j)) != 0)
-      velocity[j] = -next.way / period;
+      velocity[j] = -next.distance / period;
   }
   return velocity;
 }

@@ -96,7 +96,7 @@ class Walker {
       converge(point, targets, answer);
     if (elsewhere && answer.reach != Reach::kReached) {
       answer.reach = Reach::kReconfiguration;
-      answer.words =
+      answer.reason =
           "not reachable continuously from the previous point, only with a different configuration of the arms";
     }
     edge_ = answer.reach;
@@ -232,10 +232,10 @@ class Walker {
     nearer.reach = end.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;
     char distance[48];
     std::snprintf(distance, sizeof distance, "%.3g mm ", 1e3 * end.error);
-    nearer.words = Arms::label(spec_.arm) + ": " + distance +
-                   std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, limited by ");
+    nearer.reason = Arms::label(spec_.arm) + ": " + distance +
+                    std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, limited by ");
     for (std::size_t k = 0; k < end.limits.size(); ++k)
-      nearer.words += (k > 0 ? ", " : "") + end.limits[k];
+      nearer.reason += (k > 0 ? ", " : "") + end.limits[k];
     answer = std::move(nearer);
   }
 
@@ -280,7 +280,7 @@ class Walker {
     report.wanted = point;
     report.q = answer.q;
     report.reach = answer.reach;
-    report.words = answer.words;
+    report.reason = answer.reason;
     report.stability = answer.stability;
     report.clearance = answer.clearance;
     report.error = report.relative_error = std::numeric_limits<double>::infinity();

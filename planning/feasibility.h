@@ -15,7 +15,7 @@ struct PointReport {
   int point = 0;  ///< counts from 1; 0: the start
   TrajectoryPoint wanted;
   Reach reach = Reach::kReached;
-  std::string words;      ///< reason if it is not reached
+  std::string reason;     ///< reason if it is not reached
   safety::RobotVector q;  ///< joints at the point, or at the nearest feasible one
   Eigen::Vector3d tip = Eigen::Vector3d::Zero(), actual_relative = Eigen::Vector3d::Zero();  ///< at these joints, m
   double error = 0.0;                                                                        ///< of the tip, m

@@ -56,12 +56,12 @@ std::vector<ActiveLimit> heldBack(const Arms& arms, const PoseProblem& problem, 
 /// Limits of the arm; if it has none, those of all arms.
 std::string describeLimits(const std::vector<ActiveLimit>& limits, int arm) {
   const bool own = std::any_of(limits.begin(), limits.end(), [arm](const ActiveLimit& l) { return l.arm == arm; });
-  std::string words;
+  std::string reason;
   for (const ActiveLimit& limit : limits) {
     if (limit.arm == arm || !own)
-      words += (words.empty() ? "" : ", ") + (own ? "" : Arms::label(limit.arm) + " ") + limit.words;
+      reason += (reason.empty() ? "" : ", ") + (own ? "" : Arms::label(limit.arm) + " ") + limit.description;
   }
-  return words;
+  return reason;
 }
 
 }  // namespace
@@ -230,7 +230,7 @@ void InverseKinematics::explain(Search& search) const {
   IkAnswer& best = search.best;
   if (best.tips.empty()) {
     best.reach = Reach::kIterationLimit;
-    best.words = "no solution within the iteration limit; try more starts or another start configuration";
+    best.reason = "no solution within the iteration limit; try more starts or another start configuration";
     return;
   }
   if (const Demands& needed = search.problem.demands; !search.broken && !cancelled()) {
@@ -249,17 +249,17 @@ void InverseKinematics::explain(Search& search) const {
     if (best.error[k] <= options_.tolerance && best.error.size() > 1)
       continue;
     const std::string far = Arms::label(search.problem.targets[k].arm) + ": " + format("%.3g mm ", 1e3 * best.error[k]);
-    best.words += (best.words.empty() ? "" : "; ") + far;
+    best.reason += (best.reason.empty() ? "" : "; ") + far;
     if (best.reach == Reach::kOutsideWorkspace)
-      best.words += "beyond the edge of the workspace";
+      best.reason += "beyond the edge of the workspace";
     else if (best.reach == Reach::kLimits)
-      best.words += "away, limited by " + describeLimits(best.limits, search.problem.targets[k].arm);
+      best.reason += "away, limited by " + describeLimits(best.limits, search.problem.targets[k].arm);
     else if (best.reach == Reach::kUnstable)
-      best.words += "away; in the exact pose an arm is less stable than required";
+      best.reason += "away; in the exact pose an arm is less stable than required";
     else if (best.reach == Reach::kArmsTouch)
-      best.words += "away; in the exact pose the arms are closer to each other than required";
+      best.reason += "away; in the exact pose the arms are closer to each other than required";
     else
-      best.words += "away; in the exact pose an arm is closer to the port than required";
+      best.reason += "away; in the exact pose an arm is closer to the port than required";
   }
 }
 
@@ -278,7 +278,7 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
             (!target.direction || std::abs(target.direction->norm() - 1.0) < 1e-6);
   }
   if (!valid) {
-    search.best.words =
+    search.best.reason =
         "expected at least one target, all finite, for arms of the robot and with directions of length 1, and a finite "
         "reference of all joints";
     return search.best;
@@ -316,7 +316,7 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
   search.best.iterations = search.iterations;
   if (cancelled() && !search.reached) {
     search.best.reach = Reach::kCancelled;
-    search.best.words = "cancelled";
+    search.best.reason = "cancelled";
   } else if (!search.reached) {
     explain(search);
   }

@@ -33,8 +33,8 @@ struct IkOptions {
 /** An active limit that keeps a tip from its target. */
 struct ActiveLimit {
   int arm = 0;
-  std::string words;   ///< "tube 2 against tube 1 (carriage spacing)", "upper limit of translation 3"
-  double force = 0.0;  ///< its multiplier, in units of the optimisation problem
+  std::string description;  ///< "tube 2 against tube 1 (carriage spacing)", "upper limit of translation 3"
+  double force = 0.0;       ///< its multiplier, in units of the optimisation problem
 };
 
 struct IkAnswer {
@@ -47,7 +47,7 @@ struct IkAnswer {
   double stability = 1.0;                 ///< smallest of all arms
   double clearance = safety::kUnlimited;  ///< between arms, m; infinite if not computed
   int starts = 0, iterations = 0;         ///< totals
-  std::string words;                      ///< "arm a: 4.2 mm beyond the edge of the workspace"; empty if reached
+  std::string reason;                     ///< "arm a: 4.2 mm beyond the edge of the workspace"; empty if reached
 
   double largestError() const;
 };

@@ -20,11 +20,11 @@ void ReferenceTracker::addEquilibriumTask(const EquilibriumTask& from, const saf
 }
 
 /// @return error of the tracked components, m
-double ReferenceTracker::addObjectTask(const Equilibrium& rest,
+double ReferenceTracker::addObjectTask(const Equilibrium& equilibrium,
                                        const safety::RobotVector& away,
                                        const ObjectReference& reference) noexcept {
-  const Twist moved = rest.motion() * away;
-  const Eigen::Isometry3d pose = displaced(rest.pose(), moved);
+  const Twist moved = equilibrium.motion() * away;
+  const Eigen::Isometry3d pose = displaced(equilibrium.pose(), moved);
   const Twist error = difference(pose, poseOf(reference));
   const Twist velocity = reference.feed_forward + gains_.tip * error;
   control::Task& task = problem_.task[static_cast<std::size_t>(problem_.task_count++)];
@@ -37,8 +37,8 @@ double ReferenceTracker::addObjectTask(const Equilibrium& rest,
   for (int k = 0, row = 0; k < 6; ++k) {
     if (!reference.tracked[static_cast<std::size_t>(k)])
       continue;
-    const double unit = k < 3 ? 1.0 : rest.length;  // metres all of them
-    task.jacobian.row(row) = unit * rest.motion().row(k);
+    const double unit = k < 3 ? 1.0 : equilibrium.length;  // metres all of them
+    task.jacobian.row(row) = unit * equilibrium.motion().row(k);
     task.velocity[row++] = unit * velocity[k];
     squares += unit * error[k] * unit * error[k];
   }
@@ -55,14 +55,15 @@ safety::RobotVector ReferenceTracker::moved(const safety::RobotVector& q,
   return to;
 }
 
-void ReferenceTracker::step(const Equilibrium& rest,
+void ReferenceTracker::step(const Equilibrium& equilibrium,
                             const safety::RobotVector& q,
                             const safety::RobotVector& setpoint,
                             const ObjectReference& reference,
                             TrackResult& result) noexcept {
   clear(result);
   problem_.task_count = 0;
-  if (rest.joint_count != problem_.joint_count || q.size() != rest.joint_count || setpoint.size() != q.size()) {
+  if (equilibrium.joint_count != problem_.joint_count || q.size() != equilibrium.joint_count ||
+      setpoint.size() != q.size()) {
     result.status = TrackStatus::kNoEquilibrium;
     return;
   }
@@ -78,13 +79,13 @@ void ReferenceTracker::step(const Equilibrium& rest,
     return;
   }
   problem_.setPosition(setpoint);
-  const safety::RobotVector away = q - rest.q();
-  for (int k = 0; k < rest.higher_count; ++k)
-    addEquilibriumTask(rest.tasks[static_cast<std::size_t>(k)], away);
+  const safety::RobotVector away = q - equilibrium.q();
+  for (int k = 0; k < equilibrium.higher_count; ++k)
+    addEquilibriumTask(equilibrium.tasks[static_cast<std::size_t>(k)], away);
   result.first_task = problem_.task_count;
-  result.error[0] = addObjectTask(rest, away, reference);
-  for (int k = rest.higher_count; k < rest.higher_count + rest.lower_count; ++k)
-    addEquilibriumTask(rest.tasks[static_cast<std::size_t>(k)], away);
+  result.error[0] = addObjectTask(equilibrium, away, reference);
+  for (int k = equilibrium.higher_count; k < equilibrium.higher_count + equilibrium.lower_count; ++k)
+    addEquilibriumTask(equilibrium.tasks[static_cast<std::size_t>(k)], away);
   problem_.posture = posture_;
   solve(result);
 }

@@ -62,9 +62,9 @@ class ReferenceTracker {
 
   /// Step of the common object, with the hierarchy: tasks of higher priority, the object's pose, tasks of lower
   /// priority, the posture. Gains::relative applies to the higher- and lower-priority tasks, Gains::tip to the pose.
-  /// @param rest  equilibrium near q, extrapolated to q to first order
+  /// @param equilibrium  equilibrium near q, extrapolated to q to first order
   /// @param setpoint  joints from which the velocities are integrated; limits refer to them
-  void step(const Equilibrium& rest,
+  void step(const Equilibrium& equilibrium,
             const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
             const ObjectReference& reference,
@@ -120,7 +120,7 @@ class ReferenceTracker {
       : margins_({}, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains) {}
   void clear(TrackResult& result) const noexcept;
   void addEquilibriumTask(const EquilibriumTask& from, const safety::RobotVector& away) noexcept;
-  double addObjectTask(const Equilibrium& rest,
+  double addObjectTask(const Equilibrium& equilibrium,
                        const safety::RobotVector& away,
                        const ObjectReference& reference) noexcept;
   void solve(TrackResult& result) noexcept;

@@ -150,7 +150,7 @@ class Run {
       result_.point = point;
     result_.iterations = follower_.progress().total_iterations;
     result_.q = joints_.position();
-    result_.words = describeEnd(result_, options_.method, detail);
+    result_.reason = describeEnd(result_, options_.method, detail);
     return result_;
   }
 
@@ -173,7 +173,7 @@ Rehearsal rehearse(const Arms& arms,
   Rehearsal invalid;
   const bool known = std::min(spec.arm, spec.other_arm) >= 0 && std::max(spec.arm, spec.other_arm) < arms.count();
   if (!known || start.size() != arms.jointCount() || !start.allFinite()) {
-    invalid.words =
+    invalid.reason =
         "the trajectory names an arm that the robot does not have, or the start is not finite or has another number of "
         "joints";
     return invalid;
@@ -181,7 +181,7 @@ Rehearsal rehearse(const Arms& arms,
   try {
     return Run(arms, start, options).go(spec, postures);
   } catch (const std::invalid_argument& error) {
-    invalid.words = error.what();
+    invalid.reason = error.what();
     return invalid;
   }
 }

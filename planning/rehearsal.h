@@ -34,7 +34,7 @@ struct Rehearsal {
   double tip_error = 0.0;         ///< at the end of that point, m
   double relative_error = 0.0;    ///< m
   std::vector<std::string> held;  ///< active limits at that point, the largest multiplier first
-  std::string words;              ///< summary of all this; empty if the run completes
+  std::string reason;             ///< summary of all this; empty if the run completes
   int iterations = 0;
   double largest_violation = 0.0;  ///< of equation (1) and the boxes along the path, after the gate, m or rad
   double fastest_rotation = 0.0;   ///< rad/s

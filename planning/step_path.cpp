@@ -36,8 +36,8 @@ std::optional<safety::RobotVector> StepPath::go(const TrajectoryPoint& from,
                                                 const std::function<bool()>& cancelled) const {
   constexpr double kPiece = 1e-3, kClose = 1e-3;  // m, of the tips
   safety::RobotVector joints = q;
-  const double way = std::max((to.tip - from.tip).norm(), (to.relative - from.relative).norm());
-  const int pieces = std::max(1, static_cast<int>(std::ceil(way / kPiece)));
+  const double distance = std::max((to.tip - from.tip).norm(), (to.relative - from.relative).norm());
+  const int pieces = std::max(1, static_cast<int>(std::ceil(distance / kPiece)));
   for (int piece = 1; piece <= pieces; ++piece) {
     const double share = static_cast<double>(piece) / pieces;
     const TrajectoryPoint here{from.tip + share * (to.tip - from.tip),

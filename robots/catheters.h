@@ -34,19 +34,19 @@ class GraspedObjectMechanism final : public Mechanism {
   std::vector<control::Task> higherTasks(double gain) const override;
   double residual() const override;
   std::string infeasibility() const override;
-  std::string error() const override { return errorOf(rest()); }
+  std::string error() const override { return errorOf(equilibrium()); }
   std::vector<std::pair<std::string, double>> columns() const override;
   std::vector<Eigen::Isometry3d> tips() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
   /// Reason why an equilibrium cannot be used, for example because a contact slips; empty: it can.
-  std::string errorOf(const kinematics::grasp::GraspEquilibrium& rest) const;
+  std::string errorOf(const kinematics::grasp::GraspEquilibrium& equilibrium) const;
   const kinematics::grasp::GraspedObject& model() const;
   const RobotVector& joints() const;  ///< of the last equilibrium
   const kinematics::grasp::Grasp& grasp() const;
   const kinematics::grasp::GraspState& state() const;
   /// The last equilibrium with its derivatives with respect to joints and loads.
-  const kinematics::grasp::GraspEquilibrium& rest() const;
+  const kinematics::grasp::GraspEquilibrium& equilibrium() const;
   /// Stiffness of the object's pose under the present loads, robot base frame.
   kinematics::grasp::Matrix6 stiffness() const;
   /// Contribution of one arm to it at the object's origin, without the geometric stiffness of forces that rotate with

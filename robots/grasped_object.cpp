@@ -30,7 +30,7 @@ std::vector<catheter::ElasticArm> elasticArmsOf(const config::CooperativeRobot& 
 struct GraspedObjectMechanism::Parts {
   Parts(const config::CooperativeRobot& robot, const config::GraspedObject& object)
       : held(object), model(grasp::Grasp(object.contacts, object.size), elasticArmsOf(robot, object)) {
-    rest = model.start(object.pose);
+    equilibrium = model.start(object.pose);
     for (const int arm : object.arms) {
       arms.push_back(&robot.arms[static_cast<std::size_t>(arm)]);
       limits.push_back(&arms.back()->limits);
@@ -50,7 +50,7 @@ struct GraspedObjectMechanism::Parts {
   /// Contact forces with a specified squeeze.
   VectorXd wanted(double squeeze) const {
     grasp::Twist left;
-    return grasp().contactForces(rest.state, wrench(), squeeze, left);
+    return grasp().contactForces(equilibrium.state, wrench(), squeeze, left);
   }
   /// Whether no contact slips or pulls under these forces, and friction contacts are under compression.
   bool holds(const VectorXd& force) const {
@@ -70,21 +70,22 @@ struct GraspedObjectMechanism::Parts {
 
   /// Z^T C (f - f*).
   VectorXd strain() const {
-    return rest.state.internal_forces.transpose() * (rest.compliance * (rest.force - wanted(held.squeeze)));
+    return equilibrium.state.internal_forces.transpose() *
+           (equilibrium.compliance * (equilibrium.force - wanted(held.squeeze)));
   }
 
   /// Z^T C d(f - f*)/dq; without loads Z^T B J. The specified forces f* are given in the object frame, in which the
   /// load rotates in the opposite direction.
   MatrixXd strainRates() const {
-    MatrixXd rates = rest.force_by_joints;
+    MatrixXd rates = equilibrium.force_by_joints;
     for (Eigen::Index j = 0; j < rates.cols(); ++j) {
-      const Eigen::Vector3d turn = rest.jacobian.col(j).tail<3>();
+      const Eigen::Vector3d turn = equilibrium.jacobian.col(j).tail<3>();
       Wrench change;
       change << held.load.cross(turn), Eigen::Vector3d::Zero();
       grasp::Twist left;
-      rates.col(j) -= grasp().contactForces(rest.state, change, 0.0, left);
+      rates.col(j) -= grasp().contactForces(equilibrium.state, change, 0.0, left);
     }
-    return rest.state.internal_forces.transpose() * (rest.compliance * rates);
+    return equilibrium.state.internal_forces.transpose() * (equilibrium.compliance * rates);
   }
 
   /// Orthonormal combinations of the rows, as many as joints can change independently.
@@ -92,7 +93,7 @@ struct GraspedObjectMechanism::Parts {
     if (rates.rows() == 0)
       return rates;
     const Eigen::JacobiSVD<MatrixXd> svd(rates, Eigen::ComputeThinU);
-    return svd.matrixU().leftCols(rest.state.squeezes).transpose();
+    return svd.matrixU().leftCols(equilibrium.state.squeezes).transpose();
   }
 
   const config::GraspedObject& held;
@@ -101,7 +102,7 @@ struct GraspedObjectMechanism::Parts {
   std::vector<const safety::ArmLimits*> limits;
 
   RobotVector joints;
-  grasp::GraspEquilibrium rest;
+  grasp::GraspEquilibrium equilibrium;
   MotionJacobian jacobian;
 };
 
@@ -123,18 +124,18 @@ RobotVector GraspedObjectMechanism::home() const {
 
 std::string GraspedObjectMechanism::solveEquilibrium(const RobotVector& q) {
   Parts& parts = *parts_;
-  const grasp::GraspStatus status = parts.model.solveEquilibrium(q, parts.wrench(), parts.rest);
+  const grasp::GraspStatus status = parts.model.solveEquilibrium(q, parts.wrench(), parts.equilibrium);
   if (status == grasp::GraspStatus::kArm)
-    return parts.arms[static_cast<std::size_t>(parts.rest.arm)]->name + ": " +
-           std::string(kinematics::describe(parts.rest.arm_status));
+    return parts.arms[static_cast<std::size_t>(parts.equilibrium.arm)]->name + ": " +
+           std::string(kinematics::describe(parts.equilibrium.arm_status));
   if (status != grasp::GraspStatus::kOk)
     return std::string(grasp::describe(status));
   parts.joints = q;
-  parts.jacobian = parts.rest.jacobian;
+  parts.jacobian = parts.equilibrium.jacobian;
   return {};
 }
 
-const Eigen::Isometry3d& GraspedObjectMechanism::pose() const { return parts_->rest.pose; }
+const Eigen::Isometry3d& GraspedObjectMechanism::pose() const { return parts_->equilibrium.pose; }
 const MotionJacobian& GraspedObjectMechanism::jacobian() const { return parts_->jacobian; }
 double GraspedObjectMechanism::length() const { return parts_->grasp().length(); }
 
@@ -185,10 +186,10 @@ std::string GraspedObjectMechanism::infeasibility() const {
   return text;
 }
 
-std::string GraspedObjectMechanism::errorOf(const grasp::GraspEquilibrium& rest) const {
+std::string GraspedObjectMechanism::errorOf(const grasp::GraspEquilibrium& equilibrium) const {
   const Parts& parts = *parts_;
   std::string text;
-  const VectorXd force = rest.force;
+  const VectorXd force = equilibrium.force;
   const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : "; ") + what; };
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
     const grasp::ContactLoad load = parts.loadAt(k, force);
@@ -197,10 +198,10 @@ std::string GraspedObjectMechanism::errorOf(const grasp::GraspEquilibrium& rest)
     else if (load.slips)
       add(parts.arms[k]->name + " slips: its contact needs " + std::to_string(load.used).substr(0, 5) +
           " of its friction");
-    if (rest.buckled[k] > 0)
+    if (equilibrium.buckled[k] > 0)
       add(parts.arms[k]->name + " buckles");
   }
-  if (rest.unstable > 0 && text.empty())
+  if (equilibrium.unstable > 0 && text.empty())
     add("the equilibrium of arms and grasped object is unstable; reduce squeeze or load");
   return text;
 }
@@ -209,18 +210,18 @@ std::vector<std::pair<std::string, double>> GraspedObjectMechanism::columns() co
   const Parts& parts = *parts_;
   std::vector<std::pair<std::string, double>> columns;
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
-    const grasp::ContactLoad load = parts.loadAt(k, parts.rest.force);
+    const grasp::ContactLoad load = parts.loadAt(k, parts.equilibrium.force);
     columns.emplace_back("normal_N_" + parts.arms[k]->name, load.normal);
     columns.emplace_back("friction_used_" + parts.arms[k]->name, load.used);
   }
-  columns.emplace_back("manipulability", parts.rest.state.manipulability);
+  columns.emplace_back("manipulability", parts.equilibrium.state.manipulability);
   return columns;
 }
 
 std::vector<Eigen::Isometry3d> GraspedObjectMechanism::tips() const {
   std::vector<Eigen::Isometry3d> tips;
   for (std::size_t k = 0; k < parts_->arms.size(); ++k)
-    tips.push_back(parts_->rest.tips[k].pose);
+    tips.push_back(parts_->equilibrium.tips[k].pose);
   return tips;
 }
 
@@ -228,33 +229,33 @@ std::vector<std::vector<Eigen::Vector3d>> GraspedObjectMechanism::shapes() const
   const Parts& parts = *parts_;
   std::vector<std::vector<Eigen::Vector3d>> shapes;
   for (std::size_t k = 0; k < parts.arms.size(); ++k) {
-    auto branch = parts.rest.branches[k];
+    auto branch = parts.equilibrium.branches[k];
     std::vector<kinematics::cosserat::RodPoint> points;
-    const Wrench wrench = parts.model.wrenchOn(static_cast<int>(k), parts.rest);
+    const Wrench wrench = parts.model.wrenchOn(static_cast<int>(k), parts.equilibrium);
     parts.model.arms()[k].shape(parts.jointsOf(parts.joints, k), wrench, branch, 60, points);
     std::vector<Eigen::Vector3d> places;
     for (const auto& point : points)
       places.push_back(point.pose.translation());
-    places.push_back(parts.rest.tips[k].pose.translation());
+    places.push_back(parts.equilibrium.tips[k].pose.translation());
     shapes.push_back(std::move(places));
   }
   return shapes;
 }
 
 const grasp::Grasp& GraspedObjectMechanism::grasp() const { return parts_->grasp(); }
-const grasp::GraspState& GraspedObjectMechanism::state() const { return parts_->rest.state; }
-const grasp::GraspEquilibrium& GraspedObjectMechanism::rest() const { return parts_->rest; }
+const grasp::GraspState& GraspedObjectMechanism::state() const { return parts_->equilibrium.state; }
+const grasp::GraspEquilibrium& GraspedObjectMechanism::equilibrium() const { return parts_->equilibrium; }
 const grasp::GraspedObject& GraspedObjectMechanism::model() const { return parts_->model; }
 const RobotVector& GraspedObjectMechanism::joints() const { return parts_->joints; }
 
 grasp::Matrix6 GraspedObjectMechanism::stiffnessOf(int contact) const {
   const Parts& parts = *parts_;
   const Eigen::Index row = parts.grasp().firstRow(contact), count = parts.rows(static_cast<std::size_t>(contact));
-  const MatrixXd at_object = parts.rest.state.by_object.middleRows(row, count);
-  const MatrixXd compliance = parts.rest.compliance.block(row, row, count, count);
+  const MatrixXd at_object = parts.equilibrium.state.by_object.middleRows(row, count);
+  const MatrixXd compliance = parts.equilibrium.compliance.block(row, row, count, count);
   return at_object.transpose() * compliance.ldlt().solve(at_object);
 }
 
-grasp::Matrix6 GraspedObjectMechanism::stiffness() const { return parts_->rest.stiffness; }
+grasp::Matrix6 GraspedObjectMechanism::stiffness() const { return parts_->equilibrium.stiffness; }
 
 }  // namespace tandem::robots

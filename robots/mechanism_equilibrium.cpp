@@ -11,14 +11,14 @@ namespace {
 /// Step size of the motion to distant joints, m and rad.
 constexpr double kStep = 2e-3, kTurn = 0.05;
 
-int fillTasks(const std::vector<control::Task>& from, int first, planning::Equilibrium& rest) {
+int fillTasks(const std::vector<control::Task>& from, int first, planning::Equilibrium& equilibrium) {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   for (const control::Task& task : from) {
-    if (first == static_cast<int>(rest.tasks.size()) || task.jacobian.rows() > control::kMaxTaskRows)
-      throw std::invalid_argument("the mechanism has more than " + std::to_string(rest.tasks.size()) +
+    if (first == static_cast<int>(equilibrium.tasks.size()) || task.jacobian.rows() > control::kMaxTaskRows)
+      throw std::invalid_argument("the mechanism has more than " + std::to_string(equilibrium.tasks.size()) +
                                   " tasks besides the motion of the object, or one with more than " +
                                   std::to_string(control::kMaxTaskRows) + " rows");
-    planning::EquilibriumTask& to = rest.tasks[static_cast<std::size_t>(first++)];
+    planning::EquilibriumTask& to = equilibrium.tasks[static_cast<std::size_t>(first++)];
     to.rows = static_cast<int>(task.jacobian.rows());
     Eigen::Map<Rows>(to.jacobian.data(), to.rows, task.jacobian.cols()) = task.jacobian;
     Eigen::VectorXd::Map(to.velocity.data(), to.rows) = task.velocity;
@@ -28,17 +28,18 @@ int fillTasks(const std::vector<control::Task>& from, int first, planning::Equil
 
 }  // namespace
 
-void writeEquilibrium(const Mechanism& mechanism, const RobotVector& q, planning::Equilibrium& rest) {
-  rest.joint_count = static_cast<int>(q.size());
-  Eigen::VectorXd::Map(rest.joints.data(), q.size()) = q;
+void writeEquilibrium(const Mechanism& mechanism, const RobotVector& q, planning::Equilibrium& equilibrium) {
+  equilibrium.joint_count = static_cast<int>(q.size());
+  Eigen::VectorXd::Map(equilibrium.joints.data(), q.size()) = q;
   const Eigen::Isometry3d& pose = mechanism.pose();
-  Eigen::Vector3d::Map(rest.position.data()) = pose.translation();
-  Eigen::Matrix3d::Map(rest.rotation.data()) = pose.linear();
-  Eigen::Matrix<double, 6, Eigen::Dynamic>::Map(rest.jacobian.data(), 6, q.size()) = mechanism.jacobian();
-  rest.length = mechanism.length();
-  rest.residual = mechanism.residual();
-  rest.higher_count = fillTasks(mechanism.higherTasks(1.0), 0, rest);
-  rest.lower_count = fillTasks(mechanism.lowerTasks(1.0), rest.higher_count, rest) - rest.higher_count;
+  Eigen::Vector3d::Map(equilibrium.position.data()) = pose.translation();
+  Eigen::Matrix3d::Map(equilibrium.rotation.data()) = pose.linear();
+  Eigen::Matrix<double, 6, Eigen::Dynamic>::Map(equilibrium.jacobian.data(), 6, q.size()) = mechanism.jacobian();
+  equilibrium.length = mechanism.length();
+  equilibrium.residual = mechanism.residual();
+  equilibrium.higher_count = fillTasks(mechanism.higherTasks(1.0), 0, equilibrium);
+  equilibrium.lower_count =
+      fillTasks(mechanism.lowerTasks(1.0), equilibrium.higher_count, equilibrium) - equilibrium.higher_count;
 }
 
 EquilibriumFollower::EquilibriumFollower(std::unique_ptr<Mechanism> mechanism)

@@ -12,7 +12,7 @@ namespace tandem::robots {
 
 /// Writes the equilibrium of a mechanism. @param q  its joints, m and rad
 /// @throw std::invalid_argument for more tasks or rows than control/ accepts.
-void writeEquilibrium(const Mechanism& mechanism, const RobotVector& q, planning::Equilibrium& rest);
+void writeEquilibrium(const Mechanism& mechanism, const RobotVector& q, planning::Equilibrium& equilibrium);
 
 /** A mechanism that follows moving joints. Large motions are divided into small steps, so that it stays on its branch
  * of equilibria. Allocates. */
@@ -46,20 +46,20 @@ std::string stepByMiddle(const Mechanism& mechanism,
                          const RobotVector& q,
                          const planning::ObjectReference& reference,
                          double period,
-                         planning::Equilibrium& rest,
+                         planning::Equilibrium& equilibrium,
                          planning::TrackResult& result) {
   if (std::string why = solve(q); !why.empty())
     return why;
-  writeEquilibrium(mechanism, q, rest);
-  tracker.step(rest, q, q, reference, result);
+  writeEquilibrium(mechanism, q, equilibrium);
+  tracker.step(equilibrium, q, q, reference, result);
   if (result.status != planning::TrackStatus::kOk)
     return {};
   const double error = result.error[0];
   const RobotVector middle = tracker.moved(q, 0.5 * period * result.solution.velocity);
   if (std::string why = solve(middle); !why.empty())
     return why;
-  writeEquilibrium(mechanism, middle, rest);
-  tracker.step(rest, middle, q, reference.after(0.5 * period), result);
+  writeEquilibrium(mechanism, middle, equilibrium);
+  tracker.step(equilibrium, middle, q, reference.after(0.5 * period), result);
   result.error[0] = error;
   return {};
 }

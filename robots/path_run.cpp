@@ -54,7 +54,7 @@ std::string PathRun::start(const std::string& text, const Measured& now, std::ve
   if (const std::string why = follower_.mechanism().infeasibility(); !why.empty())
     return why;
   path_ = path;
-  const bool ready = follower_.mechanism().residual() <= kPrepared * options_.most_drift;
+  const bool ready = follower_.mechanism().residual() <= kPrepared * options_.residual_limit;
   if (const std::string why = ready ? refusalAtPresentPose() : ""; !why.empty())
     return why;
   part_ = Part::kBefore;
@@ -81,8 +81,9 @@ std::string PathRun::judge() const {
   std::string why;
   if (std::string error = mechanism.error(); !error.empty())
     why = error;
-  else if (mechanism.residual() > options_.most_drift)
-    why = "contact residual is " + millimetres(mechanism.residual()) + ", allowed " + millimetres(options_.most_drift);
+  else if (mechanism.residual() > options_.residual_limit)
+    why = "contact residual is " + millimetres(mechanism.residual()) + ", allowed " +
+          millimetres(options_.residual_limit);
   else if (progress_.tip_error > options_.most_error)
     why = "path error is " + millimetres(progress_.tip_error) + ", allowed " + millimetres(options_.most_error);
   else
@@ -93,7 +94,7 @@ std::string PathRun::judge() const {
 
 /// Keeps the object at its start pose until the path can start.
 std::string PathRun::before() {
-  if (follower_.mechanism().residual() <= kPrepared * options_.most_drift) {
+  if (follower_.mechanism().residual() <= kPrepared * options_.residual_limit) {
     if (std::string why = refusalAtPresentPose(); !why.empty())
       return why;
     part_ = Part::kAlong;
@@ -103,7 +104,7 @@ std::string PathRun::before() {
   }
   if (periods_++ * options_.parameters.period >= options_.preparation_time)
     return "before the path: " + kContactsNotReady + " (residual " + millimetres(follower_.mechanism().residual()) +
-           ", allowed " + millimetres(kPrepared * options_.most_drift) + ")";
+           ", allowed " + millimetres(kPrepared * options_.residual_limit) + ")";
   ask(planning::heldReference(path_, start_));
   return {};
 }

@@ -23,7 +23,7 @@ constexpr double kRank = 1e-7;
 constexpr double kOutside = 1e-4;
 
 struct Spaces {
-  MatrixXd range, rest, null;  ///< orthonormal: range, its complement, null space
+  MatrixXd range, complement, null;  ///< orthonormal: range, its complement, null space
 };
 
 Spaces spacesOf(const MatrixXd& matrix, double least = 0.0) {
@@ -104,7 +104,7 @@ class NotedRun {
       return why;
     const double period = options_.parameters.period;
     const planning::ObjectReference held = planning::heldReference(path_, mechanism_.pose());
-    for (double left = options_.preparation_time; mechanism_.residual() > kPrepared * options_.most_drift;
+    for (double left = options_.preparation_time; mechanism_.residual() > kPrepared * options_.residual_limit;
          left -= period) {
       const std::string why = step(-left, held, record);
       if (!why.empty() || left < period)
@@ -121,7 +121,7 @@ class NotedRun {
     };
     TrackStep noted = noteStep(mechanism_, joints_, time);
     const std::string why =
-        stepByMiddle(mechanism_, solveEquilibrium, tracker_, joints_, reference, period, rest_, result_);
+        stepByMiddle(mechanism_, solveEquilibrium, tracker_, joints_, reference, period, equilibrium_, result_);
     noted.error = result_.error[0];
     noted.active_limits = result_.solution.active_count;
     noted.status = result_.solution.status;
@@ -140,7 +140,7 @@ class NotedRun {
   const ObjectPath& path_;
   const TrackOptions& options_;
   planning::ReferenceTracker tracker_;
-  planning::Equilibrium rest_;
+  planning::Equilibrium equilibrium_;
   planning::TrackResult result_;
   RobotVector joints_, solved_at_;
 };
@@ -152,7 +152,7 @@ TrackStep noteStep(const Mechanism& mechanism, const RobotVector& joints, double
   step.time = time;
   step.joints = joints;
   step.pose = mechanism.pose();
-  step.drift = mechanism.residual();
+  step.residual = mechanism.residual();
   for (const auto& [name, value] : mechanism.columns())
     step.columns.push_back(value);
   return step;
@@ -167,7 +167,7 @@ void judge(const TrackOptions& options, TrackRecord& record) {
     squares += step.error * step.error;
     ++count;
     record.max_error = std::max(record.max_error, step.error);
-    record.max_drift = std::max(record.max_drift, step.drift);
+    record.max_residual = std::max(record.max_residual, step.residual);
   }
   record.rms_error = count > 0 ? std::sqrt(squares / count) : 0.0;
   const auto millimetres = [](double value) {
@@ -175,9 +175,9 @@ void judge(const TrackOptions& options, TrackRecord& record) {
     std::snprintf(text, sizeof text, "%.3g mm", 1e3 * value);
     return std::string(text);
   };
-  if (record.stopped.empty() && record.max_drift > options.most_drift)
+  if (record.stopped.empty() && record.max_residual > options.residual_limit)
     record.stopped =
-        "contact residual is " + millimetres(record.max_drift) + ", allowed " + millimetres(options.most_drift);
+        "contact residual is " + millimetres(record.max_residual) + ", allowed " + millimetres(options.residual_limit);
   if (record.stopped.empty() && record.max_error > options.most_error)
     record.stopped = "path error is " + millimetres(record.max_error) + ", allowed " + millimetres(options.most_error);
 }
@@ -187,7 +187,7 @@ MotionSpace motionSpace(const Mechanism& mechanism, const std::vector<int>& trac
   const double length = mechanism.length();
   MotionSpace result;
   result.movable = twistsOf(kinematics::grasp::readable(spaces.range), tracked, length);
-  result.missing = twistsOf(kinematics::grasp::readable(spaces.rest), tracked, length);
+  result.missing = twistsOf(kinematics::grasp::readable(spaces.complement), tracked, length);
   return result;
 }
 

@@ -27,7 +27,7 @@ struct TrackOptions {
   control::MethodParameters parameters;
   double gain = 5.0;               ///< 1/s, on all errors
   double preparation_time = 20.0;  ///< s, to satisfy the contact constraints before the path starts
-  double most_drift = 1e-4;        ///< m: a run with a larger residual of the contact constraints fails
+  double residual_limit = 1e-4;    ///< m: a run with a larger residual of the contact constraints fails
   double most_error = 1e-3;  ///< m: a run with a larger error of the tracked components fails (radians times length())
 };
 
@@ -37,7 +37,7 @@ struct TrackStep {
   RobotVector joints;           ///< m, rad
   Eigen::Isometry3d pose;       ///< of the object
   double error = 0.0;           ///< of the tracked components, m; radians times length()
-  double drift = 0.0;           ///< see Mechanism::residual(), m
+  double residual = 0.0;        ///< see Mechanism::residual(), m
   std::vector<double> columns;  ///< see Mechanism::columns()
   int active_limits = 0;        ///< number of active limits of the joint velocities
   control::SolveStatus status = control::SolveStatus::kSolved;
@@ -52,7 +52,7 @@ struct TrackRecord {
   std::string stopped;             ///< why the run failed; empty: no failure
   std::vector<std::string> names;  ///< of columns
   std::vector<TrackStep> steps;
-  double rms_error = 0.0, max_error = 0.0, max_drift = 0.0;           ///< along the path, m
+  double rms_error = 0.0, max_error = 0.0, max_residual = 0.0;        ///< along the path, m
   std::vector<std::vector<Eigen::Vector3d>> first_shape, last_shape;  ///< see Mechanism::shapes()
 
   bool good() const { return refused.empty() && stopped.empty(); }

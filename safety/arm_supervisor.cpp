@@ -213,9 +213,9 @@ ArmVector ArmSupervisor::withinOnePeriod(const ArmVector& next) const noexcept {
   for (Eigen::Index j = 0; j < next.size(); ++j) {
     const double asked = std::abs(next[j] - setpoint()[j]);
     const double allowed = std::max(asked, options_.control_period * std::abs(velocity_[j]));
-    const double way = std::abs(next[j] - reference_[j]);
-    if (way > allowed * (1.0 + kTimeTolerance) + kNoWay)
-      part = std::min(part, allowed / way);
+    const double distance = std::abs(next[j] - reference_[j]);
+    if (distance > allowed * (1.0 + kTimeTolerance) + kNoWay)
+      part = std::min(part, allowed / distance);
   }
   return part < 1.0 ? ArmVector(reference_ + part * (next - reference_)) : next;
 }

@@ -15,12 +15,12 @@ class ControlLease {
   explicit ControlLease(double budget) : watchdog_(budget) {}
 
   /// Owner of the lease; 0 = free: released, or the owner's heartbeat timed out.
-  std::uint64_t holder(std::int64_t now) const noexcept { return watchdog_.expired(now) ? 0 : client_; }
-  bool holds(std::uint64_t client, std::int64_t now) const noexcept { return client != 0 && holder(now) == client; }
+  std::uint64_t owner(std::int64_t now) const noexcept { return watchdog_.expired(now) ? 0 : client_; }
+  bool holds(std::uint64_t client, std::int64_t now) const noexcept { return client != 0 && owner(now) == client; }
 
   /// Acquires a free lease, or renews the client's own. False: another client has it, or the client is 0.
   bool acquire(std::uint64_t client, std::int64_t now) noexcept {
-    if (client == 0 || (holder(now) != 0 && holder(now) != client))
+    if (client == 0 || (owner(now) != 0 && owner(now) != client))
       return false;
     client_ = client;
     watchdog_.feed(now);

@@ -25,11 +25,11 @@ JointMotion::JointMotion(const ArmLimits& limits, const ArmVector& q0, const Arm
   double speed = kUnlimited;  // of the path parameter, 1/s
   acceleration_ = kUnlimited;
   for (int j = 0; j < limits.jointCount(); ++j) {
-    const double way = std::abs(q1[j] - q0[j]);
-    if (way == 0.0)
+    const double distance = std::abs(q1[j] - q0[j]);
+    if (distance == 0.0)
       continue;
-    speed = std::min(speed, moveVelocity(limits, j) / way);
-    acceleration_ = std::min(acceleration_, moveAcceleration(limits, j) / way);
+    speed = std::min(speed, moveVelocity(limits, j) / distance);
+    acceleration_ = std::min(acceleration_, moveAcceleration(limits, j) / distance);
   }
   if (!std::isfinite(speed))
     return;  // no distance

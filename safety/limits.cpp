@@ -43,7 +43,7 @@ LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<con
 LimitViolation readOutside(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
   LimitViolation largest;
   forEachViolation(limits, q, [&](int joint, double amount) {
-    const double tolerance = kAtRest + limits.joints[static_cast<std::size_t>(joint)].reading_error;
+    const double tolerance = kPositionTolerance + limits.joints[static_cast<std::size_t>(joint)].reading_error;
     if (!(amount <= std::max(tolerance, largest.amount)))
       largest = {joint, amount};
   });

@@ -16,7 +16,7 @@ inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 /// Position tolerance, m or rad: a joint within it is at its goal, or inside its limits. Drives stop within a few
 /// counts.
-inline constexpr double kAtRest = 1e-4;
+inline constexpr double kPositionTolerance = 1e-4;
 
 /// Measured speed, as a multiple of the largest speed, above which a joint has run away: a position loop that catches
 /// up needs less.
@@ -81,8 +81,8 @@ struct LimitViolation {
 };
 LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
-/** The joint with the reading farthest outside its limits, of those more than kAtRest and JointLimit::reading_error
- * outside; amount 0: none. A reading that is not a number is outside. */
+/** The joint with the reading farthest outside its limits, of those more than kPositionTolerance and
+ * JointLimit::reading_error outside; amount 0: none. A reading that is not a number is outside. */
 LimitViolation readOutside(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
 /** Joints inside boxes and rows near q, which is slightly outside: each joint moves into its box, then the outer joint

@@ -38,8 +38,8 @@ Withdrawal nextWithdrawal(const ArmLimits& limits, const ArmVector& q, JointMask
     for (int last = first; retracts(last) && (lost & jointBit(last)) == 0; ++last) {
       next.joints |= jointBit(last);
       const double room = roomBehind(limits, q, first, last);
-      next.way = std::min(step, room);
-      if (room > kAtRest)
+      next.distance = std::min(step, room);
+      if (room > kPositionTolerance)
         return next;
     }
   }

@@ -25,8 +25,8 @@ double recoveryVelocity(const ArmLimits& limits, JointMask lost, int joint) noex
 
 /** One step of a withdrawal. */
 struct Withdrawal {
-  JointMask joints = 0;  ///< translations that retract together, by the same distance; 0: nothing can be retracted
-  double way = 0.0;      ///< distance, m, above zero if there are joints
+  JointMask joints = 0;   ///< translations that retract together, by the same distance; 0: nothing can be retracted
+  double distance = 0.0;  ///< distance, m, above zero if there are joints
 };
 
 /** Withdrawal of concentric tubes, step by step: the innermost tube that can retract retracts alone, so the part of it

@@ -24,7 +24,7 @@ double lagged(double y, double u0, double u1, double dt, double tau) noexcept {
   return u0 == u1 && std::abs(next - u1) < kArrived ? u1 : next;
 }
 
-double withPlay(double tube, double motor, double width) noexcept {
+double withBacklash(double tube, double motor, double width) noexcept {
   return std::clamp(tube, motor - 0.5 * width, motor + 0.5 * width);
 }
 
@@ -91,7 +91,7 @@ void Actuation::step(double dt, const ArmVector& reference) noexcept {
   }
 }
 
-bool Actuation::atRest() const noexcept {
+bool Actuation::atStandstill() const noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     if (at(i).end != output_)
       return false;

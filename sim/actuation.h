@@ -17,7 +17,7 @@ double lagged(double y, double u0, double u1, double dt, double tau) noexcept;
 
 /// Position of the driven side of a transmission with total backlash `width` for a driving side at `motor`; `tube` is
 /// its previous position.
-double withPlay(double tube, double motor, double width) noexcept;
+double withBacklash(double tube, double motor, double width) noexcept;
 
 /// Multiple of `resolution` nearest to x; x itself for 0.
 double quantised(double x, double resolution) noexcept;
@@ -40,7 +40,7 @@ class Actuation {
   /// Present positions of motors without faults, m, rad.
   const safety::ArmVector& output() const noexcept { return output_; }
   /// The output is constant: delay and lag have finished.
-  bool atRest() const noexcept;
+  bool atStandstill() const noexcept;
 
  private:
   struct Segment {

@@ -85,7 +85,7 @@ void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept 
       const double speed = std::isfinite(limits_.velocity[joint]) ? limits_.velocity[joint] : kRunawaySpeed;
       velocity_[j] = powered_ ? 2.0 * speed : 0.0;
       position_[j] += velocity_[j] * dt;
-      tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(options_.kinds[joint]));
+      tubes_[j] = withBacklash(tubes_[j], position_[j], options_.mechanics.backlash.of(options_.kinds[joint]));
       continue;
     }
     const double error = target[j] - position_[j];
@@ -93,7 +93,7 @@ void SimulatedArm::step(double dt, const safety::ArmVector& reference) noexcept 
     velocity_[j] = nextVelocity(joint, dt, error);
     // Set to the reference itself; a sum would differ by rounding.
     position_[j] = velocity_[j] == direct ? target[j] : position_[j] + velocity_[j] * dt;
-    tubes_[j] = withPlay(tubes_[j], position_[j], options_.mechanics.backlash.of(options_.kinds[joint]));
+    tubes_[j] = withBacklash(tubes_[j], position_[j], options_.mechanics.backlash.of(options_.kinds[joint]));
   }
   readEncoders();
 }

@@ -82,7 +82,7 @@ class SimulatedArm {
   safety::ArmVector velocityReading() const noexcept;
   /// All readings are valid.
   bool valid(safety::JointMask without = 0) const noexcept;
-  bool standing() const noexcept { return velocity_.isZero(0.0) && actuation_.atRest(); }
+  bool standing() const noexcept { return velocity_.isZero(0.0) && actuation_.atStandstill(); }
   /// Faults that the plant itself reports: kDrive for a drive without power, kSensor for an invalid reading.
   safety::FaultMask presentFaults() const noexcept { return presentFailure().faults; }
   /// The same, with the joint of the first of them. @param without joints that do not count

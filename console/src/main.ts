@@ -3,7 +3,7 @@ import { App } from "./app";
 import { h } from "./panels/dom";
 import type { Robot } from "./state/robot";
 import { fetchJson } from "./state/robot";
-import { useWords } from "./state/words";
+import { useDescriptions } from "./state/descriptions";
 
 const kRetry = 1000; // ms
 
@@ -12,7 +12,7 @@ async function start(): Promise<void> {
   for (;;) {
     try {
       const robot = await fetchJson<Robot>("/api/robot");
-      useWords(robot.words);
+      useDescriptions(robot.descriptions);
       document.title = `${robot.robot} – Tandem`;
       const { protocol, host, search } = window.location;
       const path = import.meta.env.DEV ? "/ws" : "/";

@@ -2,29 +2,29 @@
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 
-import { age, ageWords, isStale, staleAfter } from "../src/state/age";
+import { age, ageText, isStale, staleAfter } from "../src/state/age";
 import { parametersOf } from "../src/state/robot";
 import type { Robot } from "../src/state/robot";
 import { allowed, place, rotationRange, wrap } from "../src/state/track";
 import {
   driveRecord,
   faultsOf,
-  idleWords,
+  idleText,
   limitName,
   limitsInTheWay,
-  useWords,
+  useDescriptions,
   whyNot,
-  wordsOf,
-} from "../src/state/words";
-import type { Words } from "../src/state/words";
+  valuesOf,
+} from "../src/state/descriptions";
+import type { Descriptions } from "../src/state/descriptions";
 import type { ControlPermissions, ControlStatus, HalStatus } from "../src/wire/messages";
 import { actionsPerArm } from "../src/wire/messages";
 import { seeded } from "./random";
 
 /** Texts as from the server: generated from idl/ like the server's (tests/unit/console compares them). */
-const kWords = JSON.parse(readFileSync("generated/words.json", "utf8")) as Words;
-const kMethods = kWords["Method"]!.map((word) => word.name);
-useWords(kWords);
+const kDescriptions = JSON.parse(readFileSync("generated/descriptions.json", "utf8")) as Descriptions;
+const kMethods = kDescriptions["Method"]!.map((word) => word.name);
+useDescriptions(kDescriptions);
 
 const kTubes = ["arm_a", "arm_b"].map((name) => ({
   name,
@@ -50,7 +50,7 @@ test("masks of faults become all their words, and bits of a newer robot are not 
   for (let run = 0; run < 50; ++run) {
     const mask = Math.floor(random() * 2 ** 31);
     const names = faultsOf(mask).map((f) => f.name);
-    const faults = wordsOf("Fault");
+    const faults = valuesOf("Fault");
     for (const fault of faults) expect(names.includes(fault.name)).toBe((mask & fault.value) !== 0);
     expect(names.includes("unknown")).toBe(mask >= 1 << faults.length);
   }
@@ -77,10 +77,10 @@ test("an idle arm is reported with the time until power-off", () => {
     idle: Float64Array.of(0, 48, 130, 2),
     idle_left: Float64Array.of(-1, 12, -1, 58),
   } as unknown as ControlStatus;
-  expect(idleWords(status, 0)).toBe("");
-  expect(idleWords(status, 1)).toContain("power off in 12 s");
-  expect(idleWords(status, 2)).toContain("without a commander for 130 s");
-  expect(idleWords(status, 3)).toBe("");
+  expect(idleText(status, 0)).toBe("");
+  expect(idleText(status, 1)).toContain("power off in 12 s");
+  expect(idleText(status, 2)).toContain("without a commander for 130 s");
+  expect(idleText(status, 3)).toBe("");
 });
 
 test("limits in the way are named, however many there are said to be", () => {
@@ -97,11 +97,11 @@ test("limits in the way are named, however many there are said to be", () => {
 
 test("what control does not allow is said with its reason, arm by arm", () => {
   const random = seeded();
-  const known = wordsOf("RefusalReason");
+  const known = valuesOf("RefusalReason");
   for (let run = 0; run < 100; ++run) {
     const reason = Uint8Array.from({ length: 256 }, () => Math.floor(random() * (known.length + 2)));
     const permissions = { arm_count: 2, reason } as unknown as ControlPermissions;
-    for (const { value: action } of wordsOf("Action")) {
+    for (const { value: action } of valuesOf("Action")) {
       const said = [0, 1].map((arm) => whyNot(permissions, action, ["arm_a", "arm_b"], arm));
       said.forEach((text, arm) => {
         const code = reason[arm * actionsPerArm + action]!;
@@ -125,10 +125,10 @@ test("old is old: by five periods, at least half a second", () => {
     expect(isStale(at, at + later, period)).toBe(later > Math.max(500, 5000 * period));
     expect(age(at, at - later)).toBe(0);
   }
-  expect(ageWords(Infinity)).toBe("never received");
-  expect(ageWords(420)).toBe("420 ms old");
-  expect(ageWords(3200)).toBe("3.2 s old");
-  expect(ageWords(7.3e6)).toBe("2 h old");
+  expect(ageText(Infinity)).toBe("never received");
+  expect(ageText(420)).toBe("420 ms old");
+  expect(ageText(3200)).toBe("3.2 s old");
+  expect(ageText(7.3e6)).toBe("2 h old");
 });
 
 test("bars: what is inside stays inside and in order", () => {

@@ -47,7 +47,7 @@ class ActiveSet final : public QpBackend {
   QpStatus solveStrictly(double shift);
   QpStatus solveSemidefinite();
   void polish(double shift);
-  bool isUnbounded(const QpVector& way, double negligible) const;
+  bool isUnbounded(const QpVector& displacement, double negligible) const;
   QpStatus addEqualities();
   QpStatus addInequalities();
   int mostViolated();

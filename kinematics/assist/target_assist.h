@@ -48,7 +48,7 @@ struct ChainBranch {
   Eigen::Vector3d target_moment = Eigen::Vector3d::Zero(), assist_moment = Eigen::Vector3d::Zero();  ///< at the clamps
 };
 
-/** The closed chain at rest; robot base frame. */
+/** The closed chain in equilibrium; robot base frame. */
 struct Chain {
   Tip tip;                                                    ///< of the target, Jacobian by all six joints
   Eigen::Isometry3d contact = Eigen::Isometry3d::Identity();  ///< contact frame, on the target
@@ -78,7 +78,7 @@ class TargetAssist {
   static Eigen::Isometry3d touching(const Pair& pair, const Joints& q);
 
   /// `branch` is untouched unless kOk is returned. `chain` then is the answer; for kNoContact and kBuckled it tells of
-  /// what was found, and is no place where the arms come to rest.
+  /// what was found, and is no equilibrium of the arms.
   Status solve(const Joints& q, ChainBranch& branch, Chain& chain) const noexcept;
 
   /// The target alone, without contact: constant curvature.

@@ -99,7 +99,7 @@ Matrix6 Touch::rows(const Eigen::Vector3d& lever) const {
   return result;
 }
 
-Twist Touch::drift() const {
+Twist Touch::residual() const {
   const Eigen::Isometry3d apart = frame.inverse() * hand;
   Twist twist;
   twist << apart.translation(), logarithm(apart.linear());

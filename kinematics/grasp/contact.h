@@ -61,7 +61,7 @@ struct Touch {
   Matrix6 rows(const Eigen::Vector3d& lever) const;
   /// By how much the contact has come apart, arm less object, m and rad, contact frame. rows() are its derivatives, the
   /// angular ones of a grip where it is closed.
-  Twist drift() const;
+  Twist residual() const;
 
   ContactType type;
   Eigen::Isometry3d frame;          ///< contact frame of the object

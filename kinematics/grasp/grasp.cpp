@@ -158,7 +158,7 @@ void Grasp::stack(const Isometry3d& object, ArmTips tips, GraspState& state) con
     columns += tip->jacobian.cols();
   state.by_object.setZero(rows_, 6);
   state.by_joints.setZero(rows_, columns);
-  state.drift.setZero(rows_);
+  state.residual.setZero(rows_);
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
     const Tip& tip = *tips[k];
     const Touch touch(contacts_[k], object, tip.pose);
@@ -166,7 +166,7 @@ void Grasp::stack(const Isometry3d& object, ArmTips tips, GraspState& state) con
     const Eigen::Index row = first_row_[k];
     state.by_object.middleRows(row, b.rows()) = b * touch.rows(touch.to_body);
     state.by_joints.block(row, column, b.rows(), tip.jacobian.cols()) = b * touch.rows(touch.to_tip) * tip.jacobian;
-    state.drift.segment(row, b.rows()) = b * touch.drift();
+    state.residual.segment(row, b.rows()) = b * touch.residual();
     column += tip.jacobian.cols();
   }
 }

@@ -49,12 +49,13 @@ struct GraspState {
   /// Internal (squeeze) forces, N and N m: null space of G B^T; orthonormal columns if moments are counted per
   /// `length`.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxRows> internal_forces;
-  ContactVector drift;  ///< by how much the contacts have come apart since they were closed, m and rad: arm less object
+  ContactVector
+      residual;  ///< by how much the contacts have come apart since they were closed, m and rad: arm less object
 
   int rank = 0;             ///< of B (J - G^T)
   int mobility = 0;         ///< independent motions of arms and object together: joints + 6 - rank
   int object_mobility = 0;  ///< of the object's among them
-  int self_motions = 0;     ///< of the arms that leave object and contacts at rest
+  int self_motions = 0;     ///< of the arms that leave object and contacts at standstill
   int squeezes = 0;         ///< independent ways in which joints can squeeze: rank of `consistency`
   Twists movable;           ///< directions in which the object can be moved, a readable basis, unit size
   Twists missing;           ///< what is missing to six, likewise

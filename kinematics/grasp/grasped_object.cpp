@@ -161,11 +161,11 @@ void GraspedObject::linearise(const GraspEquilibrium& equilibrium,
     one.answered = one.by_object.transpose() - one.change.on_object_by_tip * one.tip_by_force;
     const Wrench missing = -one.by_tip.transpose() * force - applied[k];
     const Twist yet = compliance * missing;
-    one.open = b * touch.drift() + one.by_tip * yet;
+    one.open = b * touch.residual() + one.by_tip * yet;
     linear.balance += one.by_object.transpose() * force + one.change.on_object_by_tip * yet;
     linear.stiffness += one.answered * one.soft.solve(one.seen) - one.change.on_object_by_object +
                         one.change.on_object_by_tip * one.tip_by_object;
-    open += (b * touch.drift()).squaredNorm();
+    open += (b * touch.residual()).squaredNorm();
     unanswered += missing.cwiseProduct(scaleOf(size)).squaredNorm();
   }
   unanswered += linear.balance.cwiseProduct(scaleOf(size)).squaredNorm();

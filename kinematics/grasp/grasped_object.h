@@ -7,7 +7,7 @@
 
 namespace tandem::kinematics::grasp {
 
-/** Why there is no rest. */
+/** Why there is no equilibrium. */
 enum class GraspStatus {
   kOk,
   kArm,        ///< an arm has no answer: GraspEquilibrium::arm, GraspEquilibrium::arm_status
@@ -19,7 +19,7 @@ std::string_view describe(GraspStatus status);
 /// By contacts: components of all of them both ways.
 using ContactSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxRows>;
 
-/** A rest, and the memory from which the next one is looked for. */
+/** An equilibrium, and the start for the search of the next one. */
 struct GraspEquilibrium {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< robot base frame <- object frame
   ContactVector force;                                     ///< on the object, contact components
@@ -46,7 +46,8 @@ struct GraspEquilibrium {
 
 /** Arms as Cosserat rods that hold one object (section III of Norouzi-Ghazbi et al.) under their contact forces.
  *
- * With g the drift of the contacts, x_k the tips, X the object, A_k and D_k the derivatives of g by both (Touch::rows),
+ * With g the residual of the contacts, x_k the tips, X the object, A_k and D_k the derivatives of g by both
+ * (Touch::rows),
  *
  *   g(x, X) = 0,    x_k = tip_k(q_k, -A_k^T f_k),    D^T f + w = 0
  *
@@ -63,11 +64,11 @@ class GraspedObject {
   /// A memory that begins where tips touch without a force.
   GraspEquilibrium start(const Eigen::Isometry3d& object) const;
 
-  /// The rest at joints under a wrench at the object's origin that keeps its direction; `equilibrium` is the last one
-  /// and becomes this one, but for its status it stays as it is unless kOk is returned.
+  /// The equilibrium at joints under a wrench at the object's origin that keeps its direction; `equilibrium` is the
+  /// last one and becomes this one, but for its status it stays as it is unless kOk is returned.
   GraspStatus solveEquilibrium(const JointsRef& q, const Wrench& load, GraspEquilibrium& equilibrium) const noexcept;
 
-  /// Wrench that arm k has at its tool tip in a rest.
+  /// Wrench that arm k has at its tool tip in equilibrium.
   Wrench wrenchOn(int arm, const GraspEquilibrium& equilibrium) const;
 
  private:

@@ -49,16 +49,17 @@ double nearestOnWay(const ForbiddenRegion& region, const Vector3d& from, const V
   // of the distance.
   constexpr int kRounds = 30;
   double low = 0.0, high = 1.0;
-  const Vector3d way = to - from;
+  const Vector3d displacement = to - from;
   for (int i = 0; i < kRounds; ++i) {
     const double a = low + (high - low) / 3.0, b = high - (high - low) / 3.0;
-    if (distance(region, from + a * way) < distance(region, from + b * way)) {
+    if (distance(region, from + a * displacement) < distance(region, from + b * displacement)) {
       high = b;
     } else {
       low = a;
     }
   }
-  return std::min({distance(region, from), distance(region, to), distance(region, from + 0.5 * (low + high) * way)});
+  return std::min(
+      {distance(region, from), distance(region, to), distance(region, from + 0.5 * (low + high) * displacement)});
 }
 
 Vector3d guided(const Guidance& guidance, const Vector3d& from, const Vector3d& d) noexcept {

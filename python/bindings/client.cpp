@@ -82,11 +82,11 @@ py::dict armStatus(const client::Snapshot& s, int arm) {
 }
 
 py::list describeLimits(const config::Robot& robot, const dds::ControlStatus& status) {
-  py::list words;
+  py::list limits;
   for (std::size_t i = 0; i < status.limit_count && status.limit_arm[i] < robot.arms.size(); ++i)
-    words.append(robots::describeLimit(
+    limits.append(robots::describeLimit(
         robot, {static_cast<control::LimitKind>(status.limit_kind[i]), status.limit_arm[i], status.limit_tube[i]}));
-  return words;
+  return limits;
 }
 
 /** The Python object: owns a LiveRobot until it is closed. */
@@ -117,7 +117,7 @@ class Client {
     all["method"] = std::string(control::name(static_cast<control::Method>(s.status.method)));
     all["model"] = std::string(dds::name(static_cast<dds::Model>(s.status.model)));
     all["feedback"] = std::string(planning::name(static_cast<planning::Feedback>(s.status.feedback)));
-    all["lease"] = s.status.lease_holder == 0 ? "free" : s.status.lease_holder == live->id() ? "ours" : "held";
+    all["lease"] = s.status.lease_owner == 0 ? "free" : s.status.lease_owner == live->id() ? "ours" : "held";
     all["source"] = std::string(dds::name(static_cast<dds::Source>(s.status.source)));
     all["hold"] = std::string(dds::name(static_cast<dds::HoldReason>(s.status.hold)));
     py::dict arms;
@@ -257,7 +257,7 @@ void bindClient(py::module_& module) {
       .def("status", &Client::status,
            "Latest status of the system, as a dict: deployment, robot, method, model, feedback, lease ('free', 'ours', "
            "'held'), source, hold, arms (by name: operating_state, is_homed, is_busy, faults, joints, velocity), "
-           "trajectory (phase, point, points, iterations), errors (m), limits (in words), control (period, cycles, "
+           "trajectory (phase, point, points, iterations), errors (m), limits (texts), control (period, cycles, "
            "overruns, cycle_time_max; s). Never older than 2 s and three control periods.")
       .def("measured_js", &Client::measuredJs, "arm"_a, "CRTK: (positions, velocities), m, rad, m/s, rad/s.")
       .def("measured_cp", &Client::measuredCp, "arm"_a,

@@ -38,7 +38,7 @@ class LiveRobot {
   void stateCommand(const std::string& command);
   void setMethod(control::Method method);
   void setParameter(const std::string& name, const std::string& value);
-  /// Returns when the arm has reached the joints, within safety::kAtRest.
+  /// Returns when the arm has reached the joints, within safety::kPositionTolerance.
   void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
   /// Moves all arms to the home configuration of the robot file.
   void home();

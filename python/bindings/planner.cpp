@@ -50,13 +50,13 @@ class Planner {
     }();
     py::dict result;
     result["reach"] = std::string(planning::name(answer.reach));
-    result["words"] = answer.words;
+    result["reason"] = answer.reason;
     result["joints"] = toArray(answer.q);
     result["errors"] = answer.error;
     result["stability"] = answer.stability;
     std::vector<std::string> limits;
     for (const planning::ActiveLimit& limit : answer.limits)
-      limits.push_back(robot_.file->arms[static_cast<std::size_t>(limit.arm)].name + ": " + limit.words);
+      limits.push_back(robot_.file->arms[static_cast<std::size_t>(limit.arm)].name + ": " + limit.description);
     result["limits"] = limits;
     return result;
   }
@@ -74,18 +74,18 @@ class Planner {
     result["start"] = report.start;
     Eigen::MatrixXd joints(static_cast<Eigen::Index>(report.points.size()), robot_.jointCount());
     Eigen::VectorXd errors(joints.rows());
-    std::vector<std::string> reach, words;
+    std::vector<std::string> reach, reasons;
     for (std::size_t i = 0; i < report.points.size(); ++i) {
       const planning::PointReport& point = report.points[i];
       joints.row(static_cast<Eigen::Index>(i)) = point.q;
       errors[static_cast<Eigen::Index>(i)] = point.error;
       reach.emplace_back(planning::name(point.reach));
-      words.push_back(point.words);
+      reasons.push_back(point.reason);
     }
     result["joints"] = toArray(joints);
     result["errors"] = toArray(errors);
     result["reach"] = reach;
-    result["words"] = words;
+    result["reason"] = reasons;
     return result;
   }
 
@@ -108,11 +108,11 @@ void bindPlanner(py::module_& module) {
       .def("inverse_kinematics", &Planner::ik, "targets"_a, "reference"_a = py::none(),
            "targets: by the name of the arm a position, (3,), m, or position and direction, (6,). The joints nearest "
            "to the reference (home unless given) that reach them, or those of the nearest pose: a dict with reach "
-           "('reached', 'limits', 'outside_workspace' ...), words, joints, errors (m), limits, stability.")
+           "('reached', 'limits', 'outside_workspace' ...), reason, joints, errors (m), limits, stability.")
       .def(
           "check", &Planner::check, "trajectory"_a, "start"_a = py::none(),
           "Feasibility of a trajectory from a start, point by point: a dict with feasible, start (reason why it is not "
-          "a valid start), and for each point joints, errors (m), reach, words.");
+          "a valid start), and for each point joints, errors (m), reach, reason.");
 }
 
 }  // namespace tandem::python

@@ -131,7 +131,7 @@ Client::~Client() {
     // The sample can be lost if the participant is deleted at once: wait until control publishes the release.
     interrupted_ = {};
     silence_limit_ = 0.0;
-    waitFor(0.5, [this](const Snapshot& s) { return s.status.lease_holder != id_; });
+    waitFor(0.5, [this](const Snapshot& s) { return s.status.lease_owner != id_; });
   }
   {
     const std::lock_guard lock(mutex_);
@@ -304,7 +304,7 @@ void Client::acquireLease() {
   control(request);
   keep_lease_ = true;
   // Planning reads the lease owner from control/status.
-  waitFor(timeout(kAnswerTime), [this](const Snapshot& s) { return s.status.lease_holder == id_; });
+  waitFor(timeout(kAnswerTime), [this](const Snapshot& s) { return s.status.lease_owner == id_; });
 }
 
 void Client::releaseLease() {

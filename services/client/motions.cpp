@@ -152,7 +152,7 @@ void Motions::disable() {
   } catch (const Failure&) {
     // Refused only because of the fault; arms that were not in FAULT have no power now.
   }
-  wait_(1.5 * deployment_.budgets.lease, [](const Snapshot& s) { return s.status.lease_holder == 0; });
+  wait_(1.5 * deployment_.budgets.lease, [](const Snapshot& s) { return s.status.lease_owner == 0; });
   client_.acquireLease();
   try {
     client_.stateCommand("disable");
@@ -175,7 +175,7 @@ void Motions::moveJp(std::size_t arm, const Eigen::VectorXd& joints) {
   const auto reached = [&](const Snapshot& s) {
     for (int j = 0; j < joints.size(); ++j) {
       const double error = s.state.position[dds::jointIndex(static_cast<int>(arm), j)] - joints[j];
-      if (std::abs(error) > safety::kAtRest)
+      if (std::abs(error) > safety::kPositionTolerance)
         return false;
     }
     return true;
@@ -348,7 +348,7 @@ void Motions::releaseLease() noexcept {
   try {
     client_.releaseLease();
     constexpr double kShown = 0.5;  // s: the reply may arrive before the status that shows the release
-    client_.waitFor(kShown, [this](const Snapshot& s) { return s.status.lease_holder != client_.id(); });
+    client_.waitFor(kShown, [this](const Snapshot& s) { return s.status.lease_owner != client_.id(); });
   } catch (const std::exception&) {
     // Without a reply the lease expires without its heartbeat.
   }

@@ -37,7 +37,7 @@ class Motions {
 
   /// Disables all arms. Acquires the lease if a fault has to be cleared, and releases it.
   void disable();
-  /// Returns when the arm is at `joints` within safety::kAtRest. @param joints  m and rad
+  /// Returns when the arm is at `joints` within safety::kPositionTolerance. @param joints  m and rad
   void moveJp(std::size_t arm, const Eigen::VectorXd& joints);
   /// Executes the request; returns when the arm has power. @throw Failure with the reason if it gets none
   void recover(const dds::ControlRequest& request);

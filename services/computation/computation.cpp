@@ -97,7 +97,7 @@ void Computation::check(const ComputationHooks& hooks, dds::ComputationResult& r
     result.outcome = static_cast<std::uint8_t>(dds::Outcome::kCancelled);
   } else if (report.feasible && with.end != RehearsalEnd::kCompleted) {
     result.outcome = static_cast<std::uint8_t>(dds::Outcome::kNot);
-    result.reason = with.words;
+    result.reason = with.reason;
   }
 }
 
@@ -147,7 +147,7 @@ void Computation::inverse(const ComputationHooks& hooks, dds::ComputationResult&
   const planning::IkAnswer answer =
       planning::InverseKinematics(problem_.arms, ik(hooks)).solve(problem_.targets, problem_.start);
   result.ik = reportOf(answer);
-  result.reason = answer.words;
+  result.reason = answer.reason;
   result.outcome = static_cast<std::uint8_t>(answer.reach == planning::Reach::kReached     ? dds::Outcome::kGood
                                              : answer.reach == planning::Reach::kCancelled ? dds::Outcome::kCancelled
                                                                                            : dds::Outcome::kNot);

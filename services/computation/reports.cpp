@@ -12,7 +12,7 @@ dds::PointReport reportOf(const planning::PointReport& from) {
   dds::PointReport to;
   to.point = static_cast<std::uint32_t>(from.point);
   to.reach = static_cast<std::uint8_t>(from.reach);
-  to.words = from.words;
+  to.reason = from.reason;
   to.wanted = arrayOf(from.wanted.tip);
   to.wanted_relative = arrayOf(from.wanted.relative);
   to.tip = arrayOf(from.tip);
@@ -51,7 +51,7 @@ dds::RehearsalReport reportOf(const planning::Rehearsal& from) {
   to.tip_error = from.tip_error;
   to.relative_error = from.relative_error;
   to.held = from.held;
-  to.words = from.words;
+  to.reason = from.reason;
   to.iterations = static_cast<std::uint32_t>(from.iterations);
   to.largest_violation = from.largest_violation;
   to.fastest_rotation = from.fastest_rotation;
@@ -61,13 +61,13 @@ dds::RehearsalReport reportOf(const planning::Rehearsal& from) {
 dds::IkReport reportOf(const planning::IkAnswer& from) {
   dds::IkReport to;
   to.reach = static_cast<std::uint8_t>(from.reach);
-  to.words = from.words;
+  to.reason = from.reason;
   to.joints = listOf(from.q);
   for (const Eigen::Vector3d& tip : from.tips)
     to.tips.insert(to.tips.end(), tip.begin(), tip.end());
   to.errors = from.error;
   for (const planning::ActiveLimit& limit : from.limits)
-    to.limits.push_back({static_cast<std::uint8_t>(limit.arm), limit.words, limit.force});
+    to.limits.push_back({static_cast<std::uint8_t>(limit.arm), limit.description, limit.force});
   to.stability = from.stability;
   to.clearance = from.clearance;
   to.starts = static_cast<std::uint32_t>(from.starts);

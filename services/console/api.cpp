@@ -131,10 +131,10 @@ Json describeBudgets(const config::Deployment& deployment) {
 }
 
 /// Name and meaning of every enumeration value in messages; for faults also the remedy.
-Json describeWords() {
-  Json words;
-  idl::forEachEnumeration([&words](const char* enumeration, const auto& entries) {
-    Json& list = words[enumeration];
+Json describeEnumerations() {
+  Json texts;
+  idl::forEachEnumeration([&texts](const char* enumeration, const auto& entries) {
+    Json& list = texts[enumeration];
     for (const auto& [value, name, meaning] : entries) {
       Json& word =
           list.emplace_back(Json{{"value", static_cast<std::uint64_t>(value)}, {"name", name}, {"meaning", meaning}});
@@ -142,7 +142,7 @@ Json describeWords() {
         word["remedy"] = safety::remedy(value);
     }
   });
-  return words;
+  return texts;
 }
 
 }  // namespace
@@ -168,7 +168,7 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
           {"port", port},
           {"control", describeControl(deployment, robot)},
           {"budgets", describeBudgets(deployment)},
-          {"words", describeWords()}};
+          {"descriptions", describeEnumerations()}};
 }
 
 Json describeTrajectories(const config::Robot& robot) {

@@ -16,10 +16,10 @@ bool CatheterPlaces::update(const dds::ActuationState& state) {
   safety::RobotVector q;
   if (!dds::measuredJoints(state, robot_.armCount(), robot_.jointCount(), q))
     return false;
-  if (session_ != 0 && (session_ != state.session || joint_resets_ != state.placements))
+  if (session_ != 0 && (session_ != state.session || joint_resets_ != state.joint_resets))
     follower_ = robots::makeEquilibriumFollower(setup_.robot);
   session_ = state.session;
-  joint_resets_ = state.placements;
+  joint_resets_ = state.joint_resets;
   if (!tips_.empty() && q == follower_.joints())
     return true;
   if (!follower_.solveEquilibrium(q).empty())

@@ -47,10 +47,10 @@ bool ClearanceMeter::makeBody(const dds::ActuationState& state, int k) {
 }
 
 dds::Clearances ClearanceMeter::measure(const dds::ActuationState& state) {
-  if (session_ != state.session || joint_resets_ != state.placements)
+  if (session_ != state.session || joint_resets_ != state.joint_resets)
     branches_.assign(branches_.size(), {});
   session_ = state.session;
-  joint_resets_ = state.placements;
+  joint_resets_ = state.joint_resets;
   dds::Clearances message;
   message.session = setup_.session;
   message.sequence = ++sequence_;

@@ -77,7 +77,7 @@ ControlRequestHandler::Settings ControlRequestHandler::changed(const dds::Contro
 }
 
 std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(const dds::ControlRequest& request,
-                                                                            std::uint64_t holder,
+                                                                            std::uint64_t owner,
                                                                             dds::Reply& refusal) {
   operation::ParsedControlRequest result;
   result.client = request.client;
@@ -151,9 +151,9 @@ std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(cons
     case dds::ControlKind::kSetMethod:
     case dds::ControlKind::kSetParameter:
       // Only for the lease owner: this takes long, and other clients could block the thread that also receives stops.
-      if (request.client != holder) {
-        const auto reason = holder == 0 ? operation::Reason::kNoLease : operation::Reason::kOtherLease;
-        return refused(dds::ReplyCode::kNotLeaseHolder, std::string(idl::name(reason)));
+      if (request.client != owner) {
+        const auto reason = owner == 0 ? operation::Reason::kNoLease : operation::Reason::kOtherLease;
+        return refused(dds::ReplyCode::kNotLeaseOwner, std::string(idl::name(reason)));
       }
       try {
         const Settings settings = changed(request);

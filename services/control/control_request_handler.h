@@ -26,9 +26,9 @@ class ControlRequestHandler {
  public:
   ControlRequestHandler(const runtime::Setup& setup, const robots::RobotModel& robot);
 
-  /// @param holder  lease owner, 0: none @return the converted request, or nothing and a refusal with the reason.
+  /// @param owner  lease owner, 0: none @return the converted request, or nothing and a refusal with the reason.
   std::optional<operation::ParsedControlRequest> parse(const dds::ControlRequest& request,
-                                                       std::uint64_t holder,
+                                                       std::uint64_t owner,
                                                        dds::Reply& refusal);
   std::optional<operation::ParsedControlRequest> parse(const std::string& arm,
                                                        const dds::StringStamped& command,

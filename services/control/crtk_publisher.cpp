@@ -72,10 +72,10 @@ void CrtkPublisher::publishArm(Arm& arm, int k, const Snapshot& snapshot) {
                   part(snapshot.state.velocity),
                   {}};
   arm.setpoint = {true, part(snapshot.state.setpoint), part(snapshot.commanded), {}};
-  if (arm.session != snapshot.state.session || arm.joint_resets != snapshot.state.placements)
+  if (arm.session != snapshot.state.session || arm.joint_resets != snapshot.state.joint_resets)
     arm.branch = {};
   arm.session = snapshot.state.session;
-  arm.joint_resets = snapshot.state.placements;
+  arm.joint_resets = snapshot.state.joint_resets;
   if (catheters_known_) {
     publishCatheter(arm, k, snapshot.state.stamp);
   } else if (arm.measured.valid && !catheters_) {

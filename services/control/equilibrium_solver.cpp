@@ -27,7 +27,7 @@ void EquilibriumSolver::solveEquilibrium(const Request& request) {
     follower_.emplace(robots::makeEquilibriumFollower(setup_.robot));
   joint_resets_ = request.joint_resets;
   const safety::RobotVector q = Eigen::VectorXd::Map(request.joints.data(), request.joint_count);
-  const bool moved = !result_.rest.known() || q != result_.rest.q();
+  const bool moved = !result_.equilibrium.known() || q != result_.equilibrium.q();
   const std::string why = follower_->solveEquilibrium(q);
   if (!why.empty() && why != last_reason_)
     spdlog::warn("no equilibrium of the common object at the present joints: {}", why);
@@ -35,7 +35,7 @@ void EquilibriumSolver::solveEquilibrium(const Request& request) {
   if (!why.empty())
     return;
   if (moved)
-    robots::writeEquilibrium(follower_->mechanism(), q, result_.rest);
+    robots::writeEquilibrium(follower_->mechanism(), q, result_.equilibrium);
   result_.stamp = request.stamp;
   result_.joint_resets = request.joint_resets;
   results_.store(result_);

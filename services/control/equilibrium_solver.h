@@ -25,7 +25,7 @@ class EquilibriumSolver {
   struct Result {
     std::int64_t stamp = 0;  ///< of the request
     std::uint32_t joint_resets = 0;
-    planning::Equilibrium rest;
+    planning::Equilibrium equilibrium;
   };
 
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.

@@ -58,7 +58,7 @@ class LockStep {
   bool take(const operation::ParsedControlRequest& request) {
     const std::int64_t now = runtime::monotonicNow();
     const operation::ControlReply reply = service_.core.onRequest(request, now);
-    service_.holder = service_.core.leaseHolder(now);
+    service_.owner = service_.core.leaseOwner(now);
     service_.answer(reply);
     return request.kind != dds::ControlKind::kKeepLease;
   }
@@ -167,7 +167,7 @@ class RealTime {
 
   /// Inputs of other clients must not replace those of the lease owner.
   void putInput(const dds::TeleopInput& input) {
-    (input.client == service_.holder.load(std::memory_order_relaxed) ? inputs_ : other_inputs_).store(input);
+    (input.client == service_.owner.load(std::memory_order_relaxed) ? inputs_ : other_inputs_).store(input);
   }
 
   void putCrtk(const operation::CrtkRequest& request) {
@@ -212,14 +212,14 @@ class RealTime {
     operation::ParsedControlRequest request;
     while (requests_.pop(request)) {
       const operation::ControlReply reply = service_.core.onRequest(request, tick.now);
-      service_.holder.store(service_.core.leaseHolder(tick.now), std::memory_order_relaxed);
+      service_.owner.store(service_.core.leaseOwner(tick.now), std::memory_order_relaxed);
       answers_.post(reply);
     }
     takeOperators(tick.now);
     const runtime::LoopStatistics& s = shell_.loop().statistics();
     service_.core.cycle(tick.now, false, output_);
     fillTiming(s, output_.status);
-    service_.holder.store(output_.status.lease_holder, std::memory_order_relaxed);
+    service_.owner.store(output_.status.lease_owner, std::memory_order_relaxed);
     for (int i = 0; i < output_.endings.count; ++i)
       outcomes_.post(output_.endings.outcome[static_cast<std::size_t>(i)]);
     service_.reportIdle(output_, [this](const control_service::IdleReport& report) { idles_.post(report); });

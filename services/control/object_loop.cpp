@@ -41,7 +41,7 @@ void ObjectLoop::stepAtOnce(const safety::RobotVector& q,
                             planning::TrackResult& result) {
   const auto solve = [this](const safety::RobotVector& joints) { return follower_->solveEquilibrium(joints); };
   const std::string why =
-      robots::stepByMiddle(follower_->mechanism(), solve, tracker, q, tasks.object, period_, rest_, result);
+      robots::stepByMiddle(follower_->mechanism(), solve, tracker, q, tasks.object, period_, equilibrium_, result);
   if (why.empty())
     return;
   spdlog::error("no equilibrium of the common object at the present joints: {}", why);
@@ -64,12 +64,12 @@ dds::HoldReason ObjectLoop::step(std::int64_t now,
   }
   equilibrium_solver_->take(latest_);
   const double age = 1e-9 * static_cast<double>(now - latest_.stamp);
-  if (!latest_.rest.known() || latest_.joint_resets != joint_resets_ || age > oldest_) {
+  if (!latest_.equilibrium.known() || latest_.joint_resets != joint_resets_ || age > oldest_) {
     tracker.hold(setpoint, setpoint, TrackStatus::kNoEquilibrium, result);
     return dds::HoldReason::kNoEquilibrium;
   }
   const safety::RobotVector middle = tracker.moved(setpoint, 0.5 * period_ * velocity);
-  tracker.step(latest_.rest, middle, setpoint, tasks.object.after(0.5 * period_), result);
+  tracker.step(latest_.equilibrium, middle, setpoint, tasks.object.after(0.5 * period_), result);
   return dds::HoldReason::kNone;
 }
 

@@ -47,7 +47,7 @@ class ObjectLoop : public operation::ObjectControl {
   std::optional<robots::EquilibriumFollower> follower_;    ///< lock-step
   std::unique_ptr<EquilibriumSolver> equilibrium_solver_;  ///< real time
   std::uint32_t joint_resets_ = 0;
-  planning::Equilibrium rest_;
+  planning::Equilibrium equilibrium_;
   EquilibriumSolver::Request request_;
   EquilibriumSolver::Result latest_;
 };

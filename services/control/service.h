@@ -84,7 +84,7 @@ struct Service {
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
     readers.push_back(bus.reader(dds::kControlRequest, [this, on_request](const dds::ControlRequest& request) {
       dds::Reply refusal;
-      if (const auto parsed = handler.parse(request, holder.load(std::memory_order_relaxed), refusal)) {
+      if (const auto parsed = handler.parse(request, owner.load(std::memory_order_relaxed), refusal)) {
         on_request(*parsed);
       } else {
         spdlog::warn("request refused: {}", refusal.reason);
@@ -151,7 +151,7 @@ struct Service {
     m.commanded = output.command.velocity;
     for (int k = 0; k < robot.armCount(); ++k)
       m.faults[static_cast<std::size_t>(k)] = core.faultRecord(k);
-    core.fillMoments(now, m.operators, m.crtk);
+    core.fillSnapshots(now, m.operators, m.crtk);
   }
 
   void publish(const Snapshot& m) {
@@ -175,11 +175,11 @@ struct Service {
     std::string text;
     const operation::Reason reason = reply.refusal.reason;
     if (reason == operation::Reason::kMismatch) {
-      for (const std::string& words : runtime::mismatches(bus))
-        text += "; " + words;
+      for (const std::string& mismatch : runtime::mismatches(bus))
+        text += "; " + mismatch;
     }
     const bool others = reason == operation::Reason::kOtherLease || reason == operation::Reason::kLeaseTaken;
-    if (const auto who = bus.identityOf(reply.holder); others && who)
+    if (const auto who = bus.identityOf(reply.owner); others && who)
       text = ": " + runtime::describe(*who);
     if (others)
       text += "; only that client can resume the motion that it started";
@@ -204,7 +204,7 @@ struct Service {
   std::optional<runtime::MismatchHandler> mismatches;
   std::vector<dds::Reader> readers;
   std::optional<runtime::ClockRequestHandler> clock;
-  std::atomic<std::uint64_t> holder{0};  ///< lease owner, last value from control's thread
+  std::atomic<std::uint64_t> owner{0};  ///< lease owner, last value from control's thread
 };
 
 }  // namespace tandem::control_service

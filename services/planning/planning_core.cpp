@@ -83,7 +83,7 @@ void PlanningCore::advanceInStep() {
 void PlanningCore::onState(const dds::ActuationState& state) {
   const bool new_instant = state.session != state_.session || state.stamp != state_.stamp;
   const bool new_state = state.session != state_.session || state.sequence != state_.sequence;
-  if (state.session != state_.session || state.placements != state_.placements) {
+  if (state.session != state_.session || state.joint_resets != state_.joint_resets) {
     if (state_.session != 0)
       run_->restart();
   }
@@ -110,7 +110,7 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
     return publish();
   if (control_restarted)
     return end("control restarted");
-  if (status.lease_holder != commander_)
+  if (status.lease_owner != commander_)
     return end("the client that started the run released or lost the control lease");
   if (operated(status))
     return end("an operator has taken over");
@@ -190,7 +190,7 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
   const auto kind = static_cast<Kind>(request.kind);
   const auto action = kind == Kind::kStart ? operation::Action::kStart : operation::Action::kSteer;
   const auto condition = operation::conditionOf(setup_.robot, state_, status_, run_->progress().phase);
-  const auto refusal = judge(action, operation::requesterOf(request.client, status_.lease_holder), condition);
+  const auto refusal = judge(action, operation::requesterOf(request.client, status_.lease_owner), condition);
   if (kind != Kind::kStop && refusal)
     return replyTo(request, refusal.code(), describe(refusal, setup_.robot));
   switch (kind) {

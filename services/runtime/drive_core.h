@@ -70,7 +70,7 @@ class DriveCore {
     state.stamp = stamp_ = stamp;
     state.lock_step = lock_step_ ? 1 : 0;
     state.answers_command = drives_.answersCommand();
-    state.placements = drives_.jointResets();
+    state.joint_resets = drives_.jointResets();
     state.arm_count = static_cast<std::uint8_t>(armCount());
     for (int k = 0; k < armCount(); ++k) {
       showArm(k, state);

@@ -211,7 +211,7 @@ std::string drive(Session& session, teleop::Device& device, const Options& optio
     session.report();
     device.showLimited(session.status().clamped != 0);
     const dds::ControlStatus status = session.client().snapshot().status;
-    if (status.lease_holder != session.client().id())
+    if (status.lease_owner != session.client().id())
       throw Failure(client::kFailure, "the control lease was lost");
     // A trace cannot release and press the switch again: its remainder would not be the recorded motion.
     if (device.kind() == planning::teleoperation::Device::kTrace) {

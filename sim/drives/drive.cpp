@@ -318,13 +318,13 @@ void Drive::moveBrake(double dt) noexcept {
 }
 
 void Drive::note(double dt, double before) noexcept {
-  const double way = std::abs(motor_.position() - before);
-  record_.travel += way;
+  const double distance = std::abs(motor_.position() - before);
+  record_.travel += distance;
   record_.lowest = std::min(record_.lowest, position());
   record_.highest = std::max(record_.highest, position());
   record_.peak_velocity = std::max(record_.peak_velocity, std::abs(motor_.velocity()));
   if (stopping_) {
-    record_.stop_travel += way;
+    record_.stop_travel += distance;
     if (std::abs(motor_.velocity()) < 1e-3 * spec_.motor.max_velocity) {
       stopping_ = false;
     } else {

@@ -104,10 +104,10 @@ void Drive::endBrake() noexcept {
 
 void Drive::cyclicPosition(double dt) noexcept {
   const double period = interpolationPeriod();
-  const double way = segment_end_ - segment_start_;
+  const double distance = segment_end_ - segment_start_;
   segment_time_ = std::min(segment_time_ + dt, period);
   const double before = demand_;
-  demand_ = segment_time_ >= period ? segment_end_ : segment_start_ + way * segment_time_ / period;
+  demand_ = segment_time_ >= period ? segment_end_ : segment_start_ + distance * segment_time_ / period;
   demand_velocity_ = (demand_ - before) / dt + number(dictionary().require(0x60B1));
 }
 
@@ -158,16 +158,16 @@ void Drive::profilePosition(double dt) noexcept {
     acknowledged_ = (last_word_ & 0x10) != 0;
     reached_time_ = 0.0;
   }
-  const double way = profile_target_ - demand_;
+  const double distance = profile_target_ - demand_;
   const double deceleration = number(dictionary().require(0x6084));
   const double most = std::min(number(dictionary().require(0x6081)), number(dictionary().require(0x607F)));
   // Largest speed from which the remaining distance suffices to stop, one step ahead.
-  const double rest = std::max(0.0, std::abs(way) - 0.5 * std::abs(demand_velocity_) * dt);
-  const double velocity = std::copysign(std::min(most, std::sqrt(2.0 * deceleration * rest)), way);
+  const double rest = std::max(0.0, std::abs(distance) - 0.5 * std::abs(demand_velocity_) * dt);
+  const double velocity = std::copysign(std::min(most, std::sqrt(2.0 * deceleration * rest)), distance);
   const bool slower = std::abs(velocity) < std::abs(demand_velocity_) || velocity * demand_velocity_ < 0.0;
   approach(velocity, slower ? 1.2 * deceleration : number(dictionary().require(0x6083)), dt);
   const double left = profile_target_ - demand_;
-  if (std::abs(left) <= 0.5 || (left * way < 0.0 && std::abs(left) < 10.0 * deceleration * dt * dt)) {
+  if (std::abs(left) <= 0.5 || (left * distance < 0.0 && std::abs(left) < 10.0 * deceleration * dt * dt)) {
     demand_ = profile_target_;
     demand_velocity_ = 0.0;
   }

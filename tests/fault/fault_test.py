@@ -146,7 +146,7 @@ class Latched(Fault):
                      "the arms stop without a commander")
         self.assertGreater(time.monotonic() - killed, 0.5 * LEASE, "it was not the lease that ended the motion")
         self.assert_fault("lease_lost")
-        self.assertEqual(self.system.status()["lease_holder"], 0)
+        self.assertEqual(self.system.status()["lease_owner"], 0)
 
     def stop_during_a_run(self):
         self.begin_run()

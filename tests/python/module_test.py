@@ -177,7 +177,7 @@ class Plans(ModuleTest):
         np.testing.assert_allclose(arm.forward(answer["joints"][:6])[:3, 3], there, atol=1e-6)
         far = planner.inverse_kinematics({"a": [1.0, 0.0, 0.0]})
         self.assertIn(far["reach"], ("outside_workspace", "limits"))
-        self.assertTrue(far["words"])
+        self.assertTrue(far["reason"])
         self.assertTrue(arm.within_limits(far["joints"][:6], tolerance=1e-9))
 
     def test_check(self):

@@ -5,7 +5,7 @@ import type { Joint } from "../state/robot";
 import { isTranslation } from "../state/robot";
 import type { Range } from "../state/track";
 import { allowed, place, rotationRange, wrap } from "../state/track";
-import { shortName, stateName } from "../state/words";
+import { shortName, stateName } from "../state/descriptions";
 import { maxJointsPerArm } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";

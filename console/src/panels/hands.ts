@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Teleoperation: driven arm, mode, and control's stages of processing. */
-import { shortName } from "../state/words";
+import { shortName } from "../state/descriptions";
 import { Mode } from "../teleop/pilot";
 import { Action } from "../wire/messages";
 import type { TeleopStatus } from "../wire/messages";

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Header, always visible: link, arms, lease owner, stop. */
 import { mayCommand } from "../state/robot";
-import { age, ageWords, staleAfter } from "../state/age";
-import { shortName, stateGlyph, stateMeaning, stateName } from "../state/words";
+import { age, ageText, staleAfter } from "../state/age";
+import { shortName, stateGlyph, stateMeaning, stateName } from "../state/descriptions";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand } from "./context";
 import { action, h, setAttribute, setClass, setText, setUsable } from "./dom";
@@ -57,9 +57,9 @@ export class Header implements Panel {
     const drives = age(world.hal.at, now);
     const late = staleAfter(Math.max(robot.control.period, robot.status_period));
     let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
-    if (link.state !== "open") text = `✕ NO LINK · ${ageWords(age(link.receivedAt, now))}`;
-    else if (old > late) text = `◔ NO DATA FROM CONTROL · ${ageWords(old)}`;
-    else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageWords(drives)}`;
+    if (link.state !== "open") text = `✕ NO LINK · ${ageText(age(link.receivedAt, now))}`;
+    else if (old > late) text = `◔ NO DATA FROM CONTROL · ${ageText(old)}`;
+    else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageText(drives)}`;
     setText(this.link, text);
     setAttribute(this.link, "data-state", live ? "live" : link.state === "open" ? "stale" : "lost");
     this.updateArms(live);
@@ -89,12 +89,12 @@ export class Header implements Panel {
 
   private updateLease(now: number): void {
     const { commander, world, robot } = this.c;
-    const holder = world.controlStatus()?.lease_holder;
+    const owner = world.controlStatus()?.lease_owner;
     let text = "Control: another client";
-    if (!world.live(now) || holder === undefined) text = "Control: unknown";
+    if (!world.live(now) || owner === undefined) text = "Control: unknown";
     else if (commander.holds) text = "Control: this page";
-    else if (holder === 0n) text = "Control: free";
-    else if (holder === kCrtkClients) text = "Control: CRTK clients";
+    else if (owner === 0n) text = "Control: free";
+    else if (owner === kCrtkClients) text = "Control: CRTK clients";
     setText(this.who, !mayCommand(robot) ? `${text} · viewer` : text);
     setAttribute(this.who, "data-mine", commander.holds ? "yes" : "no");
   }

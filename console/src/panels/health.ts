@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** System health: loops, watchdogs, services, and the load of the page itself. */
-import { age, ageWords } from "../state/age";
-import { nameOf, wordsOf } from "../state/words";
+import { age, ageText } from "../state/age";
+import { nameOf, valuesOf } from "../state/descriptions";
 import type { Context, Panel } from "./context";
 import { card, h, setAttribute, setText } from "./dom";
 
@@ -88,7 +88,7 @@ export class Health implements Panel {
     this.fact(this.loop, "this page receives", `${this.kilobytes.toFixed(0)} kB/s`);
     if (hal) {
       this.fact(this.loop, "emergency stop", nameOf("EmergencyStop", hal.emergency_stop));
-      wordsOf("Guard").forEach(({ name, value: k }) => {
+      valuesOf("Guard").forEach(({ name, value: k }) => {
         const count = hal.guard_count[k] ?? 0n;
         this.fact(
           this.guards,
@@ -99,7 +99,7 @@ export class Health implements Panel {
     }
     for (const { row, at } of this.known.values()) {
       const old = age(at, now);
-      setText(row, `${row.dataset["text"]}${old > 3000 ? ` · ${ageWords(old)}` : ""}`);
+      setText(row, `${row.dataset["text"]}${old > 3000 ? ` · ${ageText(old)}` : ""}`);
       if (old > 3000) setAttribute(row, "data-level", "3");
     }
   }

@@ -4,8 +4,8 @@ import { armColor, bodyColor, kGoal, kNear, kObject } from "../scene/colors";
 import { kThickness } from "../scene/drawing";
 import type { Preset, View } from "../scene/view";
 import { kPresets } from "../scene/view";
-import { age, ageWords } from "../state/age";
-import { shortName } from "../state/words";
+import { age, ageText } from "../state/age";
+import { shortName } from "../state/descriptions";
 import { port, TaskKind } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { action, h, millimetres, setClass, setShown, setText } from "./dom";
@@ -97,7 +97,7 @@ export class Hud implements Panel {
     setClass(this.element.parentElement ?? this.element, "past", !live);
     setShown(this.curtain, !live);
     if (!live) {
-      const old = ageWords(age(world.status.at < 0 ? link.receivedAt : world.status.at, now));
+      const old = ageText(age(world.status.at < 0 ? link.receivedAt : world.status.at, now));
       const what =
         link.state !== "open"
           ? "No connection to the server"
@@ -146,11 +146,11 @@ export class Hud implements Panel {
       .plan()
       ?.tasks.slice(0, this.c.world.plan()?.task_count)
       .find((t) => t.kind === TaskKind.relativePosition);
-    const words = `tip ${this.names[0]} from tip ${this.names[1]}: ${now
+    const text = `tip ${this.names[0]} from tip ${this.names[1]}: ${now
       .toArray()
       .map((x) => millimetres(x, 1))
       .join(", ")} mm`;
     const off = task ? Math.hypot(...now.toArray().map((x, k) => x - task.position[k]!)) : null;
-    setText(this.relative, off === null ? words : `${words} · error ${millimetres(off, 3)} mm`);
+    setText(this.relative, off === null ? text : `${text} · error ${millimetres(off, 3)} mm`);
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Method of redundancy resolution and its parameters, which can be changed while it runs. */
 import { parametersOf } from "../state/robot";
-import { nameOf, wordsOf } from "../state/words";
+import { nameOf, valuesOf } from "../state/descriptions";
 import { Action } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotMove } from "./context";
@@ -27,7 +27,7 @@ export class MethodPanel implements Panel {
 
   constructor(private readonly c: Context) {
     const library = c.robot.control.method_library;
-    const methods = wordsOf("Method").filter(({ name }) => name !== "foreign" || library !== "");
+    const methods = valuesOf("Method").filter(({ name }) => name !== "foreign" || library !== "");
     this.options = methods.map(({ name, meaning: built }) => {
       const meaning = name === "foreign" ? `${built}: ${library}` : built;
       const button = action(name, meaning, () => void order(c, `Method ${name}`, c.commander.method(name)), "option");
@@ -36,7 +36,7 @@ export class MethodPanel implements Panel {
       button.append(h("small", {}, meaning));
       return [button, name];
     });
-    for (const { name } of wordsOf("BoundsKind")) this.bounds.append(h("option", { value: name }, name));
+    for (const { name } of valuesOf("BoundsKind")) this.bounds.append(h("option", { value: name }, name));
     this.bounds.addEventListener(
       "change",
       () => void order(c, `Bounds ${this.bounds.value}`, c.commander.parameter("bounds", this.bounds.value)),

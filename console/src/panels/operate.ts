@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Arms with descriptions of their faults, power, and homing. */
-import { driveRecord, faultsOf, holdReason, idleWords, shortName } from "../state/words";
-import type { StateCommand } from "../state/words";
+import { driveRecord, faultsOf, holdReason, idleText, shortName } from "../state/descriptions";
+import type { StateCommand } from "../state/descriptions";
 import { Action, EmergencyStop } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
@@ -95,17 +95,17 @@ export class Operate implements Panel {
     const { world, robot } = this.c;
     const status = world.controlStatus();
     const hal = world.halStatus();
-    const words = robot.arms.map((arm, k) => {
+    const texts = robot.arms.map((arm, k) => {
       const faults = faultsOf((status?.faults[k] ?? 0) | (hal?.faults[k] ?? 0));
       const record = hal ? driveRecord(hal, k, arm.joints.length) : "";
       const more = record !== "" && record !== faults.map((f) => f.name).join(", ") ? `\nDrives: ${record}` : "";
       return faults.map((f) => `${f.name}: ${f.meaning}. ${f.remedy}`).join("\n") + more;
     });
-    words.forEach((text, k) => {
+    texts.forEach((text, k) => {
       // A text that applies to several arms is shown once, at the first of them.
-      const shown = text !== "" && words.indexOf(text) === k;
+      const shown = text !== "" && texts.indexOf(text) === k;
       setShown(this.faults[k]!, shown);
-      const whose = robot.arms.filter((_, j) => words[j] === text).map((arm) => shortName(arm.name));
+      const whose = robot.arms.filter((_, j) => texts[j] === text).map((arm) => shortName(arm.name));
       setText(this.faults[k]!, shown ? `✕ Arm ${whose.join(", ")}: ${text}` : "");
     });
     setShown(this.emergency, hal?.emergency_stop === EmergencyStop.pressed);
@@ -117,10 +117,10 @@ export class Operate implements Panel {
         `The trajectory is held: ${holdReason(status.hold)} (${(1000 * status.tip_age).toFixed(0)} ms)`,
       );
     const idle = robot.arms
-      .map((arm, k) => ({ name: shortName(arm.name), words: status ? idleWords(status, k) : "" }))
-      .filter(({ words }) => words !== "");
+      .map((arm, k) => ({ name: shortName(arm.name), text: status ? idleText(status, k) : "" }))
+      .filter(({ text }) => text !== "");
     setShown(this.idle, idle.length > 0);
-    setText(this.idle, idle.map(({ name, words }) => `Arm ${name} ${words}`).join("; "));
+    setText(this.idle, idle.map(({ name, text }) => `Arm ${name} ${text}`).join("; "));
     this.updateButtons(now);
   }
 

@@ -2,7 +2,7 @@
 /** Trajectories: selection, start, progress, pause, resume, stop. */
 import type { Trajectory } from "../state/robot";
 import { fetchJson } from "../state/robot";
-import { limitsInTheWay, nameOf } from "../state/words";
+import { limitsInTheWay, nameOf } from "../state/descriptions";
 import { Action, Phase } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotMove } from "./context";

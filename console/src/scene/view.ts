@@ -4,7 +4,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { Robot } from "../state/robot";
-import { shortName } from "../state/words";
+import { shortName } from "../state/descriptions";
 import { ArmView, baseAxis } from "./armview";
 import { Guides } from "./guides";
 import { ObjectView } from "./object";

@@ -9,7 +9,7 @@ export const age = (at: number, now: number): number => (at < 0 ? Infinity : Mat
 
 export const isStale = (at: number, now: number, period: number): boolean => age(at, now) > staleAfter(period);
 
-export function ageWords(milliseconds: number): string {
+export function ageText(milliseconds: number): string {
   if (!Number.isFinite(milliseconds)) return "never received";
   if (milliseconds < 1000) return `${Math.round(milliseconds)} ms old`;
   if (milliseconds < 60_000) return `${(milliseconds / 1000).toFixed(1)} s old`;

@@ -76,11 +76,11 @@ export class Commander {
     this.seen = status;
     if (
       this.holds &&
-      status.lease_holder !== this.client &&
+      status.lease_owner !== this.client &&
       performance.now() - this.acquiredAt > 1000 * this.robot.budgets.lease
     )
       this.drop(
-        status.lease_holder === 0n ? "the control lease has expired" : "another client has the control lease now",
+        status.lease_owner === 0n ? "the control lease has expired" : "another client has the control lease now",
       );
   }
   private acquiredAt = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Description of robot and deployment from the server: GET /api/robot and /api/trajectories. */
 
-import type { Words } from "./words";
+import type { Descriptions } from "./descriptions";
 
 export interface Pose {
   position: number[];
@@ -82,7 +82,7 @@ export interface Robot {
   };
   budgets: { lease: number; teleoperation: number };
   /** Names and meanings of values in messages, by enumeration. */
-  words: Words;
+  descriptions: Descriptions;
 }
 
 export interface Trajectory {

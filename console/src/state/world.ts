@@ -16,7 +16,7 @@ import type {
 } from "../wire/messages";
 import { isStale } from "./age";
 import type { Robot } from "./robot";
-import { whyNot } from "./words";
+import { whyNot } from "./descriptions";
 
 export interface ArmSlots {
   measuredJs: Slot;

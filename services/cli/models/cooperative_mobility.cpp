@@ -21,7 +21,7 @@ struct MobilityCommand {
   bool json = false;
 };
 
-Json words(const grasp::Twists& twists, double length) {
+Json texts(const grasp::Twists& twists, double length) {
   Json list = Json::array();
   for (Eigen::Index k = 0; k < twists.cols(); ++k)
     list.push_back(grasp::describe(twists.col(k), length));
@@ -35,7 +35,7 @@ std::pair<double, double> stiffnessRange(const grasp::Matrix6& stiffness) {
   return {values.eigenvalues()[0], values.eigenvalues()[2]};
 }
 
-/// At rest at the joints given, or at home, without what only a controller brings about: squeeze.
+/// In equilibrium at the joints given, or at home, without what only a controller brings about: squeeze.
 Json mobility(config::CooperativeRobot robot, const std::string& type, const MobilityCommand& options) {
   if (!type.empty()) {
     for (grasp::Contact& contact : robot.object->contacts)
@@ -61,9 +61,9 @@ Json mobility(config::CooperativeRobot robot, const std::string& type, const Mob
   json["squeezes"] = state.squeezes;
   json["manipulability"] = state.manipulability;
   json["least_gain"] = state.least_gain;
-  json["movable"] = words(state.movable, length);
-  json["missing"] = words(state.missing, length);
-  json["unrestrained"] = words(state.unrestrained, length);
+  json["movable"] = texts(state.movable, length);
+  json["missing"] = texts(state.missing, length);
+  json["unrestrained"] = texts(state.unrestrained, length);
   json["degenerate"] = grasp::describeDegeneracies(state.degeneracies);
   const auto [softest, stiffest] = stiffnessRange(mechanism.stiffness());
   json["stiffness_N_per_m"] = {softest, stiffest};

@@ -52,7 +52,7 @@ std::vector<Ray> raysOf(int count) {
 }
 
 struct Answer {
-  std::size_t holder;
+  std::size_t carrier;
   Ray ray;
   Payload payload;
 };
@@ -62,12 +62,12 @@ std::vector<Answer> answersOf(const experiments::PayloadStudy& study,
                               const experiments::PayloadOptions& options,
                               int threads) {
   std::vector<Answer> answers;
-  for (std::size_t holder = 0; holder < study.holders().size(); ++holder) {
+  for (std::size_t carrier = 0; carrier < study.carriers().size(); ++carrier) {
     for (const Ray& ray : rays)
-      answers.push_back({holder, ray, {}});
+      answers.push_back({carrier, ray, {}});
   }
   parallelFor(answers.size(), threads, "directions", [&](std::size_t k) {
-    answers[k].payload = study.carried(answers[k].holder, answers[k].ray.direction, options);
+    answers[k].payload = study.carried(answers[k].carrier, answers[k].ray.direction, options);
   });
   return answers;
 }
@@ -76,9 +76,9 @@ void write(const std::string& file, const std::vector<Answer>& answers) {
   if (fs::path(file).has_parent_path())
     fs::create_directories(fs::path(file).parent_path());
   std::ofstream out(file);
-  Table table(out, {"holder", "plane", "angle", "dx", "dy", "dz", "stiffness", "payload", "sag"}, false);
-  for (const auto& [holder, ray, payload] : answers) {
-    table.add({double(holder), double(ray.plane), ray.angle, ray.direction.x(), ray.direction.y(), ray.direction.z(),
+  Table table(out, {"carrier", "plane", "angle", "dx", "dy", "dz", "stiffness", "payload", "sag"}, false);
+  for (const auto& [carrier, ray, payload] : answers) {
+    table.add({double(carrier), double(ray.plane), ray.angle, ray.direction.x(), ray.direction.y(), ray.direction.z(),
                payload.stiffness, payload.load, payload.sag},
               payload.limit);
   }
@@ -89,13 +89,13 @@ void write(const std::string& file, const std::vector<Answer>& answers) {
 void printPayload(const Json& json) {
   std::printf("joints at standstill; permitted displacement of the object %g mm\n",
               1e3 * json["most_sag_m"].get<double>());
-  for (const Json& holder : json["holders"]) {
-    std::printf("held by %s%s\n", holder["name"].get<std::string>().c_str(),
-                holder["refused"] == "" ? "" : (": " + holder["refused"].get<std::string>()).c_str());
-    if (holder["refused"] != "")
+  for (const Json& carrier : json["carriers"]) {
+    std::printf("held by %s%s\n", carrier["name"].get<std::string>().c_str(),
+                carrier["refused"] == "" ? "" : (": " + carrier["refused"].get<std::string>()).c_str());
+    if (carrier["refused"] != "")
       continue;
     std::printf("  %-4s %14s %12s %10s  %s\n", "load", "stiffness N/m", "payload N", "sag mm", "limited by");
-    for (const Json& row : holder["directions"])
+    for (const Json& row : carrier["directions"])
       std::printf("  %-4s %14.4g %12.4g %10.3f  %s\n", row["along"].get<std::string>().c_str(),
                   row["stiffness_N_per_m"].get<double>(), row["payload_N"].get<double>(),
                   1e3 * row["sag_m"].get<double>(), row["limit"].get<std::string>().c_str());
@@ -120,12 +120,12 @@ int runPayload(const PayloadCommand& o) {
     axes.push_back({0, 0.0, (k % 2 ? -1.0 : 1.0) * Vector3d::Unit(k / 2)});
   Json json{{"robot", o.held.robot}, {"most_sag_m", o.sag}, {"squeeze_N", robot.object->squeeze}};
   for (const Answer& answer : answersOf(study, axes, options, o.threads)) {
-    Json& holders = json["holders"];
-    if (holders.size() <= answer.holder)
-      holders.push_back({{"name", study.holders()[answer.holder]},
-                         {"refused", study.refusal(answer.holder)},
-                         {"directions", Json::array()}});
-    Json& rows = holders.back()["directions"];
+    Json& carriers = json["carriers"];
+    if (carriers.size() <= answer.carrier)
+      carriers.push_back({{"name", study.carriers()[answer.carrier]},
+                          {"refused", study.refusal(answer.carrier)},
+                          {"directions", Json::array()}});
+    Json& rows = carriers.back()["directions"];
     rows.push_back({{"along", names[rows.size()]},
                     {"stiffness_N_per_m", answer.payload.stiffness},
                     {"payload_N", answer.payload.load},
@@ -139,7 +139,7 @@ int runPayload(const PayloadCommand& o) {
     write(csv, answersOf(study, raysOf(o.directions), options, o.threads));
   if (!o.figure.empty()) {
     std::vector<std::string> arguments{"payload", csv, o.figure};
-    append(arguments, study.holders());
+    append(arguments, study.carriers());
     drawFigures("cooperative.py", arguments);
   }
   if (o.json)

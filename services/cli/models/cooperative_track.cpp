@@ -87,7 +87,7 @@ std::vector<std::string> jointNames(const config::CooperativeRobot& robot, bool 
 void writeTrackRows(std::ostream& out, const TrackRecord& record, const std::vector<std::string>& joints) {
   std::vector<std::string> names{"time"};
   append(names, joints);
-  append(names, {"x", "y", "z", "qx", "qy", "qz", "qw", "error", "drift"});
+  append(names, {"x", "y", "z", "qx", "qy", "qz", "qw", "error", "residual"});
   append(names, record.names);
   names.push_back("active_limits");
   Table table(out, names, false);
@@ -95,7 +95,7 @@ void writeTrackRows(std::ostream& out, const TrackRecord& record, const std::vec
     std::vector<double> row{step.time};
     row.insert(row.end(), step.joints.begin(), step.joints.end());
     append(row, poseNumbers(step.pose));
-    append(row, {step.error, step.drift});
+    append(row, {step.error, step.residual});
     append(row, step.columns);
     row.push_back(step.active_limits);
     table.add(row, std::string(control::name(step.status)));
@@ -155,7 +155,7 @@ Json summary(const TrackCommand& o, const planning::ObjectPath& path, const Trac
           {"stopped", record.stopped},
           {"rms_error_m", record.rms_error},
           {"max_error_m", record.max_error},
-          {"max_drift_m", record.max_drift},
+          {"max_residual_m", record.max_residual},
           {"periods_at_limits", active},
           {"facts", facts}};
 }
@@ -175,8 +175,8 @@ void printTrack(const Json& json, bool assisted) {
   std::printf("  %-32s %10s %10s\n", "", "rms", "largest");
   std::printf("  %-32s %10.4f %10.4f\n", assisted ? "error of the tip, mm" : "error of the object, mm",
               1e3 * json["rms_error_m"].get<double>(), 1e3 * json["max_error_m"].get<double>());
-  std::printf("  %-32s %10s %10.2g\n", assisted ? "contact open, mm" : "drift of the contacts, mm", "",
-              1e3 * json["max_drift_m"].get<double>());
+  std::printf("  %-32s %10s %10.2g\n", assisted ? "contact open, mm" : "residual of the contacts, mm", "",
+              1e3 * json["max_residual_m"].get<double>());
   std::printf("  %-32s %10s %10s\n", "", "smallest", "largest");
   for (const auto& [name, range] : json["facts"].items())
     std::printf("  %-32s %10.4f %10.4f\n", name.c_str(), range[0].is_null() ? NAN : range[0].get<double>(),
@@ -204,7 +204,7 @@ void refuseChanges(const HeldOptions& held) {
 
 using TrackProgress = std::function<void(double, double)>;
 
-/// By simulator, control and planning, as processes. @param mechanism  at rest at home
+/// By simulator, control and planning, as processes. @param mechanism  in equilibrium at home
 TrackRecord trackOverDds(const TrackCommand& o,
                          const config::CooperativeRobot& robot,
                          robots::Mechanism& mechanism,

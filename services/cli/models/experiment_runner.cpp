@@ -94,7 +94,7 @@ std::uint32_t ExperimentRunner::placeAtStart(const experiments::RunPlan& plan) {
       reset.joints[dds::jointIndex(k, j)] = plan.start[static_cast<std::size_t>(k)][j];
     }
   }
-  const std::uint32_t joint_resets = client_->snapshot().state.placements;
+  const std::uint32_t joint_resets = client_->snapshot().state.joint_resets;
   client_->sim(reset);
   client_->setMethod(plan.key.method);
   client_->stateCommand("enable");
@@ -153,8 +153,9 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
   const safety::RobotVector wanted = model_.stack(plan.start);
   const client::Snapshot enabled = client_->snapshot();
   const bool ready = client_->waitFor(client_->timeout(kProgress), [&](const client::Snapshot& s) {
-    const bool there = lock_step_ ? s.state.placements != joint_resets && s.reference.answers_state == s.state.sequence
-                                  : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < safety::kAtRest;
+    const bool there = lock_step_
+                           ? s.state.joint_resets != joint_resets && s.reference.answers_state == s.state.sequence
+                           : (positions(s.state) - wanted).cwiseAbs().maxCoeff() < safety::kPositionTolerance;
     return there && s.reference.answers_control >= enabled.status.sequence;
   });
   if (ready)

@@ -202,8 +202,8 @@ nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows
     if (row.conditions.speed > 0.0) {
       line["max_ab_mm"] = percentiles(row.max_ab, 1e3);
       line["max_a_mm"] = percentiles(row.max_a, 1e3);
-      line["rest_ab_mm"] = percentiles(row.rest_ab, 1e3);
-      line["rest_a_mm"] = percentiles(row.rest_a, 1e3);
+      line["rest_ab_mm"] = percentiles(row.steady_ab, 1e3);
+      line["rest_a_mm"] = percentiles(row.steady_a, 1e3);
     }
     for (const ex::MethodPair& pair : pairs) {
       if (pair.conditions == row.conditions && pair.other == row.method)

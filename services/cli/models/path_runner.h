@@ -29,15 +29,15 @@ class TemporaryDeployment {
   config::Deployment deployment_;
 };
 
-/** Drives the running processes along a path. What is moved is taken to be where a mechanism of its own comes to rest
- * at the joints that the topics tell. */
+/** Drives the running processes along a path. What is moved is taken to be where the equilibrium of a mechanism of its
+ * own is at the joints that the topics tell. */
 class PathRunner {
  public:
   /// Connects and takes the control lease. @param interrupted  ends waiting: a process died or the user asked.
   PathRunner(const config::Deployment& deployment, std::function<bool()> interrupted);
   ~PathRunner();
 
-  /// @param mechanism  at rest where the robot stands  @param path  with the mechanism's length
+  /// @param mechanism  in equilibrium where the robot stands  @param path  with the mechanism's length
   /// @return as robots::track() does  @throw Failure where a service falls silent or a sample is missing.
   robots::TrackRecord run(robots::Mechanism& mechanism,
                           const planning::ObjectPath& path,

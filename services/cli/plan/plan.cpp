@@ -95,8 +95,8 @@ dds::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
 
 Json ikJson(const dds::IkReport& answer, const config::Robot& robot, bool reached, bool clearance) {
   Json json{{"reached", reached},
-            {"reason", planning::name(static_cast<planning::Reach>(answer.reach))},
-            {"words", answer.words},
+            {"reach", planning::name(static_cast<planning::Reach>(answer.reach))},
+            {"reason", answer.reason},
             {"joints", answer.joints},
             {"tips_m", Json::array()},
             {"errors_m", answer.errors},
@@ -108,7 +108,7 @@ Json ikJson(const dds::IkReport& answer, const config::Robot& robot, bool reache
   for (std::size_t k = 0; k + 2 < answer.tips.size(); k += 3)
     json["tips_m"].push_back({answer.tips[k], answer.tips[k + 1], answer.tips[k + 2]});
   for (const dds::LimitReport& limit : answer.limits)
-    json["limits"].push_back({{"arm", robot.arms.at(limit.arm).name}, {"limit", limit.words}});
+    json["limits"].push_back({{"arm", robot.arms.at(limit.arm).name}, {"limit", limit.description}});
   return json;
 }
 
@@ -125,7 +125,7 @@ int ik(const PlanOptions& options) {
     std::cout << ikJson(answer, setup.robot(), reached, clearance).dump(2) << '\n';
     return reached ? kOk : kFailure;
   }
-  std::cout << (reached ? "reached" : "not reached: " + answer.words + "; the nearest found") << '\n';
+  std::cout << (reached ? "reached" : "not reached: " + answer.reason + "; the nearest found") << '\n';
   const robots::RobotModel& model = setup.model();
   for (int arm = 0; arm < model.armCount(); ++arm) {
     const double* own = answer.joints.data() + model.offset(arm);

@@ -17,8 +17,8 @@ bool reached(const dds::PointReport& point) {
 
 Json pointJson(const dds::PointReport& point) {
   return {{"point", point.point},
-          {"reason", planning::name(static_cast<planning::Reach>(point.reach))},
-          {"words", point.words},
+          {"reach", planning::name(static_cast<planning::Reach>(point.reach))},
+          {"reason", point.reason},
           {"error_m", point.error},
           {"relative_error_m", point.relative_error},
           {"wanted_m", point.wanted},
@@ -55,7 +55,7 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
   }
   for (const dds::PointReport& point : report.points) {
     if (!reached(point))
-      out << "point " << point.point << ": " << point.words << '\n';
+      out << "point " << point.point << ": " << point.reason << '\n';
   }
   if (report.feasible != 0)
     out << "feasible: all " << report.points.size() << " points\n";
@@ -71,7 +71,7 @@ Json rehearsalJson(const dds::RehearsalReport& rehearsal) {
           {"tip_error_m", rehearsal.tip_error},
           {"relative_error_m", rehearsal.relative_error},
           {"held_by", rehearsal.held},
-          {"words", rehearsal.words},
+          {"reason", rehearsal.reason},
           {"iterations", rehearsal.iterations}};
 }
 
@@ -80,7 +80,7 @@ void print(const dds::RehearsalReport& rehearsal, const std::string& method, con
     out << "rehearsal " << how << ": " << method << " completes in " << rehearsal.iterations << " iterations\n";
   else
     out << "rehearsal " << how << ": " << rehearsal.converged << " of " << rehearsal.points << " points; "
-        << rehearsal.words << '\n';
+        << rehearsal.reason << '\n';
 }
 
 }  // namespace tandem::cli

@@ -180,7 +180,7 @@ void checkFirst(Session& session, const std::string& text, std::string method, b
   print(result.report, std::cerr);
   if (result.report.feasible != 0)
     print(run, request.rehearse, planned ? "with the planned posture" : "without a posture", std::cerr);
-  throw Failure(kFailure, "nothing was started: " + (result.report.feasible != 0 ? run.words : result.reason));
+  throw Failure(kFailure, "nothing was started: " + (result.report.feasible != 0 ? run.reason : result.reason));
 }
 
 /// Whether standard input has data for this process: a terminal may be another job's.

@@ -61,7 +61,7 @@ nlohmann::ordered_json limitsJson(const config::Robot& robot, const dds::Control
     json["limits"].push_back({{"arm", robot.arms[status.limit_arm[i]].name},
                               {"tube", status.limit_tube[i]},
                               {"bound", status.limit_bound[i]},
-                              {"words", robots::describeLimit(robot, limit)}});
+                              {"description", robots::describeLimit(robot, limit)}});
   }
   return json;
 }
@@ -120,7 +120,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   json["model"] = dds::name(static_cast<dds::Model>(s.status.model));
   json["feedback"] = planning::name(static_cast<planning::Feedback>(s.status.feedback));
   json["hold"] = dds::name(static_cast<dds::HoldReason>(s.status.hold));
-  json["lease_holder"] = s.status.lease_holder;
+  json["lease_owner"] = s.status.lease_owner;
   json["source"] = dds::name(static_cast<dds::Source>(s.status.source));
   json["emergency_stop"] = dds::name(static_cast<dds::EmergencyStop>(s.hal.emergency_stop));
   json["arms"] = nlohmann::ordered_json::array();
@@ -185,7 +185,7 @@ void printStatus(const nlohmann::ordered_json& json) {
             << json["prefix"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
             << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
             << json["feedback"].get<std::string>() << ", lease "
-            << (json["lease_holder"].get<std::uint64_t>() == 0 ? "free" : "held") << ", moved by "
+            << (json["lease_owner"].get<std::uint64_t>() == 0 ? "free" : "held") << ", moved by "
             << json["source"].get<std::string>() << '\n';
   if (json["emergency_stop"] == "pressed")
     std::cout << "  EMERGENCY STOP pressed: release it, then disable\n";
@@ -209,10 +209,10 @@ void printStatus(const nlohmann::ordered_json& json) {
   if (const auto hold = json["hold"].get<std::string>(); !hold.empty())
     std::cout << "  held: " << hold << '\n';
   if (const auto& limits = json["limits"]["limits"]; !limits.empty()) {
-    std::string words;
+    std::string text;
     for (const auto& limit : limits)
-      words += (words.empty() ? "" : ", ") + limit["words"].get<std::string>();
-    std::cout << "  limits " << json["limits"]["how"].get<std::string>() << ": " << words << '\n';
+      text += (text.empty() ? "" : ", ") + limit["description"].get<std::string>();
+    std::cout << "  limits " << json["limits"]["how"].get<std::string>() << ": " << text << '\n';
   }
   for (const auto& body : json["clearance"])
     std::printf("  %s to %s: %.3f mm\n", body["arm"].get<std::string>().c_str(),

@@ -70,7 +70,7 @@ class LockStep(Test):
         moved = 0.0
         for row, other in zip(rows, wanted):
             for name in row:
-                if name.startswith(("insertion", "roll", "bend", "time", "error", "x", "y", "z", "drift")):
+                if name.startswith(("insertion", "roll", "bend", "time", "error", "x", "y", "z", "residual")):
                     self.assertAlmostEqual(float(row[name]), float(other[name]), delta=SAME, msg=(name, row["time"]))
             moved = max(moved, *(abs(float(row[axis]) - float(rows[0][axis])) for axis in "xyz"))
         self.assertGreater(moved, 0.9 * offline["size_m"])

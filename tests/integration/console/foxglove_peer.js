@@ -136,7 +136,7 @@ async function command() {
   const early = await request("control", control, text(5, "snsqp"));
   assert.equal(early.accepted, 0, "nobody has the lease yet");
   assert.equal((await request("control", control, text(1, ""))).accepted, 1, "the lease");
-  await until(() => last.get(`/${prefix}/control/status`).lease_holder === ME, "control says who holds the lease");
+  await until(() => last.get(`/${prefix}/control/status`).lease_owner === ME, "control says who holds the lease");
   assert.equal((await request("control", control, text(5, "snsqp"))).accepted, 1, "a method");
   await until(() => last.get(`/${prefix}/control/status`).method === 4, "the method is in force");
   const refused = await request("planning", planning, { kind: 1, trajectory: "no trajectory", planned: 0 });

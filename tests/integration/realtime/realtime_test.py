@@ -64,7 +64,7 @@ class RealTime:
         self.assertEqual(status["method"], "nspqp")
         self.assertEqual(status["trajectory"]["phase"], "idle")
         self.assertEqual(status["control"]["period_s"], self.period)
-        self.assertEqual(status["lease_holder"], 0)
+        self.assertEqual(status["lease_owner"], 0)
         self.assertIn("DISABLED", system.run("status", self.system.path).stdout)
         once = json.loads(system.run("status", self.system.path, "--json").stdout)
         self.assertEqual(once["arms"], status["arms"])
@@ -79,7 +79,7 @@ class RealTime:
         self.assertEqual(status["trajectory"]["phase"], "finished")
         self.assertEqual(status["trajectory"]["iterations"], reported["iterations"])
         self.assertEqual([arm["operating_state"] for arm in status["arms"]], ["DISABLED", "DISABLED"])
-        self.assertEqual(status["lease_holder"], 0)
+        self.assertEqual(status["lease_owner"], 0)
         self.assert_moved(before, self.tips(), [0, 3e-3, 0])
 
     def run_timed(self):
@@ -219,14 +219,14 @@ class RealTime:
         method = self.status()["method"]
         run = self.start_run(self.system, self.long_line())
         self.system.await_motion(run)
-        held = self.status()["lease_holder"]
+        held = self.status()["lease_owner"]
         self.assertNotEqual(held, 0)
         self.assert_refused(self.move("a", self.system.joints()[0]), "another client has the control lease")
         self.assert_refused(self.system.robot("enable"), "another client has the control lease")
         self.assert_refused(self.system.robot("method", "nspwln"), "another client has the control lease")
         self.assert_refused(self.system.robot("run", self.long_line()), "another client has the control lease")
         status = self.status()
-        self.assertEqual((status["lease_holder"], status["trajectory"]["phase"], status["method"]),
+        self.assertEqual((status["lease_owner"], status["trajectory"]["phase"], status["method"]),
                          (held, "running", method))
         # Any client may remove power, and the run reports how to continue.
         self.assert_ok(self.system.robot("pause"))

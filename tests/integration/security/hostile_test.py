@@ -129,7 +129,7 @@ class Strangers(system.SystemTest):
         time.sleep(ATTACK)  # there is no event to wait for
         self.assertEqual(running.states(), ["DISABLED"] * 2)
         self.assertEqual(running.joints(), stood)
-        self.assertEqual(running.status()["lease_holder"], 0)
+        self.assertEqual(running.status()["lease_owner"], 0)
         for name, stranger in strangers.items():
             got = stranger.end()
             print(f"{name}: {got}", flush=True)
@@ -141,7 +141,7 @@ class Strangers(system.SystemTest):
             self.assertGreater(got["samples"], 0, f"a {name} sees: {got}")
         # The same with an operator's credentials: it acquires the lease and switches power on.
         operator = self.hostile("--credentials", self.authority.folder, "console-operator")
-        system.until(lambda: running.status()["lease_holder"] == 0xbadc0de, 30, "an operator gets the lease")
+        system.until(lambda: running.status()["lease_owner"] == 0xbadc0de, 30, "an operator gets the lease")
         self.assertGreater(operator.end()["samples"], 0)
         self.assertIsNone(running.up.poll(), "a process died")
 
@@ -182,7 +182,7 @@ class Strangers(system.SystemTest):
                 sender.sendto(payload, ("127.0.0.1", port))
             self.assertEqual(running.states(), ["DISABLED"] * 2)
         self.assertEqual(running.assert_still(self, looks=5), stood)
-        self.assertEqual(running.status()["lease_holder"], 0)
+        self.assertEqual(running.status()["lease_owner"], 0)
         self.assert_ok(running.robot("enable"))
         self.assertEqual(running.states(), ["ENABLED"] * 2)
 

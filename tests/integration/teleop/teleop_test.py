@@ -114,7 +114,7 @@ class Teleoperation(system.SystemTest):
             system.until(self.lease_free, 10, "the lease is lost")
 
     def lease_free(self):
-        return self.system.status()["lease_holder"] == 0
+        return self.system.status()["lease_owner"] == 0
 
     def test_one_commander_at_a_time(self):
         self.begin()
@@ -181,7 +181,7 @@ class Teleoperation(system.SystemTest):
         self.assertGreater(reported["status"], 0)
         # measured_cp equals the tip of an independent model at the joints.
         self.assertAlmostEqual(self.tips()[0][1] - before[0][1], reported["moved"], delta=0.3e-3)
-        self.assertEqual(self.system.status()["lease_holder"], 0)
+        self.assertEqual(self.system.status()["lease_owner"], 0)
 
 
 if __name__ == "__main__":

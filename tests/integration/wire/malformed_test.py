@@ -63,7 +63,7 @@ class Malformed(system.SystemTest):
         print(dropped, flush=True)
         # The system continues normally.
         self.assert_ok(running.robot("disable"))
-        system.until(lambda: running.status()["lease_holder"] == 0, 10, "a lease that was taken runs out")
+        system.until(lambda: running.status()["lease_owner"] == 0, 10, "a lease that was taken runs out")
         self.assert_ok(running.robot("run", self.trajectory("short", [0, 2, 0], points=2)))
 
 

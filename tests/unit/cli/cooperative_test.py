@@ -159,7 +159,7 @@ class Demonstrations(unittest.TestCase):
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         found = json.loads(answer.stdout)
         self.assertTrue(found["good"])
-        self.assertLess(found["max_drift_m"], 1e-4)
+        self.assertLess(found["max_residual_m"], 1e-4)
         self.assertLess(found["max_error_m"], 1e-3)
         rows = list(csv.DictReader(open(path, encoding="utf-8")))
         along = [row for row in rows if float(row["time"]) >= 0]
@@ -180,7 +180,7 @@ class Demonstrations(unittest.TestCase):
                             "--json", timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         found = json.loads(answer.stdout)
-        self.assertLess(found["max_drift_m"], 1e-4)
+        self.assertLess(found["max_residual_m"], 1e-4)
         self.assertLess(max(found["facts"][f"friction_used_arm_{arm}"][1] for arm in "ab"), 1.0)
 
     def test_a_grasp_that_would_slip_is_refused_with_the_squeeze_that_would_do(self):
@@ -203,15 +203,15 @@ class Demonstrations(unittest.TestCase):
         answer = system.run("cooperative", "payload", "--json", "--directions", 8, "--figure", self.folder / "load.png",
                             timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
-        pair, *alone = json.loads(answer.stdout)["holders"]
-        self.assertEqual([holder["name"] for holder in alone], ["arm_a", "arm_b"])
-        for holder in alone:
-            for one, all_arms in zip(holder["directions"], pair["directions"]):
+        pair, *alone = json.loads(answer.stdout)["carriers"]
+        self.assertEqual([carrier["name"] for carrier in alone], ["arm_a", "arm_b"])
+        for carrier in alone:
+            for one, all_arms in zip(carrier["directions"], pair["directions"]):
                 self.assertLess(one["stiffness_N_per_m"], all_arms["stiffness_N_per_m"])
                 self.assertGreater(one["payload_N"], 0.0)
         rows = list(csv.DictReader(open(self.folder / "load.csv", encoding="utf-8")))
         self.assertEqual(len(rows), 3 * 3 * 8)
-        first = next(row for row in rows if row["holder"] == "0")
+        first = next(row for row in rows if row["carrier"] == "0")
         self.assertAlmostEqual(float(first["payload"]), pair["directions"][0]["payload_N"], places=9)
         self.assertGreater((self.folder / "load.png").stat().st_size, 10000)
 
@@ -220,7 +220,7 @@ class Demonstrations(unittest.TestCase):
                             timeout=120)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         found = json.loads(answer.stdout)
-        self.assertLess(found["max_drift_m"], 1e-8)
+        self.assertLess(found["max_residual_m"], 1e-8)
         self.assertLess(found["max_error_m"], 1e-3)
         self.assertGreater(found["facts"]["push_N"][0], 0.0)
         self.assertGreater((self.folder / "run.png").stat().st_size, 10000)

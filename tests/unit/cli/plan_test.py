@@ -60,8 +60,8 @@ class Plan(unittest.TestCase):
         self.assertEqual(answer.returncode, 1, answer.stderr)
         self.assertFalse(report["feasible"])
         last = report["unreachable"][-1]
-        self.assertEqual((last["point"], last["reason"]), (12, "limits"))
-        self.assertRegex(last["words"], r"arm a: [\d.]+ mm away, limited by .*(translation|travel)")
+        self.assertEqual((last["point"], last["reach"]), (12, "limits"))
+        self.assertRegex(last["reason"], r"arm a: [\d.]+ mm away, limited by .*(translation|travel)")
         self.assertAlmostEqual(sum((a - b) ** 2 for a, b in zip(last["wanted_m"], last["nearest_m"])) ** 0.5,
                                last["error_m"], delta=1e-9)
         text, _ = plan("check", self.far)
@@ -87,7 +87,7 @@ class Plan(unittest.TestCase):
             for name, wanted in zip("xyz", tip):
                 self.assertAlmostEqual(float(line[name]), wanted, delta=1e-6)
         answer, report = plan("ik", "--tip", "a=0.02,0.01,0.7", "--json")
-        self.assertEqual((answer.returncode, report["reached"], report["reason"]), (1, False, "limits"))
+        self.assertEqual((answer.returncode, report["reached"], report["reach"]), (1, False, "limits"))
         self.assertGreater(len(report["limits"]), 0)
 
     def test_timing_keeps_the_speed_of_the_carriages(self):

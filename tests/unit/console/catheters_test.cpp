@@ -151,13 +151,13 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
   EXPECT_TRUE(describeRobot(assist, config::loadAnyRobot(assist.robot))["object"].is_null());
 }
 
-/// The tests of the page read words.json, generated from idl/ together with the C++ of the server.
+/// The tests of the page read descriptions.json, generated from idl/ together with the C++ of the server.
 TEST(ServedNames, MatchTheIdl) {
-  std::ifstream file(TANDEM_WORDS);
+  std::ifstream file(TANDEM_DESCRIPTIONS);
   const auto expected = nlohmann::json::parse(file);
   ASSERT_GT(expected.size(), 20u);
   const config::Deployment laptop = presetOf("laptop");
-  auto served = describeRobot(laptop, config::loadAnyRobot(laptop.robot))["words"];
+  auto served = describeRobot(laptop, config::loadAnyRobot(laptop.robot))["descriptions"];
   for (auto& fault : served["Fault"])
     EXPECT_EQ(fault.erase("remedy"), 1u) << fault;
   EXPECT_EQ(nlohmann::json::parse(served.dump()), expected);

@@ -83,12 +83,12 @@ TEST(Posture, SpeedIsLimitedAndStraight) {
     if (!setWithPosture(ark, random, 1e-3))
       continue;
     const auto velocity = control::postureVelocity(ark.problem, {}, 0.5);
-    control::RobotVector way(12);
+    control::RobotVector displacement(12);
     for (int j = 0; j < 12; ++j) {
-      way[j] = ark.problem.posture[j] - ark.problem.joint[j].position;
+      displacement[j] = ark.problem.posture[j] - ark.problem.joint[j].position;
       EXPECT_LE(std::abs(velocity[j]), (j % 6 < 3 ? 5e-3 : 0.5) + 1e-12);
     }
-    EXPECT_NEAR(velocity.normalized().dot(way.normalized()), 1.0, 1e-12);
+    EXPECT_NEAR(velocity.normalized().dot(displacement.normalized()), 1.0, 1e-12);
   }
 }
 

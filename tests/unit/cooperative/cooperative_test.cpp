@@ -91,19 +91,20 @@ TEST(GraspedObject, SagUnderALoadMatchesTheStiffness) {
     config::CooperativeRobot robot = pressing(type);
     GraspedObjectMechanism mechanism(robot);
     const RobotVector q = pressed(mechanism, robot);
-    const auto rest = mechanism.rest();
+    const auto equilibrium = mechanism.equilibrium();
     const Eigen::Vector3d load = robot.object->load;
     for (int k = 0; k < 3; ++k) {
       const tandem::test::Difference sag = tandem::test::differentiate(
           [&](double h) -> Eigen::VectorXd {
-            auto there = rest;
+            auto there = equilibrium;
             kinematics::Wrench wrench = kinematics::Wrench::Zero();
             wrench.head<3>() = load + h * Eigen::Vector3d::Unit(k);
             EXPECT_EQ(mechanism.model().solveEquilibrium(q, wrench, there), kinematics::grasp::GraspStatus::kOk);
-            return difference(rest.pose, there.pose);
+            return difference(equilibrium.pose, there.pose);
           },
           3e-4);
-      EXPECT_LT((sag.value - rest.displacement_by_load.col(k)).head<3>().norm(), 1e-5 * sag.value.head<3>().norm());
+      EXPECT_LT((sag.value - equilibrium.displacement_by_load.col(k)).head<3>().norm(),
+                1e-5 * sag.value.head<3>().norm());
     }
   }
 }
@@ -113,22 +114,22 @@ TEST(GraspedObject, JacobianUnderALoadMatchesTheEquilibria) {
     const config::CooperativeRobot robot = pressing(type);
     GraspedObjectMechanism mechanism(robot);
     const RobotVector q = pressed(mechanism, robot);
-    const auto rest = mechanism.rest();
-    EXPECT_GT(rest.force.norm(), robot.object->squeeze);
+    const auto equilibrium = mechanism.equilibrium();
+    EXPECT_GT(equilibrium.force.norm(), robot.object->squeeze);
     for (Eigen::Index j = 0; j < q.size(); ++j) {
       const tandem::test::Difference slope = tandem::test::differentiate(
           [&](double h) -> Eigen::VectorXd {
-            auto there = rest;
+            auto there = equilibrium;
             kinematics::Wrench wrench = kinematics::Wrench::Zero();
             wrench.head<3>() = robot.object->load;
             EXPECT_EQ(mechanism.model().solveEquilibrium(q + h * RobotVector::Unit(q.size(), j), wrench, there),
                       kinematics::grasp::GraspStatus::kOk);
-            return difference(rest.pose, there.pose);
+            return difference(equilibrium.pose, there.pose);
           },
           j % 3 == 0 ? 5e-4 : 0.005);
       // In terms of contacts: rotations about the line between two point contacts are free.
-      const Eigen::VectorXd wrong = rest.state.by_object * (slope.value - rest.jacobian.col(j));
-      EXPECT_LT(wrong.norm(), 1e-5 * (rest.state.by_object * slope.value).norm()) << nameOf(type);
+      const Eigen::VectorXd wrong = equilibrium.state.by_object * (slope.value - equilibrium.jacobian.col(j));
+      EXPECT_LT(wrong.norm(), 1e-5 * (equilibrium.state.by_object * slope.value).norm()) << nameOf(type);
     }
   }
 }
@@ -143,7 +144,7 @@ TEST(GraspedObject, FollowsALissajousWithoutDriftOrSlip) {
       const TrackRecord record = track(mechanism, path, optionsOf(robot, method));
       SCOPED_TRACE(std::string(nameOf(type)) + ", " + std::string(control::name(method)));
       EXPECT_TRUE(record.good()) << record.refused << record.stopped;
-      EXPECT_LT(record.max_drift, 1e-4);
+      EXPECT_LT(record.max_residual, 1e-4);
       EXPECT_LT(record.max_error, 1e-3);
       for (const TrackStep& step : record.steps) {
         if (step.time < 0.0)
@@ -202,21 +203,21 @@ TEST(Payload, MatchesEquilibriaAndFriction) {
   RobotVector q;
   ASSERT_EQ(prepare(mechanism, optionsOf(robot), q), "");
   const PayloadStudy study(robot, mechanism);
-  ASSERT_EQ(study.holders(), (std::vector<std::string>{"all", "arm_a", "arm_b"}));
+  ASSERT_EQ(study.carriers(), (std::vector<std::string>{"all", "arm_a", "arm_b"}));
   EXPECT_NE(study.refusal(1), "");  // a single point contact cannot hold it
   const Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();
   const Payload carried = study.carried(0, down, {0.02, 10.0});
   EXPECT_NE(carried.limit, "");
   // That load is carried, and a slightly larger one is not.
   for (const double part : {0.99, 1.01}) {
-    kinematics::grasp::GraspEquilibrium equilibrium = mechanism.rest();
+    kinematics::grasp::GraspEquilibrium equilibrium = mechanism.equilibrium();
     std::string error;
     for (int k = 1; k <= 50 && error.empty(); ++k) {
       kinematics::Wrench load = kinematics::Wrench::Zero();
       load.head<3>() = part * k / 50.0 * carried.load * down;
       error = mechanism.model().solveEquilibrium(q, load, equilibrium) == kinematics::grasp::GraspStatus::kOk
                   ? mechanism.errorOf(equilibrium)
-                  : "no rest";
+                  : "no equilibrium";
       if ((equilibrium.pose.translation() - mechanism.pose().translation()).norm() > 0.02)
         error = "sag";
     }
@@ -249,7 +250,7 @@ TEST(Assisted, FollowsACircleWithBothArmsAndHoldsThePush) {
   path.held = Hold::kPlaces;
   const TrackRecord record = track(mechanism, path, optionsOf(robot));
   EXPECT_TRUE(record.good()) << record.refused << record.stopped;
-  EXPECT_LT(record.max_drift, 1e-8);
+  EXPECT_LT(record.max_residual, 1e-8);
   EXPECT_NEAR(mechanism.chain().push, push, 0.2 * push);
 }
 

@@ -68,7 +68,7 @@ class Generate(unittest.TestCase):
         python = {}
         exec((out / "wire.py").read_text(), python)
         self.assertEqual([(w.name, w.label) for w in python["Warmth"]], [("COLD", "cold"), ("TOO_HOT", "too hot")])
-        words = json.loads((out / "words.json").read_text())
+        words = json.loads((out / "descriptions.json").read_text())
         self.assertEqual(words["Warmth"][1], {"value": 1, "name": "too hot", "meaning": "take it off"})
         code, error, out = self.run_with(IDL, "msg")
         twin = (out / "tandem_msgs/Kettle.msg").read_text()

@@ -101,7 +101,8 @@ TEST_F(Ark2024, TasksOutOfReachAreOutOfReach) {
 }
 
 TEST_F(Ark2024, NoMethodLeavesItsLimitsOrClaimsWhatItHasNotDone) {
-  run.cases = {Conditions{}, Conditions{.curvature = 0.05, .tip_noise = 1e-4, .encoder_counts = 1000, .play = 1e-5}};
+  run.cases = {Conditions{},
+               Conditions{.curvature = 0.05, .tip_noise = 1e-4, .encoder_counts = 1000, .backlash = 1e-5}};
   const auto results = all();
   ASSERT_EQ(results.size(), 2u * 20u * static_cast<std::size_t>(control::kMethodCount));
   for (const MethodSummary& row : summarise(results)) {
@@ -140,8 +141,8 @@ TEST_F(Ark2024, TimedTrackingFollowsSlowReferencesAndComesToRestAtTheEnd) {
   EXPECT_TRUE(slow.succeeded());
   EXPECT_LT(slow.a.rms, 0.05e-3);
   EXPECT_LT(slow.ab.max, 0.1e-3);
-  EXPECT_LT(slow.rest_a, 1e-6);
-  EXPECT_LT(slow.rest_ab, 1e-6);
+  EXPECT_LT(slow.steady_a, 1e-6);
+  EXPECT_LT(slow.steady_ab, 1e-6);
   // Joints at their bounds cannot follow.
   EXPECT_GT(fast.a.max, slow.a.max);
   EXPECT_GT(slow.points, fast.points);

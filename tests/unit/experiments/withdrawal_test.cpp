@@ -29,10 +29,10 @@ Points bodyOf(const kinematics::ArmModel& model, const safety::ArmVector& q) {
 double distanceTo(const Points& line, const Eigen::Vector3d& p) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-    const Eigen::Vector3d way = line[i + 1] - line[i];
-    const double length = way.squaredNorm();
-    const double t = length > 0.0 ? std::clamp((p - line[i]).dot(way) / length, 0.0, 1.0) : 0.0;
-    nearest = std::min(nearest, (line[i] + t * way - p).norm());
+    const Eigen::Vector3d displacement = line[i + 1] - line[i];
+    const double length = displacement.squaredNorm();
+    const double t = length > 0.0 ? std::clamp((p - line[i]).dot(displacement) / length, 0.0, 1.0) : 0.0;
+    nearest = std::min(nearest, (line[i] + t * displacement - p).norm());
   }
   return nearest;
 }
@@ -59,7 +59,7 @@ double sweep(const kinematics::ArmModel& model,
 bool innermostFirst(const safety::ArmLimits& limits, safety::ArmVector& q) {
   const safety::Withdrawal next = safety::nextWithdrawal(limits, q, 0, kStep);
   for (int j = 0; j < 3; ++j)
-    q[j] -= (next.joints & safety::jointBit(j)) != 0 ? next.way : 0.0;
+    q[j] -= (next.joints & safety::jointBit(j)) != 0 ? next.displacement : 0.0;
   return next.joints != 0;
 }
 

@@ -16,8 +16,8 @@ ArmVector speeds(double translation, double rotation) {
 /// joint at the edge of a count may change.
 double moved(const ArmVector& from, const ArmVector& to) {
   constexpr double kCount = 2.0 * M_PI / 65536;
-  const ArmVector way = (to - from).cwiseAbs();
-  return std::max(way.head(3).maxCoeff(), way.tail(3).maxCoeff() - kCount);
+  const ArmVector displacement = (to - from).cwiseAbs();
+  return std::max(displacement.head(3).maxCoeff(), displacement.tail(3).maxCoeff() - kCount);
 }
 
 /** A fault on the first arm's bus, and the guards of which one must detect it. */

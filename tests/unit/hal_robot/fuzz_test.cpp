@@ -53,9 +53,9 @@ class Watch {
   /// Largest travel of any joint so far, m and rad.
   void look() {
     for (int a = 0; a < 2; ++a) {
-      const ArmVector way = (system_.truth(a) - stood_[static_cast<std::size_t>(a)]).cwiseAbs();
-      translation = std::max(translation, way.head(3).maxCoeff());
-      rotation = std::max(rotation, way.tail(3).maxCoeff());
+      const ArmVector distance = (system_.truth(a) - stood_[static_cast<std::size_t>(a)]).cwiseAbs();
+      translation = std::max(translation, distance.head(3).maxCoeff());
+      rotation = std::max(rotation, distance.tail(3).maxCoeff());
     }
   }
   double translation = 0.0, rotation = 0.0;

@@ -188,15 +188,17 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     // The whole arm stops within the ramp and the drives' own lag, and loses its torque; the other one continues.
     ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
     const ArmVector stopped = system.truth(0);
-    const ArmVector way = (stopped - before).cwiseAbs();
-    EXPECT_LE(way.head(3).maxCoeff(), 4e-3 * 0.012 + 4e-3 * 4e-3 / (2 * 0.1) + 0.15e-3) << way.transpose();
-    EXPECT_LE(way.tail(3).maxCoeff(), 0.3 * 0.012 + 0.3 * 0.3 / (2 * 20) + 0.02) << way.transpose();
+    const ArmVector displacement = (stopped - before).cwiseAbs();
+    EXPECT_LE(displacement.head(3).maxCoeff(), 4e-3 * 0.012 + 4e-3 * 4e-3 / (2 * 0.1) + 0.15e-3)
+        << displacement.transpose();
+    EXPECT_LE(displacement.tail(3).maxCoeff(), 0.3 * 0.012 + 0.3 * 0.3 / (2 * 20) + 0.02) << displacement.transpose();
     for (int j = 0; j < 6; ++j)
       EXPECT_NE(system.drive(0, j).state(), sim::drives::DriveState::kEnabled) << j;
     EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled) << system.story();
     // The axes are intact: they stop together, on the line of the ramp, unless the frame stops or resets drives.
     EXPECT_TRUE(quick_stops == 0 || GetParam().takes_drives) << quick_stops;
-    EXPECT_TRUE(GetParam().takes_drives || std::abs(way[0] - way[1]) < 2e-5) << way.transpose();
+    EXPECT_TRUE(GetParam().takes_drives || std::abs(displacement[0] - displacement[1]) < 2e-5)
+        << displacement.transpose();
 
     // Only after the listening time without its frames, and only by `disable`.
     system.hold();

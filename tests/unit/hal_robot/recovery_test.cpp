@@ -106,7 +106,7 @@ void withdraw(System& system, int arm, JointMask expected_lost) {
       break;
     ArmVector v = ArmVector::Zero(6);
     for (int j = 0; j < 3; ++j)
-      v[j] = (next.joints & jointBit(j)) != 0 ? -next.way / System::kControlPeriod : 0.0;
+      v[j] = (next.joints & jointBit(j)) != 0 ? -next.distance / System::kControlPeriod : 0.0;
     system.move(arm, v);
     system.run(System::kControlPeriod);
     ASSERT_TRUE(system.robot->recovering(arm)) << system.story();

@@ -180,9 +180,9 @@ TEST(Stops, ARunawayIsNoticedByItsMeasuredSpeed) {
     // The joint runs away because the torque itself drives it: torque is removed as soon as the quick stop has no
     // effect.
     system.run(0.2);
-    const double way = std::abs(system.truth(0, joint) - before);
+    const double distance = std::abs(system.truth(0, joint) - before);
     const double fastest = 2.0 * system.config.axes[static_cast<std::size_t>(joint)].velocity;
-    EXPECT_LE(way, fastest * 0.1) << "at " << fastest << " per s";
+    EXPECT_LE(distance, fastest * 0.1) << "at " << fastest << " per s";
     EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled);
     system.wires[0]->drives->clear(0, std::nullopt);
     system.request(DriveRequest::kDisable);

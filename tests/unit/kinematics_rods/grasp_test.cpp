@@ -189,7 +189,7 @@ TEST(Grasp, AdmissibleStepsDriftByTheirSquare) {
     Scene scene(random, 2, random.chance(0.5) ? ContactType::kPoint : ContactType::kRigid);
     const Grasp grasp(scene.contacts, Scene::kLength);
     const GraspState state = scene.state(grasp);
-    EXPECT_LT(state.drift.norm(), 1e-13);
+    EXPECT_LT(state.residual.norm(), 1e-13);
     Twist wanted = Twist::Zero();
     for (Eigen::Index k = 0; k < state.movable.cols(); ++k)
       wanted += random.uniform(-1.0, 1.0) * state.movable.col(k);
@@ -207,7 +207,7 @@ TEST(Grasp, AdmissibleStepsDriftByTheirSquare) {
       const Vector3d turn = h * wanted.tail<3>();
       moved.object.linear() = Eigen::AngleAxisd(turn.norm(), turn.norm() > 0 ? turn.normalized() : Vector3d::UnitX()) *
                               scene.object.linear();
-      return moved.state(grasp).drift.norm();
+      return moved.state(grasp).residual.norm();
     };
     const double h = 1e-3 / (1.0 + velocity.cwiseAbs().maxCoeff());
     EXPECT_LT(drift_after(h), 1e-5 * 0.5);

@@ -69,7 +69,8 @@ TEST(Touch, RowsAreTheDerivativesOfTheResidual) {
         return differentiate(
             [&](double h) -> VectorXd {
               const Twist step = h * Twist::Unit(k);
-              return b * Touch(contact, arm ? object : turnedBy(object, step), arm ? turnedBy(tip, step) : tip).drift();
+              return b *
+                     Touch(contact, arm ? object : turnedBy(object, step), arm ? turnedBy(tip, step) : tip).residual();
             },
             k < 3 ? 1e-3 : 0.05);
       };
@@ -172,7 +173,7 @@ TEST(GraspedObject, ForcesCarryTheLoadWithContactsClosed) {
     GraspEquilibrium equilibrium = model.start(scene.object);
     if (model.solveEquilibrium(scene.q, scene.load, equilibrium) != GraspStatus::kOk)
       continue;
-    EXPECT_LT(equilibrium.state.drift.norm(), 1e-10);
+    EXPECT_LT(equilibrium.state.residual.norm(), 1e-10);
     // Independent check: the arms' own wrenches about the object's origin.
     Wrench sum = scene.load;
     for (int k = 0; k < static_cast<int>(scene.arms.size()); ++k) {

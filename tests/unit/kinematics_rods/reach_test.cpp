@@ -74,13 +74,13 @@ TEST(Reach, AssistanceReachesBeyond) {
   pair.target.arm.bending_length = pair.assist.arm.bending_length = 0.06;
   pair.target.proximal = pair.assist.proximal = kinematics::cosserat::tubeSection(0.1, 2.67e-3, 1.6e-3, 1.5e9, 0.4);
   pair.target.distal = pair.assist.distal = kinematics::cosserat::tubeSection(0.1, 2.67e-3, 1.6e-3, 0.3e9, 0.4);
-  Joints rest;
-  rest << 0.12, 0.0, 0.5, 0.05, 0.0, 0.3;
+  Joints home;
+  home << 0.12, 0.0, 0.5, 0.05, 0.0, 0.3;
   const Isometry3d place =
-      Eigen::Translation3d(0.0, 0.0, rest[0]) * Isometry3d(Eigen::AngleAxisd(1.2, Vector3d::UnitY()));
+      Eigen::Translation3d(0.0, 0.0, home[0]) * Isometry3d(Eigen::AngleAxisd(1.2, Vector3d::UnitY()));
   pair.assist.arm.base =
-      place * (Eigen::Translation3d(0.0, 0.0, rest[0]) * TargetAssist::touching(pair, rest)).inverse();
-  pair.contact = TargetAssist::touching(pair, rest);
+      place * (Eigen::Translation3d(0.0, 0.0, home[0]) * TargetAssist::touching(pair, home)).inverse();
+  pair.contact = TargetAssist::touching(pair, home);
   const TargetAssist model(pair);
   Range range;
   range.lower << 0.10, -3.2, -2.0, 0.05, 0.0, 0.3;

@@ -29,17 +29,19 @@ struct Strains {
 class Equations {
  public:
   Equations(const Rod& rod, const RodInput& input, std::size_t k) : rod_(rod), input_(input), k_(k) {
-    rest_ = rod.sections[k].intrinsic_curvature;
+    intrinsic_ = rod.sections[k].intrinsic_curvature;
     for (std::size_t i = 0; i < rod.actuators.size(); ++i) {
       const Actuator& actuator = rod.actuators[i];
       if (actuator.kind == Actuator::kCurvature && actuator.section == static_cast<int>(k))
-        rest_ += input.inputs[static_cast<Eigen::Index>(i)] * actuator.vector;
+        intrinsic_ += input.inputs[static_cast<Eigen::Index>(i)] * actuator.vector;
     }
   }
   Vector3d rodForce(const Strains& at) const {
     return rod_.sections[k_].force_stiffness.cwiseProduct(at.v - Vector3d::UnitZ());
   }
-  Vector3d rodMoment(const Strains& at) const { return rod_.sections[k_].moment_stiffness.cwiseProduct(at.u - rest_); }
+  Vector3d rodMoment(const Strains& at) const {
+    return rod_.sections[k_].moment_stiffness.cwiseProduct(at.u - intrinsic_);
+  }
 
   void operator()(const State& y, State& dy, double) const {
     const Strains at(y);
@@ -74,7 +76,7 @@ class Equations {
   const Rod& rod_;
   const RodInput& input_;
   std::size_t k_;
-  Vector3d rest_;
+  Vector3d intrinsic_;
 };
 
 }  // namespace

@@ -32,7 +32,7 @@ TEST(Commanders, LostLeaseEndsItsMotion) {
     robot.cycle();
     EXPECT_FALSE(robot.moves(0));
     EXPECT_EQ(robot.output.status.faults[0], bit(Fault::kLeaseLost));
-    EXPECT_EQ(robot.output.status.lease_holder, by_crtk ? 0 : kSecondClient);
+    EXPECT_EQ(robot.output.status.lease_owner, by_crtk ? 0 : kSecondClient);
   }
 }
 
@@ -231,16 +231,16 @@ class Crowd {
     }
   }
   void judge() {
-    const std::uint64_t holder = robot_.output.status.lease_holder;
-    handed_over += holder != 0 && holder != holder_ && holder_ != 0 ? 1 : 0;
-    holder_ = holder;
+    const std::uint64_t owner = robot_.output.status.lease_owner;
+    handed_over += owner != 0 && owner != owner_ && owner_ != 0 ? 1 : 0;
+    owner_ = owner;
     stop_latched_ = (robot_.output.status.faults[0] & bit(Fault::kStopRequested)) != 0;
     for (int k = 0; k < 2; ++k) {
       losses += (robot_.output.status.faults[CommandedRobot::at(k)] & bit(Fault::kLeaseLost)) != 0 ? 1 : 0;
       if (!robot_.moves(k))
         continue;
       ++moved;
-      EXPECT_EQ(holder, begun_by_[CommandedRobot::at(k)])
+      EXPECT_EQ(owner, begun_by_[CommandedRobot::at(k)])
           << "arm " << k << " moves for somebody who does not hold the lease";
       EXPECT_EQ(robot_.state(k), OperatingState::kEnabled);
     }
@@ -251,7 +251,7 @@ class Crowd {
   CommandedRobot robot_;
   std::array<Client, 3> clients_;
   std::array<std::uint64_t, 2> begun_by_{};
-  std::uint64_t holder_ = 0, stopped_at_ = 0;
+  std::uint64_t owner_ = 0, stopped_at_ = 0;
   bool stop_latched_ = false;
 };
 

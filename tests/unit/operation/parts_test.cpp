@@ -65,7 +65,7 @@ TEST(DriveExchange, AcceptsOnlyItsOwnRobot) {
   EXPECT_FALSE(exchange.received());
   EXPECT_TRUE(exchange.take(drives.state).ours);
   foreign = drives.state;
-  ++foreign.placements;
+  ++foreign.joint_resets;
   DriveExchange::StateUpdate update = exchange.take(foreign);
   EXPECT_TRUE(update.displaced && !update.restarted);
   ++foreign.session;
@@ -180,7 +180,7 @@ TEST(JointMotions, ArriveInsideTheLimitsAlthoughCommandsGetLost) {
       exchange.take(drives.state);
       ASSERT_LE(safety::largestViolation(rig.setup().limits(0), msg::jointsOf(drives.state.position, 0, 6)), 1e-6);
     }
-    EXPECT_LT((msg::jointsOf(drives.state.position, 0, 6) - goal).cwiseAbs().maxCoeff(), safety::kAtRest);
+    EXPECT_LT((msg::jointsOf(drives.state.position, 0, 6) - goal).cwiseAbs().maxCoeff(), safety::kPositionTolerance);
     if (loss == 0.0) {
       EXPECT_LT(seconds, ideal.duration() + 1.0);
     }

@@ -198,11 +198,11 @@ TEST(Permission, RepliesOfControlMatchThePublishedPermissions) {
     Walk walk(seed);
     for (int i = 0; i < 300; ++i) {
       walk.step();
-      const std::uint64_t holder = walk.output.status.lease_holder;
+      const std::uint64_t owner = walk.output.status.lease_owner;
       const ParsedControlRequest request = walk.request();
       const RobotCondition before = walk.core.condition(), seen = walk.core.condition(request);
       const Action action = actionOf(request);
-      const Requester requester = request.from_topic ? crtkRequester(holder) : requesterOf(request.client, holder);
+      const Requester requester = request.from_topic ? crtkRequester(owner) : requesterOf(request.client, owner);
       const Refusal expected = judge(action, requester, seen, request.arm);
       const ControlReply reply = walk.core.onRequest(request, walk.now);
       delete reply.retired;
@@ -251,7 +251,7 @@ TEST(Permission, RepliesToCrtkMatchThePermissions) {
       request.group = walk.random.chance(0.3) ? kPairGroup : walk.random.integer(0, 1);
       Refusal expected;
       for (int k = request.firstArm(); k <= request.lastArm() && !expected; ++k)
-        expected = judge(actionOf(verbOf(request.verb)), crtkRequester(walk.output.status.lease_holder),
+        expected = judge(actionOf(verbOf(request.verb)), crtkRequester(walk.output.status.lease_owner),
                          walk.core.condition(), k);
       const CrtkOutcome outcome = walk.core.crtk(request, walk.now);
       if (expected) {

@@ -73,7 +73,7 @@ TEST(Commanders, PauseNamesTheClient) {
   ASSERT_EQ(robot.give(robot.stateRequest(kSecondClient, StateCommand::kPause)), Reason::kNone);
   robot.run(0.03, kFirst);
   EXPECT_EQ(robot.output.status.paused_by, kSecondClient);
-  EXPECT_EQ(robot.core.onRequest(robot.stateRequest(kSecondClient, StateCommand::kResume), robot.now).holder, kFirst);
+  EXPECT_EQ(robot.core.onRequest(robot.stateRequest(kSecondClient, StateCommand::kResume), robot.now).owner, kFirst);
   ASSERT_EQ(robot.give(robot.stateRequest(kFirst, StateCommand::kResume)), Reason::kNone);
   robot.run(0.05, kFirst);
   EXPECT_EQ(robot.output.status.paused_by, 0u);

@@ -26,15 +26,15 @@ safety::RobotVector anyStart(const Pair& robot, Random& random) {
 }
 
 TrajectorySpec anyTask(Random& random) {
-  const Eigen::Vector3d way =
+  const Eigen::Vector3d displacement =
       0.02 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
   TrajectorySpec spec;
   spec.name = "random";
   spec.point_count = 10;
   if (random.chance(0.5))
-    spec.shape = Line{way};
+    spec.shape = Line{displacement};
   else
-    spec.shape = Circle{0.5 * way, way.unitOrthogonal(), 1.0};
+    spec.shape = Circle{0.5 * displacement, displacement.unitOrthogonal(), 1.0};
   return spec;
 }
 
@@ -133,7 +133,7 @@ bool atKink(const Pair& robot, const PointReport& point) {
 
 /** Checks the reason given for a point independently. @return contradiction; empty if none is found. */
 std::string refute(const Pair& robot, const PointReport& point) {
-  if (point.words.empty())
+  if (point.reason.empty())
     return "a refusal without words";
   for (int arm = 0; arm < 2; ++arm) {
     if (safety::largestViolation(robot.limits, point.q.segment(6 * arm, 6)) > 1e-7)
@@ -168,7 +168,7 @@ struct Counts {
 void expectSafe(const Rehearsal& run, control::Method method) {
   EXPECT_LT(run.largest_violation, 1e-9) << control::name(method);
   EXPECT_LE(run.fastest_rotation, control::MethodParameters{}.rotation_velocity + 1e-9) << control::name(method);
-  EXPECT_TRUE(run.end == RehearsalEnd::kCompleted || !run.words.empty());
+  EXPECT_TRUE(run.end == RehearsalEnd::kCompleted || !run.reason.empty());
 }
 
 /// Every task completes with its plan, or is refused beforehand with a correct reason. No limit is violated.
@@ -203,9 +203,9 @@ TEST(ClosedLoop, EveryTaskConvergesWithItsPlanOrIsRefusedWithTheRightReason) {
         const Rehearsal with = rehearse(robot.both, spec, start, report.path(), options);
         expectSafe(with, options.method);
         n.completed[method] += with.end == RehearsalEnd::kCompleted ? 1 : 0;
-        EXPECT_TRUE(!sure || with.end == RehearsalEnd::kCompleted) << with.words;
+        EXPECT_TRUE(!sure || with.end == RehearsalEnd::kCompleted) << with.reason;
         if (exact && with.end != RehearsalEnd::kCompleted)
-          std::printf("seed %u feasible, yet %s\n", seed, with.words.c_str());
+          std::printf("seed %u feasible, yet %s\n", seed, with.reason.c_str());
       }
       const Rehearsal without = rehearse(robot.both, spec, start, {}, options);
       expectSafe(without, options.method);
@@ -221,7 +221,7 @@ TEST(ClosedLoop, EveryTaskConvergesWithItsPlanOrIsRefusedWithTheRightReason) {
       ++n.refuted;
       std::printf("seed %u: %s: point %d, %s, %.3g mm: %s\n", seed, against.c_str(), last.point,
                   std::string(name(last.reach)).c_str(), 1e3 * std::max(last.error, last.relative_error),
-                  last.words.c_str());
+                  last.reason.c_str());
     }
     if (any_completed) {
       ++n.refused_completed;
@@ -265,7 +265,7 @@ TEST(ClosedLoop, ARehearsalNamesWhatHoldsTheMethod) {
     EXPECT_GT(run.point, 1);
     EXPECT_EQ(run.converged, run.point - 1);
     ASSERT_FALSE(run.held.empty());
-    EXPECT_NE(run.words.find("front travel limit of tube 1 of arm"), std::string::npos) << run.words;
+    EXPECT_NE(run.reason.find("front travel limit of tube 1 of arm"), std::string::npos) << run.reason;
     options.cancelled = [] { return true; };
     EXPECT_EQ(rehearse(robot.both, spec, start, {}, options).end, RehearsalEnd::kCancelled);
   }
@@ -278,7 +278,7 @@ TEST(ClosedLoop, ARehearsalRefusesWhatMakesNoSense) {
   EXPECT_EQ(rehearse(robot.both, spec, safety::RobotVector::Zero(11), {}, {}).end, RehearsalEnd::kInvalid);
   const auto run = rehearse(robot.both, spec, home(robot.both), {home(robot.both)}, {});
   EXPECT_EQ(run.end, RehearsalEnd::kInvalid) << "one posture for a hundred points";
-  EXPECT_NE(run.words.find("found 1"), std::string::npos) << run.words;
+  EXPECT_NE(run.reason.find("found 1"), std::string::npos) << run.reason;
   spec.other_arm = 3;
   EXPECT_EQ(rehearse(robot.both, spec, home(robot.both), {}, {}).end, RehearsalEnd::kInvalid);
 }

@@ -37,7 +37,7 @@ void expectTrue(const Pair& robot, const FeasibilityReport& report, const safety
       EXPECT_LE(point.relative_error, 1e-5) << point.point;
       EXPECT_LT((point.q - before).cwiseAbs().maxCoeff(), 1.5 + 1e-9) << point.point;
     } else {
-      EXPECT_FALSE(point.words.empty());
+      EXPECT_FALSE(point.reason.empty());
     }
     before = point.q;
   }
@@ -54,7 +54,7 @@ TEST(Feasibility, TheTrajectoriesOfTable3CanBeRun) {
       spec.shape = Rectangle{{0, 20e-3, 0}, {-20e-3, 0, 0}};
     const auto report = checkTrajectory(robot.both, spec, start(configuration), {});
     for (const PointReport& point : report.points)
-      EXPECT_EQ(point.reach, Reach::kReached) << configuration << ", point " << point.point << ": " << point.words;
+      EXPECT_EQ(point.reach, Reach::kReached) << configuration << ", point " << point.point << ": " << point.reason;
     EXPECT_TRUE(report.feasible) << configuration << " " << report.start;
     expectTrue(robot, report, start(configuration));
     spec.shape = Lissajous{{0, 10e-3, 10e-3}, {0, 1, 2}, {0, 0, 0}};
@@ -70,13 +70,13 @@ TEST(Feasibility, APlanarStartGoesInwardAndIsRefusedOutward) {
   EXPECT_TRUE(inward.planar_start) << inward.rotation_conditioning;
   EXPECT_TRUE(inward.feasible);
   for (const PointReport& point : inward.points)
-    EXPECT_EQ(point.reach, Reach::kReached) << point.point << ": " << point.words;
+    EXPECT_EQ(point.reach, Reach::kReached) << point.point << ": " << point.reason;
   expectTrue(robot, inward, start(2));
   const auto outward = checkTrajectory(robot.both, straight({80e-3, 0, -40e-3}, 15), start(2), {});
   EXPECT_FALSE(outward.feasible);
   const Reach reach = outward.points.back().reach;
   EXPECT_TRUE(reach == Reach::kOutsideWorkspace || reach == Reach::kLimits) << name(reach);
-  std::printf("outward: %d of 15 refused, last: %s\n", outward.unreachable(), outward.points.back().words.c_str());
+  std::printf("outward: %d of 15 refused, last: %s\n", outward.unreachable(), outward.points.back().reason.c_str());
   expectTrue(robot, outward, start(2));
 }
 

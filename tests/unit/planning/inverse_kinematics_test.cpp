@@ -42,7 +42,8 @@ void reachKnown(const char* model, bool pair, bool direction, std::uint32_t coun
     starts += answer.starts;
     iterations += answer.iterations;
     missed += answer.reach == Reach::kReached ? 0 : 1;
-    EXPECT_EQ(answer.reach, Reach::kReached) << "case " << done << ": " << answer.words << "; joints " << q.transpose();
+    EXPECT_EQ(answer.reach, Reach::kReached)
+        << "case " << done << ": " << answer.reason << "; joints " << q.transpose();
     if (answer.reach == Reach::kReached)
       expectKept(arms, answer, targets);
   }
@@ -64,13 +65,13 @@ TEST(InverseKinematics, RefusesTipsOutsideTheWorkspaceWithTheNearestOne) {
   double most = 0.0;
   for (std::uint32_t done = 0; done < cases(30); ++done) {
     // No arm is longer than 437 mm.
-    const Eigen::Vector3d way(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
-    const Eigen::Vector3d far = Eigen::Vector3d(0, 0.005, 0) + way.normalized() * random.uniform(0.438, 0.6);
+    const Eigen::Vector3d direction(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const Eigen::Vector3d far = Eigen::Vector3d(0, 0.005, 0) + direction.normalized() * random.uniform(0.438, 0.6);
     const IkAnswer answer = ik.solve({{0, far, {}}}, home(robot.one));
     ++reasons[answer.reach];
     ASSERT_TRUE(answer.reach == Reach::kOutsideWorkspace || answer.reach == Reach::kLimits)
         << name(answer.reach) << " " << far.transpose();
-    EXPECT_FALSE(answer.words.empty());
+    EXPECT_FALSE(answer.reason.empty());
     EXPECT_LE(safety::largestViolation(robot.limits, answer.q), 1e-9);
     double nearer = 0.0;  // no permitted configuration, near or far, is nearer
     for (int k = 0; k < 3000; ++k) {
@@ -214,7 +215,7 @@ TEST(InverseKinematics, KeepsCompliantArmsStable) {
     reached += answer.reach == Reach::kReached;
     refused += answer.reach == Reach::kUnstable;
     if (!answer.tips.empty()) {
-      EXPECT_GT(answer.stability, 0.7 - 2e-6) << name(answer.reach) << " " << answer.words;
+      EXPECT_GT(answer.stability, 0.7 - 2e-6) << name(answer.reach) << " " << answer.reason;
     }
   }
   std::printf("%d weak poses: %d reached otherwise, %d refused\n", weak, reached, refused);
@@ -229,7 +230,7 @@ TEST(InverseKinematics, GivesTheSameAnswerForTheSameSeedAndCanBeCancelled) {
   const IkAnswer first = InverseKinematics(robot.one, options).solve({{0, far, {}}}, home(robot.one));
   const IkAnswer second = InverseKinematics(robot.one, options).solve({{0, far, {}}}, home(robot.one));
   EXPECT_EQ(first.q, second.q);
-  EXPECT_EQ(first.words, second.words);
+  EXPECT_EQ(first.reason, second.reason);
   int asked = 0;
   options.cancelled = [&asked] { return ++asked > 3; };
   const IkAnswer stopped = InverseKinematics(robot.one, options).solve({{0, far, {}}}, home(robot.one));

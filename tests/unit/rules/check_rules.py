@@ -66,8 +66,8 @@ KNOWS_TYPES = ["robots", "config", "tests"]
 NAMESPACES = {f"services/{name}": f"{name}_service" for name in ["control", "hal", "planning", "sim"]}
 
 # Words that docs/glossary.md replaces in every sense, comments included.
-REPLACED = re.compile(r"\b(?i:hears?|heard|hearing|deaf|told|desks?|settle[sd]?|wish(?:es|ed)?|patience)\b"
-                      r"|(?<=[a-z])(?:Desk|Wish|Heard|Patience)(?![a-z])")
+REPLACED = re.compile(r"\b(?i:hears?|heard|hearing|deaf|told|desks?|settle[sd]?|placements?|wish(?:es|ed)?|patience)\b"
+                      r"|(?<=[a-z])(?:Desk|Wish|Heard|Patience|LeaseHolder)(?![a-z])")
 HAVE_THEM = ["tests/unit/rules"]
 
 # Tests may define names in the namespaces of the code that they test; message conversions are found by the type of the message.

@@ -74,12 +74,12 @@ TEST(Readings, OutsideByLessThanTheirErrorAreBroughtInside) {
 TEST(Readings, AreOutsideBeyondRestAndTheirError) {
   ArmLimits limits = makeTubeLimits(paperSpec());
   ArmVector q = ArmVector::Zero(6);
-  q << -0.1, -0.08, 0.5 * kAtRest, 0.0, 0.0, 0.0;
-  EXPECT_EQ(readOutside(limits, q).amount, 0.0) << "at rest at its limit";
-  q[2] = 1.5 * kAtRest;
+  q << -0.1, -0.08, 0.5 * kPositionTolerance, 0.0, 0.0, 0.0;
+  EXPECT_EQ(readOutside(limits, q).amount, 0.0) << "at standstill at its limit";
+  q[2] = 1.5 * kPositionTolerance;
   EXPECT_EQ(readOutside(limits, q).joint, 2);
-  EXPECT_DOUBLE_EQ(readOutside(limits, q).amount, 1.5 * kAtRest);
-  limits.joints[2].reading_error = kAtRest;
+  EXPECT_DOUBLE_EQ(readOutside(limits, q).amount, 1.5 * kPositionTolerance);
+  limits.joints[2].reading_error = kPositionTolerance;
   EXPECT_EQ(readOutside(limits, q).amount, 0.0);
   q[2] = std::nan("");
   EXPECT_FALSE(readOutside(limits, q).amount <= 0.0);

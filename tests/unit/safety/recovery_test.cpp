@@ -57,19 +57,19 @@ TEST(Withdrawal, EndsAtTheLeastExtensionThatTheLostJointsLeave) {
       const Withdrawal next = nextWithdrawal(limits, q, lost, step);
       if (next.joints == 0)
         break;
-      ASSERT_GT(next.way, 0.0);
-      ASSERT_LE(next.way, step);
+      ASSERT_GT(next.distance, 0.0);
+      ASSERT_LE(next.distance, step);
       ASSERT_EQ(next.joints & lost, 0);
       for (int j = 0; j < limits.jointCount(); ++j) {
         if ((next.joints & jointBit(j)) == 0)
           continue;
         ASSERT_TRUE(limits.isTranslation(j)) << "a rotation";
-        q[j] -= next.way;
+        q[j] -= next.distance;
       }
       ASSERT_LE(largestViolation(limits, q), 1e-12);
     }
     const ArmVector least = leastExtension(limits, start, lost);
-    ASSERT_LE((q - least).cwiseAbs().maxCoeff(), limits.jointCount() * kAtRest) << steps << " steps";
+    ASSERT_LE((q - least).cwiseAbs().maxCoeff(), limits.jointCount() * kPositionTolerance) << steps << " steps";
   }
 }
 
@@ -168,7 +168,7 @@ TEST(Recovery, OutsideItsLimitsAnArmIsRefusedAndComesBackSlowlyAndInwardsAlone) 
       arm.period([] {});
     EXPECT_LE(arm.supervisor.reference()[outside] * -1.0,
               -limits.joints[static_cast<std::size_t>(outside)].lower + 1e-9);
-    if (largestViolation(limits, arm.supervisor.reference()) > kAtRest)
+    if (largestViolation(limits, arm.supervisor.reference()) > kPositionTolerance)
       continue;  // blocked by a neighbour
     arm.speed.setZero();
     arm.send(DriveRequest::kDisable);

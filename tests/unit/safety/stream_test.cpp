@@ -210,11 +210,11 @@ TEST(Budgets, AgeIsTheLargerOfFloorAndPeriods) {
 
 TEST(ControlLease, BelongsToOneClientUntilReleasedOrSilent) {
   ControlLease lease(1.0);
-  EXPECT_EQ(lease.holder(0), 0u);
+  EXPECT_EQ(lease.owner(0), 0u);
   EXPECT_FALSE(lease.acquire(0, 0));
   EXPECT_TRUE(lease.acquire(5, 10 * kMs));
   EXPECT_FALSE(lease.acquire(6, 20 * kMs));
-  EXPECT_EQ(lease.holder(20 * kMs), 5u);
+  EXPECT_EQ(lease.owner(20 * kMs), 5u);
   EXPECT_FALSE(lease.keep(6, 20 * kMs));
   EXPECT_TRUE(lease.keep(5, 900 * kMs));
   EXPECT_TRUE(lease.holds(5, 1900 * kMs));
@@ -225,7 +225,7 @@ TEST(ControlLease, BelongsToOneClientUntilReleasedOrSilent) {
   EXPECT_FALSE(lease.takeLoss(1901 * kMs));
   EXPECT_TRUE(lease.acquire(6, 1901 * kMs));
   EXPECT_TRUE(lease.release(6, 1902 * kMs));
-  EXPECT_EQ(lease.holder(1902 * kMs), 0u);
+  EXPECT_EQ(lease.owner(1902 * kMs), 0u);
   EXPECT_FALSE(lease.takeLoss(9000 * kMs)) << "a lease that was given back is not lost";
 }
 

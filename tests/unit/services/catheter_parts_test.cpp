@@ -72,7 +72,7 @@ TEST(EquilibriumFollower, ReachesDistantJointsInSteps) {
     ASSERT_EQ(walk.solveEquilibrium(home + k / 200.0 * (far - home)), "");
   EXPECT_LT((jump.mechanism().pose().translation() - walk.mechanism().pose().translation()).norm(), 1e-9);
   EXPECT_NE(jump.solveEquilibrium(safety::RobotVector::Zero(5)), "");
-  EXPECT_EQ(jump.joints(), far) << "the last rest stays";
+  EXPECT_EQ(jump.joints(), far) << "the last equilibrium stays";
 }
 
 TEST(ObjectLoop, HoldsWithoutAFreshEquilibrium) {
@@ -127,10 +127,10 @@ TEST(EquilibriumSolver, AnswersFromItsThread) {
   control_service::EquilibriumSolver::Result answer;
   ASSERT_TRUE(equilibrium_solver.take(answer));
   EXPECT_EQ(answer.stamp, 5);
-  EXPECT_EQ(answer.rest.joint_count, 6);
+  EXPECT_EQ(answer.equilibrium.joint_count, 6);
 }
 
-TEST(CatheterTips, AreWhereTheArmsAreAtRest) {
+TEST(CatheterTips, LieInTheEquilibriumOfTheArms) {
   System system("ablation-pair");
   system.run(0.1);
   simulation::CatheterSnapshot snapshot;

@@ -246,7 +246,7 @@ TEST(Catheters, AreNotDrivenByAnOperator) {
   drive(0.3, true);
   operation::OperatorSnapshot snapshot;
   operation::CrtkSnapshot crtk;
-  system.control.fillMoments(system.now, snapshot, crtk);
+  system.control.fillSnapshots(system.now, snapshot, crtk);
   EXPECT_EQ(snapshot.reason, operation::Reason::kCatheters);
   EXPECT_NE(std::string(operation::describeOperatorStop(snapshot.reason)).find("not tip commands"), std::string::npos);
   EXPECT_EQ(system.state.position, before);

@@ -128,7 +128,7 @@ TEST(Computation, RefusalsNameTheKeyWhatWasFoundAndWhatWasExpected) {
     dds::ReplyCode code = dds::ReplyCode::kOk;
     const std::string why = fixture.refusal(code);
     EXPECT_EQ(code, c.code) << why;
-    for (const std::string& word : c.words)
+    for (const std::string& word : c.reason)
       EXPECT_NE(why.find(word), std::string::npos) << why << " lacks " << word;
   }
   const struct {
@@ -206,7 +206,7 @@ TEST(Computation, RehearsalReportsTheResultOfTheMethod) {
   EXPECT_EQ(seen, (std::vector<std::string>{"point", "rehearsal", "rehearsal without posture"}));
   EXPECT_EQ(result.rehearsed, 1);
   for (const dds::RehearsalReport* run : {&result.with_posture, &result.without_posture}) {
-    EXPECT_EQ(static_cast<planning::RehearsalEnd>(run->end), planning::RehearsalEnd::kCompleted) << run->words;
+    EXPECT_EQ(static_cast<planning::RehearsalEnd>(run->end), planning::RehearsalEnd::kCompleted) << run->reason;
     EXPECT_EQ(run->converged, 5u);
   }
 }

@@ -17,10 +17,10 @@ bool faulted(const System& s, Fault fault) { return (s.output.status.faults[0] &
 TEST(ControlCore, OneCommanderAtATime) {
   System s;
   s.run(0.2);
-  EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(), dds::ReplyCode::kNotLeaseOwner);
   EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 7).refusal.code(), dds::ReplyCode::kOk);
   EXPECT_EQ(s.sendRequest(ControlKind::kAcquireLease, 8).refusal.code(), dds::ReplyCode::kLeaseTaken);
-  EXPECT_EQ(s.command(StateCommand::kEnable, 8).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.command(StateCommand::kEnable, 8).refusal.code(), dds::ReplyCode::kNotLeaseOwner);
   EXPECT_EQ(s.command(StateCommand::kEnable, 7).refusal.code(), dds::ReplyCode::kOk);
   s.run(0.3);
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
@@ -115,7 +115,7 @@ TEST(ControlCore, StopsWhenPlanningFallsSilent) {
   s.run(1.0);
   EXPECT_EQ(s.state.position, there);
   EXPECT_EQ(s.command(StateCommand::kEnable).refusal.code(),
-            dds::ReplyCode::kNotLeaseHolder);  // the lease is lost as well
+            dds::ReplyCode::kNotLeaseOwner);  // the lease is lost as well
 }
 
 TEST(ControlCore, SimulatedDrivesStopWhenControlFallsSilent) {
@@ -180,7 +180,7 @@ TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
   EXPECT_EQ(s.command(StateCommand::kResume).refusal.code(), dds::ReplyCode::kWrongState);
   s.sendRequest(ControlKind::kKeepLease);
   constexpr std::uint64_t kStranger = 8;
-  EXPECT_EQ(s.command(StateCommand::kDisable, kStranger).refusal.code(), dds::ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.command(StateCommand::kDisable, kStranger).refusal.code(), dds::ReplyCode::kNotLeaseOwner);
   s.run(0.3);
   EXPECT_TRUE(faulted(s, Fault::kStopRequested)) << "only the commander clears it";
   EXPECT_NE(s.drives(0), OperatingState::kEnabled);
@@ -293,9 +293,9 @@ TEST(ControlCore, MethodsChangeOnlyWhileNothingIsFollowed) {
   EXPECT_FALSE(s.handler.parse(request, 7, refusal));
   EXPECT_NE(refusal.reason.find("newton"), std::string::npos);
   // Nothing is prepared for other clients, whatever they request.
-  for (const std::uint64_t holder : {0, 8}) {
-    EXPECT_FALSE(s.handler.parse(request, holder, refusal));
-    EXPECT_EQ(refusal.code, static_cast<std::uint8_t>(dds::ReplyCode::kNotLeaseHolder));
+  for (const std::uint64_t owner : {0, 8}) {
+    EXPECT_FALSE(s.handler.parse(request, owner, refusal));
+    EXPECT_EQ(refusal.code, static_cast<std::uint8_t>(dds::ReplyCode::kNotLeaseOwner));
   }
 }
 

@@ -74,7 +74,7 @@ struct Crtk : System {
   void check() {
     for (int k = 0; k < 2; ++k)
       ASSERT_LE(safety::largestViolation(*model.limits()[static_cast<std::size_t>(k)], joints(k)), 1e-9);
-    control.fillMoments(now, snapshot, crtk);
+    control.fillSnapshots(now, snapshot, crtk);
   }
   safety::ArmVector joints(int k) { return dds::jointsOf(state.position, k, model.size(k)); }
   Eigen::VectorXd both() {
@@ -114,7 +114,7 @@ TEST(CrtkMotion, ServoMovesAsItComesAndStopsWhenItFallsSilent) {
     return target;
   });
   EXPECT_EQ(s.output.status.source, static_cast<std::uint8_t>(dds::Source::kCrtk));
-  EXPECT_EQ(s.output.status.lease_holder, dds::kCrtkClient);
+  EXPECT_EQ(s.output.status.lease_owner, dds::kCrtkClient);
   EXPECT_FALSE(s.busy(0)) << "servo is not busy";
   EXPECT_NEAR(s.tip(0).y() - start.y(), 5e-3, 0.4e-3);
   EXPECT_LT((s.tip(1) - other).norm(), 1e-6);
@@ -123,7 +123,7 @@ TEST(CrtkMotion, ServoMovesAsItComesAndStopsWhenItFallsSilent) {
   EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
   EXPECT_NE(s.ended().find("no sample of the stream"), std::string::npos);
   s.run(0.05);
-  EXPECT_EQ(s.output.status.lease_holder, 0u) << "others may command again";
+  EXPECT_EQ(s.output.status.lease_owner, 0u) << "others may command again";
 }
 
 TEST(CrtkMotion, EveryCommandReachesItsGoal) {

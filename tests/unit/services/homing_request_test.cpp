@@ -83,12 +83,12 @@ class HomingSystem {
 
 TEST(HomingRequest, IsTheCommandersAndEndsWithItsLease) {
   HomingSystem s;
-  EXPECT_EQ(s.home(kHolder), ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.home(kHolder), ReplyCode::kNotLeaseOwner);
   EXPECT_NE(std::string(s.answer.reason.data()).find("acquire the control lease"), std::string::npos);
   ASSERT_EQ(s.sendRequest(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
   s.run(0.1, kHolder);
-  EXPECT_EQ(s.home(kOther), ReplyCode::kNotLeaseHolder);
-  EXPECT_EQ(s.home(0), ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.home(kOther), ReplyCode::kNotLeaseOwner);
+  EXPECT_EQ(s.home(0), ReplyCode::kNotLeaseOwner);
   EXPECT_FALSE(s.homing());
   ASSERT_EQ(s.home(kHolder), ReplyCode::kOk) << s.answer.reason.data();
   s.run(0.5, kHolder);
@@ -98,7 +98,7 @@ TEST(HomingRequest, IsTheCommandersAndEndsWithItsLease) {
     s.run(0.1);
     s.home(kHolder);
   }
-  EXPECT_EQ(s.answer.code, ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.answer.code, ReplyCode::kNotLeaseOwner);
   EXPECT_FALSE(s.homing());
 }
 
@@ -106,7 +106,7 @@ TEST(HomingRequest, NobodyPassesForTheCrtkClientsThatCommand) {
   HomingSystem s;
   s.commander = dds::kCrtkClient;
   s.run(0.1);
-  EXPECT_EQ(s.home(dds::kCrtkClient), ReplyCode::kNotLeaseHolder);
+  EXPECT_EQ(s.home(dds::kCrtkClient), ReplyCode::kNotLeaseOwner);
   EXPECT_FALSE(s.homing());
 }
 

@@ -46,7 +46,7 @@ struct Operated : System {
     if (ticks % 200 == 0)
       sendRequest(ControlKind::kKeepLease, kOperator);
     tick();
-    control.fillMoments(now, snapshot, crtk_moment);
+    control.fillSnapshots(now, snapshot, crtk_moment);
   }
   void go(double seconds) {
     for (int i = 0; i < std::lround(1000 * seconds); ++i)
@@ -337,7 +337,7 @@ TEST(Operator, BadInputsAreNamedAndNeverObeyed) {
     change(bad);
     const std::uint64_t before = s.snapshot.accepted;
     s.control.onInput(bad, s.now);
-    s.control.fillMoments(s.now, s.snapshot, s.crtk_moment);
+    s.control.fillSnapshots(s.now, s.snapshot, s.crtk_moment);
     EXPECT_EQ(s.snapshot.accepted, before);
     return s.snapshot.refusal;
   };
@@ -377,7 +377,7 @@ TEST(Operator, TheOperatorsCycleAllocatesNothing) {
     const std::size_t before = allocationCount();
     s.control.onInput(input, s.now);
     s.control.cycle(s.now, false, s.output);
-    s.control.fillMoments(s.now, s.snapshot, s.crtk_moment);
+    s.control.fillSnapshots(s.now, s.snapshot, s.crtk_moment);
     allocated += allocationCount() - before;
   }
   if (canCountAllocations()) {

@@ -121,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(EachAxisOfEachPreset,
 TEST(Recover, IsTheHoldersAloneAndJogsSlowlyWithoutWhatIsLeftOut) {
   Broken s("laptop", 0);
   EXPECT_EQ(s.control.onRequest(toFirstArm(s, ControlKind::kStateCommand, 8), s.now).refusal.code(),
-            dds::ReplyCode::kNotLeaseHolder);
+            dds::ReplyCode::kNotLeaseOwner);
   ASSERT_EQ(s.recover(jointBit(4)).refusal.code(), dds::ReplyCode::kOk);
   s.live(1.0);
   ASSERT_EQ(s.state.lost[0], jointBit(0) | jointBit(4));

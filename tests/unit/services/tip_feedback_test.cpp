@@ -140,7 +140,7 @@ TEST(SimCorePlant, SnapsAreCountedInHalStatus) {
   sim.state(0, state);
   sim.status(status);
   EXPECT_GT(state.position[dds::jointIndex(0, 3)], 9.0);
-  EXPECT_EQ(state.placements, 1u);
+  EXPECT_EQ(state.joint_resets, 1u);
   EXPECT_GE(status.snaps[0], 1u);
   EXPECT_EQ(status.snaps[1], 0u) << "arm_b stands";
 }

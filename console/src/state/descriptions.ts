@@ -4,36 +4,36 @@ import type { ControlPermissions, ControlStatus, HalStatus } from "../wire/messa
 import { actionsPerArm, FaultCause, Limited, LimitKind, noJoint, RefusalReason } from "../wire/messages";
 
 /** One value of an enumeration: name, meaning, and for faults the remedy. */
-export interface Word {
+export interface Described {
   value: number;
   name: string;
   meaning: string;
   remedy?: string;
 }
-export type Words = Record<string, Word[]>;
+export type Descriptions = Record<string, Described[]>;
 
-let words: Words = {};
+let descriptions: Descriptions = {};
 
 /** Sets the texts from the server (GET /api/robot), the only source of names and meanings. */
-export function useWords(served: Words): void {
-  words = served;
+export function useDescriptions(served: Descriptions): void {
+  descriptions = served;
 }
 
 /** All values of an enumeration, in order. */
-export const wordsOf = (enumeration: string): readonly Word[] => words[enumeration] ?? [];
-const wordOf = (enumeration: string, value: number): Word | undefined =>
-  wordsOf(enumeration).find((word) => word.value === value);
+export const valuesOf = (enumeration: string): readonly Described[] => descriptions[enumeration] ?? [];
+const valueOf = (enumeration: string, value: number): Described | undefined =>
+  valuesOf(enumeration).find((one) => one.value === value);
 /** The name of a value; `unknown` for an undefined one. */
 export const nameOf = (enumeration: string, value: number, unknown = "unknown"): string =>
-  wordOf(enumeration, value)?.name ?? unknown;
+  valueOf(enumeration, value)?.name ?? unknown;
 
 export const stateName = (state: number): string => nameOf("OperatingState", state, "UNKNOWN");
-export const stateMeaning = (state: number): string => wordOf("OperatingState", state)?.meaning ?? "";
+export const stateMeaning = (state: number): string => valueOf("OperatingState", state)?.meaning ?? "";
 /** A shape for each state, so that colour is not the only distinction. */
 export const stateGlyph = (state: number): string => ["○", "●", "‖", "✕"][state] ?? "?";
 
-export function faultsOf(mask: number): Word[] {
-  const known = wordsOf("Fault");
+export function faultsOf(mask: number): Described[] {
+  const known = valuesOf("Fault");
   const found = known.filter((fault) => (mask & fault.value) !== 0);
   const rest = known.reduce((left, fault) => left & ~fault.value, mask);
   if (rest !== 0)
@@ -105,7 +105,7 @@ export const holdReason = (hold: number): string => nameOf("HoldReason", hold, "
 const kMentionIdle = 5; // s
 
 /** Remaining time of an arm with power and without a commander; empty for other arms, and in the first seconds. */
-export function idleWords(status: ControlStatus, arm: number): string {
+export function idleText(status: ControlStatus, arm: number): string {
   const idle = status.idle[arm] ?? 0;
   const left = status.idle_left[arm] ?? -1;
   if (idle < kMentionIdle) return "";
