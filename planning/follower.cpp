@@ -64,6 +64,7 @@ void Follower::startAt(const TrajectorySpec& spec,
   path_time_ = 0.0;
   passed_.clear();
   passed_.reserve(points_.size());
+  errors_ = {};
   progress_ = Progress{};
   progress_.phase = Phase::kRunning;
   progress_.point_count = spec.point_count;
@@ -110,6 +111,11 @@ bool Follower::within() const noexcept {
   return progress_.tip_error <= spec_.tolerance && progress_.relative_error <= spec_.tolerance;
 }
 
+void Follower::addErrors() noexcept {
+  errors_[0].add(progress_.relative_error);
+  errors_[1].add(progress_.tip_error);
+}
+
 void Follower::leave(int point, double error) noexcept {
   ++(error <= spec_.tolerance ? progress_.converged_points : progress_.missed_points);
   if (progress_.worst_point == 0 || error > progress_.worst_error) {
@@ -128,8 +134,10 @@ bool Follower::nextPoint() noexcept {
       task.feed_forward.setZero();
     return true;
   }
-  if (started)
+  if (started) {
+    addErrors();
     leave(progress_.point, std::max(progress_.tip_error, progress_.relative_error));
+  }
   if (progress_.point == progress_.point_count) {
     finish();
     return false;
@@ -181,6 +189,8 @@ bool Follower::nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& re
   const TrajectoryPoint now = along(s), next = along(s_next);
   while (passed_.size() + 1 < points_.size() && (path_time_ >= end || arc_length_[passed_.size() + 1] <= s))
     passed_.push_back({std::numeric_limits<double>::infinity(), 0});
+  if (progress_.total_iterations > 0)
+    addErrors();
   judgePassed(tip, relative);
   if (progress_.converged_points + progress_.missed_points == progress_.point_count) {
     finish();

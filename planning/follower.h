@@ -2,11 +2,13 @@
 /** @file Trajectory follower: selects the reference for each measured state. */
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "idl/enumerations.h"
+#include "planning/error_statistics.h"
 #include "planning/reference.h"
 #include "planning/trajectory.h"
 
@@ -70,6 +72,9 @@ class Follower {
   bool update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept;
 
   const Progress& progress() const { return progress_; }
+  /// Of relative position and tip: kPointByPoint at the end of each point; kTimed at each update, relative to the
+  /// reference of the previous one.
+  const std::array<ErrorStatistics, 2>& errors() const { return errors_; }
   const TrajectorySpec& spec() const { return spec_; }
   const std::vector<TrajectoryPoint>& points() const { return points_; }
 
@@ -77,6 +82,7 @@ class Follower {
   bool nextPoint() noexcept;
   bool nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept;
   bool within() const noexcept;
+  void addErrors() noexcept;
   /// The point is decided. @param error  m, as Progress::worst_error
   void leave(int point, double error) noexcept;
   void finish() noexcept;
@@ -101,6 +107,7 @@ class Follower {
   };
   std::vector<Passed> passed_;  ///< the first ones of points_, without the start; reserved for all
   Progress progress_;
+  std::array<ErrorStatistics, 2> errors_;
   Reference reference_;
 };
 

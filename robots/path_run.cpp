@@ -62,6 +62,7 @@ std::string PathRun::start(const std::string& text, const Measured& now, std::ve
   periods_ = 0;
   reference_ = {};
   progress_ = {};
+  errors_ = {};
   progress_.phase = Phase::kRunning;
   progress_.point_count = kPoints;
   return {};
@@ -161,6 +162,8 @@ std::string PathRun::step(const RobotVector& q) {
     return "no equilibrium at the present joints: " + why;
   if (progress_.total_iterations > 0)
     progress_.tip_error = planning::trackedError(path_, follower_.mechanism().pose(), wanted_);
+  if (part_ != Part::kBefore && progress_.phase == Phase::kRunning)
+    errors_.add(progress_.tip_error);
   if (std::string why = part_ == Part::kBefore ? "" : judge(); !why.empty())
     return why;
   if (progress_.phase == Phase::kPaused) {

@@ -15,6 +15,7 @@
 #include "python/bindings/trajectory.h"
 #include "robots/limit_description.h"
 #include "services/client/arguments.h"
+#include "services/client/run_summary.h"
 
 namespace tandem::python {
 namespace {
@@ -211,6 +212,8 @@ class Client {
     result["points"] = end.points;
     result["iterations"] = end.iterations;
     result["errors"] = end.errors;
+    const auto summary = client::summaryJson(end.summary, live->robot());
+    result["summary"] = py::module_::import("json").attr("loads")(summary.dump());
     return result;
   }
 
@@ -283,7 +286,9 @@ void bindClient(py::module_& module) {
            "progress"_a = py::none(),
            "Enables, follows a trajectory (Trajectory, preset or file; for catheters a path by preset or file) from "
            "the present tips, disables. progress(point, points, errors) is called as points are reached, errors in m; "
-           "an exception in it pauses the arms and is raised here. Returns a dict of points, iterations, errors (m).");
+           "an exception in it pauses the arms and is raised here. Returns a dict of points, iterations, errors (m) at "
+           "the "
+           "end, and summary: errors of all tasks (RMS, 95 %, maximum), duration, gate_interventions, limits.");
 }
 
 }  // namespace tandem::python

@@ -146,7 +146,7 @@ RunState LiveRobot::run(const std::string& trajectory,
     throw Failure(client::kFailure, "the run has " + std::string(planning::name(state.phase)) + " at point " +
                                         std::to_string(state.point) + " of " + std::to_string(state.points) +
                                         ", after " + std::to_string(state.iterations) + " iterations" +
-                                        (state.why.empty() ? "" : ": " + state.why));
+                                        (state.summary.reason.empty() ? "" : ": " + state.summary.reason));
   return state;
 }
 

@@ -32,6 +32,7 @@ class PathRun final : public Run {
   void stop() override { progress_.phase = planning::Phase::kIdle; }
   void fail() override { progress_.phase = planning::Phase::kFailed; }
   const planning::Progress& progress() const override { return progress_; }
+  std::span<const planning::ErrorStatistics> errors() const override { return {&errors_, 1}; }
   double tolerance() const override { return kTolerance; }
   std::string name() const override { return path_.name; }
   std::vector<Eigen::Isometry3d> points() const override;
@@ -58,6 +59,7 @@ class PathRun final : public Run {
   int periods_ = 0;                                           ///< of this part
   planning::Reference reference_;
   planning::Progress progress_;
+  planning::ErrorStatistics errors_;  ///< along the path, in each period
 };
 
 }  // namespace tandem::robots

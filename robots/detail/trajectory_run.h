@@ -22,6 +22,7 @@ class TrajectoryRun final : public Run {
   void stop() override { follower_.stop(); }
   void fail() override { follower_.fail(); }
   const planning::Progress& progress() const override { return follower_.progress(); }
+  std::span<const planning::ErrorStatistics> errors() const override { return follower_.errors(); }
   double tolerance() const override { return follower_.spec().tolerance; }
   std::string name() const override { return follower_.spec().name; }
   std::vector<Eigen::Isometry3d> points() const override;

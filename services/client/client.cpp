@@ -89,6 +89,9 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
   clearances_ = bus_.reader(dds::kControlClearance, [received](const auto& m) {
     received(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
   });
+  summaries_ = bus_.reader(dds::kPlanningSummary, [received](const auto& m) {
+    received(&Snapshot::summary, &Snapshot::summaries, m, std::function<void(const dds::RunSummary&)>());
+  });
   diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
     const std::lock_guard lock(mutex_);
     for (const dds::DiagnosticStatus& status : m.status)

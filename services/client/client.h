@@ -36,9 +36,11 @@ struct Snapshot {
   dds::ControlStatus status;
   dds::PlanningReference reference;
   dds::HalStatus hal;
+  dds::RunSummary summary;  ///< of the last run
   dds::Clearances clearances;
-  std::map<std::string, dds::DiagnosticStatus> diagnostics;                               ///< by service name
-  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0;  ///< samples received
+  std::map<std::string, dds::DiagnosticStatus> diagnostics;  ///< by service name
+  std::uint64_t states = 0, statuses = 0, references = 0, hals = 0, clearance_count = 0,
+                summaries = 0;  ///< samples received
 };
 
 /** One participant of a client. While the client has the control lease, a separate thread renews it. */
@@ -140,7 +142,7 @@ class Client {
   dds::Writer<dds::HalRequest> hal_requests_;
   dds::Writer<dds::Stop> stops_;
   dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
-      clearances_, diagnostics_, sim_tips_;
+      clearances_, summaries_, diagnostics_, sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
   std::unique_ptr<Clocks> clocks_;
   std::thread lease_keeper_;

@@ -124,16 +124,14 @@ void Motions::expectNoFault(const Snapshot& s) const {
   }
 }
 
-/// Pauses the arms after a motion that did not end by itself. @throw Failure that reports this
-void Motions::abandon(const std::string& what, bool trajectory) {
+/// Pauses the arms after a motion that did not end by itself. @param end_run  called then  @throw Failure that reports
+/// this
+void Motions::abandon(const std::string& what, const std::function<void()>& end_run) {
   const Uninterruptible guard(*this);
   expectNoFault(client_.snapshot());
   client_.stateCommand("pause");
-  if (trajectory) {
-    dds::PlanningRequest give_up;
-    give_up.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStop);
-    client_.planning(give_up);
-  }
+  if (end_run)
+    end_run();
   throw Failure(kFailure, what + "; the arms are paused");
 }
 
@@ -181,7 +179,7 @@ void Motions::moveJp(std::size_t arm, const Eigen::VectorXd& joints) {
     return true;
   };
   if (!wait_(kMotionTime, ended) || !wait_(kLag, reached))
-    abandon("move_jp ended before the goal was reached", false);
+    abandon("move_jp ended before the goal was reached");
 }
 
 void Motions::recover(const dds::ControlRequest& request) {
@@ -226,7 +224,7 @@ void Motions::home() {
     return faulty(s) || (s.status.sequence > asked && !moves);
   });
   if (!there)
-    abandon("the arms did not reach home", false);
+    abandon("the arms did not reach home");
   expectNoFault(client_.snapshot());
 }
 
@@ -259,13 +257,22 @@ RunState Motions::run(const Run& run) {
     const auto phase = static_cast<planning::Phase>(s.reference.phase);
     return ours && phase != planning::Phase::kRunning && phase != planning::Phase::kPaused;
   };
-  if (!waitUntilFinished(run, over))
-    abandon("interrupted; the run was ended", true);
-  RunState end = stateOf(client_.snapshot());
-  if (end.phase == planning::Phase::kFailed) {
-    wait_(kReason, faulty);
-    end.why = failureOf(client_.snapshot());
+  const auto summarise = [&] {
+    const auto received = [id](const Snapshot& s) { return s.summary.trajectory_id == id && s.summaries > 0; };
+    return wait_(kReason, received) ? client_.snapshot().summary : dds::RunSummary{};
+  };
+  if (!waitUntilFinished(run, over)) {
+    abandon("interrupted; the run was ended", [&] {
+      dds::PlanningRequest end;
+      end.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStop);
+      client_.planning(end);
+      summarise();
+    });
   }
+  RunState end = stateOf(client_.snapshot());
+  if (end.phase == planning::Phase::kFailed)
+    wait_(kReason, faulty);
+  end.summary = summarise();
   expectNoFault(client_.snapshot());
   if (!run.keep_enabled)
     client_.stateCommand("disable");
@@ -299,14 +306,6 @@ std::string Motions::describePauser(std::uint64_t client) const {
   wait_(kNamed,
         [&](const Snapshot& s) { return s.status.paused_by != client || !(name = client_.nameOfPauser(s)).empty(); });
   return name.empty() ? "another client" : name;
-}
-
-std::string failureOf(const Snapshot& s) {
-  const std::string failed = std::string(planning::name(planning::Phase::kFailed)) + ": ";
-  const auto said = s.diagnostics.find("tandem-planning");
-  return said != s.diagnostics.end() && said->second.message.starts_with(failed)
-             ? said->second.message.substr(failed.size())
-             : "";
 }
 
 std::string runText(const std::string& name_or_path) {

@@ -16,7 +16,7 @@ struct RunState {
   planning::Phase phase = planning::Phase::kRunning;
   std::uint32_t point = 0, points = 0, iterations = 0;  ///< iterations of all points so far
   std::vector<double> errors{};                         ///< m, one per task
-  std::string why{};                                    ///< failed run: planning's reason, if received
+  dds::RunSummary summary{};                            ///< at the end; its trajectory_id is 0 if it was not received
 };
 
 /** Motions of a robot whose lease the client has. Each waits for its end, and throws Failure with the reason if it does
@@ -67,7 +67,7 @@ class Motions {
   /// Waits for `over`, also through pauses by other clients. @return false after an interruption
   bool waitUntilFinished(const Run& run, const std::function<bool(const Snapshot&)>& over);
   std::string describePauser(std::uint64_t client) const;
-  [[noreturn]] void abandon(const std::string& what, bool trajectory);
+  [[noreturn]] void abandon(const std::string& what, const std::function<void()>& end_run = {});
 
   Client& client_;
   const config::Deployment& deployment_;
@@ -83,9 +83,6 @@ int jointIndex(const config::Arm& arm, const std::string& name);
 
 /// "beta_1, alpha_3"; empty for none.
 std::string jointNamesOf(const config::Arm& arm, safety::JointMask joints);
-
-/// Planning's reason for the failure of the last run; empty if not received.
-std::string failureOf(const Snapshot& snapshot);
 
 /// Trajectory or path text for Motions::Run, from a file or preset; a shape from CSV is read here, so that planning
 /// needs no file of the client. @throw config::Error

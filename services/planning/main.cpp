@@ -2,6 +2,8 @@
 /** @file tandem-planning: trajectories and relative poses of two tips, as references for control. */
 #include <spdlog/spdlog.h>
 
+#include <atomic>
+#include <numeric>
 #include <optional>
 #include <variant>
 
@@ -26,6 +28,7 @@ class Planner {
         references_(bus_.writer(dds::kPlanningReference)),
         replies_(bus_.writer(dds::kPlanningReply)),
         paths_(bus_.writer(dds::kPlanningPath)),
+        summaries_(bus_.writer(dds::kPlanningSummary)),
         progress_(bus_.writer(dds::kPlanningProgress)),
         results_(bus_.writer(dds::kPlanningResult)),
         handler_(setup, [this](const auto& message) { std::visit([this](const auto& m) { this->send(m); }, message); }),
@@ -41,6 +44,9 @@ class Planner {
       handler_.onState(message);
     });
     const auto statuses = bus_.reader(dds::kControlStatus, put);
+    const auto hals = bus_.reader(dds::kHalStatus, [this](const dds::HalStatus& status) {
+      gate_interventions_ = std::accumulate(status.guard_count.begin(), status.guard_count.end(), std::uint64_t{0});
+    });
     std::optional<dds::Reader> tips;
     if (setup_.deployment.feedback == planning::Feedback::kSensor)
       tips = bus_.reader(dds::kSensingTips, put);
@@ -53,7 +59,10 @@ class Planner {
     loop_.run(setup_, stop, kRefresh, [&](auto message) {
       if (runtime::monotonicNow() - published > static_cast<std::int64_t>(1e9 * kRefresh))
         core_.refresh();
+      core_.setGateInterventions(gate_interventions_.load(std::memory_order_relaxed));
       take(std::move(message));
+      if (const auto summary = core_.takeSummary())
+        summaries_.write(*summary);
       if (const auto reference = core_.take()) {
         published = runtime::monotonicNow();
         references_.write(*reference);
@@ -108,6 +117,7 @@ class Planner {
   }
 
   const runtime::Setup& setup_;
+  std::atomic<std::uint64_t> gate_interventions_{0};
   runtime::
       EventLoop<dds::ActuationState, dds::TipPoses, dds::ControlStatus, dds::PlanningRequest, planning_service::Plan>
           loop_;
@@ -115,6 +125,7 @@ class Planner {
   dds::Writer<dds::PlanningReference> references_;
   dds::Writer<dds::Reply> replies_;
   dds::Writer<dds::Path> paths_;
+  dds::Writer<dds::RunSummary> summaries_;
   dds::Writer<dds::ComputationProgress> progress_;
   dds::Writer<dds::ComputationResult> results_;
   planning_service::ComputationRequestHandler handler_;

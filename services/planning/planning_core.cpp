@@ -31,7 +31,8 @@ PlanningCore::PlanningCore(const runtime::Setup& setup)
       robot_(setup.robot, setup.deployment.model),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
       run_(robots::makeRun(setup.robot, robot_, setup.deployment.control_period)),
-      trajectory_id_(static_cast<std::uint32_t>(runtime::randomIdentity())) {}
+      trajectory_id_(static_cast<std::uint32_t>(runtime::randomIdentity())),
+      recorder_(setup.robot) {}
 
 bool PlanningCore::active() const {
   const planning::Phase phase = run_->progress().phase;
@@ -114,6 +115,7 @@ void PlanningCore::onStatus(const dds::ControlStatus& status) {
     return end("the client that started the run released or lost the control lease");
   if (operated(status))
     return end("an operator has taken over");
+  recorder_.add(status);
   bool enabled = true;
   for (std::size_t k = 0; k < status.arm_count; ++k) {
     const auto state = static_cast<safety::OperatingState>(status.operating_state[k]);
@@ -139,6 +141,7 @@ void PlanningCore::end(const std::string& why) {
   spdlog::error("trajectory {} ends: {}", trajectory_id_, why);
   ended_ = why;
   run_->fail();
+  summarise();
   publish();
 }
 
@@ -157,6 +160,7 @@ void PlanningCore::advance() {
     ended_ = describeMisses(run_->progress());
     spdlog::info("trajectory {}: {}{}", trajectory_id_, planning::name(run_->progress().phase),
                  ended_.empty() ? "" : ": " + ended_);
+    summarise();
   }
   publish();
 }
@@ -168,7 +172,7 @@ void PlanningCore::publish() {
   message.state_session = state_.session;
   message.answers_state = complete() ? state_.sequence : 0;
   message.answers_control = status_.sequence;
-  message.stamp = lock_step_ ? state_.stamp : runtime::monotonicNow();
+  message.stamp = now();
   message.trajectory_id = trajectory_id_;
   message.point = static_cast<std::uint32_t>(progress.point);
   message.point_count = static_cast<std::uint32_t>(progress.point_count);
@@ -183,7 +187,16 @@ void PlanningCore::publish() {
   outgoing_ = message;
 }
 
+std::int64_t PlanningCore::now() const { return lock_step_ ? state_.stamp : runtime::monotonicNow(); }
+
+void PlanningCore::summarise() {
+  summary_ = recorder_.summary(now(), gate_interventions_, *run_, reference_, ended_);
+  summary_->trajectory_id = trajectory_id_;
+}
+
 std::optional<dds::PlanningReference> PlanningCore::take() { return std::exchange(outgoing_, std::nullopt); }
+
+std::optional<dds::RunSummary> PlanningCore::takeSummary() { return std::exchange(summary_, std::nullopt); }
 
 dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path) {
   using Kind = dds::PlanningKind;
@@ -203,7 +216,10 @@ dds::Reply PlanningCore::onRequest(const dds::PlanningRequest& request, std::opt
       run_->resume();
       break;
     case Kind::kStop:
-      run_->stop();
+      if (active()) {
+        run_->stop();
+        summarise();
+      }
       break;
     default:
       return replyTo(request, dds::ReplyCode::kUnknown, "unknown kind of request " + std::to_string(request.kind));
@@ -247,6 +263,7 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   ended_.clear();
   session_at_start_ = state_.session;
   commander_ = request.client;
+  recorder_.start(now(), gate_interventions_);
   spdlog::info("trajectory {}: '{}', {} points", trajectory_id_, run_->name(), run_->progress().point_count);
   advance();
   return replyTo(request, dds::ReplyCode::kOk, "", trajectory_id_);

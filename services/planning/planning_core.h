@@ -9,6 +9,7 @@
 #include "robots/run.h"
 #include "services/dds/messages.h"
 #include "services/planning/plan.h"
+#include "services/planning/run_recorder.h"
 #include "services/runtime/process.h"
 
 namespace tandem::planning_service {
@@ -33,8 +34,13 @@ class PlanningCore {
   /// A request of a client; `path` is filled when a trajectory was started.
   dds::Reply onRequest(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
 
+  /// Interventions of the gate since the drive side started, as last reported.
+  void setGateInterventions(std::uint64_t count) { gate_interventions_ = count; }
+
   /// The reference to publish now, if there is one.
   std::optional<dds::PlanningReference> take();
+  /// The summary to publish now: that of a run that has just ended.
+  std::optional<dds::RunSummary> takeSummary();
 
   /// Repeats the last reference while no message triggers one (run or arms paused), so that it does not become stale:
   /// call about every 50 ms.
@@ -53,6 +59,8 @@ class PlanningCore {
   void advanceInStep();
   void advance();
   void publish();
+  void summarise();
+  std::int64_t now() const;
   void end(const std::string& why);
   bool active() const;
 
@@ -74,7 +82,10 @@ class PlanningCore {
   std::uint64_t asked_since_ = 0;       ///< sequence of the first repetition of the present reference
   std::uint64_t commander_ = 0;         ///< client that started the running trajectory
   std::uint64_t session_at_start_ = 0;  ///< hal or sim session of the running trajectory
+  std::uint64_t gate_interventions_ = 0;
+  RunRecorder recorder_;
   std::optional<dds::PlanningReference> outgoing_;
+  std::optional<dds::RunSummary> summary_;
 };
 
 }  // namespace tandem::planning_service

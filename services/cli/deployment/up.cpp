@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/robot_files.h"
+#include "robots/overlap.h"
 #include "services/cli/deployment/domain.h"
 #include "services/cli/deployment/supervisor.h"
 #include "services/cli/robot/console.h"
@@ -174,7 +175,7 @@ bool serves(const Supervisor& supervisor, client::Client& client, const std::str
 
 int runUp(const UpCommand& options) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  config::loadAnyRobot(deployment);  // refuses an invalid file once, before every process does
+  const config::Robot robot = config::loadAnyRobot(deployment);  // refuses an invalid file before every process does
   const std::string host = runtime::hostName(deployment);
   runtime::StopSignal stop;
   const DomainLock domain_lock(deployment, host);
@@ -191,6 +192,8 @@ int runUp(const UpCommand& options) {
   report(options, "started", text, {{"pids", pids}});
   if (const std::string warning = runtime::exposure(deployment); !warning.empty())
     report(options, "exposed", warning);
+  for (const std::string& overlap : robots::describeHomeOverlaps(robot, deployment.model))
+    report(options, "overlap", "warning: " + overlap);
   client::Client client(deployment);
   std::optional<ProcessExit> exited;
   client.setInterrupt([&] { return stop.requested() || (!exited && (exited = essentialExit(options, supervisor))); });

@@ -1,15 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem validate: check and summary of configuration files. */
+#include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "config/config.h"
+#include "config/robot_files.h"
 #include "config/values.h"
+#include "robots/overlap.h"
 #include "services/cli/subcommand.h"
 #include "services/runtime/identity.h"
 
 namespace tandem::cli {
 namespace {
+
+/// Overlaps of the arms at home, of a robot or deployment file.
+std::vector<std::string> overlapsOf(const std::string& file, const std::string& kind) {
+  if (kind == "deployment") {
+    const config::Deployment deployment = config::loadDeployment(file);
+    return robots::describeHomeOverlaps(config::loadAnyRobot(deployment), deployment.model);
+  }
+  const auto& robots = config::robotFiles();
+  const bool robot = std::ranges::any_of(robots, [&](const config::RobotFile& of) { return of.kind == kind; });
+  return robot ? robots::describeHomeOverlaps(config::loadAnyRobot(file)) : std::vector<std::string>{};
+}
 
 int runValidate(const std::vector<std::string>& files, bool as_json) {
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
@@ -17,7 +31,9 @@ int runValidate(const std::vector<std::string>& files, bool as_json) {
   for (const std::string& file : files) {
     nlohmann::ordered_json result{{"file", file}};
     try {
-      const config::Summary summary = config::validate(file);
+      config::Summary summary = config::validate(file);
+      for (const std::string& overlap : overlapsOf(file, summary.kind))
+        summary.warnings.push_back(overlap);
       result["valid"] = true;
       result["kind"] = summary.kind;
       result["summary"] = summary.text;

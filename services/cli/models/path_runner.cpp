@@ -159,8 +159,9 @@ robots::TrackRecord PathRunner::run(robots::Mechanism& mechanism,
       progress(std::max(0.0, time), path.duration);
   }
   if (phase != planning::Phase::kFinished) {
-    client_->waitFor(1.0, [](const client::Snapshot& s) { return !client::failureOf(s).empty(); });
-    const std::string why = client::failureOf(client_->snapshot());
+    client_->waitFor(1.0, [id](const client::Snapshot& s) { return s.summary.trajectory_id == id; });
+    const client::Snapshot now = client_->snapshot();
+    const std::string why = now.summary.trajectory_id == id ? now.summary.reason : "";
     (last == 0 ? record.refused : record.stopped) = why.empty() ? "planning ended the run" : why;
   }
   if (record.refused.empty())

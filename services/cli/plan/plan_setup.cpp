@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "config/tubes.h"
+#include "robots/overlap.h"
 #include "services/cli/models/arm_options.h"
 #include "services/runtime/process.h"
 
@@ -109,7 +110,19 @@ dds::ComputationRequest PlanSetup::request(dds::ComputationKind kind) const {
   return request;
 }
 
+/// Overlaps of the arms at the start of a computation.
+void PlanSetup::warnOfOverlap(const dds::ComputationRequest& request) const {
+  if (request.arms_may_touch != 0 || std::ssize(request.joints) != model_.jointCount())
+    return;
+  std::vector<Eigen::VectorXd> joints;
+  for (int k = 0; k < model_.armCount(); ++k)
+    joints.emplace_back(Eigen::VectorXd::Map(request.joints.data() + model_.offset(k), model_.size(k)));
+  for (const std::string& overlap : robots::describeOverlaps(robot_, model_, joints))
+    std::fprintf(stderr, "warning: at the start %s\n", overlap.c_str());
+}
+
 dds::ComputationResult PlanSetup::compute(const dds::ComputationRequest& request) {
+  warnOfOverlap(request);
   if (deployment_)
     return computeLive(*deployment_, request, [this] { return stop_.requested(); });
   PlanProgress progress;

@@ -46,6 +46,7 @@ class PlanSetup {
   dds::ComputationResult compute(const dds::ComputationRequest& request);
 
  private:
+  void warnOfOverlap(const dds::ComputationRequest& request) const;
   std::vector<double> startOf(const std::string& from, const std::string& joints) const;
   std::string trajectory() const;
 

@@ -15,6 +15,7 @@
 #include "services/cli/plan/plan_setup.h"
 #include "services/cli/subcommand.h"
 #include "services/client/motions.h"
+#include "services/client/run_summary.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
 
@@ -233,25 +234,34 @@ int runTrajectory(const RobotCommand& options) {
     std::fprintf(stderr, "\npaused by %s; Enter continues, Ctrl-C ends the run\n", who.c_str());
   };
   run.goes_on = enterTyped;
+  const std::uint32_t before = client.snapshot().summary.trajectory_id;
   const auto follow = [&] {
     try {
       return session.motions.run(run);
     } catch (...) {
       std::fputs(reported ? "\n" : "", stderr);
+      if (const dds::RunSummary ended = client.snapshot().summary; ended.trajectory_id != before)
+        std::fputs(client::describeSummary(client::summaryJson(ended, session.robot)).c_str(), stderr);
       throw;
     }
   };
   const client::RunState last = follow();
   std::fputs(reported ? "\n" : "", stderr);
   client.releaseLease();
-  const nlohmann::ordered_json json{{"phase", planning::name(last.phase)},
-                                    {"points", last.points},
-                                    {"iterations", last.iterations},
-                                    {"why", last.why}};
-  done(options,
-       std::string(planning::name(last.phase)) + ": " + std::to_string(last.points) + " points, " +
-           std::to_string(last.iterations) + " iterations" + (last.why.empty() ? "" : ": " + last.why),
-       json);
+  const nlohmann::ordered_json summary = client::summaryJson(last.summary, session.robot);
+  const std::string& reason = last.summary.reason;
+  std::string result = std::string(planning::name(last.phase)) + ": " + std::to_string(last.points) + " points, " +
+                       std::to_string(last.iterations) + " iterations" + (reason.empty() ? "" : ": " + reason);
+  if (last.summary.trajectory_id != 0)
+    result += '\n' + client::describeSummary(summary);
+  if (result.back() == '\n')
+    result.pop_back();
+  done(options, result,
+       {{"phase", planning::name(last.phase)},
+        {"points", last.points},
+        {"iterations", last.iterations},
+        {"why", reason},
+        {"summary", summary}});
   return last.phase == planning::Phase::kFinished ? kOk : kFailure;
 }
 

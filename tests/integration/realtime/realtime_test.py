@@ -75,7 +75,16 @@ class RealTime:
         answer = self.assert_ok(self.system.robot("--json", "run", self.short_line()))
         reported = json.loads(answer.stdout)
         self.assertEqual((reported["phase"], reported["points"]), ("finished", 4))
+        summary = reported["summary"]
+        self.assertEqual([task["task"] for task in summary["tasks"]], ["relative position of arm_a and arm_b", "tip of arm_a"])
+        self.assertEqual((summary["reached"], summary["iterations"]), (4, reported["iterations"]))
+        for task in summary["tasks"]:
+            self.assertLessEqual(task["rms_m"], task["maximum_m"])
+            self.assertLessEqual(task["maximum_m"], 0.88e-3)  # a point is left within the tolerance
+        self.assertGreater(summary["tasks"][1]["rms_m"], 1e-6)
+        self.assertGreater(summary["duration_s"], (reported["iterations"] - 2) * self.period)
         status = self.status()
+        self.assertEqual(status["last_run"], summary)
         self.assertEqual(status["trajectory"]["phase"], "finished")
         self.assertEqual(status["trajectory"]["iterations"], reported["iterations"])
         self.assertEqual([arm["operating_state"] for arm in status["arms"]], ["DISABLED", "DISABLED"])
@@ -100,6 +109,8 @@ class RealTime:
         answer = self.system.robot("run", fast)
         self.assertEqual(answer.returncode, 1, answer.stdout)
         self.assertRegex(answer.stdout, r"failed: 4 points, \d+ iterations: missed [234] of 4 points, worst .* mm at point \d")
+        self.assertRegex(answer.stdout, r"error, tip of arm_a: RMS [\d.]+, 95 % within [\d.]+, maximum [1-9][\d.]* mm")
+        self.assertRegex(answer.stdout, r"points reached: [012] of 4; time [\d.]+ s; gate: \d+ interventions")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
 
     def positions(self):

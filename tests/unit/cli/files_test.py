@@ -106,6 +106,10 @@ class Validate(unittest.TestCase):
             self.assertIn(file.parent.name, (entry["kind"], entry["kind"] + "s", "trajectories"))
         printed = next(e for e in entries if e["file"].endswith("ark2024.yaml"))
         self.assertTrue(any("poisson_ratio" in warning for warning in printed["warnings"]))
+        overlap = "at home arm_a and arm_b overlap by 0.147 mm"
+        for name in ("ark2024.yaml", "laptop.yaml"):
+            entry = next(e for e in entries if e["file"].endswith(name))
+            self.assertEqual([w.split(":")[0] for w in entry["warnings"] if "overlap" in w], [overlap], name)
 
     def test_one_bad_file_among_good_ones(self):
         self.file.write_text("tandem: robot/1\n")

@@ -66,7 +66,7 @@ class Plan(unittest.TestCase):
                                last["error_m"], delta=1e-9)
         text, _ = plan("check", self.far)
         self.assertEqual(text.returncode, 1)
-        self.assertIn(f"point 12: {last['words']}", text.stdout)
+        self.assertIn(f"point 12: {last['reason']}", text.stdout)
 
     def test_a_repaired_trajectory_can_be_run(self):
         repaired = self.folder / "repaired.yaml"

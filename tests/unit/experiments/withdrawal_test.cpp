@@ -59,7 +59,7 @@ double sweep(const kinematics::ArmModel& model,
 bool innermostFirst(const safety::ArmLimits& limits, safety::ArmVector& q) {
   const safety::Withdrawal next = safety::nextWithdrawal(limits, q, 0, kStep);
   for (int j = 0; j < 3; ++j)
-    q[j] -= (next.joints & safety::jointBit(j)) != 0 ? next.displacement : 0.0;
+    q[j] -= (next.joints & safety::jointBit(j)) != 0 ? next.distance : 0.0;
   return next.joints != 0;
 }
 

@@ -128,7 +128,7 @@ TEST(Computation, RefusalsNameTheKeyWhatWasFoundAndWhatWasExpected) {
     dds::ReplyCode code = dds::ReplyCode::kOk;
     const std::string why = fixture.refusal(code);
     EXPECT_EQ(code, c.code) << why;
-    for (const std::string& word : c.reason)
+    for (const std::string& word : c.words)
       EXPECT_NE(why.find(word), std::string::npos) << why << " lacks " << word;
   }
   const struct {

@@ -26,19 +26,15 @@ TEST(RunFile, ContainsTheWireVersion) {
 }
 
 TEST(Replay, ListsTheTopicsThatActOnARobot) {
-  const std::set<std::string> shown{"planning/reply",    "planning/progress",
-                                    "planning/result",   "planning/path",
-                                    "control/clearance", "control/permissions",
-                                    "control/reply",     "teleop/status",
-                                    "crtk/status",       "sim/reply",
-                                    "hal/reply",         "clock/reply",
-                                    "diagnostics",       "arm_a/measured_js",
-                                    "arm_a/measured_cp", "arm_a/measured_cv",
-                                    "arm_a/setpoint_js", "arm_a/setpoint_cp",
-                                    "arm_a/setpoint_cv", "arm_a/goal_js",
-                                    "arm_a/goal_cp",     "arm_a/goal_cv",
-                                    "arm_a/shape",       "arm_a/operating_state",
-                                    "/rosout",           "markers"};
+  const std::set<std::string> shown{"planning/reply",        "planning/progress", "planning/result",
+                                    "planning/path",         "planning/summary",  "control/clearance",
+                                    "control/permissions",   "control/reply",     "teleop/status",
+                                    "crtk/status",           "sim/reply",         "hal/reply",
+                                    "clock/reply",           "diagnostics",       "arm_a/measured_js",
+                                    "arm_a/measured_cp",     "arm_a/measured_cv", "arm_a/setpoint_js",
+                                    "arm_a/setpoint_cp",     "arm_a/setpoint_cv", "arm_a/goal_js",
+                                    "arm_a/goal_cp",         "arm_a/goal_cv",     "arm_a/shape",
+                                    "arm_a/operating_state", "/rosout",           "markers"};
   std::set<std::string> found;
   for (const dds::TopicInfo& topic : dds::allTopics({"arm_a"})) {
     if (!recordings::actedUpon(topic))

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/client/run_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "planning/follower.h"
+
+namespace tandem::client {
+namespace {
+
+template <class... Values>
+std::string format(const char* text, Values... values) {
+  std::array<char, 200> line{};
+  std::snprintf(line.data(), line.size(), text, values...);
+  return line.data();
+}
+
+std::string armName(const config::Robot& robot, std::uint8_t arm) {
+  return arm < robot.arms.size() ? robot.arms[arm].name : "arm " + std::to_string(arm);
+}
+
+/// "relative position of arm_a and arm_b". @param task  index, below task_count
+std::string describeTask(const dds::RunSummary& summary, std::size_t task, const config::Robot& robot) {
+  const std::string arm = armName(robot, summary.task_arm[task]);
+  switch (static_cast<planning::TaskKind>(summary.task_kind[task])) {
+    case planning::TaskKind::kRelativePosition:
+      return "relative position of " + arm + " and " + armName(robot, summary.task_other_arm[task]);
+    case planning::TaskKind::kObjectPose:
+      return "common object";
+    default:
+      return "tip of " + arm;
+  }
+}
+
+}  // namespace
+
+nlohmann::ordered_json summaryJson(const dds::RunSummary& summary, const config::Robot& robot) {
+  nlohmann::ordered_json json{{"name", summary.name},
+                              {"phase", planning::name(static_cast<planning::Phase>(summary.phase))},
+                              {"reason", summary.reason},
+                              {"points", summary.points},
+                              {"reached", summary.reached},
+                              {"iterations", summary.iterations},
+                              {"duration_s", summary.duration},
+                              {"tasks", nlohmann::ordered_json::array()},
+                              {"gate_interventions", summary.gate_interventions},
+                              {"limits", nlohmann::ordered_json::array()}};
+  for (std::size_t k = 0; k < summary.task_count; ++k)
+    json["tasks"].push_back({{"task", describeTask(summary, k, robot)},
+                             {"rms_m", summary.rms[k]},
+                             {"percentile_95_m", summary.percentile_95[k]},
+                             {"maximum_m", summary.maximum[k]}});
+  for (std::size_t k = 0; k < std::min(summary.limits.size(), summary.limit_shares.size()); ++k)
+    json["limits"].push_back({{"limit", summary.limits[k]}, {"share", summary.limit_shares[k]}});
+  return json;
+}
+
+std::string describeEnd(const nlohmann::ordered_json& summary) {
+  const auto reason = summary["reason"].get<std::string>();
+  return summary["name"].get<std::string>() + ' ' + summary["phase"].get<std::string>() +
+         (reason.empty() ? "" : ": " + reason) + '\n';
+}
+
+std::string describeSummary(const nlohmann::ordered_json& summary) {
+  std::string text;
+  const auto millimetres = [](const nlohmann::ordered_json& metres) { return 1e3 * metres.get<double>(); };
+  for (const auto& task : summary["tasks"])
+    text +=
+        format("  error, %s: RMS %.3f, 95 %% within %.3f, maximum %.3f mm\n", task["task"].get<std::string>().c_str(),
+               millimetres(task["rms_m"]), millimetres(task["percentile_95_m"]), millimetres(task["maximum_m"]));
+  text += format("  points reached: %u of %u; time %.1f s; gate: %llu interventions\n",
+                 summary["reached"].get<unsigned>(), summary["points"].get<unsigned>(),
+                 summary["duration_s"].get<double>(), summary["gate_interventions"].get<unsigned long long>());
+  for (const auto& limit : summary["limits"])
+    text += format("  %s restricted the motion in %.3g %% of the control periods\n",
+                   limit["limit"].get<std::string>().c_str(), 100.0 * limit["share"].get<double>());
+  return text;
+}
+
+}  // namespace tandem::client
