@@ -2,18 +2,37 @@
 /** @file Elastic catheter: Cosserat rods in place of circular arcs. */
 #pragma once
 
+#include <string_view>
+
 #include "kinematics/catheter/arm.h"
 #include "kinematics/cosserat/rod_model.h"
 
 namespace tandem::kinematics::catheter {
 
-/** A catheter with the stiffness of its two ends. Bending is what the knob commands: an intrinsic curvature bend / L of
- * the distal end, about which it is as stiff as its tendons and wall leave it. */
+/// What stays constant at a given joint `bend` while the load changes.
+enum class Actuation {
+  kDisplacement,  ///< displacement of the pull wires, bend times their offset: the actuator is at standstill
+  kTension        ///< tension of the pull wires: the one that bends the unloaded catheter by `bend`
+};
+std::string_view nameOf(Actuation actuation);
+
+/** A catheter with the stiffness of its two ends. The tension of the pull wires is an intrinsic curvature of the distal
+ * end, bend / L without a load.
+ *
+ * The wires are an antagonistic pair that stays under tension; in the passive end they run along its axis, so that its
+ * deformation does not change their length. A load moves tension from one wire to the other: their sum, and with it the
+ * axial compression of the catheter, is constant. */
 struct ElasticArm {
   Arm arm;
   cosserat::Section proximal;  ///< its length and intrinsic curvature are of no account
   cosserat::Section distal;    ///< as long as arm.bending_length; its own length is of no account
+  Actuation actuation = Actuation::kTension;
+  /// E I / (k r^2 L) of the distal end and of wires with the stiffness k (N/m) at the offset r; 0: inextensible.
+  double wire_elasticity = 0.0;
 };
+
+/** Adds a bend in the direction of `share` (of inputs 0 and 1 of rodOf()) to a rod's inputs, as the arm is actuated. */
+void actuate(const ElasticArm& arm, double bend, const cosserat::Inputs& share, cosserat::RodInput& input);
 
 /// The rod of a catheter: section 0 is as long as the insertion, section 1 bends about y, then x, by inputs 0 and 1, in
 /// rad; without a tool.
@@ -23,7 +42,7 @@ cosserat::Rod rodOf(const ElasticArm& arm);
  */
 class ElasticCatheter {
  public:
-  /// @throw std::invalid_argument as checkArm() and cosserat::checkRod() do.
+  /// @throw std::invalid_argument as checkArm() and cosserat::checkRod() do, or for a wire elasticity below zero.
   explicit ElasticCatheter(const ElasticArm& arm);
   const ElasticArm& arm() const { return arm_; }
 

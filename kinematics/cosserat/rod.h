@@ -52,11 +52,30 @@ struct Rod {
  * below zero or none at all, a section that does not exist, a tendon off its plane, a number that is not finite. */
 void checkRod(const Rod& rod);
 
+/** A wire whose displacement is given: its tension is unknown, as under a load with the actuator at standstill.
+ *
+ * The tension adds pull * share to the inputs of the curvature actuators of one section; pull is, in rad, the bend by
+ * which the tension alone would curve the section, about the axis a = sum share_i L vector_i. With u the curvature of
+ * the rod, u0 its intrinsic one, and e = E I / (k r^2 L) for wires of stiffness k (N/m) at the distance r from the
+ * axis,
+ *
+ *   integral of (u - u0) . a over the section + e pull = (1 + e) displacement,
+ *
+ * whose left side is conjugate to the tension: the length of a wire that runs through the section at distance r, by r.
+ * Without loads pull = displacement. e = 0: the wire does not stretch. */
+struct Wire {
+  Inputs share = Inputs::Zero();  ///< of curvature actuators; zero: no such wire, the tension is an input
+  double displacement = 0.0;      ///< of the wire divided by r, rad
+  double elasticity = 0.0;        ///< e, not below zero
+  bool locked() const { return !share.isZero(0.0); }
+};
+
 /** Boundary conditions, inputs and loads of a rod. Forces and moments keep their direction in the robot base frame. */
 struct RodInput {
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< robot base frame <- frame in which the rod is clamped
   double first_length = 0.0;                               ///< length of section 0 in front of the clamp, m, >= 0
   Inputs inputs = Inputs::Zero();                          ///< of the actuators
+  Wire wire;                                               ///< whose displacement is given
   Wrench tip = Wrench::Zero();                             ///< force and moment at the tool tip, N and N m
   std::array<Eigen::Vector3d, kMaxSections> force{};       ///< F_ex, N per metre of the unstretched rod, by section
   std::array<Eigen::Vector3d, kMaxSections> moment{};      ///< L_ex, N m per metre, by section
@@ -72,6 +91,7 @@ struct RodAnswer {
   Matrix6 by_base = Matrix6::Identity();                  ///< twist by the twist of the clamp's frame at its own origin
   Vector6 by_length = Vector6::Zero();  ///< twist by first_length: insertion of the rod through the clamp
   Eigen::Matrix<double, 6, kMaxActuators> by_input = Eigen::Matrix<double, 6, kMaxActuators>::Zero();
+  Vector6 by_displacement = Vector6::Zero();  ///< twist by Wire::displacement; all others at constant displacement
   double energy = 0.0;            ///< elastic energy of the rod, J, without the energy that keeps the tendons' tension
   int conjugate_points = 0;       ///< directions in which the energy is not minimal at constant load; 0: stable
   int held_conjugate_points = 0;  ///< the same for a tool tip with fixed position and orientation
@@ -91,6 +111,7 @@ struct RodPoint {
 struct RodBranch {
   bool known = false;
   Eigen::Vector3d base_moment = Eigen::Vector3d::Zero();  ///< of the last result, N m, frame of the clamp
+  double pull = 0.0;                                      ///< of the wire whose displacement is given, rad
 };
 
 }  // namespace tandem::kinematics::cosserat

@@ -9,10 +9,11 @@ namespace tandem::kinematics::cosserat {
 /** Algorithm 2 of Norouzi-Ghazbi et al. with safeguards: shooting from the clamp with Newton's method.
  *
  * Loads keep their direction, so the internal force along the rod is known and the only unknown is the moment at the
- * clamp. A warm start begins at the last result's moment; a cold one, or a warm one that does not converge, increases
- * the load from zero, where the solution is known. If there are several equilibria, the result is therefore the tracked
- * one, or the one that develops from the unloaded rod; it may be unstable, see RodAnswer::conjugate_points. solve()
- * allocates nothing and throws nothing; several threads may use one model. */
+ * clamp, beside the pull of a wire whose displacement is given. A warm start begins at the last result's moment; a cold
+ * one, or a warm one that does not converge, increases the load from zero, where the solution is known. If there are
+ * several equilibria, the result is therefore the tracked one, or the one that develops from the unloaded rod; it may
+ * be unstable, see RodAnswer::conjugate_points. solve() allocates nothing and throws nothing; several threads may use
+ * one model. */
 class RodModel {
  public:
   /// @throw std::invalid_argument as checkRod() does.
@@ -29,10 +30,14 @@ class RodModel {
   ModelStatus check(const RodInput& input) const noexcept;
 
  private:
-  ModelStatus find(const RodInput& input, const RodBranch& branch, Eigen::Vector3d& moment) const noexcept;
-  bool correct(const RodInput& input, double load, Eigen::Vector3d& moment) const noexcept;
-  bool follow(const RodInput& input, Eigen::Vector3d& moment) const noexcept;
-  bool polish(const SweepStart& from, Shot<kAllColumns>& shot, Eigen::Vector3d& moment) const noexcept;
+  /// Moment at the clamp, N m, robot base frame; pull of the wire, rad.
+  using Unknowns = Eigen::Vector4d;
+  ModelStatus find(const RodInput& input, const RodBranch& branch, Unknowns& x) const noexcept;
+  template <int kColumns>
+  bool correct(const RodInput& input, double load, Unknowns& x) const noexcept;
+  bool correct(const RodInput& input, double load, Unknowns& x) const noexcept;
+  bool follow(const RodInput& input, Unknowns& x) const noexcept;
+  bool polish(const SweepStart& from, Shot<kAllColumns>& shot, Unknowns& x) const noexcept;
 
   Rod rod_;
   Accuracy accuracy_;

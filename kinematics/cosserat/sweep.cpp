@@ -37,9 +37,10 @@ double momentScale(const Rod& rod, const RodInput& input) { return stiffnessUnit
 
 namespace {
 
-/// State: R by columns, p, m, energy; then one column of (turn, moment, shift) per derivative. All in units of the
-/// rod's length and its largest bending stiffness, so that one tolerance applies to all.
-constexpr int kPosition = 9, kMoment = 12, kEnergy = 15, kBase = 16, kRows = 9;
+/// State: R by columns, p, m, energy, bend; then one column of (turn, moment, shift, bend) per derivative. All in units
+/// of the rod's length and its largest bending stiffness, so that one tolerance applies to all.
+constexpr int kPosition = 9, kMoment = 12, kEnergy = 15, kBend = 16, kBase = 17;
+constexpr int kBendRow = 9, kRows = 10;
 template <int kColumns>
 using State = Eigen::Matrix<double, kBase + kRows * kColumns, 1>;
 
@@ -105,7 +106,7 @@ class Integration {
     end_.base_force = force_unit * force_;
     if constexpr (kColumns == kAllColumns) {
       if (start_.index)
-        start_.index->add(columns.template leftCols<9>());
+        start_.index->add(columns.template topLeftCorner<9, 9>());
     }
   }
 
@@ -117,6 +118,8 @@ class Integration {
     law_.moment_compliance = stiffness_ * section.moment_stiffness.cwiseInverse();
     law_.force_compliance = stiffness_ / (length_ * length_) * section.force_stiffness.cwiseInverse();
     law_.curvature = length_ * section.intrinsic_curvature;
+    intrinsic_ = law_.curvature;
+    axis_.setZero();
     law_.force = start_.load * start_.input.force[k] * (length_ * length_ * length_) / stiffness_;
     law_.moment = start_.load * start_.input.moment[k] * (length_ * length_) / stiffness_;
     for (std::size_t i = 0; i < start_.rod.actuators.size(); ++i) {
@@ -125,7 +128,9 @@ class Integration {
       const int at = static_cast<int>(k);
       if (actuator.kind == Actuator::kCurvature && actuator.section == at) {
         law_.by_input.col(column) = length_ * actuator.vector;
-        law_.curvature += start_.input.inputs[column] * law_.by_input.col(column);
+        const double share = start_.input.wire.share[column];
+        law_.curvature += (start_.input.inputs[column] + start_.pull * share) * law_.by_input.col(column);
+        axis_ += share * law_.length * law_.by_input.col(column);
       } else if (actuator.kind == Actuator::kTendon && actuator.section >= at) {
         const auto t = static_cast<std::size_t>(law_.tendons++);
         law_.actuator[t] = static_cast<int>(i);
@@ -164,6 +169,7 @@ class Integration {
     dy.template segment<3>(kPosition) = t;
     dy.template segment<3>(kMoment) = n.cross(t) - law_.moment;
     dy[kEnergy] = energyDensity();
+    dy[kBend] = axis_.dot(strain_.u - intrinsic_);
 
     // Change of the strains, in the base frame, with the rotation of the frame and with moment and force.
     Matrix6 world;
@@ -194,7 +200,8 @@ class Integration {
           r * strain_.by_input.template bottomRows<3>();
     }
     change.template topRows<3>() = strains.template topRows<3>();
-    change.template bottomRows<3>() = strains.template bottomRows<3>();
+    change.template middleRows<3>(6) = strains.template bottomRows<3>();
+    change.row(kBendRow).noalias() = (r * axis_).transpose() * strains.template topRows<3>();
     change.template middleRows<3>(3).noalias() = nx * strains.template bottomRows<3>();
     if constexpr (kColumns > kByForce)
       change.template block<3, 3>(3, kByForce) -= tx;
@@ -251,17 +258,18 @@ class Integration {
     return true;
   }
 
+  /// Without the bend, whose error is that of the turns.
   double errorOf() const {
-    const double base = error_.template head<kBase>().cwiseAbs().maxCoeff();
-    const double derivatives = error_.template tail<kRows * kColumns>().cwiseAbs().maxCoeff() /
-                               (1.0 + next_.template tail<kRows * kColumns>().cwiseAbs().maxCoeff());
+    const double base = error_.template head<kBend>().cwiseAbs().maxCoeff();
+    const double derivatives = columnsOf<kColumns>(error_).template topRows<kBendRow>().cwiseAbs().maxCoeff() /
+                               (1.0 + columnsOf<kColumns>(next_).template topRows<kBendRow>().cwiseAbs().maxCoeff());
     return std::max(base, derivatives);
   }
 
   void note() {
     if constexpr (kColumns == kAllColumns) {
       if (start_.index)
-        start_.index->add(columnsOf<kColumns>(y_).template leftCols<9>());
+        start_.index->add(columnsOf<kColumns>(y_).template topLeftCorner<9, 9>());
     }
     sample(s_);
   }
@@ -299,7 +307,9 @@ class Integration {
     }
     end_.turn = columns.template topRows<3>();
     end_.by_moment = moment * columns.template middleRows<3>(3);
-    end_.shift = length_ * columns.template bottomRows<3>();
+    end_.shift = length_ * columns.template middleRows<3>(6);
+    end_.bend = y_[kBend];
+    end_.bend_by = columns.row(kBendRow);
   }
 
   const SweepStart& start_;
@@ -309,7 +319,8 @@ class Integration {
   Stepper stepper_;
   SectionLaw law_;
   Strain strain_;
-  Vector3d force_;  ///< n at the start of the section
+  Vector3d intrinsic_, axis_;  ///< curvature without actuators; axis of the wire's condition
+  Vector3d force_;             ///< n at the start of the section
   double s_ = 0.0, section_start_ = 0.0, step_ = 0.25;
   std::size_t sampled_ = 0;
 };

@@ -42,6 +42,7 @@ struct SweepStart {
   Accuracy accuracy = {};
   HeldIndex* index = nullptr;               ///< for sweeps with all columns
   std::vector<RodPoint>* points = nullptr;  ///< filled from their `s`, ascending, m
+  double pull = 0.0;                        ///< of the input's wire, rad
 };
 
 /// Columns of a sweep's derivatives, in this order: m at the clamp; force at the tip; turn of the clamp; inputs.
@@ -55,6 +56,8 @@ struct SweepEnd {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();           ///< m there, N m
   double energy = 0.0;                                        ///< J
   Eigen::Matrix<double, 3, kColumns> turn, by_moment, shift;  ///< derivatives of rotation, m, position
+  double bend = 0.0;                                          ///< left side of the wire's condition without e pull, rad
+  Eigen::Matrix<double, 1, kColumns> bend_by;                 ///< its derivatives
   Eigen::Vector3d base_force = Eigen::Vector3d::Zero();       ///< n at the clamp, N
   Vector6 base_strain = Vector6::Zero();  ///< twist of the rod's frame there per metre: (R nu, R kappa)
   int steps = 0;
