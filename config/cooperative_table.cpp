@@ -9,6 +9,7 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
+using kinematics::catheter::Actuation;
 using kinematics::grasp::Contact;
 using kinematics::grasp::ContactType;
 
@@ -87,6 +88,12 @@ const Mapping kCatheterTable{
                  "distance of the pull wires from the axis, less than half the diameter",
                  &CatheterArm::tendon_offset)
             .required(),
+        text("actuation",
+             "what stays constant at a joint while the load changes: displacement: that of the pull wires, their "
+             "tension follows; tension: that of the pull wires",
+             named({Actuation::kDisplacement, Actuation::kTension}),
+             &CatheterArm::model,
+             &kinematics::catheter::ElasticArm::actuation),
         mapping("proximal", kWallTable, "the passive end").required(),
         mapping("distal", kWallTable, "the bending end").required(),
         mapping("limits", catheterLimitsTable(), "joint limits").required(),

@@ -15,6 +15,7 @@ using catheter::kRoll;
 using cosserat::kAllColumns;
 using cosserat::kByForce;
 using cosserat::kByInput;
+using cosserat::kByTurn;
 using cosserat::kWrenchColumns;
 using cosserat::Shot;
 using Eigen::Isometry3d;
@@ -95,9 +96,11 @@ struct TargetAssist::Shots {
 struct TargetAssist::Unknowns {
   Wrench wrench = Wrench::Zero();  ///< on the target
   Vector3d target = Vector3d::Zero(), assist = Vector3d::Zero();
+  double pull = 0.0;  ///< of the assist arm's wire
 
   Unknowns plus(const Unknowns& other, double factor) const {
-    return {wrench + factor * other.wrench, target + factor * other.target, assist + factor * other.assist};
+    return {wrench + factor * other.wrench, target + factor * other.target, assist + factor * other.assist,
+            pull + factor * other.pull};
   }
 };
 
@@ -140,11 +143,18 @@ TargetAssist::Task TargetAssist::taskOf(const Joints& q) const {
   task.target.first_length = q[kInsertion];
   task.assist.base = pair_.assist.arm.base;
   task.assist.first_length = q[3 + kInsertion];
-  task.assist.inputs[0] = q[3 + kBend] * std::cos(q[3 + kRoll]);
-  task.assist.inputs[1] = -q[3 + kBend] * std::sin(q[3 + kRoll]);
+  actuate(pair_.assist, q[3 + kBend], {std::cos(q[3 + kRoll]), -std::sin(q[3 + kRoll]), 0.0, 0.0}, task.assist);
   task.moment_unit = std::min(momentScale(target_, task.target), momentScale(assist_, task.assist));
   task.force_unit = task.moment_unit / std::max(lengthOf(target_, task.target), lengthOf(assist_, task.assist));
   return task;
+}
+
+cosserat::SweepStart TargetAssist::assistStart(const cosserat::RodInput& input,
+                                               const Unknowns& x,
+                                               cosserat::HeldIndex* index) const {
+  cosserat::SweepStart start{assist_, input, x.assist, 1.0, accuracy_, index};
+  start.pull = x.pull;
+  return start;
 }
 
 /// @param open  by how far the contact is still left open: contact frame on the target <- where the assist arm is
@@ -154,18 +164,19 @@ bool TargetAssist::shoot(const Task& task, const Isometry3d& open, const Unknown
   target.tip = x.wrench;
   assist.tip = -x.wrench;
   if (!shots.target.shoot({target_, target, x.target, 1.0, accuracy_}, pair_.contact * open) ||
-      !shots.assist.shoot({assist_, assist, x.assist, 1.0, accuracy_}, pair_.assist.arm.tool))
+      !shots.assist.shoot(assistStart(assist, x), pair_.assist.arm.tool))
     return false;
   shots.apart = between(shots.target.tip, shots.assist.tip);
   return true;
 }
 
 /// Newton's method; false where its first correction is long or the others do not shrink.
+template <int kColumns>
 bool TargetAssist::correct(const Task& task, const Isometry3d& open, Unknowns& x, int& sweeps) const {
   constexpr int kMaxIterations = 12;
   constexpr double kConverged = 1e-6;
   double allowed = 1.0;
-  Shots<kWrenchColumns> shots;
+  Shots<kColumns> shots;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration, ++sweeps) {
     if (!shoot(task, open, x, shots))
       return false;
@@ -178,11 +189,13 @@ bool TargetAssist::correct(const Task& task, const Isometry3d& open, Unknowns& x
     wrench.head(rows_) = compliance.partialPivLu().solve(apart.head(rows_));
     const Vector3d target_moment = shots.target.momentByWrench() * wrench - target_step;
     const Vector3d assist_moment = -shots.assist.momentByWrench() * wrench - assist_step;
-    const double size = std::max({wrench.head<3>().norm() / task.force_unit, wrench.tail<3>().norm() / task.moment_unit,
-                                  target_moment.norm() / task.moment_unit, assist_moment.norm() / task.moment_unit});
+    const double pull = task.assist.wire.locked() ? shots.assist.pullStep(assist_moment, -wrench.head<3>()) : 0.0;
+    const double size =
+        std::max({wrench.head<3>().norm() / task.force_unit, wrench.tail<3>().norm() / task.moment_unit,
+                  target_moment.norm() / task.moment_unit, assist_moment.norm() / task.moment_unit, std::abs(pull)});
     if (!(size <= allowed))  // not even where it is not a number
       return false;
-    x = x.plus({wrench, target_moment, assist_moment}, 1.0);
+    x = x.plus({wrench, target_moment, assist_moment, pull}, 1.0);
     if (size < kConverged)
       return true;
     allowed = std::max(0.5 * size, kConverged);
@@ -190,11 +203,17 @@ bool TargetAssist::correct(const Task& task, const Isometry3d& open, Unknowns& x
   return false;
 }
 
+bool TargetAssist::correct(const Task& task, const Isometry3d& open, Unknowns& x, int& sweeps) const {
+  return task.assist.wire.locked() ? correct<kAllColumns>(task, open, x, sweeps)
+                                   : correct<kWrenchColumns>(task, open, x, sweeps);
+}
+
 /// The gap between the free arms, closed step by step; without a gap there is no wrench and no moment.
 bool TargetAssist::close(const Task& task, Unknowns& x, int& sweeps) const {
   constexpr double kLeastStep = 1.0 / 1024.0;
   constexpr int kMaxAttempts = 200;
   Unknowns here, slope;
+  here.pull = task.assist.wire.displacement;
   Shots<kWrenchColumns> free;
   if (!shoot(task, Isometry3d::Identity(), here, free))
     return false;
@@ -237,6 +256,19 @@ int conjugatePoints(const Matrix6& target_compliance, const Matrix6& assist_comp
   return negativeDirections(form);
 }
 
+/** Twist of the tool tip by a roll that turns the plane of bending and not the tool. As the rod is round, its axis
+ * moves as with a turn of the clamp about `axis`; against that, the tool turns back about the rod's end. */
+Vector6 rollInCollar(const Shot<kAllColumns>& shot, const Vector3d& axis, const Wrench& wrench) {
+  const Vector3d back = -shot.end.pose.linear().col(2);
+  const Vector3d lever = shot.tip.translation() - shot.end.pose.translation();
+  const Vector3d moved = back.cross(lever);
+  Vector6 twist = shot.twist_by.middleCols<3>(kByTurn) * axis;
+  twist.head<3>() += moved;
+  twist.tail<3>() += back;
+  const Vector3d residual = shot.residual_by.middleCols<3>(kByTurn) * axis - moved.cross(wrench.head<3>());
+  return twist - shot.twistByMoment() * shot.residualByMoment().partialPivLu().solve(residual);
+}
+
 /// Twist of a point by that of another one on the same body.
 Matrix6 shifted(const Vector3d& offset) {
   Matrix6 result = Matrix6::Identity();
@@ -256,14 +288,16 @@ bool TargetAssist::complete(const Joints& q, const Task& task, Unknowns& x, Chai
     target.tip = x.wrench;
     assist.tip = -x.wrench;
     if (!shots.target.shoot({target_, target, x.target, 1.0, accuracy_, &target_index}, pair_.contact) ||
-        !shots.assist.shoot({assist_, assist, x.assist, 1.0, accuracy_, &assist_index}, pair_.assist.arm.tool))
+        !shots.assist.shoot(assistStart(assist, x, &assist_index), pair_.assist.arm.tool))
       return false;
     shots.apart = between(shots.target.tip, shots.assist.tip);
     const double moment = std::max(shots.target.momentStep().norm(), shots.assist.momentStep().norm());
     const double length = task.moment_unit / task.force_unit;
+    const double pull =
+        task.assist.wire.locked() ? std::abs(shots.assist.pullStep(Vector3d::Zero(), Vector3d::Zero())) : 0.0;
     chain.gap = shots.apart.head<3>().norm();
     chain.turn = rows_ == 6 ? shots.apart.tail<3>().norm() : 0.0;
-    if (std::max({moment / task.moment_unit, chain.gap / length, chain.turn}) > kConverged) {
+    if (std::max({moment / task.moment_unit, chain.gap / length, chain.turn, pull}) > kConverged) {
       if (!correct(task, Isometry3d::Identity(), x, chain.sweeps))
         return false;
       continue;
@@ -271,7 +305,7 @@ bool TargetAssist::complete(const Joints& q, const Task& task, Unknowns& x, Chai
     chain.wrench = x.wrench;
     chain.contact = shots.target.tip;
     chain.push = chain.contact.linear().col(2).dot(x.wrench.head<3>());
-    chain.conjugate_points = target_index.count() + assist_index.count() +
+    chain.conjugate_points = target_index.count() + assist_index.count() - shots.assist.removed +
                              conjugatePoints(shots.target.compliance(), shots.assist.compliance(), rows_);
     differentiate(q, task, shots, chain);
     return true;
@@ -288,9 +322,14 @@ void TargetAssist::differentiate(const Joints& q,
   Eigen::Matrix<double, 6, kJoints> target = Eigen::Matrix<double, 6, kJoints>::Zero(), assist = target;
   target.col(kInsertion) = shots.target.byBase() * shots.target.end.base_strain;
   assist.col(3 + kInsertion) = shots.assist.byBase() * shots.assist.end.base_strain;
-  const Eigen::Matrix<double, 6, 2> by_input = shots.assist.elastic<2>(kByInput);
-  assist.col(3 + kRoll) = by_input.col(0) * task.assist.inputs[1] - by_input.col(1) * task.assist.inputs[0];
-  assist.col(3 + kBend) = by_input.col(0) * std::cos(q[3 + kRoll]) - by_input.col(1) * std::sin(q[3 + kRoll]);
+  if (task.assist.wire.locked()) {
+    assist.col(3 + kRoll) = rollInCollar(shots.assist, pair_.assist.arm.base.linear().col(2), -chain.wrench);
+    assist.col(3 + kBend) = shots.assist.byDisplacement();
+  } else {
+    const Eigen::Matrix<double, 6, 2> by_input = shots.assist.elastic<2>(kByInput);
+    assist.col(3 + kRoll) = by_input.col(0) * task.assist.inputs[1] - by_input.col(1) * task.assist.inputs[0];
+    assist.col(3 + kBend) = by_input.col(0) * std::cos(q[3 + kRoll]) - by_input.col(1) * std::sin(q[3 + kRoll]);
+  }
 
   const Matrix6 target_compliance = shots.target.compliance();
   const auto tied = Tied((target_compliance + shots.assist.compliance()).topLeftCorner(rows_, rows_)).partialPivLu();
@@ -340,14 +379,14 @@ Status TargetAssist::solve(const Joints& q, ChainBranch& branch, Chain& chain) c
   Status status = Status::kNotConverged;
   Unknowns x;
   if (branch.known) {
-    x = {branch.wrench, branch.target_moment, branch.assist_moment};
+    x = {branch.wrench, branch.target_moment, branch.assist_moment, branch.assist_pull};
     if (correct(task, Isometry3d::Identity(), x, chain.sweeps))
       status = judge(q, task, x, chain);
   }
   if (status != Status::kOk && close(task, x, chain.sweeps))
     status = judge(q, task, x, chain);
   if (status == Status::kOk)
-    branch = {true, x.wrench, x.target, x.assist};
+    branch = {true, x.wrench, x.target, x.assist, x.pull};
   return status;
 }
 

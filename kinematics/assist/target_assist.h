@@ -46,6 +46,7 @@ struct ChainBranch {
   bool known = false;
   Wrench wrench = Wrench::Zero();  ///< on the target at the contact, robot base frame
   Eigen::Vector3d target_moment = Eigen::Vector3d::Zero(), assist_moment = Eigen::Vector3d::Zero();  ///< at the clamps
+  double assist_pull = 0.0;  ///< of the assist arm's wire, rad, if its displacement is given
 };
 
 /** The closed chain in equilibrium; robot base frame. */
@@ -93,6 +94,11 @@ class TargetAssist {
   Task taskOf(const Joints& q) const;
   template <int kColumns>
   bool shoot(const Task& task, const Eigen::Isometry3d& open, const Unknowns& x, Shots<kColumns>& shots) const;
+  cosserat::SweepStart assistStart(const cosserat::RodInput& input,
+                                   const Unknowns& x,
+                                   cosserat::HeldIndex* index = nullptr) const;
+  template <int kColumns>
+  bool correct(const Task& task, const Eigen::Isometry3d& open, Unknowns& x, int& sweeps) const;
   bool correct(const Task& task, const Eigen::Isometry3d& open, Unknowns& x, int& sweeps) const;
   bool close(const Task& task, Unknowns& x, int& sweeps) const;
   bool complete(const Joints& q, const Task& task, Unknowns& x, Chain& chain) const;

@@ -36,6 +36,16 @@ config::CooperativeRobot heldRobot(const HeldOptions& options) {
   return robot;
 }
 
+std::string actuationOf(const config::CooperativeRobot& robot) {
+  std::string each;
+  bool alike = true;
+  for (const config::CatheterArm& arm : robot.arms) {
+    alike = alike && arm.model.actuation == robot.arms.front().model.actuation;
+    each += (each.empty() ? "" : ", ") + arm.name + ": " + std::string(nameOf(arm.model.actuation));
+  }
+  return (alike ? std::string(nameOf(robot.arms.front().model.actuation)) : each) + " of the pull wires";
+}
+
 void registerCooperative(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "cooperative", "cooperating catheters: a jointly grasped object, or a target arm pushed by an assist arm");

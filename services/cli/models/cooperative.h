@@ -23,6 +23,9 @@ void addHeldOptions(CLI::App& command, HeldOptions& options);
 /// A robot with an object. @throw config::Error, or Failure(kUsage) where it has none or the load is no force
 config::CooperativeRobot heldRobot(const HeldOptions& options);
 
+/// What the arms hold constant under loads: "displacement of the pull wires", or that of each arm if they differ.
+std::string actuationOf(const config::CooperativeRobot& robot);
+
 void registerCooperative(CLI::App& app, int& exit_code);
 /// `tandem cooperative co-manipulate` and `target-assist`.
 void registerTracks(CLI::App& app, int& exit_code);

@@ -66,6 +66,7 @@ Json mobility(config::CooperativeRobot robot, const std::string& type, const Mob
   json["unrestrained"] = texts(state.unrestrained, length);
   json["degenerate"] = grasp::describeDegeneracies(state.degeneracies);
   const auto [softest, stiffest] = stiffnessRange(mechanism.stiffness());
+  json["actuation"] = actuationOf(robot);
   json["stiffness_N_per_m"] = {softest, stiffest};
   for (std::size_t k = 0; k < robot.object->contacts.size(); ++k) {
     const auto [alone_softest, alone_stiffest] = stiffnessRange(mechanism.stiffnessOf(static_cast<int>(k)));
@@ -103,7 +104,8 @@ void printMobility(const Json& json) {
     std::snprintf(text, sizeof text, "%.3g to %.3g N/m", list[0].get<double>(), list[1].get<double>());
     return std::string(text);
   };
-  std::printf("  stiffness of the object, by direction: %s", range(json["stiffness_N_per_m"]).c_str());
+  std::printf("  stiffness of the object at constant %s, by direction: %s",
+              json["actuation"].get<std::string>().c_str(), range(json["stiffness_N_per_m"]).c_str());
   for (const Json& one : json["stiffness_of_one_arm_N_per_m"])
     std::printf("; one arm alone %s", range(one).c_str());
   std::printf("\n");

@@ -87,8 +87,8 @@ void write(const std::string& file, const std::vector<Answer>& answers) {
 }
 
 void printPayload(const Json& json) {
-  std::printf("joints at standstill; permitted displacement of the object %g mm\n",
-              1e3 * json["most_sag_m"].get<double>());
+  std::printf("joints at standstill, constant %s; permitted displacement of the object %g mm\n",
+              json["actuation"].get<std::string>().c_str(), 1e3 * json["most_sag_m"].get<double>());
   for (const Json& carrier : json["carriers"]) {
     std::printf("held by %s%s\n", carrier["name"].get<std::string>().c_str(),
                 carrier["refused"] == "" ? "" : (": " + carrier["refused"].get<std::string>()).c_str());
@@ -118,7 +118,10 @@ int runPayload(const PayloadCommand& o) {
   const char* const names[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
   for (int k = 0; k < 6; ++k)
     axes.push_back({0, 0.0, (k % 2 ? -1.0 : 1.0) * Vector3d::Unit(k / 2)});
-  Json json{{"robot", o.held.robot}, {"most_sag_m", o.sag}, {"squeeze_N", robot.object->squeeze}};
+  Json json{{"robot", o.held.robot},
+            {"actuation", actuationOf(robot)},
+            {"most_sag_m", o.sag},
+            {"squeeze_N", robot.object->squeeze}};
   for (const Answer& answer : answersOf(study, axes, options, o.threads)) {
     Json& carriers = json["carriers"];
     if (carriers.size() <= answer.carrier)

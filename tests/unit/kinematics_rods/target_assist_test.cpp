@@ -18,6 +18,7 @@ using kinematics::assist::Joints;
 using kinematics::assist::Pair;
 using kinematics::assist::Status;
 using kinematics::assist::TargetAssist;
+using kinematics::catheter::Actuation;
 using kinematics::catheter::ElasticArm;
 using kinematics::cosserat::Matrix6;
 using kinematics::grasp::ContactType;
@@ -29,6 +30,7 @@ ElasticArm anyElastic(Random& random) {
   const double diameter = random.uniform(2e-3, 2.8e-3);
   arm.proximal = kinematics::cosserat::tubeSection(0.1, diameter, 0.5 * diameter, random.uniform(0.3e9, 2e9), 0.4);
   arm.distal = kinematics::cosserat::tubeSection(0.1, diameter, 0.5 * diameter, random.uniform(0.1e9, 0.5e9), 0.4);
+  arm.actuation = Actuation::kTension;  // that of the oracle
   return arm;
 }
 
@@ -123,6 +125,8 @@ TEST(TargetAssist, JacobianIsTheDerivativeOfTheClosedChain) {
     Random random(seed);
     Meeting meeting(random, random.chance(0.5) ? ContactType::kRigid : ContactType::kPoint);
     meeting.pair.pushes_only = false;
+    meeting.pair.assist.actuation = seed % 2 ? Actuation::kDisplacement : Actuation::kTension;
+    meeting.pair.assist.wire_elasticity = 0.1 * (seed % 3);
     const TargetAssist model(meeting.pair);
     Joints q = meeting.pushed(random, 0.01);
     if (random.chance(0.3))
