@@ -17,8 +17,11 @@ namespace tandem::robots {
  *   Z^T C d(f - f*)/dq qdot = gain Z^T C (f* - f),
  *
  * where f* are the contact forces that balance the load and have the specified squeeze. Without loads the left side is
- * Z^T B J qdot, which is the contact consistency B (J - G^T) = 0. residual() is |Z^T C (f - f*)|, the relative
- * displacement that corresponds to the error of the internal forces. */
+ * Z^T B J qdot, which is the contact consistency B (J - G^T) = 0. Controlled are as many combinations of the internal
+ * forces as the joints of unloaded arms can change, largest gain first; those in the left null space of Z^T B J, with J
+ * of unloaded arms, are not: a load makes their gains small instead of zero. residual() is the norm of the controlled
+ * part of Z^T C (f - f*), the relative displacement that corresponds to the error of the internal forces; columns() has
+ * the norm of the rest (`uncontrolled_m`) and the largest force and moment of f - f* at a contact. */
 class GraspedObjectMechanism final : public Mechanism {
  public:
   /// @throw std::invalid_argument if the robot file has no object. @param robot  outlives this

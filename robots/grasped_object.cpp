@@ -17,6 +17,9 @@ namespace catheter = kinematics::catheter;
 
 namespace {
 
+/// Part of the largest gain below which there is none.
+constexpr double kNoGain = 1e-7;
+
 std::vector<catheter::ElasticArm> elasticArmsOf(const config::CooperativeRobot& robot,
                                                 const config::GraspedObject& object) {
   std::vector<catheter::ElasticArm> arms;
@@ -68,10 +71,42 @@ struct GraspedObjectMechanism::Parts {
     return load;
   }
 
+  /// Largest norms of force and moment of forceError() at a contact, N and N m.
+  std::pair<double, double> largestForceError() const {
+    const VectorXd error = forceError();
+    double force = 0.0, moment = 0.0;
+    for (std::size_t k = 0; k < arms.size(); ++k) {
+      const grasp::Selection b = grasp::selection(held.contacts[k].type);
+      const Wrench wrench = b.transpose() * error.segment(grasp().firstRow(static_cast<int>(k)), rows(k));
+      force = std::max(force, wrench.head<3>().norm());
+      moment = std::max(moment, wrench.tail<3>().norm());
+    }
+    return {force, moment};
+  }
+
+  /// Norm of the part of strain() that is not controlled, m.
+  double uncontrolled() const { return (fixed.transpose() * strain()).norm(); }
+
+  /// Product of the gains from joint velocities of size one that keep the controlled internal forces to the object;
+  /// lengths in units of length().
+  double manipulability() const {
+    const MatrixXd rates = strainRates(), rows = choice(rates) * rates;
+    const MatrixXd admissible = rows.rows() == 0 ? MatrixXd(MatrixXd::Identity(rates.cols(), rates.cols()))
+                                                 : MatrixXd(Eigen::JacobiSVD<MatrixXd>(rows, Eigen::ComputeFullV)
+                                                                .matrixV()
+                                                                .rightCols(rates.cols() - rows.rows()));
+    MatrixXd gains = equilibrium.jacobian * admissible;
+    gains.topRows<3>() /= grasp().length();
+    double product = 0.0;
+    const VectorXd values = Eigen::JacobiSVD<MatrixXd>(gains).singularValues();
+    for (Eigen::Index k = 0; k < values.size() && values[k] > kNoGain * values[0]; ++k)
+      product = (k == 0 ? 1.0 : product) * values[k];
+    return product;
+  }
+
   /// Z^T C (f - f*).
   VectorXd strain() const {
-    return equilibrium.state.internal_forces.transpose() *
-           (equilibrium.compliance * (equilibrium.force - wanted(held.squeeze)));
+    return equilibrium.state.internal_forces.transpose() * (equilibrium.compliance * forceError());
   }
 
   /// Z^T C d(f - f*)/dq; without loads Z^T B J. The specified forces f* are given in the object frame, in which the
@@ -88,13 +123,38 @@ struct GraspedObjectMechanism::Parts {
     return equilibrium.state.internal_forces.transpose() * (equilibrium.compliance * rates);
   }
 
-  /// Orthonormal combinations of the rows, as many as joints can change independently.
+  /// Orthonormal combinations of the internal forces that joints control, largest gain first: as many rows as unloaded
+  /// arms can change. @param rates  strainRates()
   MatrixXd choice(const MatrixXd& rates) const {
-    if (rates.rows() == 0)
-      return rates;
-    const Eigen::JacobiSVD<MatrixXd> svd(rates, Eigen::ComputeThinU);
-    return svd.matrixU().leftCols(equilibrium.state.squeezes).transpose();
+    const Eigen::Index count = rates.rows() - fixed.cols();
+    if (count == 0)
+      return {0, rates.rows()};
+    const MatrixXd changed = rates - fixed * (fixed.transpose() * rates);
+    return Eigen::JacobiSVD<MatrixXd>(changed, Eigen::ComputeThinU).matrixU().leftCols(count).transpose();
   }
+
+  /// Sets `fixed`: the left null space of Z^T B J, with J of the arms without contact forces. A load gives these
+  /// combinations of the internal forces gains too, but only in proportion to it: to control them would take large
+  /// motions of the joints.
+  std::string findFixed(const RobotVector& q) {
+    MatrixXd arms_part = MatrixXd::Zero(grasp().rows(), q.size());
+    for (std::size_t k = 0; k < arms.size(); ++k) {
+      kinematics::LoadedTip free;
+      const kinematics::ModelStatus status =
+          model.arms()[k].tip(jointsOf(q, k), Wrench::Zero(), free_branches[k], free);
+      if (status != kinematics::ModelStatus::kOk)
+        return arms[k]->name + " without load: " + std::string(kinematics::describe(status));
+      const grasp::Touch touch(held.contacts[k], equilibrium.pose, equilibrium.tips[k].pose);
+      arms_part.block(grasp().firstRow(static_cast<int>(k)), static_cast<Eigen::Index>(k) * catheter::kJoints, rows(k),
+                      catheter::kJoints) = grasp::selection(touch.type) * touch.rows(touch.to_tip) * free.jacobian;
+    }
+    const MatrixXd consistency = equilibrium.state.internal_forces.transpose() * arms_part;
+    fixed = kinematics::grasp::leftNullSpace(consistency);
+    return {};
+  }
+
+  /// The internal force that differs from the desired one, by contacts, N and N m.
+  VectorXd forceError() const { return equilibrium.force - wanted(held.squeeze); }
 
   const config::GraspedObject& held;
   grasp::GraspedObject model;
@@ -104,6 +164,8 @@ struct GraspedObjectMechanism::Parts {
   RobotVector joints;
   grasp::GraspEquilibrium equilibrium;
   MotionJacobian jacobian;
+  std::array<kinematics::cosserat::RodBranch, grasp::kMaxContacts> free_branches;  ///< of the arms without load
+  MatrixXd fixed;  ///< orthonormal combinations of the internal forces that joints of unloaded arms cannot change
 };
 
 GraspedObjectMechanism::GraspedObjectMechanism(const config::CooperativeRobot& robot) {
@@ -130,6 +192,8 @@ std::string GraspedObjectMechanism::solveEquilibrium(const RobotVector& q) {
            std::string(kinematics::describe(parts.equilibrium.arm_status));
   if (status != grasp::GraspStatus::kOk)
     return std::string(grasp::describe(status));
+  if (std::string why = parts.findFixed(q); !why.empty())
+    return why;
   parts.joints = q;
   parts.jacobian = parts.equilibrium.jacobian;
   return {};
@@ -141,7 +205,6 @@ double GraspedObjectMechanism::length() const { return parts_->grasp().length();
 
 std::vector<control::Task> GraspedObjectMechanism::higherTasks(double gain) const {
   const MatrixXd rates = parts_->strainRates();
-  // Only as many combinations of the rows as joints can change: the others cannot be controlled.
   const MatrixXd choice = parts_->choice(rates);
   const MatrixXd rows = choice * rates;
   const VectorXd wanted = -gain * (choice * parts_->strain());
@@ -214,7 +277,11 @@ std::vector<std::pair<std::string, double>> GraspedObjectMechanism::columns() co
     columns.emplace_back("normal_N_" + parts.arms[k]->name, load.normal);
     columns.emplace_back("friction_used_" + parts.arms[k]->name, load.used);
   }
-  columns.emplace_back("manipulability", parts.equilibrium.state.manipulability);
+  columns.emplace_back("manipulability", parts.manipulability());
+  const auto [force, moment] = parts.largestForceError();
+  columns.emplace_back("internal_error_N", force);
+  columns.emplace_back("internal_error_Nm", moment);
+  columns.emplace_back("uncontrolled_m", parts.uncontrolled());
   return columns;
 }
 

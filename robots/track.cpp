@@ -21,6 +21,8 @@ using Eigen::VectorXd;
 constexpr double kRank = 1e-7;
 /// Sine of the angle below which a direction counts as one of the movable ones.
 constexpr double kOutside = 1e-4;
+/// Velocity of joints without a velocity limit, m/s and rad/s.
+constexpr double kUnlimitedSpeed = 1e3;
 
 struct Spaces {
   MatrixXd range, complement, null;  ///< orthonormal: range, its complement, null space
@@ -57,13 +59,18 @@ MatrixXd twistsOf(const MatrixXd& columns, const std::vector<int>& tracked, doub
   return twists;
 }
 
-Spaces motionSpaces(const Mechanism& mechanism, const std::vector<int>& tracked) {
+/// Jacobians of higherTasks(), stacked.
+MatrixXd higherRows(const Mechanism& mechanism) {
   MatrixXd higher(0, mechanism.jacobian().cols());
   for (const control::Task& task : mechanism.higherTasks(0.0)) {
     higher.conservativeResize(higher.rows() + task.jacobian.rows(), Eigen::NoChange);
     higher.bottomRows(task.jacobian.rows()) = task.jacobian;
   }
-  const MatrixXd free = spacesOf(higher).null;
+  return higher;
+}
+
+Spaces motionSpaces(const Mechanism& mechanism, const std::vector<int>& tracked) {
+  const MatrixXd free = spacesOf(higherRows(mechanism)).null;
   // After higherTasks(), remaining rates below this fraction are rounding.
   const MatrixXd rows = rowsOf(mechanism.jacobian(), tracked, mechanism.length());
   return spacesOf(rows * free, kRank * rows.norm());
@@ -189,6 +196,21 @@ MotionSpace motionSpace(const Mechanism& mechanism, const std::vector<int>& trac
   result.movable = twistsOf(kinematics::grasp::readable(spaces.range), tracked, length);
   result.missing = twistsOf(kinematics::grasp::readable(spaces.complement), tracked, length);
   return result;
+}
+
+double attainableSpeed(const Mechanism& mechanism, int direction) {
+  VectorXd limits(mechanism.jacobian().cols());
+  Eigen::Index j = 0;
+  for (const safety::ArmLimits* arm : mechanism.limits()) {
+    for (const safety::JointLimit& joint : arm->joints)
+      limits[j++] = std::min(joint.velocity, kUnlimitedSpeed);
+  }
+  // With q' = D u, D the velocity limits: the least u that moves the object, scaled to |u_i| <= 1.
+  const MatrixXd free = spacesOf(higherRows(mechanism) * limits.asDiagonal()).null;
+  const MatrixXd row = rowsOf(mechanism.jacobian(), {direction}, mechanism.length()) * limits.asDiagonal();
+  const VectorXd share = free * (row * free).transpose();
+  const double largest = share.size() > 0 ? share.cwiseAbs().maxCoeff() : 0.0;
+  return largest > 0.0 ? (row * share).value() / largest : 0.0;
 }
 
 std::string refusal(const Mechanism& mechanism, const ObjectPath& path) {

@@ -67,6 +67,11 @@ struct MotionSpace {
 };
 MotionSpace motionSpace(const Mechanism& mechanism, const std::vector<int>& tracked);
 
+/// Speed of the object along a direction (0 to 5: x to rz) at which the first joint reaches its velocity limit, while
+/// higherTasks() is satisfied and joint velocities have the least norm in units of their limits. m/s; for rotations
+/// multiplied by length().
+double attainableSpeed(const Mechanism& mechanism, int direction);
+
 /// Reason why a mechanism cannot follow a path from its equilibrium; empty: it can.
 std::string refusal(const Mechanism& mechanism, const ObjectPath& path);
 

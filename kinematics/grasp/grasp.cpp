@@ -111,6 +111,10 @@ Twist objectScale(double length) {
 
 Eigen::MatrixXd readable(const Eigen::MatrixXd& basis) { return readable(Any(basis)); }
 
+Eigen::MatrixXd leftNullSpace(const Eigen::MatrixXd& matrix) {
+  return Decomposition(equilibrated(Any(matrix), matrix.cols())).outside();
+}
+
 std::string describeDegeneracies(unsigned degeneracies) {
   const std::pair<Degeneracy, const char*> words[] = {
       {kNotRestrained, "the object can move although every arm stands still"},

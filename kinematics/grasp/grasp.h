@@ -26,6 +26,9 @@ using ArmTips = std::span<const Tip* const>;
 /// @param basis  linearly independent columns
 Eigen::MatrixXd readable(const Eigen::MatrixXd& basis);
 
+/// Orthonormal basis of the combinations of rows that are zero, with the rank as in GraspState::squeezes.
+Eigen::MatrixXd leftNullSpace(const Eigen::MatrixXd& matrix);
+
 /** Why a grasp is degenerate; several may hold. */
 enum Degeneracy : unsigned {
   kNotRestrained = 1,     ///< the object can move although every arm stands still: see unrestrained

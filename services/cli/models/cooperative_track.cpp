@@ -52,13 +52,26 @@ std::vector<int> directionsOf(const std::string& text) {
   return directions;
 }
 
-/// The first directions that the mechanism can be moved in, where none are given: places before turns.
+/// Largest speed along the first direction of a path, m/s; for rotations at the size of the object.
+double largestSpeed(const planning::ObjectPath& path) {
+  constexpr int kTimes = 200;
+  double speed = 0.0;
+  planning::Twist displacement, rate;
+  for (int k = 0; k <= kTimes; ++k) {
+    path.at(path.duration * k / kTimes, displacement, rate);
+    const int direction = path.directions[0];
+    speed = std::max(speed, (direction < 3 ? 1.0 : path.length) * std::abs(rate[direction]));
+  }
+  return speed;
+}
+
+/// The first directions in which the mechanism can be moved at the speed of the path: translations before rotations.
 std::vector<int> possible(robots::Mechanism& mechanism, planning::ObjectPath path) {
   const std::size_t wanted = path.shape == planning::PathShape::kLine ? 1 : 2;
   std::vector<int> found;
   for (int k = 0; k < 6 && found.size() < wanted; ++k) {
     path.directions = {k};
-    if (robots::refusal(mechanism, path).empty())
+    if (robots::refusal(mechanism, path).empty() && robots::attainableSpeed(mechanism, k) > largestSpeed(path))
       found.push_back(k);
   }
   if (found.size() < wanted) {
@@ -179,7 +192,7 @@ void printTrack(const Json& json, bool assisted) {
               1e3 * json["max_residual_m"].get<double>());
   std::printf("  %-32s %10s %10s\n", "", "smallest", "largest");
   for (const auto& [name, range] : json["facts"].items())
-    std::printf("  %-32s %10.4f %10.4f\n", name.c_str(), range[0].is_null() ? NAN : range[0].get<double>(),
+    std::printf("  %-32s %10.4g %10.4g\n", name.c_str(), range[0].is_null() ? NAN : range[0].get<double>(),
                 range[1].is_null() ? NAN : range[1].get<double>());
   std::printf("  %s\n", json["offline"].get<bool>() ? "in one process" : "over DDS in lock-step");
   if (json["stopped"] != "")
@@ -296,7 +309,7 @@ void addTrackCommand(CLI::App& app, int& exit_code, bool assist) {
       ->capture_default_str();
   command->add_option("--along", options->along,
                       "directions of the path, separated by commas, from x,y,z,rx,ry,rz: one for a line, two otherwise "
-                      "(default: the first that the arms can move in)");
+                      "(default: the first in which the arms can move at the speed of the path)");
   command->add_option("--size", options->size, "amplitude, m; for rotations: arc length at the size of the object")
       ->check(CLI::Range(1e-6, 1.0))
       ->capture_default_str();

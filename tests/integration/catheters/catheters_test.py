@@ -80,6 +80,13 @@ class LockStep(Test):
     def test_a_held_object_is_moved_as_in_one_process(self):
         self.assert_same("co-manipulate")
 
+    def test_a_gripped_load_is_moved_as_in_one_process(self):
+        file = self.folder / "loaded.yaml"
+        text = (COOPERATIVE / "ablation-pair.yaml").read_text(encoding="utf-8")
+        self.assertIn("  size_mm: 14\n", text)
+        file.write_text(text.replace("  size_mm: 14\n", "  size_mm: 14\n  load_N: [0, 0, -1e-3]\n"), encoding="utf-8")
+        self.assert_same("co-manipulate", "--robot", file, "--along", "z", "--duration", 3)
+
     def test_an_assisted_tip_is_moved_as_in_one_process(self):
         self.assert_same("target-assist", "--duration", 5)
 

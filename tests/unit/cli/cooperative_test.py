@@ -183,6 +183,21 @@ class Demonstrations(unittest.TestCase):
         self.assertLess(found["max_residual_m"], 1e-4)
         self.assertLess(max(found["facts"][f"friction_used_arm_{arm}"][1] for arm in "ab"), 1.0)
 
+    def test_a_grip_moves_a_load_and_states_the_internal_force_that_stays(self):
+        path = self.folder / "run.csv"
+        answer = system.run("cooperative", "co-manipulate", "--offline", "--shape", "line", "--along", "z",
+                            "--load=0,0,-1e-3", "--json", "--csv", path, timeout=120)
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        found = json.loads(answer.stdout)
+        self.assertEqual((found["periods"], found["refused"], found["stopped"]), (1001, "", ""))
+        self.assertLess(found["max_error_m"], 1e-5)
+        rows = [row for row in csv.DictReader(open(path, encoding="utf-8")) if float(row["time"]) >= 0]
+        for name in ("internal_error_N", "internal_error_Nm", "uncontrolled_m"):
+            ends = [min(float(row[name]) for row in rows), max(float(row[name]) for row in rows)]
+            for end, stated in zip(ends, found["facts"][name]):
+                self.assertAlmostEqual(end, stated, places=12)
+            self.assertGreater(ends[0], 0.0)
+
     def test_a_grasp_that_would_slip_is_refused_with_the_squeeze_that_would_do(self):
         answer = system.run("cooperative", "co-manipulate", "--offline", "--contact", "point", "--squeeze", "0.001",
                             "--load=0,0,-0.01")
