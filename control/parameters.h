@@ -41,7 +41,7 @@ struct MethodParameters {
   double translation_step = 1e-3;
   /// m/rad: closed-form methods treat a direction as singular, and damp it, if rotations move a task by less than this
   double singular_lever = 5e-4;
-  double hqp_zeta = 1e-3;         ///< zeta of hqp, (s/rad)^2: weight of velocity relative to the scale of a task
+  double hqp_zeta = 1e-6;         ///< zeta of hqp, (s/rad)^2: weight of velocity relative to the scale of a task
   double spread_distance = 0.01;  ///< m: hqp moves tubes away from nearer limits and neighbours, if tasks permit
   double spread_gain = 0.5;       ///< 1/s: gain of that motion
   double barrier_gain = 1.0;      ///< 1/s: largest rate at which hqp lets a margin approach its least value

@@ -21,8 +21,10 @@ REFUSED = {"hardware/bench-fast-homing.yaml": r"homing\.fast_mm_per_s: found 2\.
 # Bounds that are narrower since: drives took what lay below for one millisecond. The refusal names key, found and expected.
 NARROWED = {(f"hardware.{kind}.drive.following_time_{unit}", "minimum")
             for kind in ("translations", "rotations") for unit in ("s", "ms")}
-# Defaults that are others since: clocks need not agree any more. A file that says nothing is safer with the new one.
-REPLACED = {("deployment.teleoperation.crtk.stamps", "default")}
+# Defaults that are others since: clocks need not agree any more; the scale of hqp is that of its linear programme. A file that says
+# nothing is safer, or exact, with the new one.
+REPLACED = {("deployment.teleoperation.crtk.stamps", "default"), ("cooperative.control.hqp_zeta", "default"),
+            ("robot.control.hqp_zeta", "default")}
 # What has joined messages since, by type.
 ADDED = {"ActuationState": "fingerprint, recovery, lost, homed, holds", "ActuationCommand": "fingerprint, without, commander, may_home",
          "PlanningReference": "fingerprint", "PlanningRequest": "fingerprint", "SimRequest": "fingerprint", "HalRequest": "fingerprint",
