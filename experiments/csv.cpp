@@ -89,7 +89,7 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
   out << ",target_x,target_y,target_z,err_ab,err_a,scale_ab,scale_a,active_limits,solver_iterations,gate_actions";
   for (const std::string& t : translations)
     out << ",lower_" << t << ",upper_" << t;
-  out << '\n';
+  out << ",tip_x,tip_y,tip_z\n";
   for (const Row& row : record.rows()) {
     out << row.data.point << ',' << row.data.iteration;
     for (double q : row.data.position)
@@ -107,6 +107,8 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
       }
       joint += arm.jointCount();
     }
+    for (double x : row.data.tip[static_cast<std::size_t>(row.data.reference.tasks[1].arm)])
+      out << ',' << number(x);
     out << '\n';
   }
 }

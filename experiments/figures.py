@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the runs of an experiment from its CSV files (docs/csv.md).
 
-    figures.py CSVDIR FIGDIR
+    figures.py CSVDIR FIGDIR [--format png|pdf|svg] [--dpi N] [--width 1|2]
 
-For each trajectory and configuration named in CSVDIR/summary.csv, three PNG files in FIGDIR, listed on standard output:
+For each trajectory and configuration named in CSVDIR/summary.csv, five files in FIGDIR, listed on standard output:
 
-    path-TRAJECTORY-CONFIGURATION.png        the target path, coloured by the error with which each point was left
-    actuation-TRAJECTORY-CONFIGURATION.png   translations with their moving limits, as in Fig. 2 of Alsaka et al. 2024
-    errors-TRAJECTORY-CONFIGURATION.png      both errors along the trajectory
+    path-TRAJECTORY-CONFIGURATION        path of tip A beside the target, a panel a method (not of files without tips)
+    actuation-TRAJECTORY-CONFIGURATION   translations with their moving limits, as in Fig. 2 of Alsaka et al. 2024
+    gaps-TRAJECTORY-CONFIGURATION        distance of each translation from its nearer moving limit
+    steps-TRAJECTORY-CONFIGURATION       velocities: displacement of each translation in each control period
+    errors-TRAJECTORY-CONFIGURATION      both errors along the trajectory
 
 Ends with 1 where a file is missing or is not of this format, with 2 where the command line is wrong.
 """
 
-import csv
+import argparse
+import functools
 import multiprocessing
 import os
 import pathlib
@@ -20,50 +23,14 @@ import re
 import sys
 import time
 
-import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
+from style import (FLOOR, MM, TUBES, WIDTHS, Failure, add_options, legend_below, line_style, log_axis, method_order, method_style,
+                   plt, read_csv, run, signed_log_axis)
 
-matplotlib.use("Agg")
-
-# distinguished by colour-blind readers too (after Okabe and Ito): colour, style and width of each method. What often
-# coincides, nspqp and snsqp, is a broad line under a narrow one.
-METHOD_STYLE = {
-    "nsp": ("#999999", ":", 1.6),
-    "nspwln": ("#D55E00", "-", 1.6),
-    "nspwln-joint": ("#009E73", "-.", 1.6),
-    "nspqp": ("#56B4E9", "-", 3.4),
-    "snsqp": ("#000000", "--", 1.2),
-    "sns": ("#009E73", "-.", 1.2),
-    "hqp": ("#D55E00", "--", 2.0),
-}
-OTHER_METHOD = ("#CC79A7", "-", 1.6)
-TUBES = ["#000000", "#0072B2", "#E69F00", "#999999"]
-UPPER = {"color": "#E31A1C", "linewidth": 1.0}  # red and cyan, as in the paper
-LOWER = {"color": "#40E0F0", "linewidth": 1.0, "dashes": (4, 4)}
-SMALLEST = 1e-4  # mm; errors below are drawn here
-MM = 1e3
-
-plt.rcParams.update({"figure.dpi": 110, "font.size": 9, "axes.grid": True, "grid.color": "#E0E0E0",
-                     "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False})
-
-
-class Failure(Exception):
-    """A file that is missing or not of the format."""
-
-
-def read_csv(path):
-    """Columns of a CSV file by name, as lists of text."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-    except OSError as error:
-        raise Failure(f"{path}: {error.strerror}") from error
-    if not rows:
-        raise Failure(f"{path}: has no rows")
-    return {name: [row[name] for row in rows] for name in rows[0]}
+UPPER = {"color": "#E31A1C", "linewidth": 0.7}  # red and cyan, as in the paper
+LOWER = {"color": "#40E0F0", "linewidth": 0.7, "dashes": (4, 4)}
+GAP = 0.1  # mm; gaps are linear below it and logarithmic above
 
 
 class Run:
@@ -81,10 +48,9 @@ class Run:
         # Iterations of a point, spread over it: methods with different numbers of them stay side by side.
         self.progress = self.point - 1 + self.column["iteration"] / count
 
-    def target(self):
-        """Targets of the points relative to the first one, n x 3, mm."""
-        points = np.stack([self.column[f"target_{axis}"][self.last] for axis in "xyz"], axis=1)
-        return MM * (points - points[0])
+    def places(self, what):
+        """Positions of the points' last iterations, n x 3, mm. @param what  target or tip"""
+        return MM * np.stack([self.column[f"{what}_{axis}"][self.last] for axis in "xyz"], axis=1)
 
     def tubes(self):
         """Names of the translations by arm: {"a": ["a1", "a2", "a3"], ...}."""
@@ -96,95 +62,147 @@ class Run:
         return arms
 
 
-def method_order(method):
-    names = list(METHOD_STYLE)
-    return names.index(method) if method in names else len(names)
-
-
-def legend_below(figure, handles):
-    """One row of legend under all axes."""
-    height = 0.3 / figure.get_figheight()
-    figure.get_layout_engine().set(rect=(0, height, 1, 1 - height))
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), frameon=False)
-
-
-def draw_path(title, runs):
-    """The target path per method, coloured by epsilon_A (top) and epsilon_AB (bottom)."""
+def draw_path(sheet, runs):
+    """The path of tip A beside the target, a panel a method."""
     first = next(iter(runs.values()))
-    spread = np.ptp(first.target(), axis=0)
+    origin = first.places("target")[0]
+    spread = np.ptp(first.places("target"), axis=0)
     horizontal, vertical = sorted(np.argsort(spread)[-2:])
-    figure, axes = plt.subplots(2, len(runs), figsize=(2.9 * len(runs) + 1.4, 6.2), squeeze=False, sharex=True,
-                                sharey=True, layout="constrained")
-    figure.suptitle(f"{title}: target path of robot A's tip, coloured by the error with which each point was left")
-    for row, (column, label, norm) in enumerate([("err_a", r"$\epsilon_A$ (mm)", Normalize),
-                                                 ("err_ab", r"$\epsilon_{AB}$ (mm)", LogNorm)]):
-        values = {m: np.maximum(MM * run.column[column][run.last], SMALLEST) for m, run in runs.items()}
-        smallest = min(v.min() for v in values.values())
-        largest = max(v.max() for v in values.values())
-        scale = norm(vmin=smallest, vmax=max(largest, 1.01 * smallest))
-        for ax, (method, run) in zip(axes[row], runs.items()):
-            path = run.target()
-            ax.plot(path[:, horizontal], path[:, vertical], color="#B0B0B0", linewidth=0.8, zorder=1)
-            dots = ax.scatter(path[:, horizontal], path[:, vertical], c=values[method], norm=scale, cmap="viridis",
-                              s=18, zorder=2)
-            ax.scatter(*path[0, [horizontal, vertical]], marker="s", s=55, facecolor="none", edgecolor="black",
-                       zorder=3)
-            ax.set_aspect("equal", adjustable="box")
-            if row == 0:
-                ax.set_title(f"{method}, {len(run.point)} iterations")
-            else:
-                ax.set_xlabel(f"{'xyz'[horizontal]} from the first point (mm)")
-        axes[row, 0].set_ylabel(f"{'xyz'[vertical]} (mm)")
-        figure.colorbar(dots, ax=axes[row], label=label, pad=0.01)
+    across = sheet.beside(len(runs), 4)
+    down = -(-len(runs) // across)
+    width, height = WIDTHS[sheet.columns], 12 + 52 * down  # mm
+    figure, axes = plt.subplots(down, across, figsize=sheet.size(height), squeeze=False, sharex=True, sharey=True,
+                                gridspec_kw={"left": 12 / width, "right": 1 - 3 / width, "bottom": 19 / height, "top": 1 - 6 / height,
+                                             "wspace": 0.12, "hspace": 0.42})
+    target = {"color": "#FF00FF", "linewidth": 0.6, "marker": ".", "markersize": 1.6}
+    for ax, (method, record) in zip(axes.ravel(), runs.items()):
+        for what, style in (("target", target), ("tip", {"color": method_style(method)["color"], "linewidth": 1.1})):
+            path = record.places(what) - origin
+            ax.plot(path[:, horizontal], path[:, vertical], **style)
+        ax.set_aspect("equal", adjustable="box")
+        ax.set_title(f"{method}, {len(record.point)} iterations")
+        ax.xaxis.set_major_locator(plt.MaxNLocator(4))
+        ax.yaxis.set_major_locator(plt.MaxNLocator(6))
+    for unused in axes.ravel()[len(runs):]:
+        unused.set_visible(False)
+    for column in range(across):
+        lowest = axes[(len(runs) - 1 - column) // across, column]
+        lowest.set_xlabel(f"{'xyz'[horizontal]} from first target (mm)")
+        lowest.tick_params(labelbottom=True)
+    for ax in axes[:, 0]:
+        ax.set_ylabel(f"{'xyz'[vertical]} (mm)")
+    figure.legend(handles=[Line2D([], [], label="targets", **target),
+                           Line2D([], [], color="#8C8C8C", linewidth=1.1, label="tip A where each point was left")],
+                  loc="lower center", ncol=2, borderaxespad=0.2)
     return figure
 
 
-def draw_actuation(title, runs):
-    """Translations of all arms over the points, with their moving limits; a row a method."""
+def tube_grid(sheet, runs, height, sharey):
+    """A panel for each method (row) and arm (column). @return figure, [(axes, run, names of the tubes)]"""
     arms = next(iter(runs.values())).tubes()
-    figure, axes = plt.subplots(len(runs), len(arms), figsize=(5.6 * len(arms), 2.3 * len(runs) + 1.1), squeeze=False,
-                                sharex=True, sharey="col", layout="constrained")
-    figure.suptitle(f"{title}: translations and their moving limits, equation (1)")
-    for row, (method, run) in zip(axes, runs.items()):
-        point = run.point[run.last]
+    figure, axes = plt.subplots(len(runs), len(arms), figsize=sheet.size(height * len(runs) + 14), squeeze=False, sharex=True,
+                                sharey=sharey, layout="constrained")
+    panels = []
+    for row, (method, record) in zip(axes, runs.items()):
         for ax, (arm, tubes) in zip(row, arms.items()):
-            for tube, color in zip(tubes, TUBES):
-                at = {kind: MM * run.column[f"{kind}_{tube}"][run.last] for kind in ("beta", "lower", "upper")}
-                ax.plot(point, at["beta"], color=color, linewidth=3.4, zorder=2)
-                # Thin and on top: a tube is the upper limit of the next inner one and the lower one of the next outer.
-                ax.plot(point, at["upper"], zorder=3, **UPPER)
-                ax.plot(point, at["lower"], zorder=4, **LOWER)
-            ax.set_title(f"{method}, robot {arm.upper()}", fontsize=9)
-            ax.set_xlim(point[0], point[-1])
-        row[0].set_ylabel(r"$\beta$ (mm)")
+            panels.append((ax, record, tubes))
+            ax.set_title(f"{method}, arm {arm.upper()}")
+            ax.set_xlim(0, max(record.point[-1] for record in runs.values()))
+            ax.xaxis.set_major_locator(plt.MaxNLocator(5))
     for ax in axes[-1]:
         ax.set_xlabel("trajectory point")
-    tube_count = max(len(tubes) for tubes in arms.values())
-    handles = [Line2D([], [], color=color, linewidth=3.4, label=rf"$\beta_{i + 1}$, tube {i + 1}")
-               for i, color in enumerate(TUBES[:tube_count])]
-    handles += [Line2D([], [], label="upper limit of a tube", **UPPER), Line2D([], [], label="lower limit", **LOWER)]
-    legend_below(figure, handles)
+    return figure, panels
+
+
+def tube_handles(panels, width):
+    count = max(len(tubes) for _, _, tubes in panels)
+    return [Line2D([], [], color=color, linewidth=width, label=f"tube {i + 1}") for i, color in enumerate(TUBES[:count])]
+
+
+def draw_actuation(sheet, runs):
+    """Translations of all arms over the points, with their moving limits."""
+    figure, panels = tube_grid(sheet, runs, 27, "col")
+    for ax, record, tubes in panels:
+        point = record.point[record.last]
+        for tube, color in zip(tubes, TUBES):
+            at = {kind: MM * record.column[f"{kind}_{tube}"][record.last] for kind in ("beta", "lower", "upper")}
+            ax.plot(point, at["beta"], color=color, linewidth=2.2, zorder=2)
+            # Thin and on top: a tube is the upper limit of the next inner one and the lower one of the next outer.
+            ax.plot(point, at["upper"], zorder=3, **UPPER)
+            ax.plot(point, at["lower"], zorder=4, **LOWER)
+        ax.set_ylabel(r"$\beta$ (mm)")
+        ax.yaxis.set_major_locator(plt.MaxNLocator(4))
+    handles = tube_handles(panels, 2.2)
+    handles += [Line2D([], [], label="upper limit", **UPPER), Line2D([], [], label="lower limit", **LOWER)]
+    legend_below(figure, handles, 5 if sheet.columns == 2 else 3)
     return figure
 
 
-def draw_errors(title, runs):
-    """Both errors of all methods: thin at every iteration, thick where each point was left."""
-    figure, axes = plt.subplots(2, 1, figsize=(10, 6.4), sharex=True, layout="constrained")
-    figure.suptitle(f"{title}: errors; thin: every iteration, thick: each point's last one, which the table counts")
-    for method, run in runs.items():
-        color, style, width = METHOD_STYLE.get(method, OTHER_METHOD)
-        for ax, name in zip(axes, ("err_ab", "err_a")):
-            error = np.maximum(MM * run.column[name], SMALLEST)
-            ax.plot(run.progress, error, color=color, linewidth=0.5, alpha=0.4)
-            ax.plot(run.point[run.last], error[run.last], color=color, linestyle=style, linewidth=width, label=method)
+def gap(record, tube):
+    """Distance of a translation from its nearer moving limit after every iteration, mm; below zero outside."""
+    beta, lower, upper = (record.column[f"{kind}_{tube}"] for kind in ("beta", "lower", "upper"))
+    return MM * np.minimum(beta - lower, upper - beta)
+
+
+def step(record, tube):
+    """Displacement of a translation in every period but the first, mm."""
+    return np.append(np.nan, MM * np.diff(record.column[f"beta_{tube}"]))
+
+
+def draw_tubes(sheet, runs, values, label, threshold=None):
+    """Numbers of every translation in every iteration.
+
+    @param values     of a run and a tube; below a millionth of a millimetre is rounding
+    @param threshold  of an axis that is logarithmic beyond; none: a linear axis
+    """
+    figure, panels = tube_grid(sheet, runs, 25, True)
+    everything = []
+    for ax, record, tubes in panels:
+        for tube, color in zip(tubes, TUBES):
+            numbers = values(record, tube)
+            numbers = np.where(np.abs(numbers) < 1e-6, 0.0, numbers)
+            everything.append(numbers)
+            ax.plot(record.progress, numbers, color=color, linewidth=0.8)
+    for ax, _, _ in panels:
+        if threshold:
+            signed_log_axis(ax, threshold, np.concatenate(everything))
+        else:
+            ax.yaxis.set_major_locator(plt.MaxNLocator(4))
+        ax.axhline(0.0, color="#E31A1C", linewidth=0.6, zorder=1)
+        if ax.get_subplotspec().is_first_col():
+            ax.set_ylabel(label)
+    legend_below(figure, tube_handles(panels, 1.1), 4)
+    return figure
+
+
+def draw_errors(sheet, runs):
+    """Both errors of all methods: pale at every iteration, strong where each point was left."""
+    figure, axes = plt.subplots(2, 1, figsize=sheet.size(110), sharex=True, layout="constrained")
+    for ax, name in zip(axes, ("err_ab", "err_a")):
+        for method, record in runs.items():
+            error = np.maximum(MM * record.column[name], FLOOR)
+            ax.plot(record.progress, error, color=method_style(method)["color"], linewidth=0.4, alpha=0.35)
+            ax.plot(record.point[record.last], error[record.last], label=method, **line_style(method))
+    largest = max(MM * record.column["err_ab"].max() for record in runs.values())
     axes[0].set_yscale("log")
-    axes[0].set_ylabel(rf"relative position $\epsilon_{{AB}}$ (mm, from {SMALLEST:g} up)")
-    axes[1].set_ylabel(r"tip of robot A $\epsilon_A$ (mm)")
+    log_axis(axes[0].yaxis, FLOOR, max(largest, 10 * FLOOR))
+    axes[0].set_ylabel(r"relative position, $\epsilon_{AB}$ (mm)")
+    axes[1].set_ylabel(r"tip of arm A, $\epsilon_A$ (mm)")
     axes[1].set_ylim(bottom=0)
     axes[1].set_xlabel("trajectory point")
-    axes[1].set_xlim(0, max(run.point[-1] for run in runs.values()))
-    legend_below(figure, axes[0].get_legend_handles_labels()[0])
+    axes[1].set_xlim(0, max(record.point[-1] for record in runs.values()))
+    figure.align_ylabels(axes)
+    legend_below(figure, axes[0].get_legend_handles_labels()[0], 4 if sheet.columns == 2 else 2)
     return figure
+
+
+KINDS = {
+    "path": draw_path,
+    "actuation": draw_actuation,
+    "gaps": functools.partial(draw_tubes, values=gap, label="gap (mm)", threshold=GAP),
+    "steps": functools.partial(draw_tubes, values=step, label="mm/period"),
+    "errors": draw_errors,
+}
 
 
 def groups(folder):
@@ -201,14 +219,14 @@ def groups(folder):
 
 def draw_group(job):
     """All figures of one trajectory and configuration; the files written."""
-    (trajectory, configuration), files, target = job
+    (trajectory, configuration), files, target, sheet = job
     runs = {method: Run(files[method]) for method in sorted(files, key=method_order)}
     written = []
-    for kind, draw in (("path", draw_path), ("actuation", draw_actuation), ("errors", draw_errors)):
-        figure = draw(f"{trajectory}, configuration {configuration}", runs)
-        written.append(target / f"{kind}-{trajectory}-{configuration}.png")
-        figure.savefig(written[-1])
-        plt.close(figure)
+    for kind, draw in KINDS.items():
+        if kind == "path" and any("tip_x" not in record.column for record in runs.values()):
+            continue  # written by an earlier version
+        figure = draw(sheet, runs)
+        written.append(sheet.save(figure, target / f"{kind}-{trajectory}-{configuration}.{sheet.format}"))
     return written
 
 
@@ -218,28 +236,23 @@ def progress(start, done, total):
         print(f"\rfigures: {done} of {total} ", end="\n" if done == total else "", file=sys.stderr, flush=True)
 
 
-def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
-        print(__doc__.strip(), file=sys.stderr)
-        return 0 if sys.argv[1:] in (["--help"], ["-h"]) else 2
-    source, target = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+def draw(arguments, sheet):
     start, written = time.monotonic(), []
-    try:
-        jobs = [(key, files, target) for key, files in groups(source).items()]
-        target.mkdir(parents=True, exist_ok=True)
-        with multiprocessing.Pool(min(len(jobs), len(os.sched_getaffinity(0)))) as pool:
-            for files in pool.imap(draw_group, jobs):
-                written += files
-                progress(start, len(written), 3 * len(jobs))
-    except Failure as failure:
-        print(f"figures.py: {failure}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"figures.py: {error.filename or target}: {error.strerror}", file=sys.stderr)
-        return 1
-    for path in written:
-        print(path)
-    return 0
+    jobs = [(key, files, arguments.target, sheet) for key, files in groups(arguments.source).items()]
+    arguments.target.mkdir(parents=True, exist_ok=True)
+    with multiprocessing.Pool(min(len(jobs), len(os.sched_getaffinity(0)))) as pool:
+        for done, files in enumerate(pool.imap(draw_group, jobs), 1):
+            written += files
+            progress(start, done, len(jobs))
+    return written
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("source", type=pathlib.Path, metavar="CSVDIR")
+    parser.add_argument("target", type=pathlib.Path, metavar="FIGDIR")
+    add_options(parser, folder=True)
+    return run("figures.py", draw, parser.parse_args())
 
 
 if __name__ == "__main__":

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws what `tandem stability --map` and `tandem workspace` leave as CSV files (docs/csv.md).
 
-    mechanics.py map CSV PNG              stability over rotations relative to tube 1
-    mechanics.py workspace CSVDIR FIGDIR  reachable cells: FIGDIR/workspace-section.png and FIGDIR/workspace-volume.png
+    mechanics.py map CSV FILE             stability over rotations relative to tube 1
+    mechanics.py workspace CSVDIR FIGDIR  reachable cells: FIGDIR/workspace-section and FIGDIR/workspace-volume
 
-Files written are listed on standard output. Ends with 1 where a file is missing or is not of this format, with 2 where
+FILE ends in .png, .pdf or .svg, `workspace` takes --format instead; both take --dpi N and --width 1|2. Files written are listed on standard output. Ends with 1 where a file is missing or is not of this format, with 2 where
 the command line is wrong.
 """
 
+import argparse
 import json
 import pathlib
 import sys
@@ -15,12 +16,10 @@ import sys
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
-
-from figures import MM, Failure, plt, read_csv
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+from style import ARMS, INCH, MM, Failure, add_options, equal_space, figure_file, legend_below, plt, read_csv, run
 
 DEGREES = 180 / np.pi
-ARMS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#999999", "#000000"]  # Okabe and Ito
 POINTS = 12000  # of the 3-D figure, over all arms
 
 
@@ -35,9 +34,9 @@ def columns(path):
 
 def draw_line(ax, table, axis):
     """Stability over one relative rotation."""
-    ax.plot(DEGREES * table[axis], table["stability"], color="#0072B2", linewidth=1.6)
-    ax.axhline(0.0, color="#E31A1C", linewidth=1.0)
-    ax.set_ylabel("stability: smallest determinant along the arm")
+    ax.plot(DEGREES * table[axis], table["stability"], color="#0072B2")
+    ax.axhline(0.0, color="#E31A1C", linewidth=0.8)
+    ax.set_ylabel("stability: least determinant (-)")
 
 
 def draw_plane(figure, ax, table, axes):
@@ -54,41 +53,43 @@ def draw_plane(figure, ax, table, axes):
     else:
         style = {"cmap": "viridis", "norm": Normalize(vmin=0.0, vmax=1.0)}
     mesh = ax.pcolormesh(x, y, np.maximum(value, -1.0), shading="nearest", **style)
-    figure.colorbar(mesh, ax=ax, label="stability: smallest determinant along the arm",
+    figure.colorbar(mesh, ax=ax, label="stability: least determinant (-)",
                     extend="min" if lowest < -1.0 else "neither")
     handles = []
     if lowest < 0.0:
         points = table["conjugate_points"].reshape(shape)
-        ax.contour(x, y, points, levels=[0.5], colors="black", linewidths=1.2)
-        handles.append(Line2D([], [], color="black", linewidth=1.2, label="stability lost"))
+        ax.contour(x, y, points, levels=[0.5], colors="black", linewidths=0.9)
+        handles.append(Line2D([], [], color="black", linewidth=0.9, label="stability lost"))
     if "stable_equilibria" in table:
         several = table["stable_equilibria"].reshape(shape)
         if np.nanmax(several) > 1.5:
-            ax.contour(x, y, several, levels=[1.5], colors="#E31A1C", linewidths=1.2, linestyles="--")
+            ax.contour(x, y, several, levels=[1.5], colors="#E31A1C", linewidths=0.9, linestyles="--")
             handles.append(Line2D([], [], color="#E31A1C", linestyle="--", label="several stable equilibria beyond"))
     if handles:
-        ax.legend(handles=handles, loc="upper right", framealpha=0.9)
+        legend_below(figure, handles, 2 if figure.get_figwidth() > 4 else 1)
     ax.set_aspect("equal")
 
 
-def draw_map(source, target):
+def draw_map(arguments, sheet):
     """The figure of one map; the file written."""
+    source = arguments.source
     table = columns(source)
     axes = [name for name in table if name.startswith("relative_")]
     if not 1 <= len(axes) <= 2 or "stability" not in table:
         raise Failure(f"{source}: not a map of `tandem stability`")
     angle = r"\theta" if "alpha_1" in table else r"\alpha"  # at the ends, or at the motors
-    figure, ax = plt.subplots(figsize=(6.4, 5.2), layout="constrained")
+    figure, ax = plt.subplots(figsize=sheet.size((55 if len(axes) == 1 else 78) if sheet.columns == 1 else 110),
+                              layout="constrained")
     if len(axes) == 1:
         draw_line(ax, table, axes[0])
     else:
         draw_plane(figure, ax, table, axes)
         ax.set_ylabel(rf"${angle}_{axes[1][-1]} - {angle}_1$ (deg)")
     ax.set_xlabel(rf"${angle}_{axes[0][-1]} - {angle}_1$ (deg)")
-    ax.set_title("stability over " + ("end angles" if "alpha_1" in table else "motor angles, from cold starts"))
-    target.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(target)
-    return [target]
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    if len(axes) == 2:
+        ax.yaxis.set_major_locator(MultipleLocator(90))
+    return [sheet.save(figure, arguments.target)]
 
 
 def rotation(x, y, z, w):
@@ -124,90 +125,78 @@ class Reach:
         return tip @ self.rotation.T + self.position
 
 
-def draw_section(arms, summary):
+def draw_section(sheet, arms, summary):
     """r-z sections, cell by cell, coloured by how many samples fell into them."""
     voxel = summary["voxel_m"]
-    height = max(np.ptp(arm.section()[1]) for arm in arms)
-    width = max(1.8, 5.0 * max(np.ptp(arm.section()[0]) for arm in arms) / height)  # inches, at 5 for the height
-    figure, axes = plt.subplots(1, len(arms), figsize=(min(width + 0.6, 6.0) * len(arms) + 1.4, 6.2), squeeze=False,
-                                sharey=True, layout="constrained")
-    figure.suptitle(f"{summary['robot']}, {summary['model']} model:\nreachable cells of {MM * voxel:g} mm")
-    for ax, arm, facts in zip(axes[0], arms, summary["arms"]):
+    down = -(-len(arms) // sheet.beside(len(arms), 4))
+    figure, axes = plt.subplots(down, -(-len(arms) // down), figsize=sheet.size(92 * down), squeeze=False, sharey=True,
+                                layout="constrained")
+    counts = []
+    for arm in arms:
         r, z = arm.section()
         edges = [np.arange(np.floor(v.min() / voxel), np.floor(v.max() / voxel) + 2) * voxel for v in (r, z)]
-        count, _, _ = np.histogram2d(r, z, bins=edges)
-        mesh = ax.pcolormesh(MM * edges[0], MM * edges[1], np.ma.masked_equal(count.T, 0), cmap="viridis",
-                             norm=LogNorm(vmin=1, vmax=max(count.max(), 2)))
+        counts.append((edges, np.histogram2d(r, z, bins=edges)[0]))
+    norm = LogNorm(vmin=1, vmax=max(2, max(count.max() for _, count in counts)))
+    mesh = None
+    for ax, arm, facts, (edges, count) in zip(axes.ravel(), arms, summary["arms"], counts):
+        mesh = ax.pcolormesh(MM * edges[0], MM * edges[1], np.ma.masked_equal(count.T, 0), cmap="viridis", norm=norm,
+                             rasterized=True)
         ax.set_title(f"{arm.name}: {1e6 * facts['volume_m3']:.0f} cm³")
-        ax.set_xlabel("r from the arm's axis (mm)")
+        ax.set_xlabel("r (mm)")
+        ax.set_ylabel("z (mm)")
         ax.set_aspect("equal")
-    axes[0, 0].set_ylabel("z (mm)")
-    figure.colorbar(mesh, ax=axes[0], label="samples per cell")
+        ax.xaxis.set_major_locator(MaxNLocator(3))
+    for unused in axes.ravel()[len(arms):]:
+        unused.set_visible(False)
+    figure.colorbar(mesh, ax=axes, label=f"samples in a cell of {MM * voxel:g} mm")
     return figure
 
 
-def draw_volume(arms, summary):
+def draw_volume(sheet, arms, summary):
     """Tips of all arms in space."""
     random = np.random.default_rng(summary["seed"])
-    figure = plt.figure(figsize=(7.2, 6.4), layout="constrained")
-    ax = figure.add_subplot(projection="3d")
+    figure = plt.figure(figsize=sheet.size(95 if sheet.columns == 1 else 120))
+    height = INCH * figure.get_figheight()
+    ax = figure.add_axes((0.02, 14 / height, 0.9, 1 - 15 / height), projection="3d")
     clouds = [MM * arm.cloud(POINTS // len(arms), random) for arm in arms]
-    for arm, cloud, color in zip(arms, clouds, ARMS):
-        ax.scatter(*cloud.T, s=1.2, color=color, alpha=0.35, label=arm.name, rasterized=True)
-    everything = np.concatenate(clouds)
-    ax.set_box_aspect(np.maximum(np.ptp(everything, axis=0), 1e-3), zoom=0.85)
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MaxNLocator(4))
-    ax.set_xlabel("x (mm)")
-    ax.set_ylabel("y (mm)")
-    ax.set_zlabel("z (mm)")
-    title = f"{summary['robot']}: reachable tips"
-    if "shared" in summary:
-        title += f"; every arm reaches {1e6 * summary['shared']['common_m3']:.0f} cm³"
-    ax.set_title(title)
-    legend = ax.legend(loc="upper left", markerscale=6)
-    for handle in legend.legendHandles:
-        handle.set_alpha(1.0)
+    for cloud, color in zip(clouds, ARMS):
+        ax.scatter(*cloud.T, s=0.6, color=color, alpha=0.35, linewidths=0, rasterized=True)
+    equal_space(ax, np.concatenate(clouds))
+    handles = [Line2D([], [], color=color, linestyle="", marker="o", markersize=3, label=arm.name)
+               for arm, color in zip(arms, ARMS)]
+    figure.legend(handles=handles, loc="lower center", ncol=4, borderaxespad=0.2)
     return figure
 
 
-def draw_workspace(source, target):
+def draw_workspace(arguments, sheet):
     """Both figures of a workspace; the files written."""
-    path = source / "workspace.json"
+    path = arguments.source / "workspace.json"
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
-        arms = [Reach(source, facts) for facts in summary["arms"] if facts["reached"]]
+        arms = [Reach(arguments.source, facts) for facts in summary["arms"] if facts["reached"]]
     except OSError as error:
         raise Failure(f"{path}: {error.strerror}") from error
     except (KeyError, ValueError) as error:
         raise Failure(f"{path}: not of `tandem workspace`: {error}") from error
     if not arms:
         raise Failure(f"{path}: no arm reaches anything")
-    target.mkdir(parents=True, exist_ok=True)
-    written = []
-    for name, draw in (("section", draw_section), ("volume", draw_volume)):
-        written.append(target / f"workspace-{name}.png")
-        figure = draw(arms, summary)
-        figure.savefig(written[-1])
-        plt.close(figure)
-    return written
+    return [sheet.save(draw(sheet, arms, summary), arguments.target / f"workspace-{name}.{sheet.format}")
+            for name, draw in (("section", draw_section), ("volume", draw_volume))]
+
+
+def draw(arguments, sheet):
+    return {"map": draw_map, "workspace": draw_workspace}[arguments.kind](arguments, sheet)
 
 
 def main():
-    kinds = {"map": draw_map, "workspace": draw_workspace}
-    if len(sys.argv) != 4 or sys.argv[1] not in kinds:
-        print(__doc__.strip(), file=sys.stderr)
-        return 0 if sys.argv[1:] in (["--help"], ["-h"]) else 2
-    try:
-        for path in kinds[sys.argv[1]](pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])):
-            print(path)
-    except Failure as failure:
-        print(f"mechanics.py: {failure}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"mechanics.py: {error.filename}: {error.strerror}", file=sys.stderr)
-        return 1
-    return 0
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    kinds = parser.add_subparsers(dest="kind", required=True)
+    for kind, target, name in (("map", figure_file, "FILE"), ("workspace", pathlib.Path, "FIGDIR")):
+        one = kinds.add_parser(kind)
+        one.add_argument("source", type=pathlib.Path, metavar="CSV" if kind == "map" else "CSVDIR")
+        one.add_argument("target", type=target, metavar=name)
+        add_options(one, folder=kind == "workspace")
+    return run("mechanics.py", draw, parser.parse_args())
 
 
 if __name__ == "__main__":

@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws what `tandem montecarlo` leaves as a CSV file (docs/csv.md).
 
-    montecarlo.py CSV PNG
+    montecarlo.py CSV FILE [--dpi N] [--width 1|2]
 
-Distributions of errors and iterations of all methods in the first case and, where sources of error were swept, the
-share of feasible tasks that succeeded over the size of each. The file written is listed on standard output. Ends with 1
+FILE (.png, .pdf or .svg) has box plots of errors and iterations of all methods in the first case: quartiles, whiskers from
+the 5th to the 95th percentile, every feasible task as a point, and a bar for the 95 % confidence interval of the median. Where sources of
+error were swept, it has the share of feasible tasks that succeeded over the size of each. The same statistics are in the
+tables FILE.stats.csv and FILE.stats.tex (FILE without its ending). Files written are listed on standard output. Ends with 1
 where a file is missing or is not of this format, with 2 where the command line is wrong.
 """
 
+import argparse
+import csv
 import pathlib
 import sys
 
 import numpy as np
-
-from figures import METHOD_STYLE, MM, OTHER_METHOD, SMALLEST, Failure, legend_below, method_order, plt, read_csv
+from matplotlib.lines import Line2D
+from style import (FLOOR, MM, Failure, add_options, figure_file, legend_below, log_axis, method_order, method_style, plt,
+                   read_csv, run)
 
 # Columns of conditions, in the units of their axes.
 SOURCES = {
@@ -42,18 +47,42 @@ def load(path):
         raise Failure(f"{path}: not of `tandem montecarlo`: {error}") from error
 
 
-def draw_distribution(ax, values, label, log):
-    """Share of tasks below each value, a line a method."""
-    for method, numbers in values.items():
-        color, style, width = METHOD_STYLE.get(method, OTHER_METHOD)
-        numbers = np.sort(numbers)
-        share = np.arange(1, len(numbers) + 1) / len(numbers)
-        ax.step(numbers, 100 * share, where="post", color=color, linestyle=style, linewidth=width, label=method)
-    if log:
-        ax.set_xscale("log")
+def median_interval(values):
+    """95 % interval of the median from order statistics (binomial, no assumption on the distribution)."""
+    n = len(values)
+    chance, k = 0.5 ** n, 0  # of at most k values below the median
+    if n < 6:
+        return values.min(), values.max()  # fewer cannot give 95 %
+    below, term = chance, chance
+    while below + term * (n - k) / (k + 1) <= 0.025:
+        term *= (n - k) / (k + 1)
+        below += term
+        k += 1
+    ordered = np.sort(values)
+    return ordered[k], ordered[n - 1 - k]
+
+
+def draw_boxes(ax, values, label):
+    """A box, its points and the interval of its median for each method, on a logarithmic axis."""
+    random = np.random.default_rng(1)  # spreads the points
+    for row, (method, numbers) in enumerate(values.items()):
+        color = method_style(method)["color"]
+        ax.scatter(numbers, row + random.uniform(-0.32, 0.32, len(numbers)), s=3, color=color, alpha=0.6, linewidths=0,
+                   rasterized=True)
+        low, first, middle, third, high = np.percentile(numbers, [5, 25, 50, 75, 95])
+        ax.bxp([{"whislo": low, "q1": first, "med": middle, "q3": third, "whishi": high}], positions=[row], vert=False,
+               widths=0.5, showfliers=False, boxprops={"linewidth": 0.8}, whiskerprops={"linewidth": 0.8},
+               capprops={"linewidth": 0.8}, medianprops={"color": color, "linewidth": 1.4}, manage_ticks=False)
+        ax.plot(median_interval(numbers), [row + 0.4] * 2, color="#E31A1C", linewidth=1.4, solid_capstyle="butt")
+    everything = np.concatenate(list(values.values()))
+    ax.set_xscale("log")
+    lower, upper = everything.min() / 1.15, everything.max() * 1.15
+    ax.set_xlim(lower, upper)
+    log_axis(ax.xaxis, lower, upper)
     ax.set_xlabel(label)
-    ax.set_ylabel("tasks (%)")
-    ax.set_ylim(0, 102)
+    ax.set_yticks(range(len(values)), list(values))
+    ax.set_ylim(len(values) - 0.4, -0.6)
+    ax.grid(axis="y", visible=False)
 
 
 def wilson(succeeded, trials):
@@ -71,62 +100,106 @@ def draw_sweep(ax, table, methods, source, base):
     alike = np.all([table[other] == base[other] for other in SOURCES if other != source], axis=0)
     sizes = np.unique(table[source][alike])
     for method in methods:
-        color, style, width = METHOD_STYLE.get(method, OTHER_METHOD)
+        style = method_style(method)
         mine = alike & (table["feasible"] == 1) & (table["method"] == method)
         runs = [table["succeeded"][mine & (table[source] == size)] for size in sizes]
         ends = 100 * np.array([wilson(np.sum(run), len(run)) for run in runs])
-        ax.fill_between(unit * sizes, ends[:, 0], ends[:, 1], color=color, alpha=0.12, linewidth=0)
-        ax.plot(unit * sizes, [100 * np.mean(run) for run in runs], color=color, linestyle=style, linewidth=width, marker="o", markersize=3)
+        ax.fill_between(unit * sizes, ends[:, 0], ends[:, 1], color=style["color"], alpha=0.12, linewidth=0)
+        ax.plot(unit * sizes, [100 * np.mean(run) for run in runs], markersize=3, **style)
     ax.set_xlabel(label)
     ax.set_ylabel("succeeded (%)")
     ax.set_ylim(-2, 102)
 
 
-def draw(table):
+def first_case(table):
+    """Rows of feasible tasks of the first case, and that case."""
     base = {source: table[source][0] for source in SOURCES}
-    methods = sorted(set(table["method"]), key=method_order)
-    swept = [source for source in SOURCES if len(np.unique(table[source])) > 1]
-    first = np.all([table[source] == size for source, size in base.items()], axis=0) & (table["feasible"] == 1)
-    if not first.any():
+    rows = np.all([table[source] == size for source, size in base.items()], axis=0) & (table["feasible"] == 1)
+    if not rows.any():
         raise Failure("there is no feasible task in the first case")
-    rows = 1 + (len(swept) + 2) // 3
-    figure, axes = plt.subplots(rows, 3, figsize=(12, 3.4 * rows + 0.4), squeeze=False, layout="constrained")
-    figure.suptitle(f"{len(np.unique(table['task'][first]))} feasible tasks a method")
+    return rows, base
 
-    def of(column):
-        return {m: column[first & (table["method"] == m)] for m in methods}
 
-    draw_distribution(axes[0, 0], of(np.maximum(MM * table["rms_ab"], SMALLEST)), r"$\epsilon_{AB}$, RMS of a run (mm)",
-                      True)
-    draw_distribution(axes[0, 1], of(np.maximum(MM * table["rms_a"], SMALLEST)), r"$\epsilon_A$, RMS of a run (mm)",
-                      True)
-    draw_distribution(axes[0, 2], of(table["iterations"] / np.maximum(table["points"], 1)), "iterations a point", True)
-    flat = axes[1:].ravel()
-    for ax, source in zip(flat, swept):
-        draw_sweep(ax, table, methods, source, base)
-    for ax in flat[len(swept):]:
-        ax.set_visible(False)
-    legend_below(figure, axes[0, 0].get_legend_handles_labels()[0])
+def quantities(table):
+    """What box plots and tables show of each run: label, header of a table, values."""
+    return [(r"$\epsilon_{AB}$, RMS of a run (mm)", "rms_ab_mm", np.maximum(MM * table["rms_ab"], FLOOR)),
+            (r"$\epsilon_A$, RMS of a run (mm)", "rms_a_mm", np.maximum(MM * table["rms_a"], FLOOR)),
+            ("iterations per point", "iterations_per_point", table["iterations"] / np.maximum(table["points"], 1))]
+
+
+def statistics(table):
+    """A row for each method: text and numbers by column name."""
+    first, _ = first_case(table)
+    rows = []
+    for method in sorted(set(table["method"]), key=method_order):
+        mine = first & (table["method"] == method)
+        lower, upper = wilson(table["succeeded"][mine].sum(), mine.sum())
+        row = {"method": method, "tasks": int(mine.sum()), "succeeded": int(table["succeeded"][mine].sum()),
+               "succeeded_lower_95": lower, "succeeded_upper_95": upper}
+        for _, name, values in quantities(table):
+            ends = median_interval(values[mine])
+            row |= dict(zip((f"{name}_q1", f"{name}_median", f"{name}_q3"), np.percentile(values[mine], [25, 50, 75])))
+            row |= {f"{name}_median_lower_95": ends[0], f"{name}_median_upper_95": ends[1]}
+        rows.append(row)
+    return rows
+
+
+def write_tables(rows, target):
+    """Statistics as a CSV and a LaTeX (booktabs) table; the files."""
+    files = [target.with_suffix(".stats.csv"), target.with_suffix(".stats.tex")]
+    with open(files[0], "w", newline="", encoding="utf-8") as out:
+        writer = csv.DictWriter(out, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    lines = ["% medians [95 % intervals]; share of tasks that succeeded [95 % interval, Wilson]", r"\begin{tabular}{lrrrrr}",
+             r"\toprule", r"method & tasks & succeeded (\%) & $\epsilon_{AB}$ (mm) & $\epsilon_A$ (mm) & iterations per point \\",
+             r"\midrule"]
+    for row in rows:
+        cells = [row["method"], str(row["tasks"]),
+                 f"{100 * row['succeeded'] / row['tasks']:.1f} [{100 * row['succeeded_lower_95']:.1f}, "
+                 f"{100 * row['succeeded_upper_95']:.1f}]"]
+        for name, digits in (("rms_ab_mm", 4), ("rms_a_mm", 3), ("iterations_per_point", 2)):
+            middle, lower, upper = (row[f"{name}_median{end}"] for end in ("", "_lower_95", "_upper_95"))
+            cells.append(f"{middle:.{digits}f} [{lower:.{digits}f}, {upper:.{digits}f}]")
+        lines.append(" & ".join(cells) + r" \\")
+    files[1].write_text("\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""]), encoding="utf-8")
+    return files
+
+
+def draw_all(table, sheet):
+    first, base = first_case(table)
+    methods = [method for method in sorted(set(table["method"]), key=method_order) if (first & (table["method"] == method)).any()]
+    swept = [source for source in SOURCES if len(np.unique(table[source])) > 1]
+    across = sheet.beside(3, 3)
+    down = [3 // across, -(-len(swept) // across)]
+    heights = [14 + 5 * len(methods)] * down[0] + [42] * down[1]
+    figure = plt.figure(figsize=sheet.size(sum(heights) + 14), layout="constrained")
+    grid = figure.add_gridspec(sum(down), across, height_ratios=heights)
+    for k, (label, _, values) in enumerate(quantities(table)):
+        ax = figure.add_subplot(grid[k // across, k % across])
+        draw_boxes(ax, {m: values[first & (table["method"] == m)] for m in methods}, label)
+        if k % across:
+            ax.tick_params(labelleft=False)
+    for k, source in enumerate(swept):
+        draw_sweep(figure.add_subplot(grid[down[0] + k // across, k % across]), table, methods, source, base)
+    handles = [Line2D([], [], color="#E31A1C", label="95 % interval of median")]
+    if swept:
+        handles += [Line2D([], [], markersize=3, label=method, **method_style(method)) for method in methods]
+    legend_below(figure, handles, 4 if sheet.columns == 2 else 2)
     return figure
 
 
+def draw(arguments, sheet):
+    table = load(arguments.source)
+    return [sheet.save(draw_all(table, sheet), arguments.target), *write_tables(statistics(table), arguments.target)]
+
+
 def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
-        print(__doc__.strip(), file=sys.stderr)
-        return 0 if sys.argv[1:] in (["--help"], ["-h"]) else 2
-    source, target = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
-    try:
-        figure = draw(load(source))
-        target.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(target)
-    except Failure as failure:
-        print(f"montecarlo.py: {failure}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"montecarlo.py: {error.filename or target}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(target)
-    return 0
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("source", type=pathlib.Path, metavar="CSV")
+    parser.add_argument("target", type=figure_file, metavar="FILE")
+    add_options(parser, folder=False)
+    return run("montecarlo.py", draw, parser.parse_args())
 
 
 if __name__ == "__main__":

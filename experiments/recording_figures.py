@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the standard figures of a recording from the CSV files of `tandem export`.
 
-    recording_figures.py CSV_FOLDER FIGURE_FOLDER [--arms a,b] [--joints 6,6] [--title TEXT]
+    recording_figures.py CSV_FOLDER FIGURE_FOLDER [--arms a,b] [--joints 6,6] [--format png|pdf|svg] [--dpi N] [--width 1|2]
 
 Figures whose topics are not in the recording are left out. Prints the files that it writes.
 """
@@ -12,11 +12,8 @@ import csv
 import pathlib
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
+import numpy as np
+from style import ARMS, TUBES, Sheet, add_options, equal_space, legend_below, log_axis, plt
 
 JOINTS_PER_ARM = 8  # in arrays over all joints
 STATES = ["DISABLED", "ENABLED", "PAUSED", "FAULT"]
@@ -52,119 +49,146 @@ def joint_name(joint, count):
     return ["insertion", "roll", "bend"][joint] if count == 3 else f"tube {joint % (count // 2) + 1}"
 
 
-def axes(rows, title, height=2.2, **more):
-    figure, found = plt.subplots(rows, 1, figsize=(9, 1 + height * rows), sharex=True, squeeze=False, **more)
-    figure.suptitle(title)
-    found[-1, 0].set_xlabel("time [s]")
+def panes(sheet, rows, height=34):
+    """Panels below one another over time; heights in mm."""
+    figure, found = plt.subplots(rows, 1, figsize=sheet.size(height * rows + 18), sharex=True, squeeze=False,
+                                 layout="constrained")
+    found[-1, 0].set_xlabel("time (s)")
     return figure, found[:, 0]
 
 
-def joints(folder, arms, counts, title):
+def below(sheet, figure, handles):
+    legend_below(figure, handles, 4 if sheet.columns == 2 else 2)
+
+
+def joints(folder, arms, counts, sheet):
+    """Measured joints and setpoints of every arm: translations, then rotations."""
     state = load(folder, "actuation_state")
     if not state or not arms:
         return None
-    figure, panes = axes(2 * len(arms), f"{title}: joints (dashed: setpoints)")
+    figure, found = panes(sheet, 2 * len(arms), 30)
     time, position, setpoint = state["time_s"], state.array("position"), state.array("setpoint")
+    handles = {}
     for k, (arm, count) in enumerate(zip(arms, counts)):
+        translations = 1 if count == 3 else count // 2
         for j in range(count):
-            rotation, i = j >= count // 2, JOINTS_PER_ARM * k + j
-            pane, scale = panes[2 * k + rotation], 180 / np.pi if rotation else 1e3
-            line, = pane.plot(time, scale * position[i], label=joint_name(j, count))
-            pane.plot(time, scale * setpoint[i], "--", color=line.get_color(), linewidth=0.8)
-            pane.set_ylabel(f"{arm}\n" + ("α [deg]" if rotation else "β [mm]") if count != 3 else
-                            f"{arm}\n" + ("angles [deg]" if rotation else "insertion [mm]"))
-    for pane in panes:
-        pane.legend(fontsize="x-small", ncol=4, loc="best")
+            rotation, i = j >= translations, JOINTS_PER_ARM * k + j
+            pane, scale = found[2 * k + rotation], 180 / np.pi if rotation else 1e3
+            name = joint_name(j, count)
+            color = TUBES[j if count == 3 else j % translations]
+            handles[name], = pane.plot(time, scale * position[i], color=color, label=name)
+            pane.plot(time, scale * setpoint[i], color=color, linestyle=(0, (1, 1.5)), linewidth=2.2, alpha=0.5)
+            quantity = ("angles" if rotation else "insertion") if count == 3 else (r"$\alpha$" if rotation else r"$\beta$")
+            pane.set_ylabel(f"{arm}\n{quantity} ({'deg' if rotation else 'mm'})")
+    for pane in found:
+        pane.yaxis.set_major_locator(plt.MaxNLocator(4))
+    figure.align_ylabels(found)
+    setpoints = plt.Line2D([], [], color="#8C8C8C", linestyle=(0, (1, 1.5)), linewidth=2.2, label="setpoints")
+    below(sheet, figure, [*handles.values(), setpoints])
     return figure
 
 
-def tracking(folder, arms, counts, title):
+def tracking(folder, arms, counts, sheet):
+    """Errors and scales of control's tasks, and the number of active limits."""
     status = load(folder, "control_status")
     if not status:
         return None
-    figure, (error, scale, limits) = axes(3, f"{title}: tasks")
-    tasks = int(np.nanmax(status["task_count"])) if status.rows else 0
-    for i in range(tasks):
-        error.plot(status["time_s"], 1e3 * status[f"task_error[{i}]"], label=f"task {i + 1}")
-        scale.plot(status["time_s"], status[f"task_scale[{i}]"], label=f"task {i + 1}")
-    limits.step(status["time_s"], status["active_limits"], where="post")
-    error.set_ylabel("error [mm]")
-    scale.set_ylabel("scale")
-    limits.set_ylabel("active limits")
-    if tasks:
-        error.legend(fontsize="x-small")
+    figure, (error, scale, limits) = panes(sheet, 3)
+    time = status["time_s"]
+    for i in range(int(np.nanmax(status["task_count"]))):
+        style = {"color": ARMS[i % len(ARMS)], "linestyle": ("-", (0, (4, 1.5)), (0, (1, 1)))[i % 3], "label": f"task {i + 1}"}
+        error.plot(time, 1e3 * status[f"task_error[{i}]"], **style)
+        scale.plot(time, status[f"task_scale[{i}]"], **style)
+    limits.step(time, status["active_limits"], where="post", color="#000000")
+    limits.set_ylim(0, 1.05 * max(1, np.nanmax(status["active_limits"])))
+    limits.yaxis.set_major_locator(plt.MaxNLocator(4, integer=True))
+    error.set_ylabel("error (mm)")
+    scale.set_ylabel("scale (-)")
+    scale.set_ylim(-0.05, 1.05)
+    limits.set_ylabel("active limits (-)")
+    figure.align_ylabels([error, scale, limits])
+    if error.lines:
+        below(sheet, figure, error.lines)
     return figure
 
 
-def timing(folder, arms, counts, title):
+def timing(folder, arms, counts, sheet):
+    """Durations of control's cycle, and intervals between states."""
     status, state = load(folder, "control_status"), load(folder, "actuation_state")
     if not status or not state:
         return None
-    figure, (loop, interval) = axes(2, f"{title}: timing")
-    for name in ("solve_time", "cycle_time", "jitter_max"):
-        loop.semilogy(status["time_s"], np.maximum(1e6 * status[name], 1e-1), label=name.replace("_", " "))
-    loop.set_ylabel("control [µs]")
-    loop.legend(fontsize="x-small")
+    figure, (loop, interval) = panes(sheet, 2, 42)
+    lowest, highest = np.inf, 1.0
+    for name, color in zip(("solve_time", "cycle_time", "jitter_max"), ARMS):
+        numbers = np.maximum(1e6 * status[name], 0.1)  # shorter: not measured
+        lowest, highest = min(lowest, np.nanmin(numbers)), max(highest, np.nanmax(numbers))
+        loop.semilogy(status["time_s"], numbers, color=color, label=name.replace("_", " "))
+    log_axis(loop.yaxis, lowest, highest)
+    loop.set_ylabel("control (µs)")
     published = np.array([int(row[state.names["publish_time_ns"]]) for row in state.rows])
-    interval.plot(state["time_s"][1:], 1e-6 * np.diff(published), linewidth=0.5)
-    interval.set_ylabel("between states [ms]")
+    interval.plot(state["time_s"][1:], 1e-6 * np.diff(published), linewidth=0.5, color="#000000")
+    interval.set_ylabel("between states (ms)")
+    figure.align_ylabels([loop, interval])
+    below(sheet, figure, loop.lines)
     return figure
 
 
-def tips(folder, arms, counts, title):
+def tips(folder, arms, counts, sheet):
+    """Measured tips in the robot's base frame."""
     tables = {arm: load(folder, f"{arm}_measured_cp") for arm in arms}
     if not any(tables.values()):
         return None
-    figure = plt.figure(figsize=(7, 7))
-    figure.suptitle(f"{title}: tips, robot base frame")
-    pane = figure.add_subplot(projection="3d")
-    for arm, table in tables.items():
+    figure = plt.figure(figsize=sheet.size(90 if sheet.columns == 1 else 120))
+    pane = figure.add_axes((0.02, 0.17, 0.9, 0.82), projection="3d")
+    places = []
+    for (arm, table), color in zip(tables.items(), ARMS):
         if table:
-            pane.plot(*(1e3 * table[f"pose.position.{axis}"] for axis in "xyz"), label=arm)
-    for axis in "xyz":
-        getattr(pane, f"set_{axis}label")(f"{axis} [mm]")
-    pane.legend()
+            places.append(1e3 * np.stack([table[f"pose.position.{axis}"] for axis in "xyz"], axis=1))
+            pane.plot(*places[-1].T, color=color, label=arm)
+            pane.plot(*places[-1][-1:].T, color=color, marker="o", markersize=3)
+    everything = np.concatenate(places)
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    if len(everything):
+        equal_space(pane, everything)
+    figure.legend(handles=pane.lines[::2], loc="lower center", ncol=4)
     return figure
 
 
-def states(folder, arms, counts, title):
+def states(folder, arms, counts, sheet):
+    """Operating states of drives and control, and latched faults."""
     state, status = load(folder, "actuation_state"), load(folder, "control_status")
     if not state or not arms:
         return None
-    figure, panes = axes(len(arms), f"{title}: operating states", height=1.5)
-    for k, (pane, arm) in enumerate(zip(panes, arms)):
-        for table, name in ((state, "drives"), (status, "control")):
+    figure, found = panes(sheet, len(arms), 28)
+    for k, (pane, arm) in enumerate(zip(found, arms)):
+        for table, name, style in ((state, "drives", {"color": "#56B4E9", "linewidth": 2.4}), (status, "control", {"color": "#000000"})):
             if table:
-                pane.step(table["time_s"], table[f"operating_state[{k}]"], where="post", label=name)
+                pane.step(table["time_s"], table[f"operating_state[{k}]"], where="post", label=name, **style)
         faults = state[f"faults[{k}]"] > 0
-        pane.fill_between(state["time_s"], 0, 3, where=faults, alpha=0.2, color="tab:red", step="post",
+        pane.fill_between(state["time_s"], 0, 3, where=faults, alpha=0.25, color="#D55E00", step="post", linewidth=0,
                           label="latched fault")
         pane.set_yticks(range(len(STATES)), STATES)
         pane.set_ylim(-0.3, 3.3)
-        pane.set_title(arm, fontsize="small")
-        pane.legend(fontsize="x-small")
+        pane.set_title(arm)
+    below(sheet, figure, found[0].get_legend_handles_labels()[0])
     return figure
 
 
 def main():
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("csv", type=pathlib.Path)
-    options.add_argument("figures", type=pathlib.Path)
-    options.add_argument("--arms", default="")
-    options.add_argument("--joints", default="")
-    options.add_argument("--title", default="recording")
-    arguments = options.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("csv", type=pathlib.Path)
+    parser.add_argument("figures", type=pathlib.Path)
+    parser.add_argument("--arms", default="")
+    parser.add_argument("--joints", default="")
+    add_options(parser, folder=True)
+    arguments = parser.parse_args()
+    sheet = Sheet(arguments)
     arms = [name for name in arguments.arms.split(",") if name]
     counts = [int(number) for number in arguments.joints.split(",") if number]
-    arguments.figures.mkdir(parents=True, exist_ok=True)
     for draw in (joints, tracking, timing, tips, states):
-        figure = draw(arguments.csv, arms, counts, arguments.title)
+        figure = draw(arguments.csv, arms, counts, sheet)
         if figure:
-            path = arguments.figures / f"{draw.__name__}.png"
-            figure.tight_layout()
-            figure.savefig(path, dpi=120)
-            plt.close(figure)
-            print(path)
+            print(sheet.save(figure, arguments.figures / f"{draw.__name__}.{sheet.format}"))
     return 0
 
 

@@ -26,7 +26,8 @@ using experiments::Payload;
 
 struct PayloadCommand {
   HeldOptions held;
-  std::string csv, figure;
+  std::string csv;
+  FigureOptions figure;
   double sag = 10e-3, most = 10.0;
   int directions = 24, threads = 0;
   bool json = false;
@@ -136,14 +137,14 @@ int runPayload(const PayloadCommand& o) {
                     {"limit", answer.payload.limit}});
   }
   std::string csv = o.csv;
-  if (!o.figure.empty() && csv.empty())
-    csv = fs::path(o.figure).replace_extension(".csv").string();
+  if (o.figure.wanted() && csv.empty())
+    csv = fs::path(o.figure.path).replace_extension(".csv").string();
   if (!csv.empty())
     write(csv, answersOf(study, raysOf(o.directions), options, o.threads));
-  if (!o.figure.empty()) {
-    std::vector<std::string> arguments{"payload", csv, o.figure};
+  if (o.figure.wanted()) {
+    std::vector<std::string> arguments{"payload", csv, o.figure.path};
     append(arguments, study.carriers());
-    drawFigures("cooperative.py", arguments);
+    drawFigures("cooperative.py", arguments, o.figure);
   }
   if (o.json)
     std::cout << json.dump(2) << '\n';
@@ -172,7 +173,7 @@ void registerPayload(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
   command->add_option("--csv", options->csv, "CSV file, one row per holding arm and direction, SI");
-  command->add_option("--figure", options->figure, "PNG file: stiffness and payload by direction");
+  addFigureOption(*command, options->figure, "stiffness and payload by direction");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
       "Exit code 1: the arms cannot hold the object; the reason is printed.\n"

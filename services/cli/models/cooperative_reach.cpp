@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 struct ReachCommand {
-  std::string robot = "ablation-assist", csv, figure;
+  std::string robot = "ablation-assist", csv;
+  FigureOptions figure;
   int samples = 20000, threads = 0;
   std::uint64_t seed = 1;
   double cell = 5e-3;
@@ -76,15 +77,15 @@ int runReach(ReachCommand o) {
                   {"assisted_m3", volume.assisted},
                   {"gained_m3", volume.gained},
                   {"farthest_m", volume.farthest}};
-  if (!o.figure.empty() && o.csv.empty())
-    o.csv = fs::path(o.figure).replace_extension(".csv").string();
+  if (o.figure.wanted() && o.csv.empty())
+    o.csv = fs::path(o.figure.path).replace_extension(".csv").string();
   if (!o.csv.empty()) {
     if (fs::path(o.csv).has_parent_path())
       fs::create_directories(fs::path(o.csv).parent_path());
     writeReachSamples(o, robot, samples);
   }
-  if (!o.figure.empty())
-    drawFigures("cooperative.py", {"reach", o.csv, o.figure});
+  if (o.figure.wanted())
+    drawFigures("cooperative.py", {"reach", o.csv, o.figure.path}, o.figure);
   if (o.json) {
     std::cout << json.dump(2) << '\n';
   } else {
@@ -115,7 +116,7 @@ void registerReach(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
   command->add_option("--csv", options->csv, "CSV file, one row per joint vector, SI");
-  command->add_option("--figure", options->figure, "PNG file: workspace without and with assistance");
+  addFigureOption(*command, options->figure, "workspace without and with assistance");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer("Volumes with assistance are lower bounds: they grow with the number of samples.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runReach(*options); }); });

@@ -33,7 +33,8 @@ using robots::TrackStep;
 struct TrackCommand {
   bool assist = false;
   HeldOptions held;
-  std::string shape = "lissajous", along, method = "nspqp", hold = "none", csv, figure;
+  std::string shape = "lissajous", along, method = "nspqp", hold = "none", csv;
+  FigureOptions figure;
   double size = 5e-3, duration = 10.0;
   std::string log = "warn";
   bool json = false, offline = false;
@@ -274,18 +275,18 @@ int runTrack(TrackCommand o) {
     std::cout << json.dump(2) << '\n';
   else
     printTrack(json, o.assist);
-  if (!o.figure.empty() && o.csv.empty())
-    o.csv = fs::path(o.figure).replace_extension(".csv").string();
+  if (o.figure.wanted() && o.csv.empty())
+    o.csv = fs::path(o.figure.path).replace_extension(".csv").string();
   if (!o.csv.empty()) {
     if (fs::path(o.csv).has_parent_path())
       fs::create_directories(fs::path(o.csv).parent_path());
     std::ofstream out(o.csv);
     writeTrackRows(out, record, jointNames(robot, o.assist));
   }
-  if (!o.figure.empty() && record.refused.empty()) {
+  if (o.figure.wanted() && record.refused.empty()) {
     const std::string shapes = fs::path(o.csv).replace_extension(".shapes.csv").string();
     writeShapes(shapes, record);
-    drawFigures("cooperative.py", {"track", o.csv, shapes, o.figure});
+    drawFigures("cooperative.py", {"track", o.csv, shapes, o.figure.path}, o.figure);
   }
   return record.good() ? kOk : kFailure;
 }
@@ -325,7 +326,7 @@ void addTrackCommand(CLI::App& app, int& exit_code, bool assist) {
       ->check(CLI::IsMember(control::methodNames()))
       ->capture_default_str();
   command->add_option("--csv", options->csv, "CSV file, one row per control period, SI");
-  command->add_option("--figure", options->figure, "PNG file: arms, path, errors, forces");
+  addFigureOption(*command, options->figure, "arms, path, errors, forces");
   command->add_flag("--offline", options->offline, "run in one process, without DDS; the same results within rounding");
   command->add_option("--log", options->log, "log level of the services")->capture_default_str();
   command->add_flag("--json", options->json, "JSON instead of text");

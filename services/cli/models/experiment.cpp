@@ -28,8 +28,9 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ExperimentCommand {
-  std::string experiment = "table3", deployment = "lockstep", robot, csv, figures, only, log = "warn", gate = "on";
+  std::string experiment = "table3", deployment = "lockstep", robot, csv, only, log = "warn", gate = "on";
   bool offline = false, json = false, by_configuration = false;
+  FigureOptions figures;
   double encoder_noise = 0.0;  ///< standard deviation of a translation, mm
 
   bool gateOn() const { return gate == "on"; }
@@ -183,8 +184,8 @@ int runExperiment(ExperimentCommand options) {
   const config::Robot plant = options.gateOn() ? robot : experiments::withoutGate(robot);
   const robots::RobotModel model(robot, deployment.model);
   const std::vector<experiments::RunPlan> plans = selected(options, experiment);
-  if (!options.figures.empty() && options.csv.empty())
-    options.csv = (fs::path(options.figures) / "csv").string();
+  if (options.figures.wanted() && options.csv.empty())
+    options.csv = (fs::path(options.figures.path) / "csv").string();
 
   const auto start = std::chrono::steady_clock::now();
   std::vector<experiments::RunSummary> summaries;
@@ -217,8 +218,8 @@ int runExperiment(ExperimentCommand options) {
     });
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (!options.figures.empty())
-    drawFigures("figures.py", {options.csv, options.figures});
+  if (options.figures.wanted())
+    drawFigures("figures.py", {options.csv, options.figures.path, "--format", options.figures.format}, options.figures);
   const auto rows = experiments::compare(summaries, experiment.published);
   bool good = true;
   for (const auto& row : rows)
@@ -237,8 +238,8 @@ int runExperiment(ExperimentCommand options) {
                                                                    : "over DDS in real time");
     if (!options.csv.empty())
       std::cout << "rows and summary: " << options.csv << '\n';
-    if (!options.figures.empty())
-      std::cout << "figures: " << options.figures << '\n';
+    if (options.figures.wanted())
+      std::cout << "figures: " << options.figures.path << '\n';
   }
   return good ? kOk : kFailure;
 }
@@ -268,7 +269,8 @@ void registerExperiment(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--csv", options->csv,
                       "folder for a file per run (one row per iteration, SI) and summary.csv (mm)");
-  command->add_option("--figures", options->figures, "folder for figures of trajectories and actuation histories");
+  addFiguresOption(*command, options->figures,
+                   "folder for figures of paths, translations, gaps to limits, velocities and errors");
   command->add_option("--only", options->only, "only runs whose name contains this text, e.g. lissajous-1 or nspqp");
   command->add_option("--log", options->log, "log level of the services")->capture_default_str();
   command->add_flag("--by-configuration", options->by_configuration,

@@ -7,8 +7,47 @@
 #include "services/cli/subcommand.h"
 
 namespace tandem::cli {
+namespace {
 
-void drawFigures(const std::string& script, const std::vector<std::string>& arguments) {
+void addSizeOptions(CLI::App& command, FigureOptions& options) {
+  command.add_option("--width", options.columns, "width of a figure in columns of a page: 1 (88 mm) or 2 (180 mm)")
+      ->check(CLI::Range(1, 2))
+      ->capture_default_str();
+  command.add_option("--dpi", options.dpi, "resolution of a PNG file, and of images in PDF and SVG")
+      ->check(CLI::Range(30, 2400))
+      ->capture_default_str();
+}
+
+std::string checkEnding(const std::string& path) {
+  for (const char* ending : {".png", ".pdf", ".svg"}) {
+    if (path.ends_with(ending))
+      return {};
+  }
+  return "found '" + path + "', expected a file that ends in .png, .pdf or .svg";
+}
+
+}  // namespace
+
+CLI::Option* addFigureOption(CLI::App& command, FigureOptions& options, const std::string& description) {
+  CLI::Option* option = command.add_option("--figure", options.path, description + " (PNG, PDF or SVG by its ending)")
+                            ->check(CLI::Validator(checkEnding, "FILE"));
+  addSizeOptions(command, options);
+  return option;
+}
+
+CLI::Option* addFiguresOption(CLI::App& command, FigureOptions& options, const std::string& description) {
+  CLI::Option* option = command.add_option("--figures", options.path, description);
+  command.add_option("--format", options.format, "file type of the figures")
+      ->check(CLI::IsMember({"png", "pdf", "svg"}))
+      ->capture_default_str();
+  addSizeOptions(command, options);
+  return option;
+}
+
+void drawFigures(const std::string& script, std::vector<std::string> arguments, const FigureOptions& options) {
+  for (const std::string& argument :
+       {std::string("--width"), std::to_string(options.columns), std::string("--dpi"), std::to_string(options.dpi)})
+    arguments.push_back(argument);
   const std::string path = shareFile("experiments/" + script);
   std::vector<const char*> command{"python3", path.c_str()};
   for (const std::string& argument : arguments)

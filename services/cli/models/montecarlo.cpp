@@ -25,7 +25,8 @@ namespace ex = experiments;
 namespace fs = std::filesystem;
 
 struct MonteCarloCommand {
-  std::string deployment = "lockstep", model, plant, feedback = "sensor", shard = "0/1", csv, figure;
+  std::string deployment = "lockstep", model, plant, feedback = "sensor", shard = "0/1", csv;
+  FigureOptions figure;
   std::vector<std::string> methods, set, shards;
   std::array<std::vector<std::string>, ex::kConditions.size()> conditions;
   int tasks = 1000, jobs = 0;
@@ -221,8 +222,8 @@ nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows
 /// reach was not reported.
 int finish(const MonteCarloCommand& options, const std::vector<ex::TaskResult>& results) {
   std::string csv = options.csv;
-  if (csv.empty() && !options.figure.empty())
-    csv = fs::path(options.figure).replace_extension(".csv").string();
+  if (csv.empty() && options.figure.wanted())
+    csv = fs::path(options.figure.path).replace_extension(".csv").string();
   if (!csv.empty()) {
     if (const fs::path folder = fs::path(csv).parent_path(); !folder.empty())
       fs::create_directories(folder);
@@ -231,8 +232,8 @@ int finish(const MonteCarloCommand& options, const std::vector<ex::TaskResult>& 
     if (!out.flush())
       client::failToWrite(kFailure, csv);
   }
-  if (!options.figure.empty())
-    drawFigures("montecarlo.py", {csv, options.figure});
+  if (options.figure.wanted())
+    drawFigures("montecarlo.py", {csv, options.figure.path}, options.figure);
   const std::vector<ex::MethodSummary> rows = ex::summarise(results);
   const std::vector<ex::MethodPair> pairs = ex::pairMethods(results);
   if (options.json)
@@ -271,7 +272,7 @@ int runMonteCarlo(const MonteCarloCommand& options) {
 
 void addOutputs(CLI::App& command, MonteCarloCommand& options) {
   command.add_option("--csv", options.csv, "CSV file, one row per task and method, SI");
-  command.add_option("--figure", options.figure, "draw errors, iterations and sweeps into this PNG file");
+  addFigureOption(command, options.figure, "errors, iterations and sweeps; tables as CSV and LaTeX files beside it");
   command.add_flag("--json", options.json, "JSON instead of the table");
 }
 

@@ -23,7 +23,8 @@ using kinematics::CompliantModel;
 using kinematics::ModelStatus;
 
 struct StabilityCommand {
-  std::string robot = "ark2024", arm = "a", joints, beta, csv, tubes, output = "-", figure;
+  std::string robot = "ark2024", arm = "a", joints, beta, csv, tubes, output = "-";
+  FigureOptions figure;
   bool map = false, end_angles = false, equilibria = false, json = false;
   int resolution = 73, threads = 0;
 };
@@ -34,9 +35,9 @@ void checkStability(const StabilityCommand& o) {
       throw Failure(kUsage, why);
   };
   refuse(!o.csv.empty() && (!o.joints.empty() || o.map), "--csv cannot be combined with --joints or --map");
-  refuse(!o.map && (!o.beta.empty() || !o.tubes.empty() || o.end_angles || !o.figure.empty()),
+  refuse(!o.map && (!o.beta.empty() || !o.tubes.empty() || o.end_angles || o.figure.wanted()),
          "--beta, --tubes, --end-angles, --figure: need --map");
-  refuse(o.json && !o.figure.empty(), "--figure needs CSV output; remove --json");
+  refuse(o.json && o.figure.wanted(), "--figure needs CSV output; remove --json");
 }
 
 /// The joint vector asked for: --joints or home, translations replaced by --beta.
@@ -177,8 +178,8 @@ int runMap(StabilityCommand options, const config::Arm& arm) {
   if (options.equilibria)
     append(names, {"stable_equilibria", "other_equilibria"});
   const auto across = static_cast<std::size_t>(options.resolution);
-  if (!options.figure.empty() && options.output == "-")
-    options.output = fs::path(options.figure).replace_extension(".csv").string();
+  if (options.figure.wanted() && options.output == "-")
+    options.output = fs::path(options.figure.path).replace_extension(".csv").string();
   // A map is there to show where an arm is unstable: that is no failure.
   writeStabilityRows(options, options.output, names, turned.size() == 2 ? across * across : across, [&](std::size_t i) {
     Eigen::VectorXd joints = q;
@@ -190,8 +191,8 @@ int runMap(StabilityCommand options, const config::Arm& arm) {
     }
     return mapRow(options, model, joints, relative);
   });
-  if (!options.figure.empty())
-    drawFigures("mechanics.py", {"map", options.output, options.figure});
+  if (options.figure.wanted())
+    drawFigures("mechanics.py", {"map", options.output, options.figure.path}, options.figure);
   return kOk;
 }
 
@@ -235,7 +236,7 @@ void registerStability(CLI::App& app, int& exit_code) {
   command->add_flag("--equilibria", options->equilibria, "also count all equilibria of rows and maps (slow)");
   command->add_option("-o,--output", options->output, "file for rows and maps; - is standard output")
       ->capture_default_str();
-  command->add_option("--figure", options->figure, "draw the map as PNG; the CSV file is written beside it");
+  addFigureOption(*command, options->figure, "draw the map; the CSV file is written beside it");
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
   command->add_flag("--json", options->json, "JSON instead of text or CSV");
   command->footer(

@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 struct WorkspaceCommand {
-  std::string robot = "ark2024", arm = "all", model = "compliant", csv, figures;
+  std::string robot = "ark2024", arm = "all", model = "compliant", csv;
+  FigureOptions figures;
   std::size_t samples = 1u << 18;
   std::uint64_t seed = 1;
   double voxel = 4e-3, margin = 0.0;
@@ -150,8 +151,9 @@ void writeFiles(const WorkspaceCommand& options, const std::vector<ArmReach>& ar
   out << summary.dump(2) << '\n';
   if (!out.flush())
     client::failToWrite(kFailure, options.csv);
-  if (!options.figures.empty())
-    drawFigures("mechanics.py", {"workspace", options.csv, options.figures});
+  if (options.figures.wanted())
+    drawFigures("mechanics.py", {"workspace", options.csv, options.figures.path, "--format", options.figures.format},
+                options.figures);
 }
 
 /// "  reachable volume   1234.5 cm3; from half the samples -2.1 %, in voxels twice as large +5.0 %".
@@ -199,8 +201,8 @@ int runWorkspace(WorkspaceCommand options) {
     summary["arms"].push_back(armJson(options, reach));
   if (arms.size() > 1)
     summary["shared"] = sharedJson(options, arms);
-  if (!options.figures.empty() && options.csv.empty())
-    options.csv = (fs::path(options.figures) / "csv").string();
+  if (options.figures.wanted() && options.csv.empty())
+    options.csv = (fs::path(options.figures.path) / "csv").string();
   if (!options.csv.empty())
     writeFiles(options, arms, summary);
   if (options.json) {
@@ -239,7 +241,7 @@ void registerWorkspace(CLI::App& app, int& exit_code) {
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
   command->add_option("--csv", options->csv,
                       "folder for workspace-ARM.csv (one row per sample, SI) and workspace.json");
-  command->add_option("--figures", options->figures, "folder for workspace-section.png and workspace-volume.png");
+  addFiguresOption(*command, options->figures, "folder for the figures workspace-section and workspace-volume");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
       "Samples cover the permitted joint range, each solved independently; only stable solutions count.\n"

@@ -13,7 +13,8 @@ namespace tandem::cli {
 namespace {
 
 struct ExportCommand {
-  std::string file, csv, mat, hdf5, align, figures;
+  std::string file, csv, mat, hdf5, align;
+  FigureOptions figures;
   std::vector<std::string> topics{"*"};
   double start = 0.0, seconds = 0.0, resample = 0.0;
 };
@@ -82,8 +83,9 @@ int runPlot(const ExportCommand& options) {
   const TemporaryFolder folder;
   recording::exportCsv(set, folder.path());
   drawFigures("recording_figures.py",
-              {folder.path().string(), options.figures, "--arms", recording.about("arms"), "--joints",
-               recording.about("joints"), "--title", std::filesystem::path(options.file).filename().string()});
+              {folder.path().string(), options.figures.path, "--format", options.figures.format, "--arms",
+               recording.about("arms"), "--joints", recording.about("joints")},
+              options.figures);
   return recording.reportDamage() ? kFailure : kOk;
 }
 
@@ -115,7 +117,7 @@ void registerPlot(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand("plot", "draw the standard figures of a recording");
   command->add_option("file", options->file, "MCAP file")->required();
-  command->add_option("--figures", options->figures, "folder for the figures")->required();
+  addFiguresOption(*command, options->figures, "folder for the figures")->required();
   command->add_option("--start", options->start, "skip this many seconds at the beginning")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--for", options->seconds, "duration, s (default: all)")->check(CLI::PositiveNumber);
