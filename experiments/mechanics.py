@@ -4,7 +4,8 @@
     mechanics.py map CSV FILE             stability over rotations relative to tube 1
     mechanics.py workspace CSVDIR FIGDIR  reachable cells: FIGDIR/workspace-section and FIGDIR/workspace-volume
 
-FILE ends in .png, .pdf or .svg, `workspace` takes --format instead; both take --dpi N and --width 1|2. Files written are listed on standard output. Ends with 1 where a file is missing or is not of this format, with 2 where
+FILE ends in .png, .pdf or .svg, `workspace` takes --format instead; both take --dpi N and --width 1|2. Files
+written are listed on standard output. Ends with 1 where a file is missing or is not of this format, with 2 where
 the command line is wrong.
 """
 

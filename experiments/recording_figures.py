@@ -127,6 +127,7 @@ def timing(folder, arms, counts, sheet):
     loop.set_ylabel("control (µs)")
     published = np.array([int(row[state.names["publish_time_ns"]]) for row in state.rows])
     interval.plot(state["time_s"][1:], 1e-6 * np.diff(published), linewidth=0.5, color="#000000")
+    interval.set_ylim(0, 1.1 * max(1e-6 * np.diff(published), default=1.0))
     interval.set_ylabel("between states (ms)")
     figure.align_ylabels([loop, interval])
     below(sheet, figure, loop.lines)

@@ -188,5 +188,5 @@ def equal_space(ax, points, ticks=3):
         axis = getattr(ax, f"{name}axis")
         axis.set_major_locator(plt.MaxNLocator(ticks + 1 if share > 0.5 else 3 if share > 0.2 else 1, min_n_ticks=1))
         axis.set_tick_params(pad=1 if name == "z" else -2)
-        getattr(ax, f"set_{name}label")(f"{name} (mm)", labelpad=4 if name == "z" else -6)
+        getattr(ax, f"set_{name}label")(f"{name} (mm)", labelpad=8 if name == "z" else -6)
     ax.set_box_aspect(extent, zoom=0.92)

@@ -30,10 +30,15 @@ for place, (robot, options) in enumerate(RUNS.items()):
             one = shapes[(shapes["end"] == end) & (shapes["arm"] == arm)]
             axis.plot(1e3 * one["x"], 1e3 * one["y"], 1e3 * one["z"], color=f"C{int(arm)}", linewidth=2, alpha=alpha,
                       label=f"arm {int(arm) + 1}, {'after' if end else 'before'}")
+        if robot == "co-manipulate":  # the object spans its contacts, at the tips
+            tips = [shapes[(shapes["end"] == end) & (shapes["arm"] == arm)][-1] for arm in np.unique(shapes["arm"])]
+            axis.plot(*(1e3 * np.array([tip[name] for tip in tips]) for name in "xyz"), color="tab:purple", linewidth=5, alpha=0.6 * alpha,
+                      label="object, after" if end else "object, before")
     moved = path[path["time"] >= 0]
     axis.plot(1e3 * moved["x"], 1e3 * moved["y"], 1e3 * moved["z"], color="k", linewidth=1, label="path")
     extent = np.array([np.ptp(shapes[name]) for name in "xyz"])
-    axis.set_box_aspect(np.maximum(extent, 0.2 * extent.max()))
+    axis.set_box_aspect(np.maximum(extent, 0.2 * extent.max()), zoom=0.8)
+    axis.locator_params(axis="y", nbins=2)
     axis.set(title=robot, xlabel="x, mm", ylabel="y, mm", zlabel="z, mm")
     axis.legend(fontsize=7)
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "figure_7.png", dpi=150)
