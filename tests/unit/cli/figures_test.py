@@ -34,7 +34,7 @@ def texts(figure):
         ticks = [axis for axis in (axes.xaxis, axes.yaxis, getattr(axes, "zaxis", None)) if axis is not None]
         for axis in ticks:
             lower, upper = sorted(axis.get_view_interval())
-            room = 1e-6 * (upper - lower)
+            room = 1e-6 * (lower if axis.get_scale() == "log" else upper - lower)
             hidden |= {text for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()) for text in (tick.label1, tick.label2)
                        if not lower - room <= tick.get_loc() <= upper + room}  # not drawn
         if not axes.get_visible():
