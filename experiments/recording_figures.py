@@ -140,7 +140,7 @@ def tips(folder, arms, counts, sheet):
     if not any(tables.values()):
         return None
     figure = plt.figure(figsize=sheet.size(90 if sheet.columns == 1 else 120))
-    pane = figure.add_axes((0.02, 0.17, 0.9, 0.82), projection="3d")
+    pane = figure.add_axes((0.02, 0.17, 0.8, 0.8), projection="3d")
     places = []
     for (arm, table), color in zip(tables.items(), ARMS):
         if table:
