@@ -18,7 +18,9 @@ namespace tandem::kinematics {
 struct Branch {
   bool known = false;    ///< there is a last result
   bool snapped = false;  ///< before the last result the tracked equilibrium ended, and the arm snapped to another one
-  safety::ArmVector q;   ///< joints of the last result, m, rad
+  double snap_energy = 0.0;    ///< elastic energy released by these snaps, J; 0 under a load: not computed
+  double snap_distance = 0.0;  ///< distance between the tool tips before and after each of them, m, summed; likewise
+  safety::ArmVector q;         ///< joints of the last result, m, rad
   /// theta_i: angle of each tube at its end in the torsion-free frame, rad. The shape follows from it and beta.
   TubeVector end_angle = TubeVector::Zero();
   /// d theta / d beta and d theta / d alpha of the last result; identity rows for tubes that the arm does not have.

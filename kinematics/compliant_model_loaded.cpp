@@ -7,6 +7,7 @@ namespace {
 void remember(const JointsRef& q, const Wrench& wrench, const LoadedEquilibrium::Root& root, Branch& branch) {
   branch.known = true;
   branch.snapped = root.snapped;
+  branch.snap_energy = branch.snap_distance = 0.0;
   branch.q = q;
   branch.end_angle = root.guess.theta;
   branch.by_translation = root.by_translation.topRows<kMaxTubes>();

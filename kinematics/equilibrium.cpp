@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kinematics/detail/relaxation.h"
+#include "kinematics/tube_loads.h"
 
 namespace tandem::kinematics {
 namespace {
@@ -34,6 +35,8 @@ void Equilibrium::Root::linearise(const Sweep& sweep) {
 void Equilibrium::Root::remember(const JointsRef& q, Branch& branch) const {
   branch.known = true;
   branch.snapped = snapped;
+  branch.snap_energy = snap_energy;
+  branch.snap_distance = snap_distance;
   branch.q = q;
   branch.end_angle = theta;
   branch.by_translation = by_translation;
@@ -87,6 +90,7 @@ bool Equilibrium::startAside(const JointsRef& q, Root& root) const noexcept {
     root.remember(aside, branch);
     if (follow(q, branch, root)) {
       root.snapped = false;
+      root.snap_energy = root.snap_distance = 0.0;
       return true;
     }
   }
@@ -161,7 +165,7 @@ bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) c
     root = reached;
     if (++falls > kMaxFalls || !fall(next, kNudge / std::max(fastest, 1e-9) * velocity, root))
       return false;
-    root.snapped = true;
+    measureSnap(next, reached.theta, root);
     if (last)
       return true;
     reached = root;
@@ -169,6 +173,26 @@ bool Equilibrium::follow(const JointsRef& q, const Branch& branch, Root& root) c
     step = 1.0;
   }
   return false;
+}
+
+Eigen::Vector3d Equilibrium::toolTip(const JointsRef& q, const TubeVector& theta) const noexcept {
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const Sweep sweep(arm_, parts, TubeJoints(q).beta, theta, 1.0, StepDepth::kPose);
+  return sweep.endPosition() +
+         sweep.endRotation() * (Eigen::AngleAxisd(theta[0], Eigen::Vector3d::UnitZ()) * arm_.tool.translation());
+}
+
+/** Energy and way of a snap at q, from the angles `before`, where the branch ended, to root.theta. The motors stand:
+ * the released energy is the difference of the elastic energies. The branch ends within kLeastMove of q, so both are
+ * taken at the translations of q. */
+void Equilibrium::measureSnap(const JointsRef& q, const TubeVector& before, Root& root) const noexcept {
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const TubeVector beta = TubeJoints(q).beta;
+  root.snapped = true;
+  root.snap_energy += tubeLoads(arm_, parts, beta, before).energy - tubeLoads(arm_, parts, beta, root.theta).energy;
+  root.snap_distance += (toolTip(q, root.theta) - toolTip(q, before)).norm();
 }
 
 bool Equilibrium::fall(const JointsRef& q, const TubeVector& aside, Root& root) const noexcept {

@@ -11,7 +11,8 @@ namespace tandem::kinematics {
  *
  * A warm start follows the branch along the straight joint path from the last result, with a prediction by d theta /
  * dq, in steps that are halved until Newton's corrections are small and the path stays stable. If the branch ends,
- * relax() computes the equilibrium that the arm snaps to, and the result has `snapped`. A cold start switches torsion
+ * relax() computes the equilibrium that the arm snaps to, and the result has `snapped`, the released energy and the
+ * way of the tip. A cold start switches torsion
  * on: first the tubes do not twist, theta = alpha, then their torsional stiffness falls to the real one along the same
  * kind of path. All iterations are bounded and nothing allocates. */
 class Equilibrium {
@@ -24,6 +25,7 @@ class Equilibrium {
     TubeMatrix by_translation = TubeMatrix::Zero();   ///< d theta / d beta
     TubeMatrix by_rotation = TubeMatrix::Identity();  ///< d theta / d alpha
     bool snapped = false;                             ///< the followed branch ended before this solution
+    double snap_energy = 0.0, snap_distance = 0.0;    ///< as in Branch
 
     /// First-order change of theta for a change of the joints.
     TubeVector change(const safety::ArmVector& dq) const;
@@ -60,6 +62,8 @@ class Equilibrium {
   bool startAside(const JointsRef& q, Root& root) const noexcept;
   bool follow(const JointsRef& q, const Branch& branch, Root& root) const noexcept;
   bool fall(const JointsRef& q, const TubeVector& aside, Root& root) const noexcept;
+  Eigen::Vector3d toolTip(const JointsRef& q, const TubeVector& theta) const noexcept;
+  void measureSnap(const JointsRef& q, const TubeVector& before, Root& root) const noexcept;
 
   const ConcentricTubeArm& arm_;
 };
