@@ -8,9 +8,12 @@ namespace tandem::config {
 namespace {
 
 using enum Quantity;
-constexpr double kLongestDelay = 1.0;      // s
-constexpr double kHighestRate = 1e4;       // Hz; a tracker stores the measurements within its delay
-constexpr double kLargestDeviation = 0.3;  // relative
+constexpr double kLongestDelay = 1.0;       // s
+constexpr double kHighestRate = 1e4;        // Hz; a tracker stores the measurements within its delay
+constexpr double kLargestDeviation = 0.3;   // relative
+constexpr double kLargestResidual = 100.0;  // 1/m
+constexpr double kLargestFriction = 2.0;
+constexpr double kLongestWay = 0.01;  // m, of play between tubes and of errors of a tracker
 constexpr double kLeastError = -0.9, kLargestError = 9.0;
 
 const Mapping& motorsTable() {
@@ -49,20 +52,26 @@ const Mapping& encodersTable() {
   return table;
 }
 
-/// Errors of bending_stiffness, torsional_stiffness, curvature and length, of every tube or of one.
-std::vector<Field> tubeErrors(const std::string& what, double least, double largest) {
+/// Errors of bending_stiffness, torsional_stiffness, curvature and length, and the residual curvature, of every tube or
+/// of one. @param straight description of the latter
+std::vector<Field> tubeErrors(const std::string& what, double least, double largest, const std::string& straight) {
   using T = sim::TubeErrors;
   return {
       number("bending_stiffness", kNone, what, &T::bending_stiffness).within(least, largest),
       number("torsional_stiffness", kNone, what, &T::torsional_stiffness).within(least, largest),
       number("curvature", kNone, what, &T::curvature).within(least, largest),
       number("length", kNone, what, &T::length).within(least, largest),
+      number("residual_curvature", kCurvature, straight, &T::residual_curvature)
+          .within(least < 0 ? -kLargestResidual : 0, kLargestResidual),
   };
 }
 
 const Mapping kTubeDeviationTable{"tube_deviation",
                                   "Standard deviations of random relative errors of the tube parameters.",
-                                  tubeErrors("standard deviation of the relative error", 0, kLargestDeviation)};
+                                  tubeErrors("standard deviation of the relative error",
+                                             0,
+                                             kLargestDeviation,
+                                             "standard deviation of the precurvature of straight sections")};
 
 const Mapping kTubeErrorsTable = [] {
   Mapping errors{"tube_errors",
@@ -71,7 +80,8 @@ const Mapping kTubeErrorsTable = [] {
                      text("arm", "name of the arm in the robot file").required(),
                      integer("tube", "number of the tube, 1 is the innermost").within(1, 4).required(),
                  }};
-  for (const Field& field : tubeErrors("relative error", kLeastError, kLargestError))
+  for (const Field& field :
+       tubeErrors("relative error", kLeastError, kLargestError, "precurvature of straight sections"))
     errors.fields.push_back(field);
   return errors;
 }();
@@ -95,6 +105,14 @@ const Mapping& trackerTable() {
           notNegative("position_noise", kLength, "standard deviation per axis", &T::position_noise),
           notNegative("rotation_noise", kAngle, "standard deviation per axis", &T::rotation_noise),
           number("delay", kTime, "delay from measurement to arrival", &T::delay).within(0, kLongestDelay),
+          number("delay_variation", kTime,
+                 "largest addition to the delay, uniformly distributed; measurements arrive in order",
+                 &T::delay_variation)
+              .within(0, kLongestDelay),
+          number("bias", kLength, "[x, y, z], constant error of positions, robot base frame", &T::bias).vector3(),
+          number("distortion", kLength, "largest error per axis that depends smoothly on the position", &T::distortion)
+              .within(0, kLongestWay),
+          positive("distortion_period", kLength, "spatial period of the distortion", &T::distortion_period),
           number("drop_out", kNone, "probability that a measurement of an arm is marked invalid", &T::drop_out)
               .within(0, 1),
       }};
@@ -118,6 +136,12 @@ const Mapping& plantTable() {
           mapping("tube_errors", kTubeErrorsTable, "errors of certain tubes, instead of random ones")
               .list(0, safety::kMaxJoints)
               .defaultNote("none"),
+          number("tube_friction", kNone, "Coulomb coefficient of friction between tubes", &P::friction)
+              .within(0, kLargestFriction),
+          number("tube_clearance", kLength, "diametral clearance between neighbouring tubes", &P::clearance)
+              .within(0, kLongestWay),
+          number("tube_ovality", kLength, "ovality of bores: largest less smallest diameter", &P::ovality)
+              .within(0, kLongestWay),
           mapping("tip_forces", kTipForceTable, "forces on tool tips; only for model: compliant")
               .list(0, safety::kMaxArms)
               .defaultNote("none"),

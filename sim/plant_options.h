@@ -40,7 +40,8 @@ struct TubeErrors {
   double bending_stiffness = 0.0;
   double torsional_stiffness = 0.0;
   double curvature = 0.0;
-  double length = 0.0;  ///< of all sections alike
+  double length = 0.0;              ///< of all sections alike
+  double residual_curvature = 0.0;  ///< of sections that are straight in the robot file; absolute, 1/m
 
   bool operator==(const TubeErrors&) const = default;
 };
@@ -61,11 +62,15 @@ struct TipForce {
 /** Tip tracker that measures the plant's tips. */
 struct TipTrackerOptions {
   bool present = false;
-  double rate = 40.0;           ///< measurements per second
-  double position_noise = 0.0;  ///< standard deviation per axis, m
-  double rotation_noise = 0.0;  ///< standard deviation per axis of the rotation vector, rad
-  double delay = 0.0;           ///< from measurement to arrival, s
-  double drop_out = 0.0;        ///< probability that a measurement of one arm is marked invalid
+  double rate = 40.0;            ///< measurements per second
+  double position_noise = 0.0;   ///< standard deviation per axis, m
+  double rotation_noise = 0.0;   ///< standard deviation per axis of the rotation vector, rad
+  double delay = 0.0;            ///< from measurement to arrival, s
+  double drop_out = 0.0;         ///< probability that a measurement of one arm is marked invalid
+  double delay_variation = 0.0;  ///< largest addition to the delay, uniformly distributed, s; arrival keeps the order
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< constant error of positions, m, robot base frame
+  double distortion = 0.0;                         ///< largest error per axis that depends smoothly on the position, m
+  double distortion_period = 0.2;                  ///< spatial period of this error, m
 };
 
 /** Plant of a deployment. */
@@ -77,6 +82,9 @@ struct PlantOptions {
   TubeErrors tube_deviation;                 ///< standard deviations of random errors of every tube
   std::vector<FixedTubeErrors> tube_errors;  ///< replace the random errors of their tubes
   std::vector<TipForce> tip_forces;
+  double friction = 0.0;   ///< Coulomb coefficient between tubes (sim/tube_friction.h)
+  double clearance = 0.0;  ///< diametral, between neighbouring tubes, m (sim/tip_play.h)
+  double ovality = 0.0;    ///< of the bores: largest less smallest diameter, m
   TipTrackerOptions tracker;
 };
 

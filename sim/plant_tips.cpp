@@ -21,6 +21,7 @@ TubeErrors drawn(const TubeErrors& deviation, std::uint64_t seed, int arm, int t
   errors.torsional_stiffness = deviation.torsional_stiffness * random.normal();
   errors.curvature = deviation.curvature * random.normal();
   errors.length = deviation.length * random.normal();
+  errors.residual_curvature = deviation.residual_curvature * random.normal();
   return errors;
 }
 
@@ -40,16 +41,28 @@ ConcentricTubeArm withErrors(ConcentricTubeArm tubes, int arm, const PlantOption
     for (kinematics::TubeSection& section : tubes.tubes[static_cast<std::size_t>(i)].sections) {
       section.bending_stiffness *= 1.0 + errors.bending_stiffness;
       section.torsional_stiffness *= 1.0 + errors.torsional_stiffness;
-      section.curvature *= 1.0 + errors.curvature;
+      section.curvature =
+          section.curvature == 0.0 ? errors.residual_curvature : section.curvature * (1.0 + errors.curvature);
       section.length *= 1.0 + errors.length;
     }
   }
   return tubes;
 }
 
-PlantTips::PlantTips(ArmModels models, const PlantOptions& options) {
+TubeContact makeContact(const ConcentricTubeArm& plant, const ConcentricTubeArm& nominal, const PlantOptions& options) {
+  TubeContact contact;
+  if (options.friction > 0.0)
+    contact.friction.emplace(plant, nominal, options.friction);
+  if (options.clearance > 0.0 || options.ovality > 0.0)
+    contact.play.emplace(plant, options.clearance, options.ovality);
+  return contact;
+}
+
+PlantTips::PlantTips(ArmModels models, const PlantOptions& options, std::vector<TubeContact> contacts) {
   for (auto& model : models)
     arms_.emplace_back().model = std::move(model);
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    arms_.at(k).contact = std::move(contacts[k]);
   for (const TipForce& force : options.tip_forces) {
     if (force.arm < 0 || force.arm >= armCount())
       throw std::invalid_argument("plant.tip_forces: found arm " + std::to_string(force.arm + 1) + ", expected 1 to " +
@@ -65,6 +78,10 @@ void PlantTips::restart() noexcept {
   for (Arm& arm : arms_) {
     arm.branch = {};
     arm.q.resize(0);
+    if (arm.contact.friction)
+      arm.contact.friction->restart();
+    if (arm.contact.play)
+      arm.contact.play->restart();
   }
 }
 
@@ -73,10 +90,30 @@ void PlantTips::update(int k, const safety::ArmVector& q) noexcept {
   if (arm.q.size() == q.size() && arm.q == q)
     return;
   arm.q = q;
-  arm.status = arm.wrench.isZero(0.0) ? arm.model->tip(q, arm.branch, arm.tip)
-                                      : arm.model->loadedTip(q, arm.wrench, arm.branch, arm.tip);
-  if (arm.status == kinematics::ModelStatus::kOk && arm.branch.snapped)
-    ++arm.snaps;
+  arm.joints = arm.contact.friction ? arm.contact.friction->follow(q) : q;
+  arm.status = arm.wrench.isZero(0.0) ? arm.model->tip(arm.joints, arm.branch, arm.tip)
+                                      : arm.model->loadedTip(arm.joints, arm.wrench, arm.branch, arm.tip);
+  if (arm.status != kinematics::ModelStatus::kOk)
+    return;
+  if (arm.branch.snapped) {
+    ++arm.snaps.count;
+    arm.snaps.energy += arm.branch.snap_energy;
+    arm.snaps.distance = std::max(arm.snaps.distance, arm.branch.snap_distance);
+  }
+  if (arm.contact.friction)
+    arm.contact.friction->update(arm.joints, arm.branch);
+  if (arm.contact.play)
+    arm.contact.play->apply(arm.joints, arm.tip.pose);
+}
+
+Snaps PlantTips::allSnaps() const noexcept {
+  Snaps sum;
+  for (const Arm& arm : arms_) {
+    sum.count += arm.snaps.count;
+    sum.energy += arm.snaps.energy;
+    sum.distance = std::max(sum.distance, arm.snaps.distance);
+  }
+  return sum;
 }
 
 double PlantTips::clearance() const {
@@ -84,7 +121,7 @@ double PlantTips::clearance() const {
   std::vector<kinematics::Body> bodies(arms_.size());
   for (std::size_t k = 0; k < arms_.size(); ++k) {
     kinematics::Branch branch = arms_[k].branch;
-    if (makeBody(*arms_[k].model, arms_[k].q, branch, false, bodies[k]) != kinematics::ModelStatus::kOk)
+    if (makeBody(*arms_[k].model, arms_[k].joints, branch, false, bodies[k]) != kinematics::ModelStatus::kOk)
       return least;
   }
   for (std::size_t k = 0; k < bodies.size(); ++k) {

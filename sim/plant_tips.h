@@ -5,10 +5,13 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "kinematics/arm_model.h"
 #include "sim/plant_options.h"
+#include "sim/tip_play.h"
+#include "sim/tube_friction.h"
 
 namespace tandem::sim {
 
@@ -16,17 +19,37 @@ namespace tandem::sim {
  * @param arm index in the robot: every arm and every tube has its own random numbers */
 kinematics::ConcentricTubeArm withErrors(kinematics::ConcentricTubeArm tubes, int arm, const PlantOptions& options);
 
+/** Effects of the contact between the tubes of one arm that depend on its path. */
+struct TubeContact {
+  std::optional<TubeFriction> friction;
+  std::optional<TipPlay> play;
+};
+/// Those that `options` ask for. @param plant arm of the plant; @param nominal that of the robot file
+TubeContact makeContact(const kinematics::ConcentricTubeArm& plant,
+                        const kinematics::ConcentricTubeArm& nominal,
+                        const PlantOptions& options);
+
+/** Snaps of one arm since construction. */
+struct Snaps {
+  std::uint32_t count = 0;
+  double energy = 0.0;    ///< released by all of them, J
+  double distance = 0.0;  ///< longest way of the tool tip in one, m
+};
+
 /// Models of arms of one type, in the robot's order.
 using ArmModels = std::vector<std::unique_ptr<kinematics::ArmModel>>;
 
 /** Tips of all arms of the plant, tracked along the path of the joints.
  *
  * Elastic arms depend on their path (kinematics/branch.h); when the equilibrium of an arm ends, the arm snaps to
- * another one, and the snap is counted. After construction nothing but clearance() allocates or throws. */
+ * another one; snaps are counted, with the released energy and the way of the tip (unknown under a tip force: 0).
+ * Order of effects: rotations given by update() are behind motor and backlash; then friction, model, play. After
+ * construction nothing but clearance() allocates or throws. */
 class PlantTips {
  public:
   /// @throw std::invalid_argument for a force on an arm that does not exist, or on a model without loads.
-  PlantTips(ArmModels models, const PlantOptions& options);
+  /// @param contacts one for each arm, or none
+  PlantTips(ArmModels models, const PlantOptions& options, std::vector<TubeContact> contacts = {});
 
   /// Reset of the joints: the next update is a cold start.
   void restart() noexcept;
@@ -40,7 +63,10 @@ class PlantTips {
   /// Robot base frame <- tool tip frame.
   const Eigen::Isometry3d& pose(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.pose; }
   /// Number of snaps of this arm since construction.
-  std::uint32_t snaps(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].snaps; }
+  std::uint32_t snaps(int arm) const noexcept { return snapsOf(arm).count; }
+  const Snaps& snapsOf(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].snaps; }
+  /// Those of all arms.
+  Snaps allSnaps() const noexcept;
   /// Least elastic stability of the arm now: 0 where it snaps, 1 without elastic interaction.
   double stability(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.stability; }
   /// Least distance between the bodies of any two arms where they are now (kinematics/clearance.h), m; below zero they
@@ -54,8 +80,10 @@ class PlantTips {
     kinematics::Branch branch;
     kinematics::LoadedTip tip;
     kinematics::ModelStatus status = kinematics::ModelStatus::kNotFinite;
-    safety::ArmVector q;  ///< of the last update; empty before the first
-    std::uint32_t snaps = 0;
+    safety::ArmVector q;       ///< of the last update; empty before the first
+    safety::ArmVector joints;  ///< the same behind friction: those of the model
+    Snaps snaps;
+    TubeContact contact;
   };
   std::vector<Arm> arms_;
 };

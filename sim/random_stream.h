@@ -9,7 +9,7 @@
 namespace tandem::sim {
 
 /** Purpose of a stream of random numbers. */
-enum class Noise : std::uint32_t { kEncoder = 1, kTubes, kTracker };
+enum class Noise : std::uint32_t { kEncoder = 1, kTubes, kTracker, kTrackerDelay, kTrackerDistortion };
 
 /** Stream that depends only on the seed, the purpose and the index. Drawing allocates nothing. */
 class RandomStream {

@@ -2,6 +2,7 @@
 #include "sim/tip_tracker.h"
 
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace tandem::sim {
@@ -20,14 +21,36 @@ Eigen::Quaterniond rotation(const Eigen::Vector3d& vector) {
 }  // namespace
 
 TipTracker::TipTracker(int arm_count, const TipTrackerOptions& options, std::uint64_t seed)
-    : options_(options), arm_count_(arm_count), random_(seed, Noise::kTracker, 0) {
-  if (!(options.rate > 0.0) || !(options.delay >= 0.0))
-    throw std::invalid_argument("tip tracker: the rate must be above zero, the delay not below");
-  under_way_.resize(static_cast<std::size_t>(std::ceil(options.delay * options.rate)) + 2);
+    : options_(options),
+      arm_count_(arm_count),
+      random_(seed, Noise::kTracker, 0),
+      delays_(seed, Noise::kTrackerDelay, 0) {
+  if (!(options.rate > 0.0) || !(options.delay >= 0.0) || !(options.delay_variation >= 0.0))
+    throw std::invalid_argument("tip tracker: the rate must be above zero, the delay and its variation not below");
+  if (!(options.distortion_period > 0.0))
+    throw std::invalid_argument("tip tracker: the period of the distortion must be above zero");
+  under_way_.resize(static_cast<std::size_t>(std::ceil((options.delay + options.delay_variation) * options.rate)) + 2);
+  RandomStream phases(seed, Noise::kTrackerDistortion, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int term = 0; term < 2; ++term)
+      phase_(axis, term) = 2.0 * std::numbers::pi * phases.uniform();
+  }
+}
+
+Eigen::Vector3d TipTracker::distortion(const Eigen::Vector3d& position) const noexcept {
+  const Eigen::Vector3d angle = 2.0 * std::numbers::pi / options_.distortion_period * position;
+  Eigen::Vector3d error;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double first = std::sin(angle[(axis + 1) % 3] + phase_(axis, 0));
+    const double second = std::sin(angle[(axis + 2) % 3] + phase_(axis, 1));
+    error[axis] = 0.5 * options_.distortion * (first + second);
+  }
+  return error;
 }
 
 void TipTracker::restart(const PlantTips& tips, std::int64_t now, std::uint64_t mark) noexcept {
   random_.restart();
+  delays_.restart();
   start_ = now;
   taken_ = 0;
   first_ = count_ = 0;
@@ -49,7 +72,7 @@ void TipTracker::measure(const PlantTips& tips,
     const Eigen::Vector3d turn = options_.rotation_noise * random_.normal3();
     const bool dropped = random_.uniform() < drop_out;
     m.valid[i] = tips.valid(k) && !dropped;
-    m.position[i] = tips.pose(k).translation() + shift;
+    m.position[i] = tips.pose(k).translation() + options_.bias + distortion(tips.pose(k).translation()) + shift;
     m.orientation[i] = rotation(turn) * Eigen::Quaterniond(tips.pose(k).linear());
   }
 }
@@ -64,13 +87,15 @@ bool TipTracker::step(const PlantTips& tips, std::int64_t now, std::uint64_t mar
       first_ = (first_ + 1) % under_way_.size();
       --count_;
     }
-    measure(tips, now, mark, options_.drop_out, under_way_[(first_ + count_) % under_way_.size()]);
+    UnderWay& next = under_way_[(first_ + count_) % under_way_.size()];
+    measure(tips, now, mark, options_.drop_out, next.measurement);
+    const double delay = options_.delay + options_.delay_variation * delays_.uniform();
+    next.arrival = now + static_cast<std::int64_t>(std::llround(1e9 * delay));
     ++count_;
   }
-  const auto delay = static_cast<std::int64_t>(std::llround(1e9 * options_.delay));
   bool arrived = false;
-  while (count_ > 0 && under_way_[first_].stamp + delay <= now) {
-    latest_ = under_way_[first_];
+  while (count_ > 0 && under_way_[first_].arrival <= now) {
+    latest_ = under_way_[first_].measurement;
     first_ = (first_ + 1) % under_way_.size();
     --count_;
     arrived = true;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Simulated tip tracker: measures the plant's tips at a rate, with noise, delay and drop-outs. */
+/** @file Simulated tip tracker: measures the plant's tips at a rate, with noise, bias, distortion, delay and drop-outs.
+ */
 #pragma once
 
 #include <array>
@@ -21,7 +22,16 @@ struct TipMeasurement {
   std::array<Eigen::Quaterniond, safety::kMaxArms> orientation;  ///< robot base frame <- tool tip frame
 };
 
-/** Tip tracker. Nothing after construction allocates; the same seed gives the same measurements after every restart. */
+/** Tip tracker.
+ *
+ * A measured position is p + bias + d(p) + noise. The distortion d depends smoothly on the position, as that of an
+ * electromagnetic tracker near metal:
+ *
+ *   d_x(p) = D (sin(k p_y + a_x) + sin(k p_z + b_x)) / 2,   k = 2 pi / period,
+ *
+ * and likewise for y (z, x) and z (x, y), with phases a, b from the seed: no axis exceeds D. The delay of a measurement
+ * is delay + U, U uniform in [0, delay_variation); none arrives before an earlier one. Nothing after construction
+ * allocates; the same seed gives the same measurements after every restart. */
 class TipTracker {
  public:
   TipTracker(int arm_count, const TipTrackerOptions& options, std::uint64_t seed);
@@ -32,6 +42,8 @@ class TipTracker {
   /// @param mark value stored with the measurement
   /// @return true if latest() is new.
   bool step(const PlantTips& tips, std::int64_t now, std::uint64_t mark) noexcept;
+  /// d at a position, m.
+  Eigen::Vector3d distortion(const Eigen::Vector3d& position) const noexcept;
   /// The newest measurement that has arrived.
   const TipMeasurement& latest() const noexcept { return latest_; }
 
@@ -42,13 +54,20 @@ class TipTracker {
                double drop_out,
                TipMeasurement& result) noexcept;
 
+  /** A measurement on its way. */
+  struct UnderWay {
+    TipMeasurement measurement;
+    std::int64_t arrival = 0;  ///< ns
+  };
+
   TipTrackerOptions options_;
   int arm_count_;
-  RandomStream random_;
-  std::int64_t start_ = 0;                 ///< of the first measurement, ns
-  std::int64_t taken_ = 0;                 ///< number of due measurements so far, the first one not counted
-  std::uint64_t sequence_ = 0;             ///< of the last measurement made
-  std::vector<TipMeasurement> under_way_;  ///< ring, oldest first
+  RandomStream random_, delays_;
+  Eigen::Matrix<double, 3, 2> phase_;
+  std::int64_t start_ = 0;           ///< of the first measurement, ns
+  std::int64_t taken_ = 0;           ///< number of due measurements so far, the first one not counted
+  std::uint64_t sequence_ = 0;       ///< of the last measurement made
+  std::vector<UnderWay> under_way_;  ///< ring, oldest first
   std::size_t first_ = 0, count_ = 0;
   TipMeasurement latest_;
 };

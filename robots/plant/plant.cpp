@@ -10,7 +10,9 @@ namespace {
 
 void checkTubes(const config::Robot& robot, const sim::PlantOptions& options) {
   for (const config::Arm& arm : robot.arms) {
-    if (arm.model.tubes.empty() && options.tube_deviation != sim::TubeErrors{})
+    const bool errors = options.tube_deviation != sim::TubeErrors{} || options.friction > 0.0 ||
+                        options.clearance > 0.0 || options.ovality > 0.0;
+    if (arm.model.tubes.empty() && errors)
       throw std::invalid_argument("plant: found errors of tubes for " + arm.name + ", which has no tubes");
   }
   const int count = static_cast<int>(robot.arms.size());
@@ -28,12 +30,14 @@ sim::PlantTips makePlantTips(const config::Robot& robot, const sim::PlantOptions
   checkTubes(robot, options);
   config::Robot plant = robot;
   sim::ArmModels models;
+  std::vector<sim::TubeContact> contacts;
   for (std::size_t k = 0; k < plant.arms.size(); ++k) {
     const int arm = static_cast<int>(k);
     plant.arms[k].model = sim::withErrors(plant.arms[k].model, arm, options);
     models.push_back(typeOf(plant).makeModel(plant, arm, options.model));
+    contacts.push_back(sim::makeContact(plant.arms[k].model, robot.arms[k].model, options));
   }
-  return {std::move(models), options};
+  return {std::move(models), options, std::move(contacts)};
 }
 
 }  // namespace tandem::robots

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "kinematics/tube_model.h"
 #include "sim/tip_tracker.h"
@@ -136,6 +137,9 @@ TEST(PlantTips, SnapsAreCounted) {
   ASSERT_FALSE(jumps.empty());
   EXPECT_GT(jumps.front(), 180) << "wound up past the opposite side first";
   EXPECT_EQ(tips.snaps(0), jumps.size()) << "once for each jump of the tip";
+  EXPECT_GT(tips.snapsOf(0).energy, 0.0);
+  EXPECT_GT(tips.snapsOf(0).distance, 5e-3) << "the longest of these jumps";
+  EXPECT_EQ(tips.allSnaps().energy, tips.snapsOf(0).energy);
   for (std::size_t i = 1; i < jumps.size(); ++i)
     EXPECT_NEAR(jumps[i] - jumps[i - 1], 360, 1) << "once a turn";
   const std::uint32_t snaps = tips.snaps(0);
@@ -233,6 +237,64 @@ TEST_F(Tracker, NoiseAndDropOutsAreAsAskedFor) {
   for (int i = 1; i <= kCount; ++i)
     tracker.step(tips, 1 + i * 10 * kMillisecond, 0);
   EXPECT_EQ(tracker.latest().position[0], first);
+}
+
+TEST_F(Tracker, BiasAndDistortionAreConstantInTimeAndSmoothInSpace) {
+  options.bias = Eigen::Vector3d(1e-3, -2e-3, 0.5e-3);
+  options.distortion = 0.8e-3;
+  options.distortion_period = 0.15;
+  TipTracker tracker(2, options, 7), again(2, options, 7), other(2, options, 8);
+  tracker.restart(tips, 0, 0);
+  const Eigen::Vector3d tip = tips.pose(0).translation();
+  EXPECT_EQ(tracker.latest().position[0], tip + options.bias + tracker.distortion(tip));
+  tracker.step(tips, 10 * kMillisecond, 0);
+  EXPECT_EQ(tracker.latest().position[0], tip + options.bias + tracker.distortion(tip)) << "no noise";
+  double largest = 0.0, steepest = 0.0;
+  RandomStream random(5, Noise::kTubes, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const Eigen::Vector3d p = 0.1 * random.normal3(), step = 1e-4 * random.normal3();
+    const Eigen::Vector3d error = tracker.distortion(p);
+    EXPECT_EQ(error, again.distortion(p));
+    EXPECT_NE(error, other.distortion(p)) << "phases are those of the seed";
+    largest = std::max(largest, error.cwiseAbs().maxCoeff());
+    steepest = std::max(steepest, (tracker.distortion(p + step) - error).cwiseAbs().maxCoeff() / step.norm());
+  }
+  EXPECT_LE(largest, 0.8e-3);
+  EXPECT_GT(largest, 0.75e-3) << "the bound is reached";
+  EXPECT_LE(steepest, 0.8e-3 * 2.0 * std::numbers::pi / 0.15 * 1.001);
+}
+
+TEST_F(Tracker, DelayVariesInItsRangeAndMeasurementsArriveInOrder) {
+  options.position_noise = 1e-4;
+  options.delay = 0.010;
+  options.delay_variation = 0.040;
+  TipTracker tracker(2, options, 3), again(2, options, 3);
+  options.delay_variation = 0.0;
+  TipTracker constant(2, options, 3);
+  for (TipTracker* t : {&tracker, &again, &constant})
+    t->restart(tips, 0, 0);
+  std::uint64_t last = 1;
+  std::int64_t shortest = 1'000 * kMillisecond, longest = 0;
+  std::vector<Eigen::Vector3d> noise(4000);
+  for (std::int64_t t = 1; t <= 20'000; ++t) {
+    const bool is_new = tracker.step(tips, t * kMillisecond, 0);
+    again.step(tips, t * kMillisecond, 0);
+    constant.step(tips, t * kMillisecond, 0);
+    noise[constant.latest().sequence] = constant.latest().position[0];
+    ASSERT_EQ(tracker.latest().sequence, again.latest().sequence);
+    if (!is_new)
+      continue;
+    ASSERT_GT(tracker.latest().sequence, last);
+    last = tracker.latest().sequence;
+    ASSERT_EQ(tracker.latest().position[0], noise[last]) << "the delay has its own random numbers";
+    const std::int64_t delay = t * kMillisecond - tracker.latest().stamp;
+    shortest = std::min(shortest, delay);
+    longest = std::max(longest, delay);
+  }
+  EXPECT_GE(shortest, 10 * kMillisecond);
+  EXPECT_LT(shortest, 13 * kMillisecond);
+  EXPECT_LE(longest, 51 * kMillisecond);
+  EXPECT_GT(longest, 47 * kMillisecond);
 }
 
 }  // namespace
