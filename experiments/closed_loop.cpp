@@ -165,6 +165,7 @@ RunRecord runOffline(const config::Robot& robot,
   try {
     runLoop(robot, model, plan, options, [&](const LoopView& view) {
       record.add(view.data);
+      record.setSnaps(view.robot.tips().allSnaps());
       if (progress)
         progress(view.data.point, plan.trajectory.point_count);
     });

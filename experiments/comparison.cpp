@@ -59,6 +59,16 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
   return rows;
 }
 
+std::string formatSnaps(std::span<const RunSummary> runs) {
+  std::string text;
+  for (const RunSummary& run : runs) {
+    if (run.snaps.count > 0)
+      text += format("%s: the plant snapped %u times, released energy %.3g mJ, longest way of a tip %.2f mm\n",
+                     run.key.name().c_str(), run.snaps.count, 1e3 * run.snaps.energy, 1e3 * run.snaps.distance);
+  }
+  return text;
+}
+
 std::string formatFailures(std::span<const RunSummary> runs) {
   std::string text;
   for (const RunSummary& run : runs) {

@@ -16,6 +16,28 @@ sim::EncoderOptions encodersOf(const Conditions& conditions, sim::EncoderOptions
   return conditions.encoder_noise > 0.0 ? withEncoderNoise(encoders, conditions.encoder_noise) : encoders;
 }
 
+void addContact(const Conditions& conditions, sim::PlantOptions& plant) {
+  if (conditions.friction > 0.0)
+    plant.friction = conditions.friction;
+  if (conditions.clearance > 0.0)
+    plant.clearance = conditions.clearance;
+  if (conditions.ovality > 0.0)
+    plant.ovality = conditions.ovality;
+  if (conditions.residual > 0.0)
+    plant.tube_deviation.residual_curvature = conditions.residual;
+}
+
+void addTrackerErrors(const Conditions& conditions, double period, sim::TipTrackerOptions& tracker) {
+  if (conditions.tip_noise > 0.0)
+    tracker.position_noise = conditions.tip_noise;
+  if (conditions.bias > 0.0)
+    tracker.bias.setConstant(conditions.bias / std::numbers::sqrt3);
+  if (conditions.distortion > 0.0)
+    tracker.distortion = conditions.distortion;
+  if (conditions.tip_delay > 0.0)
+    tracker.delay_variation = conditions.tip_delay * period;
+}
+
 /// The loop of one case and task: everything random depends on the seed and the task alone.
 LoopOptions withErrors(LoopOptions options, const Conditions& conditions, std::uint64_t seed) {
   sim::PlantOptions& plant = options.plant;
@@ -26,6 +48,7 @@ LoopOptions withErrors(LoopOptions options, const Conditions& conditions, std::u
     plant.tube_deviation.curvature = conditions.curvature;
   if (conditions.length > 0.0)
     plant.tube_deviation.length = conditions.length;
+  addContact(conditions, plant);
   plant.encoders = encodersOf(conditions, plant.encoders);
   if (conditions.backlash > 0.0)
     plant.mechanics.backlash = {conditions.backlash, kRotationPerTranslation * conditions.backlash};
@@ -35,8 +58,7 @@ LoopOptions withErrors(LoopOptions options, const Conditions& conditions, std::u
     plant.tracker.present = true;
     plant.tracker.rate = 1.0 / options.control_period;
   }
-  if (conditions.tip_noise > 0.0)
-    plant.tracker.position_noise = conditions.tip_noise;
+  addTrackerErrors(conditions, options.control_period, plant.tracker);
   return options;
 }
 
@@ -91,11 +113,12 @@ TaskResult runMethod(const config::Robot& robot,
       if (view.data.point != point)  // in every iteration it would be most of the time of a run
         result.contacts += view.robot.tips().clearance() < 0.0 ? 1 : 0;
       point = view.data.point;
-      result.snaps = 0;
-      for (int k = 0; k < model.armCount(); ++k) {
+      for (int k = 0; k < model.armCount(); ++k)
         result.stability = std::min(result.stability, view.robot.tips().stability(k));
-        result.snaps += static_cast<int>(view.robot.tips().snaps(k));
-      }
+      const sim::Snaps snaps = view.robot.tips().allSnaps();
+      result.snaps = static_cast<int>(snaps.count);
+      result.snap_energy = snaps.energy;
+      result.snap_distance = snaps.distance;
     });
     const bool completed =
         timed ? end.tip_error <= within && end.relative_error <= within : end.phase == planning::Phase::kFinished;

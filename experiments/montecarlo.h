@@ -23,6 +23,13 @@ struct Conditions {
   double encoder_noise = 0.0;   ///< of a reading, per mm of a translation and 0.1 rad of a rotation, m
   double backlash = 0.0;        ///< of the actuators, full, per mm of a translation and 0.1 rad of a rotation, m
   double delay_steps = 0.0;     ///< from a setpoint to the motor, control periods
+  double friction = 0.0;        ///< Coulomb coefficient between tubes
+  double clearance = 0.0;       ///< diametral, between neighbouring tubes, m
+  double ovality = 0.0;         ///< of the tubes' bores, m
+  double residual = 0.0;        ///< precurvature of straight sections, 1/m
+  double bias = 0.0;            ///< constant error of measured tips, along (1, 1, 1), m
+  double distortion = 0.0;      ///< largest error of measured tips per axis that depends on the position, m
+  double tip_delay = 0.0;       ///< largest delay of a measured tip, uniformly distributed, control periods
   double stop_within = 0.0;     ///< measured errors at which a run leaves a point, m; 0: the threshold of success
   double speed = 0.0;           ///< of references that move with time along the path, m/s; 0: point by point
 
@@ -41,7 +48,7 @@ struct Condition {
   bool relative;  ///< may be written with %
   const char* group = "Sources of error";
 };
-inline constexpr std::array<Condition, 10> kConditions{{
+inline constexpr std::array<Condition, 17> kConditions{{
     {"stiffness-error", "bending and torsional stiffness of every tube of the plant, standard deviation",
      &Conditions::stiffness, 1.0, true},
     {"curvature-error", "precurvature of every tube of the plant, standard deviation", &Conditions::curvature, 1.0,
@@ -55,6 +62,17 @@ inline constexpr std::array<Condition, 10> kConditions{{
     {"backlash-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm",
      &Conditions::backlash, 1e-3, false},
     {"delay-steps", "delay from setpoint to motor, control periods", &Conditions::delay_steps, 1.0, false},
+    {"tube-friction", "Coulomb coefficient of friction between tubes", &Conditions::friction, 1.0, false},
+    {"tube-clearance-mm", "diametral clearance between neighbouring tubes, mm", &Conditions::clearance, 1e-3, false},
+    {"tube-ovality-mm", "ovality of the tubes' bores, largest less smallest diameter, mm", &Conditions::ovality, 1e-3,
+     false},
+    {"residual-curvature-per-m", "precurvature of straight tube sections, standard deviation, 1/m",
+     &Conditions::residual, 1.0, false},
+    {"tip-bias-mm", "constant error of measured tips along (1, 1, 1), mm", &Conditions::bias, 1e-3, false},
+    {"tip-distortion-mm", "largest error of measured tips per axis, smooth over the position, mm",
+     &Conditions::distortion, 1e-3, false},
+    {"tip-delay-steps", "largest delay of measured tips, uniformly distributed from 0, control periods",
+     &Conditions::tip_delay, 1.0, false},
     {"stop-within-mm", "measured errors at which a run leaves a point, mm, at most the threshold of success; 0: that",
      &Conditions::stop_within, 1e-3, false, "Protocol"},
     {"speed-mm-per-s", "timed tracking: speed of references along the path, mm/s; 0: point by point",
@@ -95,10 +113,12 @@ struct TaskResult {
   int violations = 0;     ///< iterations after which a setpoint stood outside equation (1)
   int held = 0;           ///< iterations in which control held still, as tips were unknown
   std::uint64_t gate_actions = 0;
-  double stability = 1.0;  ///< least of the plant on the way
-  int snaps = 0;           ///< of the plant
-  int contacts = 0;        ///< points after whose first iteration bodies of arms overlapped
-  double steady_ab = 0.0;  ///< timed: RMS of the true error while the reference stands still at the end, m
+  double stability = 1.0;      ///< least of the plant on the way
+  int snaps = 0;               ///< of the plant
+  double snap_energy = 0.0;    ///< released by them, J
+  double snap_distance = 0.0;  ///< longest way of a tip in one, m
+  int contacts = 0;            ///< points after whose first iteration bodies of arms overlapped
+  double steady_ab = 0.0;      ///< timed: RMS of the true error while the reference stands still at the end, m
   double steady_a = 0.0;
 
   /// Whether the run says that it reached every point, and every point was reached in truth.
@@ -135,7 +155,8 @@ struct MethodSummary {
   std::uint64_t gate_actions = 0;
   double stability = 1.0;  ///< least of all
   int snaps = 0;
-  int contacts = 0;  ///< runs on feasible tasks in which bodies touched
+  double snap_energy = 0.0, snap_distance = 0.0;  ///< of all of them, J; longest way of a tip in one, m
+  int contacts = 0;                               ///< runs on feasible tasks in which bodies touched
   /// Timed: largest true error on the path and RMS in the steady state, m, percentiles as above.
   std::array<double, 3> max_ab{}, max_a{}, steady_ab{}, steady_a{};
 

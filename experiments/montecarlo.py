@@ -30,6 +30,13 @@ SOURCES = {
     "encoder_noise_mm": (MM, "noise of encoders (mm)"),
     "backlash_mm": (MM, "backlash of actuators (mm)"),
     "delay_steps": (1, "delay (control periods)"),
+    "tube_friction": (1, "coefficient of friction between tubes"),
+    "tube_clearance_mm": (MM, "clearance between tubes (mm)"),
+    "tube_ovality_mm": (MM, "ovality of bores (mm)"),
+    "residual_curvature_per_m": (1, "curvature of straight sections (1/m)"),
+    "tip_bias_mm": (MM, "bias of measured tips (mm)"),
+    "tip_distortion_mm": (MM, "distortion of measured tips (mm)"),
+    "tip_delay_steps": (1, "largest delay of measured tips (control periods)"),
     "stop_within_mm": (MM, "tolerance of the run (mm; 0: threshold)"),
     "speed_mm_per_s": (MM, "speed of references (mm/s; 0: point by point)"),
 }

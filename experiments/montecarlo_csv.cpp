@@ -25,7 +25,7 @@ constexpr const char* kFront = "seed,tasks,task,method";
 constexpr const char* kBack =
     "kind,feasible,outcome,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,violations,held,"
     "gate_actions,stability,snaps,succeeded";
-constexpr const char* kAdded = "contacts,steady_ab,steady_a";
+constexpr const char* kAdded = "contacts,steady_ab,steady_a,snap_energy,snap_distance";
 
 std::vector<std::string> fieldsOf(const std::string& line) {
   std::vector<std::string> fields{""};
@@ -116,6 +116,8 @@ TaskResult readRow(Fields& fields) {
   r.contacts = fields.numberIfAny<int>("contacts");
   r.steady_ab = fields.numberIfAny<double>("steady_ab");
   r.steady_a = fields.numberIfAny<double>("steady_a");
+  r.snap_energy = fields.numberIfAny<double>("snap_energy");
+  r.snap_distance = fields.numberIfAny<double>("snap_distance");
   // Before contacts were counted, a snap was no failure.
   const bool succeeded = fields.has("contacts") ? r.succeeded() : r.reached();
   if (fields.number<int>("succeeded") != (succeeded ? 1 : 0))
@@ -147,7 +149,7 @@ void writeResults(std::ostream& out, const std::vector<TaskResult>& results) {
       out << ',' << number(e.rms) << ',' << number(e.deviation) << ',' << number(e.max);
     out << ',' << r.violations << ',' << r.held << ',' << r.gate_actions << ',' << number(r.stability) << ',' << r.snaps
         << ',' << (r.succeeded() ? 1 : 0) << ',' << r.contacts << ',' << number(r.steady_ab) << ','
-        << number(r.steady_a) << '\n';
+        << number(r.steady_a) << ',' << number(r.snap_energy) << ',' << number(r.snap_distance) << '\n';
   }
 }
 

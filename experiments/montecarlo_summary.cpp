@@ -81,6 +81,8 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
     row.gate_actions += r.gate_actions;
     row.stability = std::min(row.stability, r.stability);
     row.snaps += r.snaps;
+    row.snap_energy += r.snap_energy;
+    row.snap_distance = std::max(row.snap_distance, r.snap_distance);
     if (!r.feasible) {
       ++row.infeasible;
       row.reported += r.outcome != Outcome::kCompleted ? 1 : 0;
@@ -166,6 +168,13 @@ std::string formatTable(const std::vector<MethodSummary>& rows, const std::vecto
       text += trackingHead();
       for (std::size_t i = first; i < end; ++i)
         text += trackingLine(rows[i]);
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      const MethodSummary& row = rows[i];
+      if (row.snaps > 0)
+        text += format("%s: %d snaps, released energy %.3g mJ, longest way of a tip %.2f mm\n",
+                       std::string(control::name(row.method)).c_str(), row.snaps, 1e3 * row.snap_energy,
+                       1e3 * row.snap_distance);
     }
     for (const MethodPair& pair : pairs) {
       if (pair.conditions == conditions)

@@ -76,6 +76,7 @@ RunSummary RunRecord::summary() const {
   summary.key = key_;
   summary.points = point_count_;
   summary.failure = failure_;
+  summary.snaps = snaps_;
   summary.iterations = static_cast<int>(rows_.size());
   std::vector<double> ab, a;
   for (std::size_t i = 0; i < rows_.size(); ++i) {

@@ -9,6 +9,7 @@
 #include "control/step_problem.h"
 #include "planning/reference.h"
 #include "robots/robot_model.h"
+#include "sim/plant_tips.h"
 
 namespace tandem::experiments {
 
@@ -69,6 +70,7 @@ struct RunSummary {
   int limit_violations = 0;     ///< iterations after which a setpoint was outside its limits by more than kViolation
   double largest_excess = 0.0;  ///< of a setpoint's translations and rows over their limits, m; 0: it kept them
   std::uint64_t gate_actions = 0;
+  sim::Snaps snaps;     ///< of the plant; none where the run does not know it (over DDS)
   std::string failure;  ///< what ended the run before its last point; empty: nothing
 };
 
@@ -82,6 +84,9 @@ class RunRecord {
 
   /// The run has ended before its last point. @param why  for people
   void fail(const std::string& why) { failure_ = why; }
+
+  /// Snaps of the plant until now.
+  void setSnaps(const sim::Snaps& snaps) { snaps_ = snaps; }
 
   /// Adds a row; errors, violation and moving limits are computed here, so that every source of data gives the same
   /// digits.
@@ -98,6 +103,7 @@ class RunRecord {
   int point_count_;
   double tolerance_;
   std::string failure_;
+  sim::Snaps snaps_;
   std::vector<Row> rows_;
 };
 

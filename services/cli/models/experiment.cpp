@@ -132,6 +132,14 @@ nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& 
     if (!run.failure.empty())
       json["failures"].push_back({{"run", run.key.name()}, {"iterations", run.iterations}, {"why", run.failure}});
   }
+  json["snaps"] = nlohmann::ordered_json::array();
+  for (const experiments::RunSummary& run : runs) {
+    if (run.snaps.count > 0)
+      json["snaps"].push_back({{"run", run.key.name()},
+                               {"count", run.snaps.count},
+                               {"energy_mJ", 1e3 * run.snaps.energy},
+                               {"longest_distance_mm", 1e3 * run.snaps.distance}});
+  }
   for (const experiments::ComparisonRow& row : rows) {
     nlohmann::ordered_json line{{"trajectory", row.trajectory}, {"method", control::name(row.method)}};
     addResults(row, line);
@@ -230,7 +238,7 @@ int runExperiment(ExperimentCommand options) {
     std::cout << tableJson(rows, summaries, seconds, options).dump(2) << '\n';
   } else {
     std::cout << experiments::formatTable(rows, options.by_configuration, options.gateOn())
-              << experiments::formatFailures(summaries);
+              << experiments::formatSnaps(summaries) << experiments::formatFailures(summaries);
     std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
                 !options.gateOn()                                  ? "in one process, without the gate"
                 : options.offline                                  ? "in one process"

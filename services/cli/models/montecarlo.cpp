@@ -199,6 +199,8 @@ nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows
     line["gate_actions"] = row.gate_actions;
     line["least_stability"] = row.stability;
     line["snaps"] = row.snaps;
+    line["snap_energy_mJ"] = 1e3 * row.snap_energy;
+    line["snap_distance_mm"] = 1e3 * row.snap_distance;
     line["runs_with_contact"] = row.contacts;
     if (row.conditions.speed > 0.0) {
       line["max_ab_mm"] = percentiles(row.max_ab, 1e3);
