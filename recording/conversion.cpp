@@ -2,6 +2,7 @@
 #include "recording/conversion.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "recording/cdr.h"
@@ -100,9 +101,36 @@ std::string typeName(const Field& field) {
                                                : element + "[]";
 }
 
+/// Members of messages that have been renamed: former and present name.
+constexpr std::array<std::pair<const char*, const char*>, 4> kRenamed{
+    {{"placements", "joint_resets"}, {"lease_holder", "lease_owner"}, {"words", "reason"}, {"words", "description"}}};
+
+/// Name of a member of `from` in `to`: another one only if it has been renamed.
+std::string nameIn(const std::vector<Field>& to, const std::vector<Field>& from, const std::string& name) {
+  for (const auto& [former, present] : kRenamed) {
+    for (const auto& [before, after] : {std::pair{former, present}, std::pair{present, former}}) {
+      if (name == before && find(to, after) && !find(to, before) && !find(from, after))
+        return after;
+    }
+  }
+  return name;
+}
+
+/// `from` with the names that `to` has for renamed members.
+Definition withNamesOf(Definition from, const Definition& to) {
+  for (auto& [type, fields] : from.types) {
+    const auto present = to.types.find(type);
+    if (present == to.types.end())
+      continue;
+    for (Field& field : fields)
+      field.name = nameIn(present->second, fields, field.name);
+  }
+  return from;
+}
+
 }  // namespace
 
-Conversion::Conversion(Definition from, Definition to) : from_(std::move(from)), to_(std::move(to)) {
+Conversion::Conversion(Definition from, Definition to) : from_(withNamesOf(std::move(from), to)), to_(std::move(to)) {
   compare(from_.root, to_.root, "", 0);
 }
 

@@ -59,6 +59,18 @@ TEST(Conversion, ConstantsAndCommentsAreNoMembers) {
   EXPECT_FALSE(conversion("uint8 a\nuint8 b", "uint8 b\nuint8 a").same()) << "the order counts on the wire";
 }
 
+/// Recordings of before a member was renamed keep its values, in both directions.
+TEST(Conversion, RenamedMembersAreTheSame) {
+  const char* former = "uint32 placements\nstring words\nuint8 k";
+  const char* present = "uint32 joint_resets\nstring reason\nuint8 k";
+  for (const auto& [from, to] : {std::pair{former, present}, std::pair{present, former}}) {
+    const Conversion convert = conversion(from, to);
+    EXPECT_TRUE(convert.same()) << from;
+    EXPECT_TRUE(convert.added().empty() && convert.dropped().empty()) << from;
+  }
+  EXPECT_EQ(conversion("string words", "string words\nstring reason").added(), Words{"reason"});
+}
+
 TEST(Conversion, AnotherTypeIsNotConverted) {
   const Conversion convert = conversion("uint8[2] a\nstring b\nuint8 c", "uint8[] a\nuint32 b\nuint8 c");
   EXPECT_EQ(convert.mismatched(), (Words{"a: uint8[2] before, uint8[] after", "b: string before, uint32 after"}));
