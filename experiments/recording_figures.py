@@ -140,7 +140,8 @@ def tips(folder, arms, counts, sheet):
     if not any(tables.values()):
         return None
     figure = plt.figure(figsize=sheet.size(90 if sheet.columns == 1 else 120))
-    pane = figure.add_axes((0.02, 0.17, 0.8, 0.8), projection="3d")
+    # The label of z stands to the right of the axes: on a narrow sheet there is room for it only if they stand to the left.
+    pane = figure.add_axes((-0.06 if sheet.columns == 1 else 0.02, 0.17, 0.8, 0.8), projection="3d")
     places = []
     for (arm, table), color in zip(tables.items(), ARMS):
         if table:
