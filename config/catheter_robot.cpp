@@ -16,8 +16,9 @@ void check(const CooperativeRobot& robot, const std::filesystem::path& file) {
     map.fail("assistance",
              "found both `object` and `assistance`, expected exactly one: a running system controls one common object");
   if (!robot.object && !robot.assistance)
-    map.fail("object",
-             "found neither `object` nor `assistance`, expected one of them: the common object of a running system");
+    map.fail(
+        "object",
+        "found neither `object` nor `assistance`, expected exactly one: a running system controls one common object");
   const std::vector<int> order = armsInOrder(robot);
   const std::vector<Map> arms = map.maps("arms");
   for (std::size_t k = 0; k < arms.size(); ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Structs and loaders of robot, experiment, deployment and hardware files.
+/** @file Structs and loaders of robot, experiment, deployment, trajectory and hardware files.
  *
  * Files are YAML; every number with a unit has it in its key (`outer_diameter_mm`), and only this room converts units.
  * Every error is a config::Error that names file, line, column and key, what was found and what was expected.

@@ -104,7 +104,8 @@ void checkConsole(const Map& map, const Console& console) {
   if (map.has("certificate") != map.has("key"))
     map.fail(map.has("key") ? "key" : "certificate", "found only one of certificate and key; expected both, or none");
   if (!console.viewer_token.empty() && console.operator_token.empty())
-    map.fail("viewer_token", "found without operator_token, so that every client could command; expected both");
+    map.fail("viewer_token",
+             "found viewer_token without operator_token, with which every client could send commands; expected both");
   if (console.loopback())
     return;
   const std::string who = "found " + console.address + ", which other machines reach, ";

@@ -147,7 +147,7 @@ class AxisReader {
       return;
     }
     if (!group.encoder)
-      map.fail("encoder_node", "found an encoder, expected an `encoder` mapping in this group");
+      map.fail("encoder_node", "found an encoder node in a group without an `encoder` mapping; expected both or none");
     axis.encoder = encoder;
     claimNode(map, "encoder_node", axis.bus, encoder.node);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Feasible translation range of each tube under the limits of an arm. */
+/** @file Feasible translation range of each tube, given the translation of the next inner tube. */
 #pragma once
 
 #include <vector>

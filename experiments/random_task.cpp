@@ -223,7 +223,7 @@ RandomTask randomTask(const config::Robot& robot,
                       int index,
                       bool feasible) {
   if (model.armCount() < 2)
-    throw std::invalid_argument(robot.name + ": found one arm, expected at least two that cooperate");
+    throw std::invalid_argument(robot.name + ": found one arm; random tasks need a robot with at least two arms");
   Draw draw(seedOf(seed, index));
   std::vector<planning::JointSampler> samplers;
   for (const config::Arm& arm : robot.arms)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Keys of hardware files for power, torque and the emergency stop. */
+/** @file Readers of `torque_limit` and `emergency_stop` in hardware files. */
 #pragma once
 
 #include "config/detail/loaders.h"

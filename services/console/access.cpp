@@ -77,7 +77,9 @@ AccessDecision refusal(int status, std::string why) { return {std::nullopt, stat
 void expectPrivate(const std::filesystem::path& file, const std::string& where) {
   struct stat about {};
   if (stat(file.c_str(), &about) == 0 && (about.st_mode & S_IROTH) != 0)
-    throw std::invalid_argument(where + ": found a file that all users of this machine can read, expected mode 0600");
+    throw std::invalid_argument(where +
+                                ": found a file that every user of this machine can read, expected one that others "
+                                "cannot read, e.g. by mode 0600");
 }
 
 bool sameSecret(std::string_view a, std::string_view b) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Private: state shared by all connections. */
+/** @file State that all connections of the console share, and its WebSocket sessions, requests and answers. */
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>

@@ -90,7 +90,7 @@ std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(cons
     return std::nullopt;
   };
   if (request.client == 0)
-    return refused(dds::ReplyCode::kMalformed, "client: found 0, expected an identity");
+    return refused(dds::ReplyCode::kMalformed, "client: found 0, expected the client's number, which is not zero");
   if (request.client == dds::kCrtkClient)
     return refused(dds::ReplyCode::kMalformed, "client: found 2^64 - 1, which is reserved for CRTK clients");
   if (request.arm != dds::kAllArms) {

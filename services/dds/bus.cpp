@@ -22,9 +22,9 @@ concept Fingerprinted = !std::is_same_v<M, Identity> && requires(M message) {
 template <class M>
 std::string topicName(const Participant& participant, const Topic<M>& topic, const std::string& arm) {
   if (topic.per_arm == arm.empty()) {
-    throw std::invalid_argument(
-        std::string("topic ") + topic.name +
-        (topic.per_arm ? " is published per arm: give the name of one" : " is not published per arm: give no name"));
+    throw std::invalid_argument(std::string("topic ") + topic.name +
+                                (topic.per_arm ? " is published per arm; pass the name of an arm"
+                                               : " is not published per arm; pass no name of an arm"));
   }
   return ddsTopicName(participant.options().prefix, topic.name, arm);
 }

@@ -62,7 +62,8 @@ void apply(const std::vector<std::string>& parts, const Setters& setters) {
       std::string known;
       for (const auto& [key, unused] : setters)
         known += (known.empty() ? "" : ", ") + key;
-      throw std::invalid_argument("'" + parts[k] + "', expected one of " + known);
+      throw std::invalid_argument("unknown option '" + parts[k] +
+                                  "' of a simulated drive or encoder, expected one of " + known);
     }
     setter->second(equal == std::string::npos ? "" : parts[k].substr(equal + 1));
   }

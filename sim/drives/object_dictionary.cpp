@@ -41,7 +41,7 @@ bool ObjectDictionary::hasIndex(std::uint16_t index) const noexcept {
 Entry& ObjectDictionary::require(std::uint16_t index, std::uint8_t sub) {
   Entry* entry = find({index, sub});
   if (entry == nullptr || entry->size() == 0)
-    throw std::invalid_argument("the data sheet has no numeric value for object " +
+    throw std::invalid_argument("the EDS has no numeric default value for object " +
                                 describe(ObjectAddress{index, sub}));
   return *entry;
 }

@@ -262,7 +262,7 @@ TEST(AccessRules, InvalidTokenFilesAreRefused) {
   config::Console console = withTokens(folder);
   EXPECT_EQ(refusal(console, true), "");
   console.operator_token = folder.write("open", "operator-token-0123456789", 0644);
-  EXPECT_TRUE(names(refusal(console, false), "expected mode 0600"));
+  EXPECT_TRUE(names(refusal(console, false), "by mode 0600"));
   console.operator_token = folder.write("short", "short");
   EXPECT_TRUE(names(refusal(console, false), "expected 16 to 256"));
   console.operator_token = folder.write("spaces", "operator token 0123456789");
