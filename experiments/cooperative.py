@@ -88,12 +88,15 @@ def draw_track(arguments, sheet):
     grasped = any(name.startswith("normal_N") for name in table)
     rows = 1 + len(groups)
     wide = sheet.columns == 2
-    figure = plt.figure(figsize=sheet.size(max(74, 26 * rows + 18) if wide else 78 + 28 * rows + 18))
+    figure = plt.figure(figsize=sheet.size(max(74, 26 * rows + 24) if wide else 78 + 28 * rows + 24))
     height = INCH * figure.get_figheight()  # mm
     top = 1 - 3 / height
-    low = 24 / height
+    legend_columns = 4 if wide else 2
+    entries = 4 + sum(map(len, groups.values()))
+    foot = 10 + 4.6 * -(-entries // legend_columns)  # mm: label of the time axis and rows of the legend
+    low = foot / height
     if wide:
-        space = figure.add_axes((0.0, 24 / height, 0.5, top - 24 / height), projection="3d")
+        space = figure.add_axes((0.0, low, 0.5, top - low), projection="3d")
         grid = figure.add_gridspec(rows, 1, left=0.6, right=0.985, bottom=low, top=top, hspace=0.25)
     else:
         space = figure.add_axes((0.02, 1 - 74 / height, 0.96, 70 / height), projection="3d")
@@ -132,7 +135,7 @@ def draw_track(arguments, sheet):
     handles += [Line2D([], [], color="#000000", linewidth=0.9, label="path")]
     if grasped:
         handles.append(Line2D([], [], color=OBJECT, linewidth=4.0, alpha=0.6, label="object between contacts"))
-    figure.legend(handles=handles, loc="lower center", ncol=4 if wide else 2, borderaxespad=0.2, columnspacing=1.2)
+    figure.legend(handles=handles, loc="lower center", ncol=legend_columns, borderaxespad=0.2, columnspacing=1.2)
     return [sheet.save(figure, arguments.target)]
 
 

@@ -204,7 +204,8 @@ class Figures(unittest.TestCase):
 
     def test_mechanics(self):
         for options in ((), ("--end-angles",), ("--tubes", "2")):
-            self.command("stability", "--map", "--beta", "-0.3,-0.18,-0.064", "--resolution", 13, "--figure", self.folder / "map.pdf", *options)
+            self.command("stability", "--map", "--beta", "-0.3,-0.18,-0.064", "--resolution", 13, "--figure", self.folder / "map.pdf",
+                         *options)
             self.check("mechanics", "map", self.folder / "map.csv", self.folder / "map.png")
         self.command("workspace", "--samples", 2000, "--model", "rigid", "--csv", self.folder / "workspace")
         self.check("mechanics", "workspace", self.folder / "workspace", self.folder / "workspace")

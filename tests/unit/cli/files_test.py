@@ -83,7 +83,7 @@ class Validate(unittest.TestCase):
         self.assertIn("found", message)
         self.assertIn("expected", message)
         self.assertIn("tubes[1]", message)
-        self.assertEqual(line, 17)
+        self.assertEqual(line, 18)
 
     def test_broken_yaml(self):
         line, _, _ = self.refused(ROBOT.replace("tubes:\n", "tubes: [\n", 1))

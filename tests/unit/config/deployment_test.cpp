@@ -45,6 +45,10 @@ void expectPlant(const sim::PlantOptions& plant) {
   EXPECT_EQ(plant.tube_deviation.torsional_stiffness, 0.02);
   EXPECT_EQ(plant.tube_deviation.curvature, 0.03);
   EXPECT_EQ(plant.tube_deviation.length, 0.04);
+  EXPECT_EQ(plant.tube_deviation.residual_curvature, 0.2);
+  EXPECT_EQ(plant.friction, 0.02);
+  EXPECT_DOUBLE_EQ(plant.clearance, 0.03e-3);
+  EXPECT_DOUBLE_EQ(plant.ovality, 0.01e-3);
   const sim::FixedTubeErrors& fixed = plant.tube_errors.at(0);
   EXPECT_EQ(fixed.arm, 1);
   EXPECT_EQ(fixed.tube, 2);
@@ -52,6 +56,7 @@ void expectPlant(const sim::PlantOptions& plant) {
   EXPECT_EQ(fixed.errors.torsional_stiffness, -0.2);
   EXPECT_EQ(fixed.errors.curvature, 0.3);
   EXPECT_EQ(fixed.errors.length, 0.005);
+  EXPECT_EQ(fixed.errors.residual_curvature, -0.4);
   EXPECT_EQ(plant.tip_forces.at(0).arm, 0);
   EXPECT_EQ(plant.tip_forces.at(0).force, Eigen::Vector3d(0.1, 0.0, -0.2));
   EXPECT_TRUE(plant.tracker.present);
@@ -60,6 +65,10 @@ void expectPlant(const sim::PlantOptions& plant) {
   EXPECT_EQ(plant.tracker.rotation_noise, 0.01);
   EXPECT_EQ(plant.tracker.delay, 0.03);
   EXPECT_EQ(plant.tracker.drop_out, 0.125);
+  EXPECT_EQ(plant.tracker.delay_variation, 0.005);
+  EXPECT_EQ(plant.tracker.bias, Eigen::Vector3d(1e-3, -2e-3, 0.0));
+  EXPECT_DOUBLE_EQ(plant.tracker.distortion, 0.4e-3);
+  EXPECT_DOUBLE_EQ(plant.tracker.distortion_period, 0.15);
 }
 
 TEST(Deployment, EveryKeyReachesItsField) {
@@ -103,12 +112,16 @@ plant:
   seed: 9
   motors: {delay_ms: 3, lag_translation_ms: 20, lag_rotation_ms: 10, backlash_translation_mm: 0.05, backlash_rotation_deg: 180}
   encoders: {resolution_translation_mm: 0.001, resolution_rotation_rad: 0.01, noise_translation_mm: 0.002, noise_rotation_rad: 0.02}
-  tube_deviation: {bending_stiffness: 0.01, torsional_stiffness: 0.02, curvature: 0.03, length: 0.04}
+  tube_deviation: {bending_stiffness: 0.01, torsional_stiffness: 0.02, curvature: 0.03, length: 0.04, residual_curvature_per_m: 0.2}
+  tube_friction: 0.02
+  tube_clearance_mm: 0.03
+  tube_ovality_mm: 0.01
   tube_errors:
-    - {arm: arm_b, tube: 3, bending_stiffness: 0.1, torsional_stiffness: -0.2, curvature: 0.3, length: 0.005}
+    - {arm: arm_b, tube: 3, bending_stiffness: 0.1, torsional_stiffness: -0.2, curvature: 0.3, length: 0.005, residual_curvature_per_m: -0.4}
   tip_forces:
     - {arm: arm_a, force_N: [0.1, 0, -0.2]}
-  tracker: {rate_Hz: 60, position_noise_mm: 0.3, rotation_noise_rad: 0.01, delay_ms: 30, drop_out: 0.125}
+  tracker: {rate_Hz: 60, position_noise_mm: 0.3, rotation_noise_rad: 0.01, delay_ms: 30, drop_out: 0.125, delay_variation_ms: 5, bias_mm: [1, -2, 0],
+            distortion_mm: 0.4, distortion_period_mm: 150}
 processes:
   - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false, essential: false}
 black_box: {before_s: 20, after_ms: 1500, memory_mb: 64, directory: box, files: 3, topics: ["control/*", stop]}
@@ -267,7 +280,7 @@ TEST(Deployment, Refusals) {
        "console.address", "without tokens; expected operator_token"},
       {"method: nspqp", "method: nspqp\nconsole: {certificate: c}", "c}", 0, "console.certificate", "expected both"},
       {"method: nspqp", "method: nspqp\nconsole: {viewer_token: v}", "v}", 0, "console.viewer_token",
-       "found without operator_token"},
+       "found viewer_token without operator_token"},
       {"method: nspqp", "method: nspqp\nconsole: {origins: [tools.example]}", "tools.example", 0, "console.origins[0]",
        "expected SCHEME://HOST"},
   };
