@@ -132,7 +132,7 @@ class Tokens(ConsoleTest):
     def test_what_is_not_good_is_refused(self):
         (self.folder / "open").write_text(OPERATOR)
         (self.folder / "open").chmod(0o644)
-        for keys, why in (("operator_token: open", "open: found a file that all users of this machine can read"),
+        for keys, why in (("operator_token: open", "open: found a file that every user of this machine can read"),
                           ("operator_token: nowhere", "nowhere: cannot be opened"),
                           ("certificate: operator, key: key.pem", "console.certificate: .*operator"),
                           ("certificate: certificate.pem, key: operator", "console.key: .*operator"),
