@@ -136,7 +136,7 @@ class Tokens(ConsoleTest):
                           ("operator_token: nowhere", "nowhere: cannot be opened"),
                           ("certificate: operator, key: key.pem", "console.certificate: .*operator"),
                           ("certificate: certificate.pem, key: operator", "console.key: .*operator"),
-                          ("certificate: certificate.pem, key: open", "console.key: .*open: found a file that all users"),
+                          ("certificate: certificate.pem, key: open", "console.key: .*open: found a file that every user"),
                           ("address: 0.0.0.0", "expected certificate and key")):
             self.serve(keys)
             self.assertNotEqual(self.process.wait(20), 0, keys)
