@@ -59,7 +59,7 @@ inline constexpr std::array<Condition, 17> kConditions{{
      &Conditions::encoder_counts, 1.0, false},
     {"encoder-noise-mm", "noise of encoders, standard deviation: translations, mm; rotations 0.1 rad per mm",
      &Conditions::encoder_noise, 1e-3, false},
-    {"backlash-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm",
+    {"play-mm", "full backlash between motor and tube: translations, mm; rotations 0.1 rad per mm",
      &Conditions::backlash, 1e-3, false},
     {"delay-steps", "delay from setpoint to motor, control periods", &Conditions::delay_steps, 1.0, false},
     {"tube-friction", "Coulomb coefficient of friction between tubes", &Conditions::friction, 1.0, false},

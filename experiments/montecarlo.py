@@ -28,7 +28,7 @@ SOURCES = {
     "tip_noise_mm": (MM, "noise of measured tips (mm)"),
     "encoder_counts": (1, "encoder counts per turn and mm (0: exact)"),
     "encoder_noise_mm": (MM, "noise of encoders (mm)"),
-    "backlash_mm": (MM, "backlash of actuators (mm)"),
+    "play_mm": (MM, "backlash of actuators (mm)"),
     "delay_steps": (1, "delay (control periods)"),
     "tube_friction": (1, "coefficient of friction between tubes"),
     "tube_clearance_mm": (MM, "clearance between tubes (mm)"),
