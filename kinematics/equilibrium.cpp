@@ -183,9 +183,9 @@ Eigen::Vector3d Equilibrium::toolTip(const JointsRef& q, const TubeVector& theta
          sweep.endRotation() * (Eigen::AngleAxisd(theta[0], Eigen::Vector3d::UnitZ()) * arm_.tool.translation());
 }
 
-/** Energy and way of a snap at q, from the angles `before`, where the branch ended, to root.theta. The motors stand:
- * the released energy is the difference of the elastic energies. The branch ends within kLeastMove of q, so both are
- * taken at the translations of q. */
+/** Energy and tip displacement of a snap at q, from the angles `before`, where the branch ended, to root.theta. The
+ * motors stand: the released energy is the difference of the elastic energies. The branch ends within kLeastMove of q,
+ * so both are taken at the translations of q. */
 void Equilibrium::measureSnap(const JointsRef& q, const TubeVector& before, Root& root) const noexcept {
   Segmentation parts;
   segment(arm_, q, parts);

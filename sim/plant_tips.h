@@ -33,7 +33,7 @@ TubeContact makeContact(const kinematics::ConcentricTubeArm& plant,
 struct Snaps {
   std::uint32_t count = 0;
   double energy = 0.0;    ///< released by all of them, J
-  double distance = 0.0;  ///< longest way of the tool tip in one, m
+  double distance = 0.0;  ///< longest displacement of the tool tip in one, m
 };
 
 /// Models of arms of one type, in the robot's order.
@@ -42,8 +42,8 @@ using ArmModels = std::vector<std::unique_ptr<kinematics::ArmModel>>;
 /** Tips of all arms of the plant, tracked along the path of the joints.
  *
  * Elastic arms depend on their path (kinematics/branch.h); when the equilibrium of an arm ends, the arm snaps to
- * another one; snaps are counted, with the released energy and the way of the tip (unknown under a tip force: 0).
- * Order of effects: rotations given by update() are behind motor and backlash; then friction, model, play. After
+ * another one; snaps are counted, with the released energy and the displacement of the tip (unknown under a tip force:
+ * 0). Order of effects: rotations given by update() are behind motor and backlash; then friction, model, play. After
  * construction nothing but clearance() allocates or throws. */
 class PlantTips {
  public:
