@@ -118,8 +118,9 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
         keep.kind = static_cast<std::uint8_t>(dds::ControlKind::kKeepLease);
         control_requests_.write(keep);
       }
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, std::chrono::duration<double>(period), [this] { return ending_.load(); });
+      // Not mutex_ and changed_: samples would wake this thread thousands of times a second, and delay it.
+      std::unique_lock lock(keeper_mutex_);
+      keeper_changed_.wait_for(lock, std::chrono::duration<double>(period), [this] { return ending_.load(); });
     }
   });
 }
@@ -137,10 +138,10 @@ Client::~Client() {
     waitFor(0.5, [this](const Snapshot& s) { return s.status.lease_owner != id_; });
   }
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(keeper_mutex_);
     ending_ = true;
   }
-  changed_.notify_all();
+  keeper_changed_.notify_all();
   lease_keeper_.join();
 }
 

@@ -145,6 +145,8 @@ class Client {
       clearances_, summaries_, diagnostics_, sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
   std::unique_ptr<Clocks> clocks_;
+  std::mutex keeper_mutex_;
+  std::condition_variable keeper_changed_;
   std::thread lease_keeper_;
 };
 

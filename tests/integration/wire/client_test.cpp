@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interruptions of a client: between a request and its answer, and before anything was requested.
+// A client: interruptions between a request and its answer, and before anything was requested; its control lease.
 #include "services/client/client.h"
 
 #include <gtest/gtest.h>
@@ -36,14 +36,22 @@ class SlowControl {
         clock_requests_(bus_.reader(dds::kClockRequest, [this](const dds::ClockRequest& r) { onClockRequest(r); })) {}
 
   bool requested() const { return requested_; }
+  /// Messages that keep the lease.
+  dds::Watched<int>& keeps() { return keeps_; }
 
  private:
   void onRequest(const dds::ControlRequest& request) {
+    if (request.kind == static_cast<std::uint8_t>(dds::ControlKind::kKeepLease)) {
+      keeps_.change([](int& n) { ++n; });
+      return;
+    }
     requested_ = true;
+    dds::ControlStatus status;
+    status.lease_owner = request.client;
     constexpr int kStatuses = 3;
     const int before = received_.get();
-    EXPECT_TRUE(dds::repeatUntil([&] { return received_.get() >= before + kStatuses; },
-                                 [this] { statuses_.write(dds::ControlStatus{}); }));
+    EXPECT_TRUE(
+        dds::repeatUntil([&] { return received_.get() >= before + kStatuses; }, [&] { statuses_.write(status); }));
     dds::Reply reply;
     reply.client = request.client;
     reply.request = request.request;
@@ -62,6 +70,7 @@ class SlowControl {
 
   dds::Watched<int>& received_;
   std::atomic<bool> requested_{false};
+  dds::Watched<int> keeps_;
   dds::Bus bus_;
   dds::Writer<dds::Reply> replies_;
   dds::Writer<dds::ClockReply> clock_replies_;
@@ -96,6 +105,21 @@ TEST(Interruption, BeforeARequestIsReportedAsSuch) {
   };
   expect_interrupted([&] { client.control({}); });
   expect_interrupted([&] { client.connect(20.0); });
+}
+
+// However many samples come, the client keeps its lease: here a condition has the lock of the snapshot until it has.
+TEST(Lease, IsKeptWhileTheSnapshotIsLocked) {
+  dds::Watched<int> received;
+  SlowControl control(received);
+  config::Deployment deployment = testDeployment();
+  deployment.budgets.lease = 0.1;
+  Client client(deployment, countingInto(received), Client::Receives::kAnyRobot);
+  client.acquireLease();
+  const auto keepsArrive = [&](const Snapshot&) {
+    const int before = control.keeps().get();
+    return control.keeps().waitUntil([before](int n) { return n >= before + 5; });
+  };
+  EXPECT_TRUE(client.waitFor(0.0, keepsArrive));
 }
 
 // The pausing client may have left before its own identity arrived.
