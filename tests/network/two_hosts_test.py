@@ -5,6 +5,7 @@ TANDEM_CUTS is the number of link cuts (default 10)."""
 import json
 import os
 import pathlib
+import re
 import sys
 import time
 import unittest
@@ -14,11 +15,11 @@ from credentials import Authority, system  # noqa: E402
 import network  # noqa: E402
 
 PRESET = "two-hosts"
-# For a loaded machine: two hosts share its processors, and drives and control have priority.
-BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 4000}"
+# For a loaded machine: two hosts and the wire share its processors, and drives and control have priority.
+SIM_PERIOD_MS = 10
+BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 10000}"
 REFERENCE_AGE = 1.0   # s without a reference
-RAMP = 5e-3 / 0.1     # s: V_max over the deceleration of a stop
-MACHINE = 1.0         # s: greatest delay by a busy machine, its link and the polling
+PERIOD = 0.1          # s, of control
 POOR = {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}
 LACK = network.missing()
 
@@ -34,13 +35,18 @@ class TwoHosts(system.SystemTest):
         self.random = system.seeded(self)
         self.wire = network.Wire(self.robot_host, self.console_host, self.random.randrange(2**32))
         self.addCleanup(self.wire.close)
-        self.path = system.deployment(self.folder, PRESET, budgets=BUDGETS)
+        self.path = system.deployment(self.folder, PRESET, sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS)
 
     def start_robot(self, path=None):
         """Starts the robot host, which waits for the console."""
+        self.log = self.folder / "robot.log"
+        system.System.stderr = self.log.open("w")
+        self.addCleanup(setattr, system.System, "stderr", None)
+        self.addCleanup(system.System.stderr.close)
+        self.addCleanup(lambda: print(self.log.read_text(), file=sys.stderr))
         self.robot = system.System(path or self.path, self.robot_host.inside, await_ready=False, parts=("state", "status"))
         self.addCleanup(self.robot.close)
-        self.assertEqual(set(self.robot.pids), {"sim", "control", "recorder"})
+        self.assertEqual(set(self.robot.pids) - {"recorder"}, {"sim", "control"})
         self.robot.event("waiting", 20)
 
     def start_both(self):
@@ -74,7 +80,8 @@ class TwoHosts(system.SystemTest):
         paths = {}
         for host, roles in (("robot", ("hal", "control", "recorder", "console-viewer")), ("console", ("planning", "console-operator"))):
             (self.folder / host).mkdir()
-            paths[host] = system.deployment(self.folder / host, PRESET, budgets=BUDGETS, domain=domain, prefix=prefix,
+            paths[host] = system.deployment(self.folder / host, PRESET, sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS,
+                                            domain=domain, prefix=prefix,
                                             security=authority.issue(*roles, to=self.folder / f"{host}-keys"))
         self.start_robot(paths["robot"])
         answer = self.assert_ok(system.run("experiment", system.short_experiment(self.folder, "nspqp"), "--deployment",
@@ -82,7 +89,7 @@ class TwoHosts(system.SystemTest):
                                            inside=self.console_host.inside))
         for row in json.loads(answer.stdout)["rows"]:
             self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], 0))
-        bare = system.deployment(self.folder, PRESET, budgets=BUDGETS, domain=domain, prefix=prefix)
+        bare = system.deployment(self.folder, PRESET, sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS, domain=domain, prefix=prefix)
         stranger = system.run("status", bare, inside=self.console_host.inside)
         self.assertEqual(stranger.returncode, 1, stranger.stdout)
         self.assertIn("not running or not connected: sim (or hal) control planning", stranger.stderr)
@@ -96,7 +103,13 @@ class TwoHosts(system.SystemTest):
         first = self.robot.joints()
         return first if first == self.robot.joints() else None
 
+    def ages(self):
+        """Age of planning's last reference at each fault, s, by the clock of control."""
+        return [float(age) for age in re.findall(r"arm_a: reference_timeout: (\S+) s", self.log.read_text())]
+
     def test_a_link_that_is_cut_stops_the_arms_until_somebody_enables_them(self):
+        # Each of the many clients has to discover every reader of every process; most are the recorder's.
+        self.path = system.deployment(self.folder, PRESET, without=["recorder"], sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS)
         self.start_both()
         clocks = system.until(lambda: (lambda found: len(found) == 2 and found)(self.console.status()["clocks"]), 10,
                               "both hosts tell the time")
@@ -109,12 +122,13 @@ class TwoHosts(system.SystemTest):
             self.robot.await_motion(run)
             time.sleep(self.random.uniform(0.0, 1.0))  # at any time of the motion
             self.wire.cut = True
-            began = time.monotonic()
-            states = system.until(lambda: (lambda s: s == ["FAULT"] * 2 and s)(self.robot.states()), 5, "both arms are in FAULT")
-            stood = system.until(self.standing, 5, "the arms stand")
-            took = time.monotonic() - began
+            states = system.until(lambda: (lambda s: s == ["FAULT"] * 2 and s)(self.robot.states()), 20, "both arms are in FAULT")
+            stood = system.until(self.standing, 20, "the arms stand")
             self.assertEqual(states, ["FAULT", "FAULT"])
-            self.assertLess(took, REFERENCE_AGE + RAMP + MACHINE, f"cut {cut}")
+            # Control's own clock: the polls of a loaded machine take seconds.
+            system.until(lambda: len(self.ages()) > cut, 10, "control logs its fault")
+            age = self.ages()[-1]
+            self.assertLess(age, REFERENCE_AGE + 2 * PERIOD, f"cut {cut}")
             self.robot.assert_still(self)
             self.wire.cut = False
             _, errors = run.communicate(timeout=30)
@@ -124,7 +138,7 @@ class TwoHosts(system.SystemTest):
             self.assertEqual(self.robot.assert_still(self, looks=3), stood, "the arms moved after the link was restored")
             self.assert_ok(self.console.robot("disable"))
             self.assertEqual(self.robot.states(), ["DISABLED", "DISABLED"])
-            print(f"cut {cut}: FAULT and standstill seen after {took:.3f} s; {errors.strip().splitlines()[-1]}", flush=True)
+            print(f"cut {cut}: FAULT at {age:.3f} s without a reference; {errors.strip().splitlines()[-1]}", flush=True)
         short = self.trajectory("short", [0, 2, 0], points=2)
         self.assert_ok(self.console.robot("run", short))
 

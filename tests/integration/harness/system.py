@@ -90,15 +90,15 @@ def free_port(kind=socket.SOCK_STREAM):
         return probe.getsockname()[1]
 
 
-def deployment(folder, preset, **changes):
-    """A copy of a preset in `folder`, with an unused domain and prefix, and other keys changed or appended. A console exists only with
-    the key `console`, since its port is shared by the machine."""
+def deployment(folder, preset, without=(), **changes):
+    """A copy of a preset in `folder`, with an unused domain and prefix, without the processes `without`, and other keys changed or
+    appended. A console exists only with the key `console`, since its port is shared by the machine."""
     changes = {"robot": PRESETS / "robots" / "ark2024.yaml", "domain": free_domain(),
                "prefix": f"t{os.getpid()}", "black_box": f"{{directory: {folder}/black-box, memory_mb: 20}}",
                **changes}
     lines = (PRESETS / "deployments" / f"{preset}.yaml").read_text().splitlines()
-    if "console" not in changes:
-        lines = [line for line in lines if "tandem-console" not in line]
+    left_out = {*without, *(() if "console" in changes else ["console"])}
+    lines = [line for line in lines if not any(f"tandem-{name}" in line for name in left_out)]
     for key, value in changes.items():
         kept = [line for line in lines if not line.startswith(f"{key}:")]
         lines = kept + [f"{key}: {value}"]
@@ -338,9 +338,9 @@ class SystemTest(unittest.TestCase):
         path.write_text("\n".join(lines + [f"{key}: {value}" for key, value in keys.items()]) + "\n")
         return path
 
-    def long_line(self):
-        """A motion of the arms for about 20 s."""
-        return self.trajectory("long", [0, 20, 0], following="timed", speed_mm_per_s=1, acceleration_mm_per_s2=5)
+    def long_line(self, seconds=20):
+        """A motion of the arms for about that long."""
+        return self.trajectory("long", [0, 20, 0], following="timed", speed_mm_per_s=20 / seconds, acceleration_mm_per_s2=5)
 
     def start(self, preset, **changes):
         system = System(deployment(self.folder, preset, **changes))
