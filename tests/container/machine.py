@@ -65,7 +65,7 @@ class Boot:
         realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\n"
         # User-mode Linux has one processor, and a system call costs as much there as sixteen elsewhere.
         edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
-             {"name": "boot", "robot": "ark2024", "sim_period_ms": "50", "status_period_ms": "500",
+             {"name": "boot", "robot": "ark2024", "sim_period_ms": "100", "control_period_s": "0.2", "status_period_ms": "500",
               "teleoperation": "{crtk: {commands: false}}"}, f"{realtime}budgets: {SLOW_BUDGETS}\n")
         leave_out(etc / "deployments/boot.yaml", "recorder", 1)  # it takes a third of the one processor
         leave_out(etc / "deployments/boot.yaml", "console", 1)

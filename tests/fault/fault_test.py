@@ -17,7 +17,7 @@ REFERENCE_AGE = 0.50     # s without a reference
 BUDGETS = f"{{minimum_age_ms: {1e3 * COMMAND_AGE:.0f}, planning_reference_ms: {1e3 * REFERENCE_AGE:.0f}}}"
 LEASE = 1.0              # s without a heartbeat of the lease owner
 RAMP = 5e-3 / 0.1        # s: V_max over the deceleration of a stop
-MACHINE = 0.25           # s: greatest delay by a busy machine
+MACHINE = 0.75           # s: greatest delay by a busy machine
 
 
 class Fault(system.SystemTest):

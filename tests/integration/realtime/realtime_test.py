@@ -228,7 +228,7 @@ class RealTime:
 
     def one_commander(self):
         method = self.status()["method"]
-        run = self.start_run(self.system, self.long_line())
+        run = self.start_run(self.system, self.long_line(120))  # outlasts ten commands on a loaded machine
         self.system.await_motion(run)
         held = self.status()["lease_owner"]
         self.assertNotEqual(held, 0)
