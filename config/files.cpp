@@ -10,6 +10,7 @@
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
 #include "config/robot_files.h"
+#include "config/suggestion.h"
 
 namespace tandem::config {
 namespace {
@@ -145,8 +146,14 @@ fs::path findPreset(const std::string& name, const std::string& kind) {
     if (isFile(folder / file))
       return (folder / file).lexically_normal();
   }
+  std::vector<std::string> known;
+  for (const auto& [preset, path] : presetFiles(kind))
+    known.push_back(preset);
+  const std::string nearest = nearestWord(name, known);
   throw Error(name, 0, 0, kind,
-              "found neither a file nor a preset of this name, expected a path or one of: " + presetNames(kind));
+              "found neither a file nor a preset of this name" +
+                  (nearest.empty() ? "" : " (did you mean " + nearest + "?)") +
+                  ", expected a path or one of: " + presetNames(kind));
 }
 
 fs::path findFile(const std::string& name_or_path, const std::string& kind) {

@@ -8,9 +8,6 @@
 
 namespace tandem::config {
 
-/// Number of insertions, deletions, replacements and swaps of neighbours between two texts.
-int editDistance(const std::string& a, const std::string& b);
-
 /// "a key without its unit; expected outer_diameter_mm or ...", "unknown key; did you mean ...?", "unknown key; known
 /// keys: ...".
 std::string explainUnknownKey(const std::string& key, const Mapping& table);

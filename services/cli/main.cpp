@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem: command line of the system. */
 #include <CLI/CLI.hpp>
+#include <iostream>
 
 #include "config/values.h"
 #include "idl/version.h"
 #include "services/cli/models/cooperative.h"
 #include "services/cli/subcommand.h"
+#include "services/cli/suggestion.h"
 #include "services/client/role.h"
 #include "services/runtime/process.h"
 
@@ -28,17 +30,21 @@ int main(int argc, char** argv) {
   tandem::runtime::addPlaceOptions(app);
   app.fallthrough();
   for (Register* part :
-       {registerUp,     registerExperiment, registerRobot,      registerStatus,    registerTopics,   registerDoctor,
-        registerFk,     registerSolve,      registerStability,  registerWorkspace, registerPlan,     registerValidate,
-        registerSchema, registerCan,        registerHome,       registerJog,       registerSecurity, registerUnits,
-        registerRecord, registerInfo,       registerReplay,     registerExport,    registerPlot,     registerConsole,
-        registerTeleop, registerMonteCarlo, registerCooperative}) {
+       {registerUp,     registerExperiment, registerRobot,       registerStatus,    registerTopics,   registerDoctor,
+        registerFk,     registerSolve,      registerStability,   registerWorkspace, registerPlan,     registerValidate,
+        registerSchema, registerCan,        registerHome,        registerJog,       registerSecurity, registerUnits,
+        registerRecord, registerInfo,       registerReplay,      registerExport,    registerPlot,     registerConsole,
+        registerTeleop, registerMonteCarlo, registerCooperative, registerPresets}) {
     part(app, exit_code);
   }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kOk : kUsage;
+    const int code = app.exit(error) == 0 ? kOk : kUsage;
+    const std::string meant = code == kOk ? "" : suggestion(app, {argv + 1, argv + argc});
+    if (!meant.empty())
+      std::cerr << meant << '\n';
+    return code;
   }
   return exit_code;
 }

@@ -16,6 +16,6 @@ using Register = void(CLI::App& app, int& exit_code);
 Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
     registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
     registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
-    registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo;
+    registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo, registerPresets;
 
 }  // namespace tandem::cli

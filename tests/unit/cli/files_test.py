@@ -132,6 +132,29 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(system.run("schema", "poem").returncode, 2)
         self.assertEqual(system.run("schema").returncode, 2)
 
+    def test_presets(self):
+        presets = json.loads(system.run("presets", "--json").stdout)
+        files = {str(path) for path in system.PRESETS.rglob("*.yaml")}
+        self.assertEqual({str(pathlib.Path(preset["file"]).resolve()) for preset in presets}, files)
+        for preset in presets:
+            self.assertTrue(preset["description"], preset)
+        listed = system.run("presets", "trajectory").stdout
+        self.assertIn("circle", listed)
+        self.assertNotIn("laptop", listed)
+        self.assertEqual(system.run("presets", "poem").returncode, 2)
+
+    def test_misspelled_words_are_answered_with_the_nearest(self):
+        for words, meant in ((["statsu"], "status"), (["robot", "enabel"], "enable"), (["presets", "--jsn"], "--json"),
+                             (["plan", "chek", "circle"], "check"), (["topics", "--jason=1"], "--json")):
+            answer = system.run(*words)
+            self.assertEqual(answer.returncode, 2, words)
+            self.assertIn(f"Did you mean `{meant}`?", answer.stderr, words)
+        for words in (["sonnet"], ["presets", "--sonnet"], ["presets", "sonnet"], ["robot"]):
+            self.assertNotIn("Did you mean", system.run(*words).stderr, words)
+        answer = system.run("validate", "laptop-1kz")
+        self.assertEqual(answer.returncode, 2, answer.stderr)
+        self.assertIn("(did you mean laptop-1khz?)", answer.stderr)
+
     def test_topics(self):
         answer = system.run("topics", "--json")
         self.assertEqual(answer.returncode, 0)

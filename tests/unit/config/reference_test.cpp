@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "config/detail/key_check.h"
+#include "config/suggestion.h"
 #include "config/file_tables.h"
 #include "support.h"
 
