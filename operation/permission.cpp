@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "operation/permission.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "operation/convert.h"
@@ -264,25 +265,52 @@ RobotCondition conditionOf(const config::Robot& robot,
 
 msg::ReplyCode Refusal::code() const noexcept { return codeOf(reason); }
 
+namespace {
+
+/// "joint 3 is 12 mm ", to be followed by "outside".
+std::string outsideText(const Refusal& refusal, const config::Robot& robot) {
+  const safety::ArmLimits& limits = robot.arms[static_cast<std::size_t>(std::max<int>(refusal.arm, 0))].limits;
+  const bool rotates =
+      limits.joints[static_cast<std::size_t>(refusal.outside.joint)].kind == safety::JointKind::kRotation;
+  char text[64];
+  std::snprintf(text, sizeof text, "joint %d is %.3g %s ", refusal.outside.joint + 1, 1e3 * refusal.outside.amount,
+                rotates ? "mrad" : "mm");
+  return text;
+}
+
+/// The state of an arm that is not ENABLED, and the command that leads out of it; empty for the other states.
+std::string wayToEnabled(OperatingState state) {
+  switch (state) {
+    case OperatingState::kPaused:
+      return "the arm is PAUSED, not ENABLED; 'resume' continues, 'disable' ends the motion";
+    case OperatingState::kFault:
+      return "the arm is in FAULT, not ENABLED; 'disable' clears the fault, then 'enable'";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
 std::string describe(const Refusal& refusal, const config::Robot& robot) {
   const bool named = refusal.arm >= 0 && static_cast<std::size_t>(refusal.arm) < robot.arms.size();
   const std::string arm = named ? robot.arms[static_cast<std::size_t>(refusal.arm)].name + ": " : "";
+  const std::string reason(name(refusal.reason));
   switch (refusal.reason) {
     case Reason::kWrongState:
       return arm + "'" + std::string(idl::name(refusal.action)) + "' is not allowed in " +
              std::string(safety::name(refusal.state)) +
              (refusal.state == OperatingState::kFault ? "; only 'disable' clears a fault" : "");
-    case Reason::kOutsideLimits: {
-      char text[64];
-      const safety::ArmLimits& limits = robot.arms[static_cast<std::size_t>(named ? refusal.arm : 0)].limits;
-      const bool rotates =
-          limits.joints[static_cast<std::size_t>(refusal.outside.joint)].kind == safety::JointKind::kRotation;
-      std::snprintf(text, sizeof text, "joint %d is %.3g %s ", refusal.outside.joint + 1, 1e3 * refusal.outside.amount,
-                    rotates ? "mrad" : "mm");
-      return arm + text + std::string(name(refusal.reason));
+    case Reason::kNotEnabled: {
+      const std::string way = wayToEnabled(refusal.state);
+      return arm + (way.empty() ? reason : way);
     }
+    case Reason::kOutsideLimits:
+      return arm + outsideText(refusal, robot) + reason;
+    case Reason::kGoalOutside:
+      return arm + reason + ": there " + outsideText(refusal, robot) + "outside";
     default:
-      return arm + std::string(name(refusal.reason));
+      return arm + reason;
   }
 }
 

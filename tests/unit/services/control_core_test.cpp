@@ -232,6 +232,10 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   move.joints[0] += 0.2;  // past the entry
   EXPECT_EQ(s.control.onRequest(move, s.now).refusal.code(), dds::ReplyCode::kOutsideLimits);
   move.joints[0] -= 0.2;
+  operation::ParsedControlRequest outside = move;
+  outside.joints[2] = s.model.limits()[0]->joints[2].upper + 1.23e-3;
+  EXPECT_EQ(describe(s.control.onRequest(outside, s.now).refusal, s.setup.robot),
+            "arm_a: the goal is outside the limits of the arm: there joint 3 is 1.23 mm outside");
   for (int j : {0, 1, 2})
     move.joints[static_cast<std::size_t>(j)] -= 0.004;
   move.joints[4] += 0.3;
@@ -247,6 +251,30 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   EXPECT_GT(seconds, 0.5);
   for (std::size_t j = 0; j < 6; ++j)
     EXPECT_NEAR(s.state.position[j], move.joints[j], 1e-9);
+}
+
+TEST(ControlCore, AMoveOfAnArmThatIsNotEnabledIsRefusedWithItsStateAndTheWayOut) {
+  System s;
+  s.run(0.3);
+  s.sendRequest(ControlKind::kAcquireLease);
+  s.command(StateCommand::kEnable);
+  s.run(0.3);
+  const auto refusal = [&] {
+    s.sendRequest(ControlKind::kKeepLease);
+    return describe(s.sendRequest(ControlKind::kHome).refusal, s.setup.robot);
+  };
+  s.command(StateCommand::kPause);
+  s.run(0.3);
+  EXPECT_EQ(refusal(), "arm_a: the arm is PAUSED, not ENABLED; 'resume' continues, 'disable' ends the motion");
+  s.sendRequest(ControlKind::kKeepLease);
+  s.command(StateCommand::kDisable);
+  s.run(0.3);
+  EXPECT_EQ(refusal(), "arm_a: the arm is not ENABLED; enable it first");
+  s.command(StateCommand::kEnable);
+  s.run(0.3);
+  s.state_link = false;
+  s.run(0.4);  // less than the lease
+  EXPECT_EQ(refusal(), "arm_a: the arm is in FAULT, not ENABLED; 'disable' clears the fault, then 'enable'");
 }
 
 TEST(ControlCore, ARestartedRobotDoesNotMoveByItself) {
