@@ -151,7 +151,7 @@ class CommandLine(unittest.TestCase):
             self.assertIn(f"Did you mean `{meant}`?", answer.stderr, words)
         for words in (["sonnet"], ["presets", "--sonnet"], ["presets", "sonnet"], ["robot"]):
             self.assertNotIn("Did you mean", system.run(*words).stderr, words)
-        answer = system.run("validate", "laptop-1kz")
+        answer = system.run("up", "laptop-1kz")
         self.assertEqual(answer.returncode, 2, answer.stderr)
         self.assertIn("(did you mean laptop-1khz?)", answer.stderr)
 

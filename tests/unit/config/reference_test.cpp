@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <set>
 
-#include "config/suggestion.h"
 #include "config/file_tables.h"
+#include "config/suggestion.h"
 #include "support.h"
 
 namespace tandem::config::test {

@@ -49,22 +49,6 @@ TEST(ControlCore, AnArmIsHomedWhenItsDrivesSaySo) {
   EXPECT_EQ(s.output.status.homed[1], 1);
 }
 
-TEST(ControlCore, EnablingOutsideTheLimitsIsRefusedWithByHowMuch) {
-  System s;
-  s.run(0.2);
-  s.sendRequest(ControlKind::kAcquireLease);
-  s.state_link = false;
-  dds::ActuationState outside = s.state;
-  outside.position[dds::jointIndex(0, 2)] = s.model.limits()[0]->joints[2].upper + 1.23e-3;
-  ++outside.sequence;
-  s.control.onState(outside);
-  const operation::ControlReply answer = s.command(StateCommand::kEnable);
-  EXPECT_EQ(answer.refusal.code(), dds::ReplyCode::kOutsideLimits);
-  const std::string reason = describe(answer.refusal, s.setup.robot);
-  EXPECT_NE(reason.find("joint 3 is 1.23 mm outside"), std::string::npos) << reason;
-  EXPECT_NE(reason.find("recover"), std::string::npos) << reason;
-}
-
 TEST(ControlCore, EnablingDoesNotMove) {
   System s;
   s.run(0.3);
@@ -251,30 +235,6 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   EXPECT_GT(seconds, 0.5);
   for (std::size_t j = 0; j < 6; ++j)
     EXPECT_NEAR(s.state.position[j], move.joints[j], 1e-9);
-}
-
-TEST(ControlCore, AMoveOfAnArmThatIsNotEnabledIsRefusedWithItsStateAndTheWayOut) {
-  System s;
-  s.run(0.3);
-  s.sendRequest(ControlKind::kAcquireLease);
-  s.command(StateCommand::kEnable);
-  s.run(0.3);
-  const auto refusal = [&] {
-    s.sendRequest(ControlKind::kKeepLease);
-    return describe(s.sendRequest(ControlKind::kHome).refusal, s.setup.robot);
-  };
-  s.command(StateCommand::kPause);
-  s.run(0.3);
-  EXPECT_EQ(refusal(), "arm_a: the arm is PAUSED, not ENABLED; 'resume' continues, 'disable' ends the motion");
-  s.sendRequest(ControlKind::kKeepLease);
-  s.command(StateCommand::kDisable);
-  s.run(0.3);
-  EXPECT_EQ(refusal(), "arm_a: the arm is not ENABLED; enable it first");
-  s.command(StateCommand::kEnable);
-  s.run(0.3);
-  s.state_link = false;
-  s.run(0.4);  // less than the lease
-  EXPECT_EQ(refusal(), "arm_a: the arm is in FAULT, not ENABLED; 'disable' clears the fault, then 'enable'");
 }
 
 TEST(ControlCore, ARestartedRobotDoesNotMoveByItself) {
