@@ -111,12 +111,14 @@ std::map<std::string, fs::path> presetFiles(const std::string& kind) {
   return files;
 }
 
-std::string presetNames(const std::string& kind) {
+std::vector<std::string> presetNames(const std::string& kind) {
   std::vector<std::string> names;
   for (const auto& [name, file] : presetFiles(kind))
     names.push_back(name);
-  return names.empty() ? "none found" : join(names);
+  return names;
 }
+
+std::string listed(const std::vector<std::string>& names) { return names.empty() ? "none found" : join(names); }
 
 bool isFile(const fs::path& path) {
   std::error_code ignored;
@@ -146,14 +148,12 @@ fs::path findPreset(const std::string& name, const std::string& kind) {
     if (isFile(folder / file))
       return (folder / file).lexically_normal();
   }
-  std::vector<std::string> known;
-  for (const auto& [preset, path] : presetFiles(kind))
-    known.push_back(preset);
+  const std::vector<std::string> known = presetNames(kind);
   const std::string nearest = nearestWord(name, known);
   throw Error(name, 0, 0, kind,
               "found neither a file nor a preset of this name" +
                   (nearest.empty() ? "" : " (did you mean " + nearest + "?)") +
-                  ", expected a path or one of: " + presetNames(kind));
+                  ", expected a path or one of: " + listed(known));
 }
 
 fs::path findFile(const std::string& name_or_path, const std::string& kind) {
@@ -206,8 +206,8 @@ fs::path companionPath(const Map& map, const std::string& key, const fs::path& f
       // Reported below, at the key.
     }
   }
-  map.fail(key, "found '" + name +
-                    "', expected a file relative to this one's folder or one of the presets: " + presetNames(kind));
+  map.fail(key, "found '" + name + "', expected a file relative to this one's folder or one of the presets: " +
+                    listed(presetNames(kind)));
 }
 
 }  // namespace tandem::config

@@ -173,6 +173,26 @@ Reason againstArm(Action action, Requester requester, const RobotCondition& now,
   return Reason::kNone;
 }
 
+/// "joint 3 is 12 mm ", to be followed by "outside".
+std::string outsideText(const safety::LimitViolation& outside, const safety::ArmLimits& limits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "joint %d is %.3g %s ", outside.joint + 1, 1e3 * outside.amount,
+                limits.isTranslation(outside.joint) ? "mm" : "mrad");
+  return text;
+}
+
+/// The state of an arm that is not ENABLED, and the command that leads out of it; empty for the other states.
+std::string wayToEnabled(OperatingState state) {
+  switch (state) {
+    case OperatingState::kPaused:
+      return "the arm is PAUSED, not ENABLED; 'resume' continues, 'disable' ends the motion";
+    case OperatingState::kFault:
+      return "the arm is in FAULT, not ENABLED; 'disable' clears the fault, then 'enable'";
+    default:
+      return {};
+  }
+}
+
 }  // namespace
 
 bool isHarmless(Action action) noexcept {
@@ -265,36 +285,12 @@ RobotCondition conditionOf(const config::Robot& robot,
 
 msg::ReplyCode Refusal::code() const noexcept { return codeOf(reason); }
 
-namespace {
-
-/// "joint 3 is 12 mm ", to be followed by "outside".
-std::string outsideText(const Refusal& refusal, const config::Robot& robot) {
-  const safety::ArmLimits& limits = robot.arms[static_cast<std::size_t>(std::max<int>(refusal.arm, 0))].limits;
-  const bool rotates =
-      limits.joints[static_cast<std::size_t>(refusal.outside.joint)].kind == safety::JointKind::kRotation;
-  char text[64];
-  std::snprintf(text, sizeof text, "joint %d is %.3g %s ", refusal.outside.joint + 1, 1e3 * refusal.outside.amount,
-                rotates ? "mrad" : "mm");
-  return text;
-}
-
-/// The state of an arm that is not ENABLED, and the command that leads out of it; empty for the other states.
-std::string wayToEnabled(OperatingState state) {
-  switch (state) {
-    case OperatingState::kPaused:
-      return "the arm is PAUSED, not ENABLED; 'resume' continues, 'disable' ends the motion";
-    case OperatingState::kFault:
-      return "the arm is in FAULT, not ENABLED; 'disable' clears the fault, then 'enable'";
-    default:
-      return {};
-  }
-}
-
-}  // namespace
-
 std::string describe(const Refusal& refusal, const config::Robot& robot) {
   const bool named = refusal.arm >= 0 && static_cast<std::size_t>(refusal.arm) < robot.arms.size();
   const std::string arm = named ? robot.arms[static_cast<std::size_t>(refusal.arm)].name + ": " : "";
+  const auto outside = [&] {
+    return outsideText(refusal.outside, robot.arms[static_cast<std::size_t>(named ? refusal.arm : 0)].limits);
+  };
   const std::string reason(name(refusal.reason));
   switch (refusal.reason) {
     case Reason::kWrongState:
@@ -306,9 +302,9 @@ std::string describe(const Refusal& refusal, const config::Robot& robot) {
       return arm + (way.empty() ? reason : way);
     }
     case Reason::kOutsideLimits:
-      return arm + outsideText(refusal, robot) + reason;
+      return arm + outside() + reason;
     case Reason::kGoalOutside:
-      return arm + reason + ": there " + outsideText(refusal, robot) + "outside";
+      return arm + reason + ": there " + outside() + "outside";
     default:
       return arm + reason;
   }
