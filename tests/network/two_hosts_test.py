@@ -16,8 +16,7 @@ import network  # noqa: E402
 
 PRESET = "two-hosts"
 # For a loaded machine: two hosts and the wire share its processors, and drives and control have priority.
-SIM_PERIOD_MS = 10
-BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 10000}"
+CHANGES = {"sim_period_ms": 10, "budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 10000}"}
 REFERENCE_AGE = 1.0   # s without a reference
 PERIOD = 0.1          # s, of control
 POOR = {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}
@@ -35,9 +34,9 @@ class TwoHosts(system.SystemTest):
         self.random = system.seeded(self)
         self.wire = network.Wire(self.robot_host, self.console_host, self.random.randrange(2**32))
         self.addCleanup(self.wire.close)
-        self.path = system.deployment(self.folder, PRESET, sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS)
+        self.path = system.deployment(self.folder, PRESET, **CHANGES)
 
-    def start_robot(self, path=None):
+    def start_robot(self, path=None, processes=("sim", "control", "recorder")):
         """Starts the robot host, which waits for the console."""
         self.log = self.folder / "robot.log"
         system.System.stderr = self.log.open("w")
@@ -46,11 +45,11 @@ class TwoHosts(system.SystemTest):
         self.addCleanup(lambda: print(self.log.read_text(), file=sys.stderr))
         self.robot = system.System(path or self.path, self.robot_host.inside, await_ready=False, parts=("state", "status"))
         self.addCleanup(self.robot.close)
-        self.assertEqual(set(self.robot.pids) - {"recorder"}, {"sim", "control"})
+        self.assertEqual(set(self.robot.pids), set(processes))
         self.robot.event("waiting", 20)
 
-    def start_both(self):
-        self.start_robot()
+    def start_both(self, **changes):
+        self.start_robot(**changes)
         self.console = system.System(self.path, self.console_host.inside)
         self.addCleanup(self.console.close)
         self.assertEqual(set(self.console.pids), {"planning"})
@@ -80,8 +79,7 @@ class TwoHosts(system.SystemTest):
         paths = {}
         for host, roles in (("robot", ("hal", "control", "recorder", "console-viewer")), ("console", ("planning", "console-operator"))):
             (self.folder / host).mkdir()
-            paths[host] = system.deployment(self.folder / host, PRESET, sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS,
-                                            domain=domain, prefix=prefix,
+            paths[host] = system.deployment(self.folder / host, PRESET, **CHANGES, domain=domain, prefix=prefix,
                                             security=authority.issue(*roles, to=self.folder / f"{host}-keys"))
         self.start_robot(paths["robot"])
         answer = self.assert_ok(system.run("experiment", system.short_experiment(self.folder, "nspqp"), "--deployment",
@@ -89,7 +87,7 @@ class TwoHosts(system.SystemTest):
                                            inside=self.console_host.inside))
         for row in json.loads(answer.stdout)["rows"]:
             self.assertEqual((row["converged"], row["limit_violations"]), (row["points"], 0))
-        bare = system.deployment(self.folder, PRESET, sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS, domain=domain, prefix=prefix)
+        bare = system.deployment(self.folder, PRESET, **CHANGES, domain=domain, prefix=prefix)
         stranger = system.run("status", bare, inside=self.console_host.inside)
         self.assertEqual(stranger.returncode, 1, stranger.stdout)
         self.assertIn("not running or not connected: sim (or hal) control planning", stranger.stderr)
@@ -109,8 +107,8 @@ class TwoHosts(system.SystemTest):
 
     def test_a_link_that_is_cut_stops_the_arms_until_somebody_enables_them(self):
         # Each of the many clients has to discover every reader of every process; most are the recorder's.
-        self.path = system.deployment(self.folder, PRESET, without=["recorder"], sim_period_ms=SIM_PERIOD_MS, budgets=BUDGETS)
-        self.start_both()
+        self.path = system.deployment(self.folder, PRESET, without=["recorder"], **CHANGES)
+        self.start_both(processes=("sim", "control"))
         clocks = system.until(lambda: (lambda found: len(found) == 2 and found)(self.console.status()["clocks"]), 10,
                               "both hosts tell the time")
         self.assertEqual({clock["host"] for clock in clocks}, {"robot", "console"})
