@@ -15,6 +15,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using kinematics::grasp::Contact;
 namespace assist = kinematics::assist;
+namespace catheter = kinematics::catheter;
 namespace cosserat = kinematics::cosserat;
 
 cosserat::Section readWall(const Map& map) {
@@ -71,6 +72,16 @@ CatheterArm readCatheter(const Map& map) {
     map.fail("tendon_offset", "found " + map.inUnit("tendon_offset", arm.tendon_offset) +
                                   ", expected less than half the outer diameter of the bending end, " +
                                   map.inUnit("tendon_offset", radius));
+  }
+  if (arm.wire_stiffness > 0.0) {
+    catheter::ElasticArm& model = arm.model;
+    if (model.actuation != catheter::Actuation::kDisplacement) {
+      map.fail("wire_stiffness",
+               "found it with `actuation: tension`, expected `actuation: displacement`: at a given "
+               "tension the stretch of the wires has no effect");
+    }
+    model.wire_elasticity = model.distal.moment_stiffness.x() /
+                            (arm.wire_stiffness * arm.tendon_offset * arm.tendon_offset * model.arm.bending_length);
   }
   arm.limits = readCatheterLimits(map.map("limits"));
   arm.home = readHome(map.map("home"), arm.limits);

@@ -25,6 +25,7 @@ struct CatheterArm {
   std::string name;
   kinematics::catheter::ElasticArm model;
   double tendon_offset = 0.0;   ///< distance of the pull wires from the axis, m
+  double wire_stiffness = 0.0;  ///< of the pull wires, N/m; 0: they do not stretch
   double outer_diameter = 0.0;  ///< of the bending end, m
   safety::ArmLimits limits;
   Eigen::VectorXd home;  ///< inside the limits

@@ -94,6 +94,11 @@ const Mapping kCatheterTable{
              named({Actuation::kDisplacement, Actuation::kTension}),
              &CatheterArm::model,
              &kinematics::catheter::ElasticArm::actuation),
+        positive("wire_stiffness",
+                 kSpringStiffness,
+                 "k, of a pull wire from the actuator to the bending end, with `actuation: displacement`",
+                 &CatheterArm::wire_stiffness)
+            .defaultNote("wires do not stretch"),
         mapping("proximal", kWallTable, "the passive end").required(),
         mapping("distal", kWallTable, "the bending end").required(),
         mapping("limits", catheterLimitsTable(), "joint limits").required(),

@@ -34,6 +34,7 @@ constexpr std::array kUnits{
     Unit{"per_s", Quantity::kGain, 1.0, 1.0},
     Unit{"kbit_per_s", Quantity::kBitRate, 1e3, 1.0},
     Unit{"bit_per_s", Quantity::kBitRate, 1.0, 1.0},
+    Unit{"N_per_m", Quantity::kSpringStiffness, 1.0, 1.0},
 };
 
 }  // namespace
@@ -59,7 +60,7 @@ std::vector<const Unit*> unitsOf(Quantity quantity) {
 }
 
 std::string_view name(Quantity quantity) {
-  constexpr std::array<std::string_view, 15> kNames{
+  constexpr std::array<std::string_view, 16> kNames{
       "a number",
       "a length",
       "an angle",
@@ -75,6 +76,7 @@ std::string_view name(Quantity quantity) {
       "a frequency",
       "a gain",
       "a bit rate",
+      "a spring stiffness",
   };
   return kNames[static_cast<std::size_t>(quantity)];
 }

@@ -26,6 +26,7 @@ enum class Quantity {
   kFrequency,
   kGain,
   kBitRate,
+  kSpringStiffness,
 };
 
 /** One unit: SI value = value * numerator / denominator. Two exact factors, so that 0.88 mm becomes the double nearest
