@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <stdexcept>
 
+#include "kinematics/assist/chain_shape.h"
 #include "robots/catheters.h"
 
 namespace tandem::robots {
 
 namespace assist = kinematics::assist;
-namespace catheter = kinematics::catheter;
 
 namespace {
 
@@ -16,18 +16,13 @@ const config::Assistance& relationOf(const config::CooperativeRobot& robot) {
   return *robot.assistance;
 }
 
-/// Points along a catheter with a wrench at its tool tip, which rotates with the roll or not.
-std::vector<Eigen::Vector3d> along(const catheter::ElasticCatheter& model,
-                                   const Eigen::Vector3d& q,
-                                   const kinematics::Wrench& wrench) {
-  kinematics::cosserat::RodBranch branch;
-  std::vector<kinematics::cosserat::RodPoint> points;
+/// Places of cross-sections, and of the tool tip.
+std::vector<Eigen::Vector3d> placesOf(const std::vector<kinematics::cosserat::RodPoint>& points,
+                                      const Eigen::Vector3d& tip) {
   std::vector<Eigen::Vector3d> places;
-  if (model.shape(q, wrench, branch, 60, points) == kinematics::ModelStatus::kOk) {
-    for (const auto& point : points)
-      places.push_back(point.pose.translation());
-    places.push_back(points.back().pose * model.arm().arm.tool.translation());
-  }
+  for (const auto& point : points)
+    places.push_back(point.pose.translation());
+  places.push_back(tip);
   return places;
 }
 
@@ -80,41 +75,11 @@ std::vector<Eigen::Isometry3d> AssistedMechanism::tips() const {
 }
 
 std::vector<std::vector<Eigen::Vector3d>> AssistedMechanism::shapes() const {
-  // The whole target as one rod would not have the contact in its middle: its proximal end is a separate rod up to the
-  // base of bending, followed by the arc.
-  const catheter::ElasticArm& target = relation_.pair.target;
-  kinematics::cosserat::Rod rod = catheter::rodOf(target);
-  rod.sections.resize(1);
-  rod.actuators.clear();
-  rod.sections[0].length = joints_[0];
-  std::vector<Eigen::Vector3d> places;
-  const kinematics::cosserat::RodModel proximal(rod);
-  kinematics::cosserat::RodInput input(rod);
-  input.base = target.arm.base;
-  input.first_length = joints_[0];
-  // The wrench at the contact, transferred to the rod's end: the base of bending.
-  const Eigen::Isometry3d bending_base = chain_.contact * relation_.pair.contact.inverse();
-  const Eigen::Vector3d lever = chain_.contact.translation() - bending_base.translation();
-  input.tip = chain_.wrench;
-  input.tip.tail<3>() += lever.cross(chain_.wrench.head<3>());
-  kinematics::cosserat::RodBranch branch;
-  std::vector<kinematics::cosserat::RodPoint> points;
-  if (proximal.shape(input, branch, 40, points) == kinematics::ModelStatus::kOk) {
-    for (const auto& point : points)
-      places.push_back(point.pose.translation());
-  }
-  const Eigen::Isometry3d rolled = bending_base * Eigen::AngleAxisd(joints_[1], Eigen::Vector3d::UnitZ());
-  for (int k = 1; k <= 40; ++k) {
-    catheter::Arm part = target.arm;
-    part.bending_length *= k / 40.0;
-    part.tool.setIdentity();
-    Eigen::Isometry3d pose;
-    Eigen::Matrix<double, 6, 1> by_bend;
-    catheter::ConstantCurvature::distal(part, joints_[2] * k / 40.0, pose, by_bend);
-    places.push_back((rolled * pose).translation());
-  }
-  places.push_back(chain_.tip.pose.translation());
-  return {places, along(catheter::ElasticCatheter(relation_.pair.assist), joints_.tail<3>(), -chain_.wrench)};
+  const auto shape = assist::shapeOf(relation_.pair, joints_, branch_, chain_, 40);
+  if (!shape)
+    return {{}, {}};
+  return {placesOf(shape->target, chain_.tip.pose.translation()),
+          placesOf(shape->assist, chain_.contact.translation())};
 }
 
 }  // namespace tandem::robots

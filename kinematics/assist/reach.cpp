@@ -6,7 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <set>
-#include <vector>
+
+#include "kinematics/assist/chain_shape.h"
 
 namespace tandem::kinematics::assist {
 
@@ -28,27 +29,6 @@ std::array<std::int64_t, 3> cellOf(const Vector3d& place, double cell) {
   for (int k = 0; k < 3; ++k)
     index[static_cast<std::size_t>(k)] = static_cast<std::int64_t>(std::floor(place[k] / cell));
   return index;
-}
-
-/// Volume of the solid of revolution that the target reaches alone: cells of a meridian, each a ring.
-double volumeAlone(const catheter::Arm& target, const Range& range, double cell) {
-  Eigen::Isometry3d pose;
-  Vector6 by_bend;
-  double reach = 0.0;
-  for (int k = 0; k <= 64; ++k) {
-    const double bend = range.lower[2] + k / 64.0 * (range.upper[2] - range.lower[2]);
-    catheter::ConstantCurvature::distal(target, bend, pose, by_bend);
-    reach = std::max(reach, pose.translation().norm());
-  }
-  double volume = 0.0;
-  for (double z = range.lower[0] - reach; z < range.upper[0] + reach; z += cell) {
-    for (double inner = 0.0; inner < reach + cell; inner += cell) {
-      const Vector3d centre(inner + 0.5 * cell, 0.0, z + 0.5 * cell);
-      if (distanceBeyondReach(target, range, target.base * centre) == 0.0)
-        volume += std::numbers::pi * ((inner + cell) * (inner + cell) - inner * inner) * cell;
-    }
-  }
-  return volume;
 }
 
 }  // namespace
@@ -103,22 +83,46 @@ Reach reachAt(const TargetAssist& model, const Range& range, const Joints& q) {
   ChainBranch branch;
   Chain chain;
   reach.status = model.solve(q, branch, chain);
-  if (reach.status == Status::kOk) {
-    reach.assisted = chain.tip.pose.translation();
-    reach.beyond = distanceBeyondReach(model.pair().target.arm, range, reach.assisted);
+  if (reach.status != Status::kOk)
+    return reach;
+  constexpr int kPoints = 40;
+  const auto shape = shapeOf(model.pair(), q, branch, chain, kPoints);
+  if (!shape) {
+    reach.status = Status::kNotConverged;
+    return reach;
   }
+  const catheter::Arm& target = model.pair().target.arm;
+  reach.assisted = chain.tip.pose.translation();
+  reach.beyond = distanceBeyondReach(target, range, reach.assisted);
+  reach.force = chain.wrench.head<3>().norm();
+  reach.strain = largestStrain(model.pair(), q, *shape);
+  reach.advance = std::min(leastAdvance(model.pair(), *shape), (target.base.inverse() * reach.assisted).z());
   return reach;
 }
 
-ReachVolume reachVolume(const catheter::Arm& target, const Range& range, std::span<const Reach> samples, double cell) {
+std::string_view exclusionOf(const Reach& reach, const ReachBounds& bounds) {
+  constexpr double kRounding = -1e-9;  // m: the first cross-section lies in the plane
+  if (reach.status != Status::kOk)
+    return describe(reach.status);
+  if (reach.advance < kRounding)
+    return "a part of an arm would be behind its entry plane";
+  if (reach.force > bounds.force)
+    return "the force between the arms exceeds its bound";
+  return reach.strain > bounds.strain ? "the bending strain exceeds its bound" : "";
+}
+
+ReachVolume reachVolume(const catheter::Arm& target,
+                        const Range& range,
+                        std::span<const Reach> samples,
+                        const ReachBounds& bounds,
+                        double cell) {
   ReachVolume volume;
   std::set<std::array<std::int64_t, 3>> cells;
   const double half_diagonal = 0.5 * std::sqrt(3.0) * cell, one = cell * cell * cell;
-  volume.samples = static_cast<int>(samples.size());
   for (const Reach& reach : samples) {
-    if (reach.status != Status::kOk)
+    if (!exclusionOf(reach, bounds).empty())
       continue;
-    ++volume.answered;
+    ++volume.counted;
     volume.farthest = std::max(volume.farthest, reach.beyond);
     const auto index = cellOf(reach.assisted, cell);
     if (!cells.insert(index).second)
@@ -129,15 +133,27 @@ ReachVolume reachVolume(const catheter::Arm& target, const Range& range, std::sp
     if (distanceBeyondReach(target, range, centre) > half_diagonal)
       volume.gained += one;
   }
-  volume.alone = volumeAlone(target, range, cell);
   return volume;
 }
 
-ReachVolume reachVolume(const TargetAssist& model, const Range& range, int samples, double cell, std::uint64_t seed) {
-  std::vector<Reach> all;
-  for (int k = 0; k < samples; ++k)
-    all.push_back(reachAt(model, range, jointsOf(range, static_cast<std::uint64_t>(k), seed)));
-  return reachVolume(model.pair().target.arm, range, all, cell);
+double volumeAlone(const catheter::Arm& target, const Range& range, double cell) {
+  Eigen::Isometry3d pose;
+  Vector6 by_bend;
+  double reach = 0.0;
+  for (int k = 0; k <= 64; ++k) {
+    const double bend = range.lower[2] + k / 64.0 * (range.upper[2] - range.lower[2]);
+    catheter::ConstantCurvature::distal(target, bend, pose, by_bend);
+    reach = std::max(reach, pose.translation().norm());
+  }
+  double volume = 0.0;
+  for (double z = range.lower[0] - reach; z < range.upper[0] + reach; z += cell) {
+    for (double inner = 0.0; inner < reach + cell; inner += cell) {
+      const Vector3d centre(inner + 0.5 * cell, 0.0, z + 0.5 * cell);
+      if (distanceBeyondReach(target, range, target.base * centre) == 0.0)
+        volume += std::numbers::pi * ((inner + cell) * (inner + cell) - inner * inner) * cell;
+    }
+  }
+  return volume;
 }
 
 }  // namespace tandem::kinematics::assist

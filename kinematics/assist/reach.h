@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
+#include <string_view>
 
 #include "kinematics/assist/target_assist.h"
 
@@ -22,28 +24,42 @@ double distanceBeyondReach(const catheter::Arm& target, const Range& range, cons
 /// Joints number `index` of a sequence that fills a range evenly (Roberts 2018, shifted by a seed).
 Joints jointsOf(const Range& range, std::uint64_t index, std::uint64_t seed);
 
-/** What assistance does at one joint vector. */
+/** What assistance does at one joint vector; numbers only where the status is kOk. */
 struct Reach {
   Status status = Status::kNotConverged;
-  Eigen::Vector3d assisted = Eigen::Vector3d::Zero();  ///< tip, m, robot base frame; where the status is kOk
+  Eigen::Vector3d assisted = Eigen::Vector3d::Zero();  ///< tip, m, robot base frame
   double beyond = 0.0;                                 ///< of it, see distanceBeyondReach(), m
+  double force = 0.0;                                  ///< between the arms, N
+  double strain = 0.0;                                 ///< largest bending strain of both arms, see largestStrain()
+  double advance = 0.0;                                ///< least, of the tip too, see leastAdvance(), m
 };
 Reach reachAt(const TargetAssist& model, const Range& range, const Joints& q);
 
+/** What counts as reached: within both bounds, and no part of an arm behind its entry plane. */
+struct ReachBounds {
+  double force = std::numeric_limits<double>::infinity();   ///< N
+  double strain = std::numeric_limits<double>::infinity();  ///< relative
+};
+
+/// Why a sample does not count; empty: it does.
+std::string_view exclusionOf(const Reach& reach, const ReachBounds& bounds);
+
 /** Volumes by counting cells, m^3. */
 struct ReachVolume {
-  double alone = 0.0;     ///< cells whose centre the target reaches alone
   double assisted = 0.0;  ///< cells with an assisted tip in them
   double gained = 0.0;    ///< those of them that lie beyond the target's own reach as a whole
   double farthest = 0.0;  ///< how far an assisted tip is beyond, m
-  int answered = 0;       ///< samples with a contact
-  int samples = 0;
+  int counted = 0;        ///< samples within the bounds
 };
 
 /// Of samples that reachAt() has answered. @param cell  edge of a cell, m
-ReachVolume reachVolume(const catheter::Arm& target, const Range& range, std::span<const Reach> samples, double cell);
+ReachVolume reachVolume(const catheter::Arm& target,
+                        const Range& range,
+                        std::span<const Reach> samples,
+                        const ReachBounds& bounds,
+                        double cell);
 
-/// @param samples  joint vectors that are tried, cold  @param cell  edge of a cell, m
-ReachVolume reachVolume(const TargetAssist& model, const Range& range, int samples, double cell, std::uint64_t seed);
+/// Volume that the target reaches alone, m^3: a solid of revolution, counted in cells of its meridian.
+double volumeAlone(const catheter::Arm& target, const Range& range, double cell);
 
 }  // namespace tandem::kinematics::assist

@@ -39,6 +39,7 @@ Section tubeSection(double length,
   const double shear_modulus = youngs_modulus / (2.0 * (1.0 + poisson));
   Section section;
   section.length = length;
+  section.outer_radius = 0.5 * outer_diameter;
   section.moment_stiffness << youngs_modulus * inertia, youngs_modulus * inertia, 2.0 * shear_modulus * inertia;
   section.force_stiffness << shear_modulus * area, shear_modulus * area, youngs_modulus * area;
   return section;

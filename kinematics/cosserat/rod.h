@@ -24,6 +24,7 @@ struct Section {
   Eigen::Vector3d moment_stiffness = Eigen::Vector3d::Zero();     ///< K_me = (E I_1, E I_2, G I_3), N m^2
   Eigen::Vector3d force_stiffness = Eigen::Vector3d::Zero();      ///< K_ne = (G A, G A, E A), N
   Eigen::Vector3d intrinsic_curvature = Eigen::Vector3d::Zero();  ///< kappa^0, 1/m, axes of the rod's frame
+  double outer_radius = 0.0;                                      ///< m, for bending strains alone; 0: not known
 };
 
 /** A section with the stiffness of a round tube: I = pi (d_o^4 - d_i^4) / 64, I_3 = 2 I, G = E / (2 (1 + nu)).

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem cooperative payload: stiffness and payload of a grasped object, for all arms and for each arm
  * alone. */
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <numbers>
+#include <tuple>
 
 #include "experiments/payload.h"
 #include "robots/track.h"
@@ -28,7 +30,7 @@ struct PayloadCommand {
   HeldOptions held;
   std::string csv;
   FigureOptions figure;
-  double sag = 10e-3, most = 10.0;
+  double sag = 10e-3, most = 10.0, finest_deg = 1.0;
   int directions = 24, threads = 0;
   bool json = false;
 };
@@ -40,14 +42,15 @@ struct Ray {
   Vector3d direction;
 };
 
+Ray rayAt(int plane, double angle) {
+  return {plane, angle, std::cos(angle) * Vector3d::Unit(plane) + std::sin(angle) * Vector3d::Unit((plane + 1) % 3)};
+}
+
 std::vector<Ray> raysOf(int count) {
   std::vector<Ray> rays;
   for (int plane = 0; plane < 3; ++plane) {
-    for (int k = 0; k < count; ++k) {
-      const double angle = 2.0 * std::numbers::pi * k / count;
-      rays.push_back(
-          {plane, angle, std::cos(angle) * Vector3d::Unit(plane) + std::sin(angle) * Vector3d::Unit((plane + 1) % 3)});
-    }
+    for (int k = 0; k < count; ++k)
+      rays.push_back(rayAt(plane, 2.0 * std::numbers::pi * k / count));
   }
   return rays;
 }
@@ -70,6 +73,46 @@ std::vector<Answer> answersOf(const experiments::PayloadStudy& study,
   parallelFor(answers.size(), threads, "directions", [&](std::size_t k) {
     answers[k].payload = study.carried(answers[k].carrier, answers[k].ray.direction, options);
   });
+  return answers;
+}
+
+/// Whether two neighbours differ so much that a line between them could hide a peak.
+bool differ(const Payload& one, const Payload& other) {
+  constexpr double kPart = 0.05;
+  const auto apart = [](double a, double b) { return std::abs(a - b) > kPart * std::max(a, b); };
+  return apart(one.load, other.load) || apart(one.stiffness, other.stiffness);
+}
+
+/// All carriers in three planes: `count` directions per plane, and directions halfway between neighbours that differ,
+/// until those are `finest` apart. By carrier, plane and angle.
+std::vector<Answer> planesOf(const experiments::PayloadStudy& study,
+                             int count,
+                             double finest,
+                             const experiments::PayloadOptions& options,
+                             int threads) {
+  const auto before = [](const Answer& a, const Answer& b) {
+    return std::tie(a.carrier, a.ray.plane, a.ray.angle) < std::tie(b.carrier, b.ray.plane, b.ray.angle);
+  };
+  std::vector<Answer> answers = answersOf(study, raysOf(count), options, threads);
+  std::ranges::sort(answers, before);
+  for (double step = std::numbers::pi / count; 2.0 * step > 1.01 * finest; step *= 0.5) {
+    std::vector<Answer> more;
+    for (std::size_t k = 0; k < answers.size(); ++k) {
+      const Answer& one = answers[k];
+      // The neighbour of the last direction in a plane is the first one.
+      const auto same = [&one](const Answer& a) { return a.carrier == one.carrier && a.ray.plane == one.ray.plane; };
+      const bool last = k + 1 == answers.size() || !same(answers[k + 1]);
+      const Answer& other = last ? *std::ranges::find_if(answers, same) : answers[k + 1];
+      const double gap = other.ray.angle - one.ray.angle + (last ? 2.0 * std::numbers::pi : 0.0);
+      if (gap > 1.5 * step && differ(one.payload, other.payload))
+        more.push_back({one.carrier, rayAt(one.ray.plane, one.ray.angle + 0.5 * gap), {}});
+    }
+    parallelFor(more.size(), threads, "finer directions", [&](std::size_t k) {
+      more[k].payload = study.carried(more[k].carrier, more[k].ray.direction, options);
+    });
+    answers.insert(answers.end(), more.begin(), more.end());
+    std::ranges::sort(answers, before);
+  }
   return answers;
 }
 
@@ -140,7 +183,7 @@ int runPayload(const PayloadCommand& o) {
   if (o.figure.wanted() && csv.empty())
     csv = fs::path(o.figure.path).replace_extension(".csv").string();
   if (!csv.empty())
-    write(csv, answersOf(study, raysOf(o.directions), options, o.threads));
+    write(csv, planesOf(study, o.directions, o.finest_deg * std::numbers::pi / 180.0, options, o.threads));
   if (o.figure.wanted()) {
     std::vector<std::string> arguments{"payload", csv, o.figure.path};
     append(arguments, study.carriers());
@@ -168,8 +211,13 @@ void registerPayload(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--directions", options->directions,
-                   "number of directions per plane (three planes) in --csv and --figure")
+                   "number of directions per plane (three planes) in --csv and --figure, before refinement")
       ->check(CLI::Range(4, 3600))
+      ->capture_default_str();
+  command
+      ->add_option("--finest-deg", options->finest_deg,
+                   "directions are added between neighbours that differ by more than 5 % until they are this close")
+      ->check(CLI::Range(0.01, 180.0))
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
   command->add_option("--csv", options->csv, "CSV file, one row per holding arm and direction, SI");
