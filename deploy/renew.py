@@ -5,6 +5,7 @@
 import argparse
 import ast
 import json
+import math
 import os
 import pathlib
 import re
@@ -88,7 +89,15 @@ def number(text, pattern):
     return float(found.group(1))
 
 
-FUNCTIONS = {f.__name__: f for f in (rows, row, number, abs, min, max, sum, len, round, sorted, zip, float, int, str, enumerate, range,
+def interval(count, total):
+    """Wilson's 95 % interval of a rate, in percent, as text."""
+    z, rate = 1.959964, count / total
+    middle, half = rate + z * z / (2 * total), z * math.sqrt(rate * (1 - rate) / total + z * z / (4 * total * total))
+    low, high = (100 * (middle + sign * half) / (1 + z * z / total) for sign in (-1, 1))
+    return f"{max(low, 0.0):.1f} to {min(high, 100.0):.1f} %"
+
+
+FUNCTIONS = {f.__name__: f for f in (rows, row, number, interval, abs, min, max, sum, len, round, sorted, zip, float, int, str, enumerate, range,
                                      set, all, any, format)}
 
 

@@ -8,15 +8,14 @@ import subprocess
 import sys
 import tempfile
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "experiments"))
+from style import ARMS, INCH, MM, WIDTHS, equal_space, legend_below, plt  # noqa: E402
 
 RUNS = {"target-assist": ("--shape", "circle", "--along", "x,y"), "co-manipulate": ()}
 
-figure = plt.figure(figsize=(11, 5), layout="constrained")
+figure = plt.figure(figsize=(WIDTHS[2] / INCH, 95 / INCH), layout="constrained")
 for place, (robot, options) in enumerate(RUNS.items()):
     with tempfile.TemporaryDirectory() as folder:
         drawn = pathlib.Path(folder, "run.png")
@@ -28,17 +27,15 @@ for place, (robot, options) in enumerate(RUNS.items()):
     for end, alpha in ((0, 0.35), (1, 1.0)):
         for arm in np.unique(shapes["arm"]):
             one = shapes[(shapes["end"] == end) & (shapes["arm"] == arm)]
-            axis.plot(1e3 * one["x"], 1e3 * one["y"], 1e3 * one["z"], color=f"C{int(arm)}", linewidth=2, alpha=alpha,
+            axis.plot(MM * one["x"], MM * one["y"], MM * one["z"], color=ARMS[int(arm)], linewidth=1.2, alpha=alpha,
                       label=f"arm {int(arm) + 1}, {'after' if end else 'before'}")
         if robot == "co-manipulate":  # the object spans its contacts, at the tips
             tips = [shapes[(shapes["end"] == end) & (shapes["arm"] == arm)][-1] for arm in np.unique(shapes["arm"])]
-            axis.plot(*(1e3 * np.array([tip[name] for tip in tips]) for name in "xyz"), color="tab:purple", linewidth=5, alpha=0.6 * alpha,
+            axis.plot(*(MM * np.array([tip[name] for tip in tips]) for name in "xyz"), color=ARMS[3], linewidth=3, alpha=0.6 * alpha,
                       label="object, after" if end else "object, before")
     moved = path[path["time"] >= 0]
-    axis.plot(1e3 * moved["x"], 1e3 * moved["y"], 1e3 * moved["z"], color="k", linewidth=1, label="path")
-    extent = np.array([np.ptp(shapes[name]) for name in "xyz"])
-    axis.set_box_aspect(np.maximum(extent, 0.2 * extent.max()), zoom=0.8)
-    axis.locator_params(axis="y", nbins=2)
-    axis.set(title=robot, xlabel="x, mm", ylabel="y, mm", zlabel="z, mm")
-    axis.legend(fontsize=7)
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "figure_7.png", dpi=150)
+    axis.plot(MM * moved["x"], MM * moved["y"], MM * moved["z"], color="k", linewidth=1, label="path")
+    equal_space(axis, MM * np.column_stack([np.concatenate([shapes[name], moved[name]]) for name in "xyz"]))
+    axis.set_title(robot)
+legend_below(figure, figure.axes[-1].get_legend_handles_labels()[0], 4)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "figure_7.png", dpi=200)
