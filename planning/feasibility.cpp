@@ -8,44 +8,12 @@
 
 #include "planning/detail/index.h"
 #include "planning/detail/step_path.h"
+#include "planning/detail/trajectory_start.h"
 
 namespace tandem::planning {
 namespace {
 
 using Eigen::Vector3d;
-
-/** The start: tips, equilibria, and the reason if it is not permitted. */
-struct Start {
-  std::vector<kinematics::Tip> tips;
-  std::vector<kinematics::Branch> branches;
-  std::string wrong;
-};
-
-Start lookAt(const Arms& arms, const safety::RobotVector& q, const Demands& demands) {
-  constexpr double kViolation = 1e-6;
-  Start start;
-  if (q.size() != arms.jointCount() || !q.allFinite()) {
-    start.wrong = "start: found " + std::to_string(q.size()) + " joints" + (q.allFinite() ? "" : ", not all finite") +
-                  ", expected " + std::to_string(arms.jointCount()) + " finite joints";
-    return start;
-  }
-  start.tips.resize(at(arms.count()));
-  start.branches.resize(at(arms.count()));
-  for (int arm = 0; arm < arms.count(); ++arm) {
-    const Eigen::VectorXd own = q.segment(arms.offset(arm), arms.size(arm));
-    const auto status = arms.models[at(arm)]->tip(own, start.branches[at(arm)], start.tips[at(arm)]);
-    if (status != kinematics::ModelStatus::kOk) {
-      start.wrong = Arms::label(arm) + ": " + std::string(kinematics::describe(status));
-      return start;
-    }
-    if (safety::largestViolation(*arms.limits[at(arm)], own) > kViolation)
-      start.wrong = Arms::label(arm) + " starts outside its limits";
-    const kinematics::Tip& tip = start.tips[at(arm)];
-    if (tip.conjugate_points > 0 || (demands.stability && tip.stability < *demands.stability))
-      start.wrong = Arms::label(arm) + " starts unstable or below the required stability";
-  }
-  return start;
-}
 
 /// Second singular value of the rotations' columns.
 double rotationConditioning(const kinematics::Tip& tip) {
@@ -68,6 +36,11 @@ class Walker {
         branches_(std::move(start.branches)) {
     last_.tip = start.tips[at(spec.arm)].pose.translation();
     last_.relative = last_.tip - start.tips[at(spec.other_arm)].pose.translation();
+  }
+
+  /// See detail/trajectory_start.h.
+  std::string unmetAtStart(const safety::RobotVector& q) const {
+    return planning::unmetAtStart(arms_, targetsOf(last_), q, branches_, judge_, near_, options_.ik.demands);
   }
 
   PointReport step(int number, const TrajectoryPoint& point, const safety::RobotVector& q) {
@@ -351,6 +324,9 @@ FeasibilityReport checkTrajectory(const Arms& arms,
   const std::vector<kinematics::Branch> branches = begin.branches;
   Walker walker(arms, spec, options, std::move(begin));
   safety::RobotVector q = start;
+  report.start = walker.unmetAtStart(q);
+  if (!report.start.empty())
+    return report;
   for (std::size_t k = 0; k < points.size(); ++k) {
     PointReport point = walker.step(static_cast<int>(k) + 1, points[k], q);
     if (point.reach == Reach::kCancelled) {

@@ -113,7 +113,7 @@ bool InverseKinematics::take(Search& search, const PoseProblem& problem, const P
           needed.stability = options_.demands.stability, reach = Reach::kUnstable;
         break;
       case ConstraintName::Kind::kClearance:
-        answer.clearance = *options_.demands.clearance + 0.01 * value;
+        answer.clearance = std::min(answer.clearance, *options_.demands.clearance + 0.01 * value);
         if (0.01 * value < -kSlack)
           needed.clearance = options_.demands.clearance, reach = Reach::kArmsTouch;
         break;

@@ -34,6 +34,22 @@ void judge(const planning::FeasibilityReport& report, dds::ComputationResult& re
                     " points are not reachable";
 }
 
+/// What a cancelled check has found: " after 30 points, 2 of them unreachable, the first: point 29: ..."; empty:
+/// nothing.
+std::string progressOf(const dds::TrajectoryReport& report) {
+  if (report.points.empty())
+    return {};
+  const auto unreached = [](const dds::PointReport& point) {
+    return point.reach != static_cast<std::uint8_t>(planning::Reach::kReached);
+  };
+  std::string text = " after " + std::to_string(report.points.size()) + " points, " +
+                     std::to_string(unreachable(report)) + " of them unreachable";
+  const auto first = std::ranges::find_if(report.points, unreached);
+  if (first != report.points.end())
+    text += ", the first: point " + std::to_string(first->point) + ": " + first->reason;
+  return text;
+}
+
 }  // namespace
 
 Computation::Computation(dds::ComputationRequest request,
@@ -245,7 +261,7 @@ dds::ComputationResult Computation::run(const ComputationHooks& hooks) const noe
     result.reason = error.what();
   }
   if (result.outcome == static_cast<std::uint8_t>(dds::Outcome::kCancelled))
-    result.reason = "cancelled";
+    result.reason = "cancelled" + progressOf(result.report);
   return result;
 }
 

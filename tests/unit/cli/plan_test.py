@@ -4,6 +4,7 @@ import csv
 import json
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -107,6 +108,34 @@ class Plan(unittest.TestCase):
         self.assertEqual(answer.returncode, 0, answer.stderr)
         self.assertTrue(any(start["given"] for start in starts))
         self.assertEqual([s["unreachable"] for s in starts], sorted(s["unreachable"] for s in starts))
+
+    def test_a_start_with_overlapping_arms_is_refused_before_the_points(self):
+        text = (system.PRESETS / "robots/ark2024.yaml").read_text()
+        for sign in ("", "-"):
+            self.assertIn(f"position_mm: [0, {sign}5, 0]", text)
+            text = text.replace(f"position_mm: [0, {sign}5, 0]", f"position_mm: [0, {sign}0.5, 0]")
+        robot = self.folder / "close.yaml"
+        robot.write_text(text)
+        answer, _ = plan("check", "circle", "--robot", robot)
+        self.assertEqual(answer.returncode, 1)
+        self.assertRegex(answer.stdout, r"not feasible: at the start the distance of the arms is -2\.\d+ mm, expected at least 0 mm")
+        self.assertIn("at the start arm_a and arm_b overlap by 2.", answer.stderr)
+        self.assertNotRegex(answer.stderr, r"point \d+/")
+        self.assertEqual(plan("check", "circle", "--robot", robot, "--no-clearance")[0].returncode, 0)
+
+    def test_a_check_that_is_interrupted_says_what_it_has_found(self):
+        self.far.write_text(FAR.replace("points: 12", "points: 2000"))
+        check = subprocess.Popen([system.executable(), "plan", "check", self.far], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        lines = iter(check.stderr.readline, "")
+        self.assertTrue(any(line.startswith("point 200/2000") for line in lines))
+        check.send_signal(signal.SIGINT)
+        rest = check.communicate(timeout=60)
+        self.assertEqual(check.returncode, 1, rest)
+        found = re.search(r"cancelled after (\d+) points, (\d+) of them unreachable", rest[1])
+        self.assertTrue(found, rest)
+        self.assertGreaterEqual(int(found.group(1)), 200)
+        if int(found.group(2)) > 0:
+            self.assertRegex(rest[1], r"the first: point \d+: arm a: ")
 
     def test_bad_input_ends_with_2_and_names_the_place(self):
         self.far.write_text(FAR.replace("displacement_mm: [0, 0, 200]", "displacement_mm: [0, 0]"))

@@ -20,9 +20,10 @@ struct Pair {
   safety::ArmLimits limits = limitsOf(arkArm(0.0));
   Arms one, both;
 
-  explicit Pair(const char* model)
-      : a(kinematics::makeArmModel(model, arkArm(0.005))),
-        b(kinematics::makeArmModel(model, arkArm(-0.005))),
+  /// @param offset  of each base from the robot's axis, m
+  explicit Pair(const char* model, double offset = 0.005)
+      : a(kinematics::makeArmModel(model, arkArm(offset))),
+        b(kinematics::makeArmModel(model, arkArm(-offset))),
         one{{a.get()}, {&limits}},
         both{{a.get(), b.get()}, {&limits, &limits}} {}
 

@@ -104,6 +104,26 @@ TEST(Feasibility, ARepairedTrajectoryIsFeasibleAndLeavesTheRestAlone) {
   EXPECT_LT(repair.largest_change, 1.5 * allowed + 1e-3);
 }
 
+/// Arms that overlap wherever they stand are refused at the start, before any point is searched for.
+TEST(Feasibility, AStartWithOverlappingArmsIsRefusedBeforeThePoints) {
+  FeasibilityOptions options;
+  options.ik.demands.clearance = 0.0;
+  int points = 0;
+  options.progress = [&points](int, int) { ++points; };
+  const Pair overlapping("rigid", 0.0005);
+  const auto refused = checkTrajectory(overlapping.both, straight({1e-3, 0, 0}, 2), start(1), options);
+  EXPECT_NE(refused.start.find("the distance of the arms is -"), std::string::npos) << refused.start;
+  EXPECT_FALSE(refused.feasible);
+  EXPECT_TRUE(refused.points.empty());
+  EXPECT_EQ(points, 0);
+  options.ik.demands.clearance.reset();
+  EXPECT_TRUE(checkTrajectory(overlapping.both, straight({1e-3, 0, 0}, 2), start(1), options).feasible);
+  // An overlap that joints near the start end is no reason to refuse.
+  options.ik.demands.clearance = 0.0;
+  const Pair ark("rigid");
+  EXPECT_EQ(checkTrajectory(ark.both, straight({1e-3, 0, 0}, 2), start(1), options).start, "");
+}
+
 TEST(Feasibility, InvalidStartAndCancellationAreDistinguished) {
   const Pair robot("rigid");
   safety::RobotVector q = start(1);
