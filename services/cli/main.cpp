@@ -3,19 +3,17 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include "config/values.h"
-#include "idl/version.h"
 #include "services/cli/models/cooperative.h"
 #include "services/cli/subcommand.h"
 #include "services/cli/suggestion.h"
+#include "services/cli/version.h"
 #include "services/client/role.h"
 #include "services/runtime/process.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
   app.require_subcommand(1);
-  app.set_version_flag("--version",
-                       "tandem " TANDEM_VERSION ", wire " + tandem::config::fingerprintText(tandem::idl::kWireVersion));
+  app.set_version_flag("--version", tandem::cli::versionText());
   app.footer(
       "Start here:\n"
       "  tandem experiment table3          reproduce Table 3 of Alsaka et al. 2024 over DDS\n"
