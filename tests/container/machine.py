@@ -5,10 +5,10 @@ import re
 
 import uml
 
-LIMIT = 900  # s, from power on to power off
+LIMIT = 1800  # s, from power on to power off
 PRIORITY = 70  # of the periodic thread; above those of the units
 # For a virtual machine with one slow processor, as in `tests/integration/hal/hardware.py`.
-SLOW_BUDGETS = "{minimum_age_ms: 1500, planning_reference_ms: 3000, lease_ms: 6000, drive_heartbeat_ms: 3000}"
+SLOW_BUDGETS = "{minimum_age_ms: 5000, planning_reference_ms: 10000, lease_ms: 20000, drive_heartbeat_ms: 3000}"
 
 
 def leave_out(target, name, times):
@@ -63,9 +63,10 @@ class Boot:
         self.machine.prepare_modules()
         share, etc = self.root / "usr/share/tandem", self.root / "etc/tandem"
         realtime = f"realtime_priority: {PRIORITY}\nlock_memory: true\n"
-        # User-mode Linux has one processor, and a system call costs as much there as sixteen elsewhere.
+        # User-mode Linux has one processor, and a system call costs as much there as sixteen elsewhere, on some hosts as eighty. With these
+        # periods the idle system takes 5 % of the processor (12 % at 100 ms), and planning keeps its watchdog on a host a few times slower.
         edit(share / "deployments/laptop.yaml", etc / "deployments/boot.yaml",
-             {"name": "boot", "robot": "ark2024", "sim_period_ms": "100", "control_period_s": "0.2", "status_period_ms": "500",
+             {"name": "boot", "robot": "ark2024", "sim_period_ms": "500", "control_period_s": "1", "status_period_ms": "2000",
               "teleoperation": "{crtk: {commands: false}}"}, f"{realtime}budgets: {SLOW_BUDGETS}\n")
         leave_out(etc / "deployments/boot.yaml", "recorder", 1)  # it takes a third of the one processor
         leave_out(etc / "deployments/boot.yaml", "console", 1)
