@@ -91,14 +91,16 @@ def number(text, pattern):
 
 def interval(count, total):
     """Wilson's 95 % interval of a rate, in percent, as text."""
-    z, rate = 1.959964, count / total
-    middle, half = rate + z * z / (2 * total), z * math.sqrt(rate * (1 - rate) / total + z * z / (4 * total * total))
+    z, rate = 1.959964, count / total  # normal quantile of 97.5 %
+    middle = rate + z * z / (2 * total)
+    half = z * math.sqrt(rate * (1 - rate) / total + z * z / (4 * total * total))
     low, high = (100 * (middle + sign * half) / (1 + z * z / total) for sign in (-1, 1))
     return f"{max(low, 0.0):.1f} to {min(high, 100.0):.1f} %"
 
 
-FUNCTIONS = {f.__name__: f for f in (rows, row, number, interval, abs, min, max, sum, len, round, sorted, zip, float, int, str, enumerate, range,
-                                     set, all, any, format)}
+FUNCTIONS = {f.__name__: f for f in (
+    rows, row, number, interval, abs, min, max, sum, len, round,
+    sorted, zip, float, int, str, enumerate, range, set, all, any, format)}
 
 
 class Commands:

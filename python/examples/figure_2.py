@@ -14,7 +14,8 @@ METHODS = ("nspwln", "nspqp", "snsqp")
 
 robot = tandem.Robot.load("ark2024")
 tubes = robot.arm("a").tube_count
-figure, rows = plt.subplots(2 * tubes, len(METHODS), figsize=(WIDTHS[2] / INCH, 170 / INCH), sharex="col", sharey="row", layout="constrained")
+size = (WIDTHS[2] / INCH, 170 / INCH)
+figure, rows = plt.subplots(2 * tubes, len(METHODS), figsize=size, sharex="col", sharey="row", layout="constrained")
 for column, method in enumerate(METHODS):
     run = tandem.run(robot, tandem.Trajectory.load("lissajous"), method)
     for row in range(2 * tubes):

@@ -198,7 +198,8 @@ class CommandLine(unittest.TestCase):
 
     def test_version(self):
         version = re.search(r"^project\(tandem VERSION (\S+)", (system.SOURCE / "CMakeLists.txt").read_text(), re.M)[1]
-        self.assertRegex(system.run("--version").stdout, rf"^tandem {re.escape(version)}, wire [0-9a-f]+, commit (unknown|[0-9a-f]{{12}}\+?), "
+        self.assertRegex(system.run("--version").stdout,
+                         rf"^tandem {re.escape(version)}, wire [0-9a-f]+, commit (unknown|[0-9a-f]{{12}}\+?), "
                          r"Fast DDS 2\.\d+\.\d+, \w+ build\n$")
 
     def test_the_readme_lists_every_command(self):

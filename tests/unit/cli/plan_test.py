@@ -125,7 +125,8 @@ class Plan(unittest.TestCase):
 
     def test_a_check_that_is_interrupted_says_what_it_has_found(self):
         self.far.write_text(FAR.replace("points: 12", "points: 2000"))
-        check = subprocess.Popen([system.executable(), "plan", "check", self.far], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        check = subprocess.Popen([system.executable(), "plan", "check", self.far], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                 text=True)
         lines = iter(check.stderr.readline, "")
         self.assertTrue(any(line.startswith("point 200/2000") for line in lines))
         check.send_signal(signal.SIGINT)
