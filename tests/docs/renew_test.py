@@ -76,6 +76,12 @@ class Pages(unittest.TestCase):
     def check(self, *more):
         return called("--check", "--root", self.root, "--bin", BINARIES, *more)
 
+    def test_intervals_are_those_that_newcombe_printed(self):
+        """Newcombe, Two-sided confidence intervals for the single proportion, Statistics in Medicine 17, 1998, table I, method 3."""
+        for count, total, *ends in ((81, 263, 25.53, 36.62), (15, 148, 6.24, 16.05), (0, 20, 0.0, 16.11), (1, 29, 0.61, 17.18)):
+            for found, printed in zip(renew.interval(count, total).rstrip(" %").split(" to "), ends):
+                self.assertAlmostEqual(float(found), printed, delta=0.056)
+
     def test_numbers_that_agree(self):
         code, text = self.check()
         self.assertEqual(code, 0, text)
