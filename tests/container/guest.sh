@@ -5,23 +5,6 @@
 source /trial/guest_common.sh
 deployment=boot
 show() { systemctl show --value -p "$2" "tandem-$1@$deployment.service"; }
-# Status from one client for the whole time: on a slow host the discovery of a client takes minutes, and restarts with each one.
-statuses=/trial/statuses
-touch $statuses
-# The newest status after this call, once it has the arms' states and all given words.
-receive() {
-  local seen
-  seen=$(($(wc -l <$statuses) + 1))  # the next one may have begun before this call
-  said() {
-    local count word
-    count=$(wc -l <$statuses)
-    ((count > seen)) || return 1
-    received=$(sed -n "${count}p" $statuses)
-    for word in operating_state "$@"; do [[ $received == *"$word"* ]] || return 1; done
-  }
-  until_true 600 said "$@"
-}
-command_arms() { until_true 600 tandem robot -d boot --wait 500 "$1"; }
 # Properties and permissions of running services.
 look() {
   local name pid folder answer
@@ -41,29 +24,18 @@ look() {
   done
 }
 
-# As `tandem doctor` advises: with the default 25,000 datagrams of a client's discovery were lost on a slow host, and sent again.
-for buffer in rmem_max wmem_max; do echo $((1 << 22)) >/proc/sys/net/core/$buffer; done
 mapfile -t units < <(tandem units boot)
 systemctl enable --now tandem@boot.target "${units[@]}"
 note target "$(systemctl is-active tandem@boot.target)"
-tandem status boot --json --follow --wait 900 >$statuses &
-client=$!
-receive '"process":"sim"' '"process":"control"' '"process":"planning"'
+# Both report how many cycles they have run.
+periodic() { [[ $(show sim StatusText) == *cycles* && $(show control StatusText) == *cycles* ]]; }
+until_true 300 periodic && note periodic yes
 look sim control planning
 
-# Control hangs while the arms are enabled.
-command_arms enable
-receive
-note enabled "$received"
+# Control hangs.
 kill -STOP "$(show control MainPID)"
 restarted() { [[ $(show control NRestarts) == 1 && $(show control ActiveState) == active ]]; }
-until_true 240 restarted
-receive
-note restarted "$received"
-command_arms disable
-receive
-note cleared "$received"
-kill -INT $client
+until_true 300 restarted
 for name in sim control planning; do note ${name}_restarts "$(show $name NRestarts)"; done
 journalctl -u tandem-control@boot.service | grep -q 'Watchdog timeout' && note watchdog_said yes
 
