@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem: command line of the system. */
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <iostream>
 
 #include "services/cli/models/cooperative.h"
@@ -9,6 +11,25 @@
 #include "services/cli/version.h"
 #include "services/client/role.h"
 #include "services/runtime/process.h"
+
+namespace {
+
+/// Refuses nan and inf as a value of any option that is a number: CLI::Range accepts nan.
+void requireFiniteNumbers(CLI::App& app) {
+  const CLI::Validator finite(
+      [](const std::string& text) {
+        return std::isfinite(std::strtod(text.c_str(), nullptr)) ? "" : "found " + text + ", expected a finite number";
+      },
+      "");
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_type_name().starts_with("FLOAT"))
+      option->check(finite);
+  }
+  for (CLI::App* part : app.get_subcommands({}))
+    requireFiniteNumbers(*part);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
@@ -35,6 +56,7 @@ int main(int argc, char** argv) {
         registerTeleop, registerMonteCarlo, registerCooperative, registerPresets}) {
     part(app, exit_code);
   }
+  requireFiniteNumbers(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -202,6 +202,16 @@ class CommandLine(unittest.TestCase):
                          rf"^tandem {re.escape(version)}, wire [0-9a-f]+, commit (unknown|[0-9a-f]{{12}}\+?), "
                          r"Fast DDS 2\.\d+\.\d+, \w+ build\n$")
 
+    def test_numbers_that_are_not_finite_are_refused(self):
+        for words in (("status", "--wait"), ("cooperative", "reach", "--most-force"), ("cooperative", "payload", "--sag"),
+                      ("plan", "check", "circle", "--clearance-mm"), ("jog", "--for")):
+            for value in ("nan", "inf", "-inf"):
+                answer = system.run(*words, value)
+                self.assertEqual(answer.returncode, 2, (words, value, answer.stderr))
+                self.assertIn(words[-1], answer.stderr)
+                if value == "nan":
+                    self.assertIn(f"{words[-1]}: found nan, expected a finite number", answer.stderr)
+
     def test_the_readme_lists_every_command(self):
         text = (system.SOURCE / "README.md").read_text()
         table = text[text.index("## Command line"):text.index("## Tests")]
