@@ -136,7 +136,7 @@ class RealTime:
             self.assertGreater(tubes.excess(joints), 1e-4, what)
             self.assert_refused(self.move("a", joints), "outside the limits")
         self.assert_refused(self.move("a", inside[:5]), "found 5", "expected 6")
-        self.assertEqual(self.move("a", inside[:5] + ["nan"]).returncode, 1)
+        self.assertEqual(self.move("a", inside[:5] + ["nan"]).returncode, 2)
         self.assertEqual(self.move("c", inside).returncode, 2)
         self.assert_refused(self.system.robot("method", "magic"), "found 'magic'", "expected")
         self.assert_refused(self.system.robot("set", "tip_gain", "--", "-1"), "found '-1'", "expected")
