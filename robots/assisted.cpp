@@ -3,6 +3,7 @@
 
 #include "kinematics/assist/chain_shape.h"
 #include "robots/catheters.h"
+#include "robots/detail/places.h"
 
 namespace tandem::robots {
 
@@ -14,16 +15,6 @@ const config::Assistance& relationOf(const config::CooperativeRobot& robot) {
   if (!robot.assistance)
     throw std::invalid_argument(robot.name + ": found no assistance, expected an arm that pushes another one");
   return *robot.assistance;
-}
-
-/// Places of cross-sections, and of the tool tip.
-std::vector<Eigen::Vector3d> placesOf(const std::vector<kinematics::cosserat::RodPoint>& points,
-                                      const Eigen::Vector3d& tip) {
-  std::vector<Eigen::Vector3d> places;
-  for (const auto& point : points)
-    places.push_back(point.pose.translation());
-  places.push_back(tip);
-  return places;
 }
 
 }  // namespace

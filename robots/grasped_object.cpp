@@ -6,6 +6,7 @@
 
 #include "kinematics/grasp/grasped_object.h"
 #include "robots/catheters.h"
+#include "robots/detail/places.h"
 
 namespace tandem::robots {
 
@@ -300,11 +301,7 @@ std::vector<std::vector<Eigen::Vector3d>> GraspedObjectMechanism::shapes() const
     std::vector<kinematics::cosserat::RodPoint> points;
     const Wrench wrench = parts.model.wrenchOn(static_cast<int>(k), parts.equilibrium);
     parts.model.arms()[k].shape(parts.jointsOf(parts.joints, k), wrench, branch, 60, points);
-    std::vector<Eigen::Vector3d> places;
-    for (const auto& point : points)
-      places.push_back(point.pose.translation());
-    places.push_back(parts.equilibrium.tips[k].pose.translation());
-    shapes.push_back(std::move(places));
+    shapes.push_back(placesOf(points, parts.equilibrium.tips[k].pose.translation()));
   }
   return shapes;
 }
