@@ -39,12 +39,9 @@ void judge(const planning::FeasibilityReport& report, dds::ComputationResult& re
 std::string progressOf(const dds::TrajectoryReport& report) {
   if (report.points.empty())
     return {};
-  const auto unreached = [](const dds::PointReport& point) {
-    return point.reach != static_cast<std::uint8_t>(planning::Reach::kReached);
-  };
   std::string text = " after " + std::to_string(report.points.size()) + " points, " +
                      std::to_string(unreachable(report)) + " of them unreachable";
-  const auto first = std::ranges::find_if(report.points, unreached);
+  const auto first = std::ranges::find_if_not(report.points, reached);
   if (first != report.points.end())
     text += ", the first: point " + std::to_string(first->point) + ": " + first->reason;
   return text;

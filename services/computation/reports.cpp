@@ -2,6 +2,7 @@
 #include "services/computation/reports.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace tandem::computation {
 namespace {
@@ -84,10 +85,12 @@ dds::StartReport reportOf(const planning::StartCandidate& from, const safety::Ro
           static_cast<std::uint8_t>(from.q == given ? 1 : 0)};
 }
 
+bool reached(const dds::PointReport& point) {
+  return point.reach == static_cast<std::uint8_t>(planning::Reach::kReached);
+}
+
 int unreachable(const dds::TrajectoryReport& report) {
-  return static_cast<int>(std::count_if(report.points.begin(), report.points.end(), [](const dds::PointReport& point) {
-    return point.reach != static_cast<std::uint8_t>(planning::Reach::kReached);
-  }));
+  return static_cast<int>(std::ranges::count_if(report.points, std::not_fn(reached)));
 }
 
 }  // namespace tandem::computation

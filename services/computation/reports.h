@@ -15,6 +15,7 @@ dds::RehearsalReport reportOf(const planning::Rehearsal& rehearsal);
 dds::IkReport reportOf(const planning::IkAnswer& answer);
 dds::TimingReport reportOf(const planning::Timing& timing);
 dds::StartReport reportOf(const planning::StartCandidate& candidate, const safety::RobotVector& given);
+bool reached(const dds::PointReport& point);
 /// Number of unreachable points.
 int unreachable(const dds::TrajectoryReport& report);
 

@@ -11,9 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool reached(const dds::PointReport& point) {
-  return point.reach == static_cast<std::uint8_t>(planning::Reach::kReached);
-}
+using computation::reached;
 
 Json pointJson(const dds::PointReport& point) {
   return {{"point", point.point},
