@@ -113,12 +113,12 @@ bool InverseKinematics::take(Search& search, const PoseProblem& problem, const P
           needed.stability = options_.demands.stability, reach = Reach::kUnstable;
         break;
       case ConstraintName::Kind::kClearance:
-        answer.clearance = std::min(answer.clearance, *options_.demands.clearance + 0.01 * value);
-        if (0.01 * value < -kSlack)
+        answer.clearance = std::min(answer.clearance, *options_.demands.clearance + kLengthUnit * value);
+        if (kLengthUnit * value < -kSlack)
           needed.clearance = options_.demands.clearance, reach = Reach::kArmsTouch;
         break;
       case ConstraintName::Kind::kPort:
-        if (0.01 * value < -kSlack) {
+        if (kLengthUnit * value < -kSlack) {
           needed.port = options_.demands.port;
           needed.port_clearance = options_.demands.port_clearance;
           reach = Reach::kPortTouched;

@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLengthUnit = 0.01;      // m: errors of tips and distances
 constexpr double kDirectionUnit = 0.2;    // rad
 constexpr double kRegularisation = 1e-8;  // rho
 constexpr double kRowUnit = 0.1;          // m

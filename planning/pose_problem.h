@@ -24,6 +24,9 @@ struct Arms {
   static std::string label(int arm);  ///< "arm a"
 };
 
+/// Unit of residuals and constraints that are distances, m.
+inline constexpr double kLengthUnit = 0.01;
+
 /** Desired position of a tip, and optionally its direction. */
 struct TipTarget {
   int arm = 0;

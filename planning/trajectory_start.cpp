@@ -47,12 +47,11 @@ std::string unmetAtStart(const Arms& arms,
   const Reach reach = near.solve(targets, q, branches, true).reach;
   if (reach == Reach::kReached || reach == Reach::kCancelled)
     return {};
-  constexpr double kUnit = 0.01;  // m per unit of a constraint that is a distance
   const PosePoint point = evaluate({&arms, targets, q, branches, false, false, demands}, q);
   double distance = safety::kUnlimited;
   for (Eigen::Index k = 0; k < point.constraints.size(); ++k) {
     if (point.names[at(static_cast<int>(k))].kind == ConstraintName::Kind::kClearance)
-      distance = std::min(distance, demands.clearance.value_or(0.0) + kUnit * point.constraints[k]);
+      distance = std::min(distance, demands.clearance.value_or(0.0) + kLengthUnit * point.constraints[k]);
   }
   if (!(distance < demands.clearance.value_or(0.0)))
     return "at the start an arm is less stable or closer to the port than required; joints near it with the same "

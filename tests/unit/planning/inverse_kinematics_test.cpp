@@ -154,6 +154,28 @@ TEST(PoseProblem, DerivativesOfRigidArmsAreThoseOfDifferences) {
 }
 TEST(PoseProblem, DerivativesOfCompliantArmsAreThoseOfDifferences) { checkDerivatives("compliant", true, 1); }
 
+/// The clearance of an answer is that of the nearest pair, in whatever order the arms stand.
+TEST(InverseKinematics, ClearanceIsThatOfTheNearestPair) {
+  const Pair robot("rigid");
+  const auto far = kinematics::makeArmModel("rigid", arkArm(0.2));
+  const safety::RobotVector own = home(robot.both);
+  const auto clearanceOf = [&](std::vector<const kinematics::ArmModel*> models) {
+    const Arms arms{std::move(models), std::vector<const safety::ArmLimits*>(3, &robot.limits)};
+    safety::RobotVector q(18);
+    q << own.head(6), own.head(6), own.head(6);
+    IkOptions options;
+    options.demands.clearance = -1.0;  // m: always met
+    kinematics::Tip tip;
+    EXPECT_EQ(arms.models[0]->tip(q.head(6), tip), kinematics::ModelStatus::kOk);
+    const IkAnswer answer = InverseKinematics(arms, options).judge({{0, tip.pose.translation(), {}}}, q, {});
+    EXPECT_EQ(answer.reach, Reach::kReached);
+    return answer.clearance;
+  };
+  const double near = clearanceOf({far.get(), robot.a.get(), robot.b.get()});
+  EXPECT_LT(near, 0.01) << "bases of a and b are 10 mm apart";
+  EXPECT_NEAR(clearanceOf({robot.a.get(), robot.b.get(), far.get()}), near, 1e-12);
+}
+
 TEST(InverseKinematics, KeepsTheArmsApart) {
   SCOPED_TRACE(trace(baseSeed()));
   Random random(baseSeed());
