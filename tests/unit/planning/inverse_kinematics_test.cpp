@@ -159,7 +159,7 @@ TEST(InverseKinematics, ClearanceIsThatOfTheNearestPair) {
   const Pair robot("rigid");
   const auto far = kinematics::makeArmModel("rigid", arkArm(0.2));
   const safety::RobotVector own = home(robot.both);
-  const auto clearanceOf = [&](std::vector<const kinematics::ArmModel*> models) {
+  const auto clearance_of = [&](std::vector<const kinematics::ArmModel*> models) {
     const Arms arms{std::move(models), std::vector<const safety::ArmLimits*>(3, &robot.limits)};
     safety::RobotVector q(18);
     q << own.head(6), own.head(6), own.head(6);
@@ -171,9 +171,9 @@ TEST(InverseKinematics, ClearanceIsThatOfTheNearestPair) {
     EXPECT_EQ(answer.reach, Reach::kReached);
     return answer.clearance;
   };
-  const double near = clearanceOf({far.get(), robot.a.get(), robot.b.get()});
+  const double near = clearance_of({far.get(), robot.a.get(), robot.b.get()});
   EXPECT_LT(near, 0.01) << "bases of a and b are 10 mm apart";
-  EXPECT_NEAR(clearanceOf({robot.a.get(), robot.b.get(), far.get()}), near, 1e-12);
+  EXPECT_NEAR(clearance_of({robot.a.get(), robot.b.get(), far.get()}), near, 1e-12);
 }
 
 TEST(InverseKinematics, KeepsTheArmsApart) {
