@@ -244,6 +244,9 @@ planning::TrajectorySpec parseTrajectory(const std::string& yaml,
 /** Loads a trajectory file; CSV paths are relative to its folder. */
 planning::TrajectorySpec loadTrajectory(const std::filesystem::path& file);
 
+/** Parses the plant of a deployment: a YAML text with the keys below `plant`; `origin` names the text in errors. */
+sim::PlantOptions parsePlant(const std::string& yaml, const std::string& origin, const Robot& robot);
+
 /** Trajectory as YAML text in SI units for parseTrajectory(), without references to other files: the content of
  * planning/request. */
 std::string formatTrajectory(const planning::TrajectorySpec& spec);

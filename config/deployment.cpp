@@ -135,7 +135,7 @@ void checkTiming(const Map& map, const Deployment& deployment) {
 }
 
 void readFeedback(const Map& map, Deployment& deployment) {
-  deployment.plant = readPlant(map.map("plant"), deployment.robot);
+  deployment.plant = readPlant(map.map("plant"), [&] { return loadAnyRobot(deployment.robot); });
   const bool needs_tracker =
       deployment.clock == ClockMode::kLockStep && deployment.feedback == planning::Feedback::kSensor;
   if (needs_tracker && !deployment.plant.tracker.present) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/arm_names.h"
 #include "config/detail/loaders.h"
+#include "config/file_tables.h"
 #include "config/robot_files.h"
 
 namespace tandem::config {
@@ -20,19 +21,26 @@ sim::FixedTubeErrors readTubeErrors(const Map& map, const Robot& robot) {
 
 }  // namespace
 
-sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_file) {
+sim::PlantOptions readPlant(const Map& map, const std::function<Robot()>& robot_of) {
   auto plant = map.read<sim::PlantOptions>();
   plant.tracker.present = map.has("tracker");
   const std::vector<Map> tubes = map.maps("tube_errors"), forces = map.maps("tip_forces");
   if (tubes.empty() && forces.empty())
     return plant;
-  const Robot robot = loadAnyRobot(robot_file);
+  const Robot robot = robot_of();
   for (const Map& entry : tubes)
     plant.tube_errors.push_back(readTubeErrors(entry, robot));
   if (!forces.empty() && plant.model == "rigid")
     map.fail("tip_forces", "found forces on a rigid plant, which does not yield; expected model: compliant");
   for (const Map& entry : forces)
     entry.read(plant.tip_forces.emplace_back(sim::TipForce{readPlantArm(entry, robot)}));
+  return plant;
+}
+
+sim::PlantOptions parsePlant(const std::string& yaml, const std::string& origin, const Robot& robot) {
+  Document document(origin, yaml);
+  const sim::PlantOptions plant = readPlant(document.check(plantTable()), [&] { return robot; });
+  document.finish();
   return plant;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "config/config.h"
@@ -47,9 +48,9 @@ void checkWall(const Map& map, double outer, double inner);
 /// Refuses an arm with the name `pair`. @throw Error
 void refusePair(const Map& arm);
 
-/// Reads the `plant` of a deployment. @param robot_file read if the plant names arms.
+/// Reads the `plant` of a deployment. @param robot called if the plant names arms.
 /// @throw Error at the value that names an arm or tube that does not exist, or at a load on a rigid plant.
-sim::PlantOptions readPlant(const Map& map, const std::filesystem::path& robot_file);
+sim::PlantOptions readPlant(const Map& map, const std::function<Robot()>& robot);
 
 /// Reads the `teleoperation` of a deployment. @throw Error at a name used twice, an empty box, a normal of zero length.
 Teleoperation readTeleoperation(const Map& map);

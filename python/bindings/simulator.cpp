@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <pybind11/stl.h>
 
+#include "config/config.h"
 #include "experiments/closed_loop.h"
 #include "python/bindings/bind.h"
 #include "python/bindings/controller.h"
@@ -9,13 +10,31 @@
 namespace tandem::python {
 namespace {
 
+using namespace py::literals;
+
+/// Period, and the plant: a dict with the keys of `plant` in a deployment, of this model unless it names another.
+experiments::LoopOptions loopOptions(const Robot& robot,
+                                     const std::string& model,
+                                     double period,
+                                     const py::dict& plant) {
+  checkModel(model);
+  const auto keys = py::dict(**plant);
+  if (!keys.contains("model"))
+    keys["model"] = model;
+  const auto text = py::module_::import("json").attr("dumps")(keys, "ensure_ascii"_a = false).cast<std::string>();
+  experiments::LoopOptions options;
+  options.control_period = period;
+  options.plant = config::parsePlant(text, "plant", *robot.file);
+  return options;
+}
+
 /** The simulated robot, with the objects that it refers to. */
 class Simulator {
  public:
-  Simulator(const Robot& robot, const py::object& start, const std::string& model, double period)
+  Simulator(const Robot& robot, const py::object& start, const std::string& model, double period, const py::dict& plant)
       : robot_(robot),
-        model_((checkModel(model), robot.tubes()), model),
-        options_(optionsOf(period, model)),
+        options_(loopOptions(robot, model, period, plant)),
+        model_(robot.tubes(), model),
         plant_(*robot_.file,
                model_,
                robot_.split(start.is_none() ? robot_.home() : robot_.stack(start, "start")),
@@ -36,19 +55,35 @@ class Simulator {
     return tips;
   }
 
- private:
-  static experiments::LoopOptions optionsOf(double period, const std::string& model) {
-    experiments::LoopOptions options;
-    options.control_period = period;
-    options.plant.model = model;
-    return options;
+  /// Latest valid measurement of the tracker.
+  py::dict measuredTips() const {
+    py::dict tips;
+    for (int k = 0; k < model_.armCount(); ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const planning::MeasuredTips::Entry& measured = plant_.measuredTips().arm[i];
+      if (measured.known)
+        tips[py::str(robot_.file->arms[i].name)] = toArray(measured.position);
+    }
+    return tips;
   }
 
+ private:
   Robot robot_;
-  robots::RobotModel model_;
   experiments::LoopOptions options_;
+  robots::RobotModel model_;
   experiments::SimulatedRobot plant_;
 };
+
+/// @throw py::value_error
+planning::Feedback feedbackFrom(const std::string& name, const sim::PlantOptions& plant) {
+  if (name == "model")
+    return planning::Feedback::kModel;
+  if (name != "sensor")
+    throw py::value_error("feedback: found '" + name + "', expected 'model' or 'sensor'");
+  if (!plant.tracker.present)
+    throw py::value_error("feedback: found 'sensor' without a tracker, expected plant={'tracker': {...}}");
+  return planning::Feedback::kSensor;
+}
 
 /** Record of one run, as numpy arrays by name. */
 py::dict arraysOf(const experiments::RunRecord& record, const Robot& robot) {
@@ -95,14 +130,14 @@ py::dict run(const Robot& robot,
              double period,
              double relative_gain,
              double tip_gain,
+             const py::dict& plant,
+             const std::string& feedback,
              const py::kwargs& options) {
-  checkModel(model);
   config::Robot file = *robot.file;
   file.parameters = parametersFrom(robot, period, options);
-  experiments::LoopOptions loop;
-  loop.control_period = period;
+  experiments::LoopOptions loop = loopOptions(robot, model, period, plant);
   loop.gains = {relative_gain, tip_gain};
-  loop.plant.model = model;
+  loop.feedback = feedbackFrom(feedback, loop.plant);
   const safety::RobotVector from = start.is_none() ? robot.home() : robot.stack(start, "start");
   const experiments::RunPlan plan{
       {trajectory.spec.name, "start", methodFrom(method)}, trajectory.spec, robot.split(from)};
@@ -117,20 +152,25 @@ py::dict run(const Robot& robot,
 }  // namespace
 
 void bindSimulator(py::module_& module) {
-  using namespace py::literals;
   py::class_<Simulator>(module, "Simulator",
                         "Gate, joints and tips of a robot in lock-step, enabled; time is simulated.")
-      .def(py::init<const Robot&, const py::object&, const std::string&, double>(), "robot"_a, "start"_a = py::none(),
-           py::kw_only(), "model"_a = "rigid", "period"_a = 0.1,
-           "start: joints of all arms inside their limits, home unless given. period: s of a step.")
+      .def(py::init<const Robot&, const py::object&, const std::string&, double, const py::dict&>(), "robot"_a,
+           "start"_a = py::none(), py::kw_only(), "model"_a = "rigid", "period"_a = 0.1, "plant"_a = py::dict(),
+           "start: joints of all arms inside their limits, home unless given. period: s of a step. plant: "
+           "imperfections, a dict with the keys of `plant` in a deployment.")
       .def("step", &Simulator::step, "velocity"_a,
            "One period at these joint velocities (m/s, rad/s); the gate keeps the limits. RuntimeError where it "
            "refuses.")
       .def_property_readonly(
-          "joints", [](const Simulator& s) { return toArray(s.plant().position()); }, "m and rad.")
+          "joints", [](const Simulator& s) { return toArray(s.plant().position()); },
+          "What the encoders read, m and rad.")
       .def_property_readonly(
           "setpoint", [](const Simulator& s) { return toArray(s.plant().setpoint()); }, "m and rad.")
-      .def_property_readonly("tips", &Simulator::tips, "Tip pose by the name of the arm, (4, 4).")
+      .def_property_readonly("tips", &Simulator::tips, "True tip pose by the name of the arm, (4, 4).")
+      .def_property_readonly(
+          "measured_tips", &Simulator::measuredTips,
+          "Latest position of each tip that the plant's tracker has measured, by the name of the arm, m; without a "
+          "tracker none.")
       .def_property_readonly(
           "gate_actions", [](const Simulator& s) { return s.plant().gateActions(); },
           "Interventions of the gate so far.")
@@ -139,9 +179,12 @@ void bindSimulator(py::module_& module) {
           "Simulated time, s.");
   module.def(
       "run", &run, "robot"_a, "trajectory"_a, "method"_a = "nspqp", py::kw_only(), "start"_a = py::none(),
-      "model"_a = "rigid", "period"_a = 0.1, "relative_gain"_a = 5.0, "tip_gain"_a = 3.0,
+      "model"_a = "rigid", "period"_a = 0.1, "relative_gain"_a = 5.0, "tip_gain"_a = 3.0, "plant"_a = py::dict(),
+      "feedback"_a = "model",
       "Runs a trajectory in closed loop with the simulator, as `tandem experiment --offline` does. Returns a dict of "
-      "arrays with one row per iteration, and of totals. Further keywords: those of Controller.");
+      "arrays with one row per iteration, and of totals. plant: as for Simulator. feedback: 'sensor' follows the "
+      "plant's "
+      "tracker. Further keywords: those of Controller.");
 }
 
 }  // namespace tandem::python

@@ -167,6 +167,44 @@ class Loops(ModuleTest):
             with self.subTest(words=words), self.assertRaisesRegex(error, words):
                 call()
 
+    def test_simulated_robot_has_the_errors_of_its_plant(self):
+        forth_and_back = [*[0.02] * 40, *[-0.02] * 40]
+
+        def tip_after(plant):
+            simulator = tandem.Simulator(self.robot, model="compliant", plant=plant)
+            velocity = np.zeros(self.robot.joint_count)
+            for speed in forth_and_back:
+                velocity[3] = 10 * speed
+                simulator.step(velocity)
+            return simulator
+
+        ideal = tip_after({}).tips["arm_a"][:3, 3]
+        self.assertGreater(np.linalg.norm(tip_after({"tube_friction": 0.05}).tips["arm_a"][:3, 3] - ideal), 1e-4)
+        tracked = tip_after({"tracker": {"rate_Hz": 10, "bias_mm": [0, 0, 3]}})
+        np.testing.assert_allclose(tracked.tips["arm_a"][:3, 3], ideal, atol=1e-12)
+        np.testing.assert_allclose(tracked.measured_tips["arm_a"], ideal + [0, 0, 3e-3], atol=1e-9)
+        self.assertEqual(tandem.Simulator(self.robot).measured_tips, {})
+
+    def test_run_follows_the_tracker_where_it_is_told_to(self):
+        circle, plant = tandem.Trajectory.load("circle"), {"tube_deviation": {"curvature": 0.2}, "tracker": {"rate_Hz": 10}}
+
+        def worst(run):  # true error when the run leaves a point, m
+            last = np.append(np.diff(run["point"]) != 0, True)
+            return run["tip_error"][last].max()
+
+        self.assertLess(worst(tandem.run(self.robot, circle, plant=plant, feedback="sensor")), circle.tolerance)
+        self.assertGreater(worst(tandem.run(self.robot, circle, plant=plant)), circle.tolerance)
+
+    def test_plants_that_are_refused(self):
+        for plant, text in (({"frictoin": 1}, "plant:1:.*frictoin: unknown key"),
+                            ({"tracker": {"rate_Hz": -1}}, "tracker.rate_Hz: found -1"),
+                            ({"tube_errors": [{"arm": "q", "tube": 1}]}, "expected an arm of the robot")):
+            with self.subTest(plant=plant), self.assertRaisesRegex(tandem.ConfigError, text):
+                tandem.Simulator(self.robot, plant=plant)
+        for feedback, text in (("sensor", "without a tracker"), ("eyes", "expected 'model' or 'sensor'")):
+            with self.subTest(feedback=feedback), self.assertRaisesRegex(ValueError, text):
+                tandem.run(self.robot, tandem.Trajectory.load("circle"), feedback=feedback)
+
 
 class Plans(ModuleTest):
     def test_inverse_kinematics(self):
