@@ -2,6 +2,7 @@
 #include "experiments/payload.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tandem::experiments {
@@ -51,6 +52,20 @@ std::string PayloadStudy::limitOf(std::size_t carrier,
   return sag > most_sag ? "the displacement of the object exceeds the allowed value" : "";
 }
 
+PayloadStudy::Attempt PayloadStudy::add(std::size_t carrier,
+                                        const grasp::GraspEquilibrium& from,
+                                        const Eigen::Vector3d& force,
+                                        double most_sag) const {
+  Attempt attempt{from, ""};
+  Wrench load = loads_[carrier];
+  load.head<3>() += force;
+  const grasp::GraspStatus status =
+      mechanisms_[carrier]->model().solveEquilibrium(joints_[carrier], load, attempt.equilibrium);
+  attempt.limit = status == grasp::GraspStatus::kOk ? limitOf(carrier, attempt.equilibrium, most_sag)
+                                                    : "no equilibrium: " + std::string(describe(status));
+  return attempt;
+}
+
 Payload PayloadStudy::carried(std::size_t carrier,
                               const Eigen::Vector3d& direction,
                               const PayloadOptions& options) const {
@@ -58,29 +73,34 @@ Payload PayloadStudy::carried(std::size_t carrier,
   result.limit = refusals_[carrier];
   if (!result.limit.empty())
     return result;
-  const grasp::GraspedObject& model = mechanisms_[carrier]->model();
   grasp::GraspEquilibrium good = equilibria_[carrier];
   result.stiffness = 1.0 / direction.dot(good.displacement_by_load.topLeftCorner<3, 3>() * direction);
   result.limit = limitOf(carrier, good, options.most_sag);
   if (!result.limit.empty())
     return result;
-  const double part = 0.1 * options.most_sag;
+  // At the load at which an arm alone would buckle under a force of constant direction, the arm's model has no solution
+  // although the grasp has one: a longer step passes that load, if it ends near where the stiffness predicts.
+  constexpr std::array kLonger = {1.5, 2.0, 3.0, 4.0};
   double step = options.most_load;
   while (result.load < options.most_load) {
     const double softness = (good.displacement_by_load.topLeftCorner<3, 3>() * direction).norm();
-    step = std::min({step, part / softness, options.most_load - result.load});
-    grasp::GraspEquilibrium next = good;
-    Wrench load = loads_[carrier];
-    load.head<3>() += (result.load + step) * direction;
-    const grasp::GraspStatus status = model.solveEquilibrium(joints_[carrier], load, next);
-    const std::string why = status == grasp::GraspStatus::kOk ? limitOf(carrier, next, options.most_sag)
-                                                              : "no equilibrium: " + std::string(describe(status));
-    if (why.empty()) {
-      good = next;
-      result.load += step;
+    step = std::min({step, 0.1 * options.most_sag / softness, options.most_load - result.load});
+    double added = step;
+    Attempt attempt = add(carrier, good, (result.load + added) * direction, options.most_sag);
+    const std::string limit = attempt.limit;
+    for (std::size_t k = 0; k < kLonger.size() && attempt.equilibrium.status != grasp::GraspStatus::kOk; ++k) {
+      added = std::min(kLonger[k] * step, options.most_load - result.load);
+      attempt = add(carrier, good, (result.load + added) * direction, options.most_sag);
+      const double sag = (attempt.equilibrium.pose.translation() - good.pose.translation()).norm();
+      if (attempt.limit.empty() && sag > 2.0 * added * softness)
+        attempt.limit = limit;
+    }
+    if (attempt.limit.empty()) {
+      good = attempt.equilibrium;
+      result.load += added;
       continue;
     }
-    result.limit = why;
+    result.limit = limit;
     step *= 0.5;
     if (step < 1e-3 * result.load || step < 1e-9)
       break;

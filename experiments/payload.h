@@ -43,6 +43,15 @@ class PayloadStudy {
   Payload carried(std::size_t carrier, const Eigen::Vector3d& direction, const PayloadOptions& options) const;
 
  private:
+  /// An equilibrium under more load, or why it is none.
+  struct Attempt {
+    kinematics::grasp::GraspEquilibrium equilibrium;
+    std::string limit;
+  };
+  Attempt add(std::size_t carrier,
+              const kinematics::grasp::GraspEquilibrium& from,
+              const Eigen::Vector3d& force,
+              double most_sag) const;
   std::string limitOf(std::size_t carrier,
                       const kinematics::grasp::GraspEquilibrium& equilibrium,
                       double most_sag) const;

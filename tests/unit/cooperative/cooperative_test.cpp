@@ -196,6 +196,27 @@ TEST(GraspedObject, UnstableSqueezeIsRefusedBeforeThePath) {
     EXPECT_LT(step.time, 0.0);
 }
 
+/// At 0.169 N in the middle one of these directions arm_a alone would buckle; the grasp does not.
+TEST(Payload, ChangesLittleBetweenNeighbouringDirections) {
+  const config::CooperativeRobot robot = preset("ablation-pair");
+  GraspedObjectMechanism mechanism(robot);
+  RobotVector q;
+  ASSERT_EQ(prepare(mechanism, optionsOf(robot), q), "");
+  const PayloadStudy study(robot, mechanism);
+  for (const double middle : {3.9924406639370282, 0.3}) {
+    double before = 0.0;
+    for (const double turned : {-0.016, 0.0, 0.016}) {
+      const Eigen::Vector3d direction(std::sin(middle + turned), 0.0, std::cos(middle + turned));
+      const Payload carried = study.carried(0, direction, {});
+      EXPECT_EQ(carried.limit, "the displacement of the object exceeds the allowed value") << middle + turned;
+      if (before > 0.0) {
+        EXPECT_NEAR(carried.load / before, 1.0, 0.05) << middle + turned;
+      }
+      before = carried.load;
+    }
+  }
+}
+
 TEST(Payload, MatchesEquilibriaAndFriction) {
   config::CooperativeRobot robot = holding(ContactType::kPoint);
   robot.object->squeeze = 0.002;

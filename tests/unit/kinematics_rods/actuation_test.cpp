@@ -94,6 +94,33 @@ TEST(Actuation, AColumnBucklesAtEulersLoads) {
   }
 }
 
+/// The same column behind a passive one of a third of its length L, both tips held: it buckles as a whole at
+/// 4 pi^2 E I / (4 L / 3)^2. The locked wire keeps the angle between the ends of the bending section, which then
+/// buckles alone, at 4 pi^2 E I / L^2.
+TEST(Actuation, ALockedWireKeepsAColumnWithItsTipHeldFromBuckling) {
+  ElasticArm arm = beam();
+  const double l = arm.arm.bending_length;
+  for (kinematics::cosserat::Section* section : {&arm.proximal, &arm.distal}) {
+    section->moment_stiffness.x() *= 1e3;
+    section->force_stiffness *= 1e6;
+  }
+  const double euler = std::pow(2.0 * std::numbers::pi / l, 2) * arm.distal.moment_stiffness.y();
+  for (const auto& [actuation, critical] :
+       {std::pair{Actuation::kTension, euler / std::pow(4.0 / 3.0, 2)}, {Actuation::kDisplacement, euler}}) {
+    const RodModel model(rodOf(with(arm, actuation)));
+    RodInput input(model.rod());
+    input.first_length = l / 3.0;
+    actuate(with(arm, actuation), 0.0, kinematics::cosserat::Inputs::UnitX(), input);
+    for (const double part : {0.98, 1.02}) {
+      input.tip.z() = -part * critical;
+      RodBranch branch;
+      kinematics::cosserat::RodAnswer answer;
+      ASSERT_EQ(model.solve(input, branch, answer), ModelStatus::kOk);
+      EXPECT_EQ(answer.held_conjugate_points, part > 1.0 ? 1 : 0) << nameOf(actuation) << ", " << part;
+    }
+  }
+}
+
 TEST(Actuation, ShapesWithoutLoadsAreTheSame) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(60); ++seed) {
     SCOPED_TRACE(trace(seed));
